@@ -166,6 +166,30 @@ fn estimates_have_the_right_mean_and_little_noise() {
     }
 }
 
+/// Next-event estimation samples what is brighter than the mean, with a density whose integral is 1, and nothing else.
+#[test]
+fn next_event_estimation_samples_what_exceeds_the_mean() {
+    let mut random = Random(8);
+    let mut uneven = 0;
+    for (what, map) in maps() {
+        let light = EnvironmentMap::new(map, askew());
+        if light.excess() == 0.0 {
+            assert!(light.sample_excess([0.3, 0.6]).is_none(), "{what}: even, and sampled");
+            continue;
+        }
+        uneven += 1;
+        let mut sum = 0.0;
+        let step = over_the_sphere(|d| sum += f64::from(light.pdf_excess(d).0));
+        assert!((sum * step - 1.0).abs() < 2e-2, "{what}: the integral is {}", sum * step);
+        for _ in 0..1000 {
+            let u = [random.f32(), random.f32()];
+            let Some((wi, pdf)) = light.sample_excess(u) else { panic!("{what}: it has an excess") };
+            assert!(pdf == light.pdf_excess(wi) && pdf.0 > 0.0 && pdf.0.is_finite(), "{what}: {pdf:?}");
+        }
+    }
+    assert!(uneven > 0);
+}
+
 /// As Mitsuba 3.9.1: +y is up; the middle of the picture lies along +z, a quarter from the left along +x.
 #[test]
 fn orientation() {

@@ -187,6 +187,22 @@ fn only_what_cannot_light_the_point_is_left_out() {
     assert!(seen > 3000 && left_out > 1000, "{seen} {left_out}");
 }
 
+/// Next-event estimation never looks for a constant environment, so that multiple importance sampling must not expect it to, also
+/// where each light is sampled.
+#[test]
+fn a_constant_environment_is_left_to_scattering() {
+    let mut r = Random(9);
+    for set in sets() {
+        let Some(environment) = set.environment() else { continue };
+        for i in 0..200 {
+            let at = LightSampleContext { glossy: i % 2 == 0, ..lit(&mut r) };
+            assert_eq!(set.probability(environment, at), 0.0, "{at:?}");
+            let sampled = set.sample(at, r.f64(), [r.f32(), r.f32()]);
+            assert!(sampled.is_none_or(|(light, _)| light != environment), "{at:?}");
+        }
+    }
+}
+
 #[test]
 fn degenerate_lights_and_points() {
     let mut r = Random(6);

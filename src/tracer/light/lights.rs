@@ -81,8 +81,8 @@ impl Lights {
             Some(by_power) => (Some(by_power), &weights),
             None => (Distribution::new(&equal), &equal),
         };
-        let beam = |l: &Light| with_light!(&l.shape, s => s.is_beam());
-        let found = |(light, weight): (&Light, &f32)| if beam(light) { 0.0 } else { *weight };
+        let sought = |l: &Light| with_light!(&l.shape, s => s.sought_share());
+        let found = |(light, weight): (&Light, &f32)| *weight * sought(light);
         let found: Vec<f32> = lights.iter().zip(weights).map(found).collect();
         let selector = LightSelector::new(&lights, &found, scene);
         let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
@@ -98,6 +98,12 @@ impl Lights {
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.lights.len()
+    }
+
+    /// True where next-event estimation has nothing to choose but the point of one surface, or nothing at all.
+    #[inline]
+    pub fn is_single_surface(&self) -> bool {
+        self.selector.only().is_some_and(|only| only.is_none() || only != self.environment)
     }
 
     /// What a light is of: the number of the emitting shape among them, or behind those the number of the other light.
@@ -175,7 +181,11 @@ impl Lights {
     /// The probability that `light` is sampled from `at`.
     #[inline]
     pub fn probability(&self, light: u32, at: LightSampleContext) -> f32 {
-        if self.each(at).is_some() { 1.0 } else { self.selector.probability(light, at) }
+        match self.each(at) {
+            // All but what next-event estimation never looks for.
+            Some(each) => f32::from(u8::from(each.contains(&light))),
+            None => self.selector.probability(light, at),
+        }
     }
 
     /// The lights, if each of them is sampled from `at`.

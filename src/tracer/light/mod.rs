@@ -15,7 +15,8 @@
 //! [`Lights::pdf`] returns for a direction exactly what [`Lights::sample`] would have reported for it, and 0
 //! where it would never have chosen it. Where each light is sampled ([`LightSampleContext::glossy`]) the probability of
 //! choosing a light is 1. A delta light has the probability of its choice as density and
-//! [`LightSample::delta`] set. `None` means that sampling failed: no light from there.
+//! [`LightSample::delta`] set. Of an environment next-event estimation looks for a part only ([`LightSource::sought_share`]): its density is 0
+//! where scattering alone finds the light. `None` means that sampling failed: no light from there.
 //!
 //! # Adding a light
 //!
@@ -118,6 +119,12 @@ pub trait LightSource {
     /// light subpaths do.
     fn is_beam(&self) -> bool {
         false
+    }
+
+    /// Share of its light that next-event estimation looks for, which the choice among lights goes by. The rest is found by
+    /// scattering alone (an environment's), or from the light (a beam's). With 0, the light is never sampled.
+    fn sought_share(&self) -> f32 {
+        if self.is_beam() { 0.0 } else { 1.0 }
     }
 
     /// True if it emits nothing whatever its spectrum.

@@ -61,6 +61,16 @@ impl LightSelector {
         }
     }
 
+    /// The one light that is ever chosen, or `Some(None)` where there is none; `None` where there are several.
+    #[inline]
+    pub(super) fn only(&self) -> Option<Option<u32>> {
+        match self {
+            LightSelector::None => Some(None),
+            LightSelector::One(light) => Some(Some(*light)),
+            LightSelector::Few(_) | LightSelector::Many(_) => None,
+        }
+    }
+
     /// The lights that shine, if there are between 2 and [`EACH`] of them.
     #[inline]
     pub(super) fn each(&self) -> Option<&[u32]> {

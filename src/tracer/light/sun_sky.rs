@@ -42,8 +42,11 @@ pub struct SunSkyLight {
     sun: SunDisc,
     /// Unit direction to the zenith, world space.
     up: Vec3,
-    /// The probability with which the sun is chosen.
+    /// The probability with which emission chooses the sun.
     share: f32,
+    /// The probability with which next-event estimation chooses the sun: what is left are directions brighter than the sky's
+    /// mean.
+    excess_share: f32,
     mean_luminance: f32,
 }
 
@@ -57,32 +60,72 @@ impl SunSkyLight {
         // The share of all directions times luminance.
         let of_sun = 0.5 * sun.cone * sun.radiance.luminance();
         let mean_luminance = sky.mean_luminance() + of_sun;
-        let share = if of_sun > 0.0 { of_sun / mean_luminance } else { 0.0 };
-        let share =
-            if share > 0.0 && sky.mean_luminance() > 0.0 { share.clamp(SHARE[0], SHARE[1]) } else { share };
-        Self { sky, sun, up: to_world.y_axis.as_vec3(), share, mean_luminance }
+        let share = sun_share(of_sun, sky.mean_luminance());
+        let excess_share = sun_share(of_sun, sky.mean_luminance() * sky.excess());
+        Self { sky, sun, up: to_world.y_axis.as_vec3(), share, excess_share, mean_luminance }
+    }
+}
+
+/// The probability of the sun where it brings the light `sun` and the sky `sky`.
+fn sun_share(sun: f32, sky: f32) -> f32 {
+    let share = if sun > 0.0 { sun / (sun + sky) } else { 0.0 };
+    if share > 0.0 && sky > 0.0 { share.clamp(SHARE[0], SHARE[1]) } else { share }
+}
+
+impl SunSkyLight {
+    /// A direction to the sun with the probability `share`, or one that `sky` samples.
+    #[inline]
+    fn sample_with(
+        &self,
+        [u, v]: [f32; 2],
+        share: f32,
+        sky: impl FnOnce([f32; 2]) -> Option<(Vec3, PdfW)>,
+    ) -> Option<Vec3> {
+        // The numbers are stretched again.
+        if u < share {
+            let local = warp::cone([u / share, v], self.sun.cone);
+            return Some(Frame::new(self.sun.direction).to_world(local).normalize());
+        }
+        sky([((u - share) / (1.0 - share)).min(1.0 - f32::EPSILON), v]).map(|(wi, _)| wi)
+    }
+
+    /// The density of [`SunSkyLight::sample_with`], where that of the sky is `sky`.
+    #[inline]
+    fn pdf_with(&self, wi: Vec3, share: f32, sky: PdfW) -> PdfW {
+        let sun = if self.sun.contains(wi) { share * warp::cone_pdf(self.sun.cone) } else { 0.0 };
+        PdfW(sun + (1.0 - share) * sky.0)
     }
 }
 
 impl DirectionSampling for SunSkyLight {
     #[inline]
-    fn sample_direction(&self, [u, v]: [f32; 2]) -> Option<(Vec3, PdfW)> {
-        // The numbers are stretched again.
-        let wi = if u < self.share {
-            Frame::new(self.sun.direction)
-                .to_world(warp::cone([u / self.share, v], self.sun.cone))
-                .normalize()
-        } else {
-            self.sky.sample_direction([((u - self.share) / (1.0 - self.share)).min(1.0 - f32::EPSILON), v])?.0
-        };
+    fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        let wi = self.sample_with(u, self.share, |u| self.sky.sample_direction(u))?;
         let pdf = self.pdf_direction(wi);
         (pdf.0 > 0.0).then_some((wi, pdf))
     }
 
     #[inline]
     fn pdf_direction(&self, wi: Vec3) -> PdfW {
-        let sun = if self.sun.contains(wi) { self.share * warp::cone_pdf(self.sun.cone) } else { 0.0 };
-        PdfW(sun + (1.0 - self.share) * self.sky.pdf_direction(wi).0)
+        self.pdf_with(wi, self.share, self.sky.pdf_direction(wi))
+    }
+
+    #[inline]
+    fn sample_excess(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
+        let wi = self.sample_with(u, self.excess_share, |u| self.sky.sample_excess(u))?;
+        let pdf = self.pdf_excess(wi);
+        (pdf.0 > 0.0).then_some((wi, pdf))
+    }
+
+    #[inline]
+    fn pdf_excess(&self, wi: Vec3) -> PdfW {
+        self.pdf_with(wi, self.excess_share, self.sky.pdf_excess(wi))
+    }
+
+    fn excess(&self) -> f32 {
+        let sky = self.sky.mean_luminance();
+        let of_sun = self.mean_luminance - sky;
+        if self.mean_luminance > 0.0 { (of_sun + sky * self.sky.excess()) / self.mean_luminance } else { 0.0 }
     }
 
     #[inline]

@@ -153,7 +153,7 @@ impl Sampler {
     /// The numbers of branch `number` of the `1 << bits` branches into which this path splits; those of branch 0 are its own.
     #[inline]
     pub fn branch(&self, number: u32, bits: u32) -> Self {
-        Self { branch: Some(Branch { number, bits }), ..*self }
+        Self { branch: (bits > 0).then_some(Branch { number, bits }), ..*self }
     }
 
     /// Numbers for the camera.
