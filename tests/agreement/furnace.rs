@@ -142,7 +142,11 @@ fn check(name: &str, bsdf: BsdfDesc, methods: &[Method], lossless: bool) {
     for enclosed in [false, true] {
         for &method in methods {
             // Few light paths end in a narrow view.
-            let (more, noise) = if method == Method::Particle { (8, 0.05) } else { (1, 2e-3) };
+            let (more, noise) = match method {
+                Method::Particle => (8, 0.05),
+                Method::Bidirectional => (8, 2e-3),
+                _ => (1, 2e-3),
+            };
             let plan = Plan { paths_per_pixel: more * PLAN.paths_per_pixel, ..PLAN };
             let pictures = repeat(&furnace(bsdf.clone(), enclosed), method, plan);
             let means: Vec<f64> = pictures.iter().map(|p| p.iter().sum::<f64>() / p.len() as f64).collect();

@@ -218,5 +218,5 @@ fn parts_that_do_not_belong_are_named() {
     assert!(info.contains(&format!("cameraPaths: {}", report["camera_paths"])), "{info}");
     assert!(info.contains("stopped: "), "{info}");
     let wanted = runs(&["merge", &one, &two, &three, "--error", "1%"]);
-    assert!(wanted.contains("times the samples") && wanted.contains("parts 4 to"), "{wanted}");
+    assert!(wanted.contains("times the samples") && wanted.contains("with --number 4 to"), "{wanted}");
 }

@@ -83,10 +83,15 @@ fn light_over_the_ceiling_is_not_left_to_camera_paths() {
 }
 
 #[test]
-fn plain_rooms_are_left_to_camera_paths() {
-    for name in ["cornell", "veach_plates", "furnace"] {
+fn direct_light_is_left_to_camera_paths() {
+    for name in ["veach_plates", "furnace"] {
         assert_eq!(of_file(name).kind, IntegratorKind::Path, "{name}");
     }
+}
+
+#[test]
+fn half_of_the_light_indirect_calls_for_both_ends() {
+    assert_eq!(of_file("cornell").kind, IntegratorKind::Bidirectional);
 }
 
 #[test]

@@ -63,7 +63,8 @@ fn unusable_vertices_hide_nothing() {
     }
 }
 
-/// The density of a light sample equals the density that a ray hits that point, for every kind of light.
+/// The density of a light sample equals the density that a ray hits that point, for every kind of light. An even sky has nothing that
+/// exceeds its mean: it is left to the rays that materials send.
 #[test]
 fn sample_and_pdf_are_pairs() {
     let mut desc = empty();
@@ -104,7 +105,9 @@ fn sample_and_pdf_are_pairs() {
         let pdf = scene.lights().pdf(light, lit, sample.wi, hit.as_ref().map(|h| &h.point));
         assert!((pdf.0 / sample.pdf.0 - 1.0).abs() < 1e-4, "light {light}: {pdf:?} {:?}", sample.pdf);
     }
-    assert!(seen.iter().all(|&n| n > 20), "{seen:?}");
+    let [surfaces @ .., sky] = seen;
+    assert!(surfaces.iter().all(|&n| n > 20) && sky == 0, "{seen:?}");
+    assert_eq!(scene.lights().pdf(4, lit, Vec3::Z, None).0, 0.0);
 }
 
 /// Fronts as Mitsuba 3.9 has them (asked of it): +z and outwards survive a mirroring transform, a sphere's do not.

@@ -13,8 +13,11 @@ const PATHS: u64 = 60_000;
 
 fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
     let paths = PATHS.to_string();
-    let all = ["--size", "96x96", "--samples", &paths, "--exposure", "1", "-o", "last.png", "-o", "last.exr"];
-    crate::viewer::view(desktop, folder, &[&all[..], &["--json", "figures.json"], options].concat())
+    let picture =
+        ["--size", "96x96", "--samples", &paths, "--exposure", "1", "-o", "last.png", "-o", "last.exr"];
+    // A method that is chosen while the window is open would begin the picture anew.
+    let all = [&picture[..], &["--integrator", "path", "--json", "figures.json"], options].concat();
+    crate::viewer::view(desktop, folder, &all)
 }
 
 /// What the viewer says when all paths are in the picture.
