@@ -97,7 +97,9 @@ impl BidirectionalTracer {
         // Set at the end: a panic leaves a pool that is filled anew.
         pool.key = None;
         pool.lambda = self.context.wavelengths(group_wavelength(index, seed));
-        (pool.vertices.clear(), pool.rows.clear(), pool.splats.clear());
+        pool.vertices.clear();
+        pool.rows.clear();
+        pool.splats.clear();
         for member in 0..GROUP {
             // Beyond 2^61 indices the paths repeat.
             let first = (key.group * GROUP + member).wrapping_mul(LIGHT_SUBPATHS);
