@@ -196,6 +196,8 @@ class Timed:
 
 def joined(methods):
     """The mean of unbiased methods, weighted by the inverse of their errors, and the variance of that mean."""
+    if not methods:
+        sys.exit("equal_time: every unbiased method misses light here: take more --seeds or a larger --size")
     plain = sum(m.mean for m in methods) / len(methods)
     brightness = ((plain @ WEIGHTS) ** 2 + 0.01)[..., None]
     weights = np.array([1 / max((m.variance / brightness).mean(), 1e-12) for m in methods])
@@ -240,7 +242,7 @@ def check_bounds(a, path, bound, special, peers):
             above += binding and verdict == "ABOVE"
             name = m.name + (f" ({m.chosen})" if m.name == "auto" else "") + (" <" if binding else "")
             figures = f"{total[m.name]:>10.5f}{bias:>10.5f}{ratio:>8.2f}{limit or '':>7} {verdict}"
-            print(f"{os.path.basename(path):<22}{share * 10:>4g}{name:>24}{m.spp:>6}{m.seconds:>8.2f}{figures}", flush=True)
+            print(f"{os.path.basename(path):<22}{a.seconds / 2 * share:>4g}{name:>24}{m.spp:>6}{m.seconds:>8.2f}{figures}", flush=True)
     return above
 
 

@@ -38,6 +38,18 @@ pub fn raise(part: FaultyValue, values: [f32; 4], surface: Option<u32>, light: O
     });
 }
 
+/// Raises faults that were taken before.
+#[inline]
+pub fn raise_again(faults: &[Raised]) {
+    if !faults.is_empty() {
+        RAISED.set(true);
+        PENDING.with_borrow_mut(|pending| {
+            let room = MOST.saturating_sub(pending.len());
+            pending.extend(faults.iter().take(room));
+        });
+    }
+}
+
 /// Says that what was raised since the last call is of this light path of photon mapping.
 #[inline]
 pub fn of_light_path(number: u64) {

@@ -14,7 +14,7 @@ const LATEST: u32 = 1024;
 const SURVIVAL: f32 = 1.5;
 
 /// When and how roulette ends a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Policy {
     /// Roulette begins with this number of segments at the latest, whatever the scene says.
     pub latest: u32,

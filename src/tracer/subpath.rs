@@ -152,15 +152,15 @@ impl PreviousVertex {
 
 impl Walk<false> {
     /// A walk from the point `origin` of the camera's lens; `None` where all its rays are parallel. `pdf` is the density of its directions
-    /// per steradian, or of parallel rays per unit of area across them. Every such walk comes with `lights` light subpaths that are
-    /// connected to the camera.
-    pub fn from_camera(lambda: SampledWavelengths, origin: Option<Vec3>, pdf: f32, lights: f32) -> Self {
+    /// per steradian, or of parallel rays per unit of area across them. `splats` is the number of samples that connecting
+    /// a light subpath to the camera counts as in weights.
+    pub fn from_camera(lambda: SampledWavelengths, origin: Option<Vec3>, pdf: f32, splats: f32) -> Self {
         // Nothing can choose the camera: its own sum is 0.
         let previous = PreviousVertex {
             from: origin,
             cos: 1.0,
             fwd_w: pdf,
-            link: lights,
+            link: splats,
             fwd: 1.0,
             previous_link: 0.0,
             tail: 0.0,

@@ -12,7 +12,7 @@
 //!
 //! where cⱼ, the *link*, belongs to the strategy in which j is the first vertex of the other side. It is 0 where that is
 //! impossible, since the edge to vertex j − 1 ends at a delta, else the number of samples that the strategy counts as
-//! ([`CONNECTION_SAMPLES`]); for next-event estimation, which does not choose
+//! ([`CONNECTION_SAMPLES`], another number for the connection to the camera); for next-event estimation, which does not choose
 //! the light's vertex as the walk does, it is the quotient of the two densities. Sₙ and Sₙ₋₁ depend on what
 //! vertex n is connected to, Sₙ₋₂ does not: it is the *tail* that a walk carries on (after Georgiev, *Implementing Vertex
 //! Connection and Merging*, 2012, and van Antwerpen 2011, who carry the same for the balance heuristic).

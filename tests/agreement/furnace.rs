@@ -141,7 +141,7 @@ fn check(name: &str, bsdf: BsdfDesc, methods: &[Method], lossless: bool) {
     assert!(wanted < 1.0 + 4.0 * wanted_error + 1e-4, "{name} makes light: {wanted} ± {wanted_error}");
     for enclosed in [false, true] {
         for &method in methods {
-            // Few light paths end in a narrow view.
+            // Few light paths end in a narrow view. In an even sky they take weight from camera paths, which have no noise there.
             let (more, noise) = match method {
                 Method::Particle => (8, 0.05),
                 Method::Bidirectional => (8, 2e-3),

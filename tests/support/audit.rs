@@ -265,6 +265,7 @@ pub fn audit(desc: &SceneDesc, method: Method, plan: AuditPlan) -> [Option<Balan
 const FIRST: u64 = 8192;
 
 fn observe<I: Integrator>(tracer: &I, scene: &Scene, indices: u64, audit: &mut Audit) {
+    // Light subpaths that indices share are recorded once, with the first of them: the number of indices must be whole groups.
     let mut scratch = I::Scratch::default();
     for index in FIRST..FIRST + indices {
         let events = recorded(|| tracer.trace(index, &mut scratch, &mut NoSamples));

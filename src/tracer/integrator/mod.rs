@@ -95,7 +95,7 @@ use crate::tracer::Sampler;
 ///
 /// [`UvWindow`]: crate::stream::UvWindow
 pub trait Integrator: Send + Sync + 'static {
-    /// What one worker reuses from path to path.
+    /// What one worker reuses from path to path of one integrator. It may hold what several paths share, so that no other integrator may use it.
     type Scratch: Default + Send;
 
     /// Traces path number `index`. Exactly one call per index; every sample goes to `out`.

@@ -100,7 +100,7 @@ impl Lights {
         self.lights.len()
     }
 
-    /// True where next-event estimation has nothing to choose but the point of one surface, or nothing at all.
+    /// True where next-event estimation has nothing to choose but the point of one surface (a mesh has one for each triangle), or nothing at all.
     #[inline]
     pub fn is_single_surface(&self) -> bool {
         self.selector.only().is_some_and(|only| only.is_none() || only != self.environment)

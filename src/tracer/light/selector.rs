@@ -34,7 +34,7 @@ pub(super) enum LightSelector {
 }
 
 impl LightSelector {
-    /// A choice among `lights`, whose powers (over π) are `powers`: not negative and of finite, positive sum.
+    /// A choice among `lights`, whose powers (over π) are `powers`: not negative and of finite sum, which is 0 where nothing is looked for.
     pub(super) fn new(lights: &[Light], powers: &[f32], scene: BoundingSphere) -> Self {
         let largest = powers.iter().fold(0.0f32, |a, b| a.max(*b));
         let shining = powers.iter().enumerate().filter(|(_, power)| **power > 0.0);

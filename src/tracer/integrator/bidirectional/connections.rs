@@ -1,8 +1,8 @@
 //! Which vertices of camera and light subpaths are connected: a few of all pairs, chosen by their importance.
 //!
 //! The importance of a pair is an estimate of what it would contribute. A connection that is made stands for those that are
-//! not: its contribution is divided by its probability, so that expected values and weights are those of full
-//! connection. relMSE at equal time (scaled to 512 × 512 and 20 CPU seconds, `benchmarks methods`), the first six with one light subpath to each camera subpath:
+//! not: its contribution is divided by its probability, so that expected values are those of full
+//! connection. Pairs of diffuse vertices are made with all light subpaths of the group, others with those of the index. relMSE at equal time (scaled to 512 × 512 and 20 CPU seconds, `benchmarks methods`), the first six with one light subpath to each camera subpath:
 //!
 //! | connections of a camera subpath | Cornell box | with glass and mirror | lit from a cove |
 //! |---|---|---|---|
@@ -12,7 +12,7 @@
 //! | four, uniformly chosen | .0101 | .0222 | .1312 |
 //! | one, by importance | .0111 | .0216 | .1035 |
 //! | six, by importance | .0076 | .0211 | .0489 |
-//! | **six, by importance, of four light subpaths to eight camera subpaths** | **.0052** | **.0172** | **.0362** |
+//! | six, by importance, of four light subpaths to eight camera subpaths | .0052 | .0172 | .0362 |
 //!
 //! Where all light that matters comes through a lens (`scenes/caustic.xml`) half as many light subpaths cost: .039 against
 //! .032 with all connections and one light subpath each.
@@ -157,7 +157,7 @@ fn find_row<B: Scattering>(
 fn mend<B: Scattering>(camera: &SubpathVertex<B>, light: &[SubpathVertex<B>], row: &mut [f32]) -> f32 {
     for (light, importance) in light.iter().zip(&mut *row) {
         if importance.is_nan() {
-            *importance = general_importance(camera, light);
+            *importance = if is_diffuse(light) { general_importance(camera, light) } else { 0.0 };
         }
     }
     row.iter().sum()
@@ -183,9 +183,9 @@ impl BidirectionalTracer {
         if total <= 0.0 {
             return;
         }
-        // An infinite sum makes 0 of the scale, with which nothing would be connected.
         let brightness = path.radiance.0.element_sum();
-        let scale = (CONNECTIONS / (total + brightness / SHARE)).max(f32::MIN_POSITIVE);
+        // An infinite sum would make 0 of the scale, with which nothing is connected, and a tiny one infinity, which times nothing is no number.
+        let scale = (CONNECTIONS / (total + brightness / SHARE)).clamp(f32::MIN_POSITIVE, f32::MAX);
         let typical = SMALL * SHARE / scale;
         let (stride, Candidates { importances, sums, .. }) = (pool.rows.stride(), candidates);
         sum_probabilities(self.context.scene.kernel(), importances, scale, sums);

@@ -28,7 +28,7 @@ pub(super) struct DiffuseSummary {
     n: Vec3,
     /// Throughput times BRDF.
     throughput: Vec4,
-    /// 1 / (π · density).
+    /// 1 / (π · density), times what the strategy in which the vertex belongs to the other subpath counts over a connection.
     spread: f32,
     /// Number of segments on the way here.
     depth: f32,
@@ -43,7 +43,8 @@ impl DiffuseSummary {
             Some(b) if surface.wo.z > 0.0 => (vertex.throughput * b.albedo).0 * std::f32::consts::FRAC_1_PI,
             _ => Vec4::ZERO,
         };
-        let spread = std::f32::consts::FRAC_1_PI / vertex.mis.fwd;
+        let link = vertex.mis.link[0] / CONNECTION_SAMPLES;
+        let spread = link * std::f32::consts::FRAC_1_PI / vertex.mis.fwd;
         let (p, n) = (surface.hit.point.p, surface.frame.n);
         Self { p, n, throughput, spread, depth: vertex.depth as f32 }
     }
@@ -164,8 +165,6 @@ fn importances_of(row: &CameraRow<'_>, out: &mut [f32]) -> f32 {
 
 #[inline(always)]
 fn importances_of_block(camera: &DiffuseSummary, light: &LightBlock, room: f32) -> Lanes {
-    /// The densities of other strategies count as over that of this one.
-    const KNOWN: f32 = 1.0 / CONNECTION_SAMPLES;
     let DiffuseSummary { p, n, throughput: a, spread, .. } = *camera;
     let LightBlock { p: q, n: m, throughput: b, .. } = light;
     let mut importances = [0.0; LANES];
@@ -175,7 +174,7 @@ fn importances_of_block(camera: &DiffuseSummary, light: &LightBlock, room: f32) 
         let cb = -(x * m[0][k] + y * m[1][k] + z * m[2][k]);
         let inverse = 1.0 / (x * x + y * y + z * z);
         let g = ca * cb * inverse * inverse;
-        let (u, v) = (g * spread * KNOWN, g * light.spread[k] * KNOWN);
+        let (u, v) = (g * spread, g * light.spread[k]);
         let weight = 1.0 / (1.0 + u * u + v * v);
         let weight = if weight < LEAST_WEIGHT { LEAST_WEIGHT } else { weight };
         let value = g * (a.x * b[0][k] + a.y * b[1][k] + a.z * b[2][k] + a.w * b[3][k]) * weight;
@@ -231,7 +230,7 @@ mod tests {
             return 0.0;
         }
         let g = ca * cb / offset.length_squared().powi(2);
-        let density = |spread: f32| g * f64::from(spread) / f64::from(CONNECTION_SAMPLES);
+        let density = |spread: f32| g * f64::from(spread);
         let weight = 1.0 / (1.0 + density(a.spread).powi(2) + density(b.spread).powi(2));
         g * a.throughput.as_dvec4().dot(b.throughput.as_dvec4()) * weight.max(f64::from(LEAST_WEIGHT))
     }

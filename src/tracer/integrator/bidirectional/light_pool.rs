@@ -10,7 +10,8 @@ use std::ops::Range;
 
 use crate::color::Xyz;
 use crate::spectrum::SampledWavelengths;
-use crate::stream::SampleSink;
+use crate::stream::faults::Raised;
+use crate::stream::{SampleSink, faults};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
@@ -20,7 +21,7 @@ use crate::tracer::{Sampler, roulette};
 use super::importance::{DiffuseSummary, LightRows};
 use super::{BidirectionalTracer, LIGHT_SUBPATHS};
 
-/// Indices of a group: a power of two. Chunks of indices, which workers claim, are whole groups.
+/// Indices of a group: a power of two, so that chunks of indices, which workers claim, are whole groups.
 pub(super) const GROUP: u64 = 4;
 
 /// Which subpaths are in a pool.
@@ -42,7 +43,9 @@ pub(super) struct LightPool<B> {
     pub(super) rows: LightRows,
     /// Samples of the light stream, subpath by subpath.
     splats: Vec<([f32; 2], Xyz)>,
-    /// For each index of the group the ends of its vertices and of its splats.
+    /// What was wrong on the way, subpath by subpath.
+    faults: Vec<Raised>,
+    /// For each index of the group the ends of its vertices, its splats and its faults.
     ends: [PoolEnds; GROUP as usize],
 }
 
@@ -50,6 +53,7 @@ pub(super) struct LightPool<B> {
 struct PoolEnds {
     vertices: usize,
     splats: usize,
+    faults: usize,
 }
 
 impl<B> Default for LightPool<B> {
@@ -60,6 +64,7 @@ impl<B> Default for LightPool<B> {
             vertices: Vec::new(),
             rows: LightRows::default(),
             splats: Vec::new(),
+            faults: Vec::new(),
             ends: [PoolEnds::default(); GROUP as usize],
         }
     }
@@ -77,8 +82,9 @@ impl<B> LightPool<B> {
         self.part(index, |ends| ends.vertices)
     }
 
-    /// Sends the samples of the light subpaths of `index`.
+    /// Sends the samples of the light subpaths of `index`, and raises their faults.
     pub(super) fn send_splats(&self, index: u64, out: &mut impl SampleSink) {
+        faults::raise_again(&self.faults[self.part(index, |ends| ends.faults)]);
         for &(uv, value) in &self.splats[self.part(index, |ends| ends.splats)] {
             out.light(uv, value);
         }
@@ -100,16 +106,20 @@ impl BidirectionalTracer {
         pool.vertices.clear();
         pool.rows.clear();
         pool.splats.clear();
+        pool.faults.clear();
+        let before = faults::take();
         for member in 0..GROUP {
-            // Beyond 2^61 indices the paths repeat.
+            // Beyond 2^62 indices the numbers of light subpaths repeat.
             let first = (key.group * GROUP + member).wrapping_mul(LIGHT_SUBPATHS);
             for number in 0..LIGHT_SUBPATHS {
                 let numbers = Sampler::at(first.wrapping_add(number), seed).light();
                 self.trace_light_subpath(&numbers, pool);
             }
+            pool.faults.append(&mut faults::take());
             let (vertices, splats) = (pool.vertices.len(), pool.splats.len());
-            pool.ends[member as usize] = PoolEnds { vertices, splats };
+            pool.ends[member as usize] = PoolEnds { vertices, splats, faults: pool.faults.len() };
         }
+        faults::raise_again(&before);
         for vertex in &pool.vertices {
             pool.rows.push(&DiffuseSummary::new(vertex));
         }
