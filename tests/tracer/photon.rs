@@ -46,7 +46,8 @@ fn glass_and_mirror() {
 /// Photons are not gathered on rough metal and rough glass: paths go on through them from both ends.
 #[test]
 fn rough_metal_and_glass() {
-    // The bias shows in about 27 of the 256 pixels, since camera paths no longer look for a constant sky and are less noisy.
+    // The bias shows in 27 of the 256 pixels, and showed in 19 while paths looked for a constant sky. The photons' noise is much the same (variance
+    // .0147, was .0152) and that of the reference larger (.0126, was .0082), so this is not explained by noise; the ratio of the means is as it was.
     assert_within(&scene("rough.xml"), PLAN, 0.88, 0.02);
 }
 
