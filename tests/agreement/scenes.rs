@@ -43,6 +43,7 @@ fn veach_plates() {
 
 #[test]
 fn veach_door() {
-    // `photon-bias veach_door.xml` at 16 384 samples: 6.5 % ± 1.8 % of a pixel, at 2^20: 2.5 % ± 0.8 %.
-    check("veach_door.xml", 4, 1536, 0.065);
+    // `photon-bias veach_door.xml` at 16 384 samples: 6.5 % ± 1.8 % of a pixel, at 2^20: 2.5 % ± 0.8 %. That is relative to the mean of
+    // the picture; 24 576 samples leave the darkest block of 16 too bright by 19 %, and 491 520 by none.
+    check("veach_door.xml", 4, 4 * 1536, 0.065);
 }
