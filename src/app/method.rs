@@ -18,7 +18,7 @@ use crate::study::late::Probe;
 use crate::tracer::choice::{self, CANDIDATES, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
-    PhotonTracer, PlanCheckTally, RenderContext, Replicated,
+    PhotonTracer, PlanCheckTally, RenderContext, Replicated, VcmTracer,
 };
 use crate::tracer::{Camera, Integrator, Scene};
 
@@ -50,7 +50,7 @@ pub struct CheckOrder {
 /// Paths that one index of a method stands for.
 pub fn paths_per_index(kind: IntegratorKind) -> u64 {
     match kind {
-        IntegratorKind::Bidirectional => CAMERA_SUBPATHS,
+        IntegratorKind::Bidirectional | IntegratorKind::Vcm => CAMERA_SUBPATHS,
         _ => 1,
     }
 }
@@ -88,7 +88,13 @@ pub fn start(
             "--check-plan compares paths of light, and `depth` traces none: choose another --integrator"
         )),
         IntegratorKind::Depth => special::<DepthTracer>(server, run, order),
-        IntegratorKind::Photon if order.check.is_some() => check_photons(server, run, order),
+        IntegratorKind::Photon if order.check.is_some() => check_photons::<PhotonTracer>(server, run, order),
+        IntegratorKind::Vcm if order.check.is_some() => check_photons::<VcmTracer>(server, run, order),
+        IntegratorKind::Vcm => {
+            let make = |context| VcmTracer::new(context, run.deterministic);
+            let tracer = Replicated::new(&context_of(run, &order), run.replicated, make);
+            send(server, run, tracer, order).map(|()| None)
+        }
         IntegratorKind::Photon => {
             let mut last = last.iter().flat_map(|last| &last.parts);
             let tracer =
@@ -124,7 +130,11 @@ fn special<I: Integrator + From<RenderContext>>(
 }
 
 /// A sample of photon mapping is made of many paths, so both codes must have traced all of them.
-fn check_photons(server: &Server, run: &RunSpec, order: RenderOrder) -> Result<Option<Arc<PlanCheckTally>>> {
+fn check_photons<I: Integrator + From<RenderContext>>(
+    server: &Server,
+    run: &RunSpec,
+    order: RenderOrder,
+) -> Result<Option<Arc<PlanCheckTally>>> {
     let complete = order.check.as_ref().is_some_and(|check| check.share >= 1.0) && run.deterministic;
     if !complete || order.scene.white().is_some() {
         return Err(miette::miette!(
@@ -132,7 +142,7 @@ fn check_photons(server: &Server, run: &RunSpec, order: RenderOrder) -> Result<O
             "a sample of photon mapping is made of many paths: the plan can be checked on all of them only"
         ));
     }
-    special::<PhotonTracer>(server, run, order)
+    special::<I>(server, run, order)
 }
 
 fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: RenderOrder) -> Result<()> {

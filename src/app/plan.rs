@@ -109,7 +109,7 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
 pub fn streams(kind: IntegratorKind) -> [bool; 2] {
     match kind {
         IntegratorKind::Light => [false, true],
-        IntegratorKind::Bidirectional => [true, true],
+        IntegratorKind::Bidirectional | IntegratorKind::Vcm => [true, true],
         IntegratorKind::Path | IntegratorKind::Photon | IntegratorKind::Depth | IntegratorKind::Auto => {
             [true, false]
         }

@@ -19,6 +19,7 @@ use crate::stream::rejections::fault_of_sample;
 use crate::stream::{SampleSink, replicate};
 use crate::tracer::integrator::{
     BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated,
+    VcmTracer,
 };
 use crate::tracer::record::{PathEvent, recorded};
 use crate::tracer::{Camera, Integrator, Scene};
@@ -37,10 +38,10 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     let scene = load::prepare(Scene::prepare, desc, args.source.simd)?;
     let scene = Arc::new(scene);
     method::choose(&mut run, &scene, &camera, args.source.threads());
-    if run.integrator != IntegratorKind::Photon && (args.generations.is_some() || args.light_path.is_some()) {
+    if !run.integrator.has_photons() && (args.generations.is_some() || args.light_path.is_some()) {
         return Err(miette::miette!(
-            help = "leave them away, or give --integrator photon",
-            "--generations and --light-path are of photon mapping, and the method is {}",
+            help = "leave them away, or give --integrator photon or vcm",
+            "--generations and --light-path are of photons, and the method is {}",
             run.integrator.name()
         ));
     }
@@ -102,6 +103,20 @@ fn trace_again(args: &ReplayArgs, run: &RunSpec, context: &RenderContext, out: &
                 Some(number) => {
                     let part = if run.replicated { replicate(args.index).0 } else { 0 };
                     tracer.parts[part].trace_light_path(number);
+                }
+                None => tracer.trace(args.index, &mut Default::default(), out),
+            }
+        }
+        IntegratorKind::Vcm => {
+            let make = |context| match (VcmTracer::new(context, true), args.generations) {
+                (tracer, Some(generations)) => tracer.seeing(generations),
+                (tracer, None) => tracer,
+            };
+            let tracer = Replicated::new(context, run.replicated, make);
+            match args.light_path {
+                Some(number) => {
+                    let part = if run.replicated { replicate(args.index).0 } else { 0 };
+                    tracer.parts[part].photons.trace_light_path(number);
                 }
                 None => tracer.trace(args.index, &mut Default::default(), out),
             }

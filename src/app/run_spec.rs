@@ -266,8 +266,7 @@ impl RunSpec {
     /// The command line that traces the path of a rejected value again and prints what it meets.
     pub fn replay(&self, rejected: &Rejected) -> String {
         let mut command = self.scene_options("replay") + &format!(" --index {}", rejected.index);
-        if let Some(generations) = rejected.generations.filter(|_| self.integrator == IntegratorKind::Photon)
-        {
+        if let Some(generations) = rejected.generations.filter(|_| self.integrator.has_photons()) {
             command += &format!(" --generations {generations}");
         }
         if let Some(number) = rejected.light_path {

@@ -317,6 +317,9 @@ pub enum IntegratorKind {
     Bidirectional,
     /// One-pass photon mapping: final gathering from photons that light paths leave. It converges: its blur shrinks as it goes.
     Photon,
+    /// Vertex connection and merging: bidirectional path tracing, but caustics seen in mirrors and through glass are found by
+    /// photons. Their blur shrinks as it goes; all else is unbiased.
+    Vcm,
     /// No light: the distance to the first surface, as grey.
     Depth,
     /// The method that suits the scene, chosen by a short trial of each; the program says why. Path tracing until then.
@@ -332,8 +335,19 @@ impl IntegratorKind {
             IntegratorKind::Light => "light",
             IntegratorKind::Bidirectional => "bidirectional",
             IntegratorKind::Photon => "photon",
+            IntegratorKind::Vcm => "vcm",
             IntegratorKind::Depth => "depth",
         }
+    }
+
+    /// True for the methods whose camera paths gather photons.
+    pub const fn has_photons(self) -> bool {
+        matches!(self, IntegratorKind::Photon | IntegratorKind::Vcm)
+    }
+
+    /// True for the methods that connect subpaths from both ends.
+    pub const fn is_bidirectional(self) -> bool {
+        matches!(self, IntegratorKind::Bidirectional | IntegratorKind::Vcm)
     }
 }
 

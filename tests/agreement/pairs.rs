@@ -9,7 +9,8 @@ use pointillist::tracer::bsdf::{Bsdf, ScatteringModel};
 use pointillist::tracer::{Camera, Scene};
 
 /// The methods that are compared.
-pub const METHODS: [Method; 4] = [Method::Path, Method::Particle, Method::Bidirectional, Method::Photon];
+pub const METHODS: [Method; 5] =
+    [Method::Path, Method::Particle, Method::Bidirectional, Method::Photon, Method::Vcm];
 
 /// The relative difference of a block, and of the mean, that counts as none for photon mapping: its bias at the number of paths
 /// of [`PLAN`] where light has no sharp features (`tools/benchmarks/photon_bias.rs` shows how it shrinks).
@@ -63,7 +64,7 @@ pub fn assert_all_pairs(name: &str, desc: &SceneDesc, plan: Plan, photons: f64) 
     for &(a, b) in &pairs {
         let from_light = [a, b].iter().any(|&i| METHODS[i] == Method::Particle);
         let blocks: Vec<usize> = (0..plan.side.pow(2)).filter(|&i| visible[i] || !from_light).collect();
-        let biased = [a, b].iter().any(|&i| METHODS[i] == Method::Photon);
+        let biased = [a, b].iter().any(|&i| matches!(METHODS[i], Method::Photon | Method::Vcm));
         let (share, n) = (if biased { photons } else { 0.0 }, f64::from(plan.seeds));
         let test = |of: &dyn Fn(&[f64]) -> f64| {
             let [a, b] = [a, b].map(|i| welch::moments(pictures[i].iter().map(|p| of(p))));

@@ -6,7 +6,9 @@ use pointillist::color::Xyz;
 use pointillist::image::compare::{Measured, ZTest, z_test};
 use pointillist::scene::desc::SceneDesc;
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext};
+use pointillist::tracer::integrator::{
+    BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext, VcmTracer,
+};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 use super::welch;
@@ -18,6 +20,7 @@ pub enum Method {
     Particle,
     Bidirectional,
     Photon,
+    Vcm,
 }
 
 /// Sums of luminance over the pixels of a picture.
@@ -87,6 +90,7 @@ pub fn repeat(desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
             Method::Particle => trace(&ParticleTracer { context }, plan.side, paths),
             Method::Bidirectional => trace(&BidirectionalTracer { context }, plan.side, paths),
             Method::Photon => trace(&PhotonTracer::new(context, true), plan.side, paths),
+            Method::Vcm => trace(&VcmTracer::new(context, true), plan.side, paths),
         }
     };
     let half = plan.seeds / 2;

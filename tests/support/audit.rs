@@ -235,7 +235,8 @@ pub fn audit(desc: &SceneDesc, method: Method, plan: AuditPlan) -> [Option<Balan
         match method {
             Method::Path => observe(&PathTracer { context }, &scene, plan.indices, &mut audit),
             Method::Particle => observe(&ParticleTracer { context }, &scene, plan.indices, &mut audit),
-            Method::Bidirectional => {
+            // Merging adds no subpaths to those from both ends.
+            Method::Bidirectional | Method::Vcm => {
                 observe(&BidirectionalTracer { context }, &scene, plan.indices, &mut audit)
             }
             Method::Photon => {

@@ -10,7 +10,7 @@ use pointillist::scene::{SceneDesc, load, load_str};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, ParticleTracer, PathTracer, PhotonTracer,
-    RenderContext,
+    RenderContext, VcmTracer,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 use proptest::prelude::*;
@@ -75,6 +75,20 @@ fn photons_are_as_planned() {
         let mut scratch = Default::default();
         (0..2000).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
         assert_eq!(checked.tally().counts(), [2000, 0], "{name}");
+    }
+}
+
+/// The same for vertex connection and merging.
+#[test]
+fn merging_is_as_planned() {
+    for name in ["cornell.xml", "cornell_spheres.xml", "rough.xml", "caustic.xml"] {
+        let desc = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &[]).unwrap().desc;
+        let context = render_context(&desc, Scene::prepare(&desc).unwrap());
+        let general = Arc::new(Scene::prepare_general(&desc).unwrap());
+        let checked = CheckedIntegrator::<VcmTracer>::new(context, general, 1.0);
+        let mut scratch = Default::default();
+        (0..500).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
+        assert_eq!(checked.tally().counts(), [500, 0], "{name}");
     }
 }
 

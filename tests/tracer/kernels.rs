@@ -12,7 +12,7 @@ use pointillist::scene::load;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::accel::SimdKernel;
-use pointillist::tracer::integrator::{BidirectionalTracer, PhotonTracer, RenderContext};
+use pointillist::tracer::integrator::{BidirectionalTracer, PhotonTracer, RenderContext, VcmTracer};
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 /// Indices of the sequence that are traced.
@@ -53,6 +53,7 @@ enum Method {
     Path,
     Bidirectional,
     Photon,
+    Vcm,
 }
 
 fn trace<I: Integrator>(tracer: &I) -> Taken {
@@ -75,6 +76,7 @@ fn samples(desc: &SceneDesc, method: Method, kernel: SimdKernel, seed: u32) -> T
         Method::Bidirectional => trace(&BidirectionalTracer { context }),
         // In index order, so that it does not depend on who traces what.
         Method::Photon => trace(&PhotonTracer::new(context, true)),
+        Method::Vcm => trace(&VcmTracer::new(context, true)),
     }
 }
 
@@ -121,7 +123,8 @@ fn mirror_and_glass() {
 
 #[test]
 fn caustics() {
-    agree("caustic", &scene("caustic.xml"), &[Method::Path, Method::Bidirectional, Method::Photon]);
+    let methods = [Method::Path, Method::Bidirectional, Method::Photon, Method::Vcm];
+    agree("caustic", &scene("caustic.xml"), &methods);
 }
 
 #[test]

@@ -37,3 +37,4 @@ mod sampler_nets;
 mod sampler_sequence;
 mod textured_lights;
 mod textures;
+mod vcm;

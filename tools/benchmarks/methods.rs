@@ -9,7 +9,7 @@ use glam::Vec3;
 use pointillist::color::{Profile, Xyz};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, Integrator, ParticleTracer, PathTracer, RenderContext,
+    BidirectionalTracer, Integrator, ParticleTracer, PathTracer, PhotonTracer, RenderContext, VcmTracer,
 };
 use pointillist::tracer::{Camera, PrepareOptions, Scene};
 
@@ -40,6 +40,8 @@ enum Method {
     Path,
     Light,
     Bidirectional,
+    Photon,
+    Vcm,
 }
 
 /// Sums per pixel, box filter.
@@ -95,6 +97,8 @@ fn render(context: &RenderContext, method: Method, seed: u32, size: usize, spp: 
         Method::Path => take(&PathTracer { context }, size, spp),
         Method::Light => take(&ParticleTracer { context }, size, spp),
         Method::Bidirectional => take(&BidirectionalTracer { context }, size, spp),
+        Method::Photon => take(&PhotonTracer::new(context, true), size, spp),
+        Method::Vcm => take(&VcmTracer::new(context, true), size, spp),
     }
 }
 

@@ -20,7 +20,7 @@ use pointillist::scene::load;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
 use pointillist::study::{ErrorField, Interval, Replicates, TileSubset};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated,
+    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated, VcmTracer,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 
@@ -103,6 +103,7 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
         ("light", IntegratorKind::Light),
         ("bidirectional", IntegratorKind::Bidirectional),
         ("photon", IntegratorKind::Photon),
+        ("vcm", IntegratorKind::Vcm),
     ];
     desc.integrator.kind = kinds
         .into_iter()
@@ -120,6 +121,7 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
             IntegratorKind::Light => trace::<ParticleTracer>(&context, divided, options),
             IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(&context, divided, options),
             IntegratorKind::Photon => trace::<PhotonTracer>(&context, divided, options),
+            IntegratorKind::Vcm => trace::<VcmTracer>(&context, divided, options),
         }
     };
     let all = |divided: bool| -> Vec<Run> {

@@ -20,7 +20,7 @@ use pointillist::scene::load;
 use pointillist::stream::{PathCounts, Sample, UvWindow};
 use pointillist::tracer::effects::{Effect, without};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext,
+    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, VcmTracer,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 
@@ -85,6 +85,7 @@ fn trace(scene: &Path, how: &[How]) -> Outcome {
         IntegratorKind::Light => paths(&ParticleTracer { context }),
         IntegratorKind::Bidirectional => paths(&BidirectionalTracer { context }),
         IntegratorKind::Photon => paths(&PhotonTracer::new(context, true)),
+        IntegratorKind::Vcm => paths(&VcmTracer::new(context, true)),
     }
 }
 

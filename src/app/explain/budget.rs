@@ -10,7 +10,6 @@ use crate::app::method::{self, RenderOrder};
 use crate::app::observer::{Beside, Observer};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
-use crate::scene::desc::IntegratorKind;
 use crate::server::Server;
 use crate::stream::{DrainOrder, Epoch};
 use crate::study::format::{duration, percent, remaining, round_percent};
@@ -97,7 +96,7 @@ impl Budget {
         let predicted = state.prediction.filter(|said| said.target == target.error);
         let alone = reached.or(predicted.map(|said| said.seconds));
         let [width, height] = run.film.padded_extent().map(f64::from);
-        let streams = if run.integrator == IntegratorKind::Bidirectional { 2.0 } else { 1.0 };
+        let streams = if run.integrator.is_bidirectional() { 2.0 } else { 1.0 };
         let (setup, merge) = (setup + STATE * width * height * streams, MERGE * width * height * streams);
         let on = |alone: Interval, machines: u32| {
             let n = f64::from(machines);

@@ -14,7 +14,9 @@ use crate::scene::desc::IntegratorKind;
 use crate::server::thread_cpu_time;
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::effects;
-use crate::tracer::integrator::{BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer};
+use crate::tracer::integrator::{
+    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, VcmTracer,
+};
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// How well costs are measured.
@@ -102,6 +104,7 @@ pub fn runner(run: &RunSpec, scene: Arc<Scene>, camera: Camera, desc: &SceneDesc
         IntegratorKind::Light => tracing_timer(ParticleTracer { context }),
         IntegratorKind::Bidirectional => tracing_timer(BidirectionalTracer { context }),
         IntegratorKind::Photon => tracing_timer(PhotonTracer::new(context, true)),
+        IntegratorKind::Vcm => tracing_timer(VcmTracer::new(context, true)),
         IntegratorKind::Depth => tracing_timer(DepthTracer::from(context)),
     }
 }

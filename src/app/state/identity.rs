@@ -12,7 +12,9 @@ use crate::client::lod::power_of_two_below;
 use crate::color::Xyz;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, Sample, SampleSink};
-use crate::tracer::integrator::{BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer};
+use crate::tracer::integrator::{
+    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, VcmTracer,
+};
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// What the parts of one picture have in common, besides their settings.
@@ -73,6 +75,7 @@ impl FirstChunk {
             IntegratorKind::Light => Self::of(&ParticleTracer { context }),
             IntegratorKind::Bidirectional => Self::of(&BidirectionalTracer { context }),
             IntegratorKind::Photon => Self::of(&PhotonTracer::new(context, true)),
+            IntegratorKind::Vcm => Self::of(&VcmTracer::new(context, true)),
             IntegratorKind::Depth => Self::of(&DepthTracer::from(context)),
         }
     }

@@ -138,7 +138,7 @@ fn chosen(renderer: &StudyRenderer) -> RunSpec {
 /// The same by an unbiased method: bidirectional path tracing in place of photon mapping.
 fn unbiased(renderer: &StudyRenderer) -> RunSpec {
     let mut run = chosen(renderer);
-    if run.integrator == IntegratorKind::Photon {
+    if run.integrator.has_photons() {
         run.integrator = IntegratorKind::Bidirectional;
     }
     run

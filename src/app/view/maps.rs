@@ -51,7 +51,7 @@ impl MapCache {
                 .ok_or("no error map yet: after 4 samples per pixel"),
             (MapChoice::Cost, _) => match session.run_spec().integrator {
                 IntegratorKind::Light => Err("no cost map: paths do not start at the picture"),
-                IntegratorKind::Bidirectional => {
+                IntegratorKind::Bidirectional | IntegratorKind::Vcm => {
                     Err("no cost map: paths from eight places are traced at once")
                 }
                 _ if session.tracers.server().is_none() => Err("no cost map: paths are traced elsewhere"),

@@ -11,13 +11,14 @@ use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 
 /// Integrators that are read with all their parameters. `ptracer` is Mitsuba's name of particle tracing; `light`,
-/// `bidirectional`, `photon` and `auto` are not in Mitsuba 3.
+/// `bidirectional`, `photon`, `vcm` and `auto` are not in Mitsuba 3.
 pub(super) const OURS: &[(&str, IntegratorKind)] = &[
     ("path", IntegratorKind::Path),
     ("ptracer", IntegratorKind::Light),
     ("light", IntegratorKind::Light),
     ("bidirectional", IntegratorKind::Bidirectional),
     ("photon", IntegratorKind::Photon),
+    ("vcm", IntegratorKind::Vcm),
     (DEPTH, IntegratorKind::Depth),
     ("auto", IntegratorKind::Auto),
 ];
@@ -122,7 +123,7 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
     })?;
     let hide_emitters = params.boolean("hide_emitters", false)?;
     let photons = match own {
-        Some(IntegratorKind::Photon | IntegratorKind::Auto) => photons(&params)?,
+        Some(IntegratorKind::Photon | IntegratorKind::Vcm | IntegratorKind::Auto) => photons(&params)?,
         _ => PhotonDesc::default(),
     };
     if own.is_none() {

@@ -218,6 +218,7 @@ fn compare(rival: &IntegratorRating, ratio: f64) -> String {
         IntegratorKind::Light => "particles",
         IntegratorKind::Bidirectional => "paths from both ends",
         IntegratorKind::Photon => "photons",
+        IntegratorKind::Vcm => "vertex connection and merging",
     };
     match ratio {
         r if !r.is_finite() || r > 1000.0 => format!("{name} need over 1000 times as long"),

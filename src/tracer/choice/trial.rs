@@ -5,7 +5,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, Integrator, LIGHT_SUBPATHS, ParticleTracer, PathTracer,
-    PhotonTracer, RenderContext,
+    PhotonTracer, RenderContext, VcmTracer,
 };
 
 use super::SEED;
@@ -72,6 +72,7 @@ impl Trial {
             IntegratorKind::Light => MomentGrid::trace(&ParticleTracer { context }, paths),
             IntegratorKind::Bidirectional => MomentGrid::trace(&BidirectionalTracer { context }, paths),
             IntegratorKind::Photon => MomentGrid::trace(&PhotonTracer::new(context, true), paths),
+            IntegratorKind::Vcm => MomentGrid::trace(&VcmTracer::new(context, true), paths),
         };
         Self { kind, paths, cost, grid }
     }
@@ -88,7 +89,7 @@ fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
     match kind {
         IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => path,
         IntegratorKind::Light => lit,
-        IntegratorKind::Bidirectional => {
+        IntegratorKind::Bidirectional | IntegratorKind::Vcm => {
             let share = LIGHT_SUBPATHS as f64 / CAMERA_SUBPATHS as f64;
             let both = camera.open.min(light.open).min(1.0);
             START + VERTEX_OF_BOTH * camera.vertices + SHADOW * camera.open + share * lit + CONNECTIONS * both

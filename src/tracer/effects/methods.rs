@@ -14,6 +14,9 @@ pub(super) const LIGHT_STREAM: Entry = Entry {
         IntegratorKind::Bidirectional => {
             Ok(("bidirectional path tracing shows light paths to the camera".to_string(), None))
         }
+        IntegratorKind::Vcm => {
+            Ok(("vertex connection and merging shows light paths to the camera".to_string(), None))
+        }
         _ => Err("the method shows camera paths only"),
     },
     refusal: |_| Some("which streams there are is the method's: choose --integrator path or light"),
@@ -105,13 +108,16 @@ pub(super) const CAUSTIC_PHOTONS: Entry = Entry {
     name: "caustic-photons",
     at_run_time: "the method; photons are kept where they land on something matt (PhotonDesc::caustics)",
     find: |used, kind| {
-        photons(kind, used.desc.integrator.photons.caustics)?;
+        photons(kind.has_photons(), used.desc.integrator.photons.caustics)?;
         if let Some(beam) = used.beam() {
             return by(Some(beam), "sends light that photons alone find", "");
         }
         by(used.material(BsdfDesc::is_specular), "may focus light", "nothing mirrors or refracts light")
     },
-    refusal: without_photons,
+    refusal: |kind| match kind {
+        IntegratorKind::Vcm => None,
+        _ => without_photons(kind),
+    },
     without: |desc| desc.integrator.photons.caustics = false,
     with: |desc| map_photons(desc, BsdfDesc::is_specular),
 };
@@ -120,7 +126,7 @@ pub(super) const GATHER: Entry = Entry {
     name: "gather",
     at_run_time: "the method; rays are sent out where a path is first spread (PhotonDesc::gather)",
     find: |used, kind| {
-        photons(kind, used.desc.integrator.photons.gather)?;
+        photons(kind == IntegratorKind::Photon, used.desc.integrator.photons.gather)?;
         by(used.material(BsdfDesc::is_diffuse), "spreads light", "nothing has a diffuse part")
     },
     refusal: without_photons,
@@ -129,11 +135,11 @@ pub(super) const GATHER: Entry = Entry {
 };
 
 /// Says why photons of one sort have no part, where the method has none or the user has forced them off.
-fn photons(kind: IntegratorKind, wanted: bool) -> Result<(), &'static str> {
-    match kind {
-        IntegratorKind::Photon if wanted => Ok(()),
-        IntegratorKind::Photon => Err("forced off"),
-        _ => Err("the method has no photons"),
+fn photons(has: bool, wanted: bool) -> Result<(), &'static str> {
+    match (has, wanted) {
+        (true, true) => Ok(()),
+        (true, false) => Err("forced off"),
+        (false, _) => Err("the method has no photons of this sort"),
     }
 }
 

@@ -7,6 +7,7 @@
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
+//! vcm              bidirectional path tracing, and photons for what it cannot connect
 //! depth            distances, without light
 //! check            `--check-plan`: the plan of effects is compared with the code for everything
 //! ```
@@ -44,6 +45,7 @@ mod direct_lighting;
 mod particle;
 mod path;
 mod photon;
+mod vcm;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 pub use check::{CheckedIntegrator, PlanCheckTally};
@@ -52,6 +54,7 @@ pub use depth::DepthTracer;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer};
+pub use vcm::{VcmScratch, VcmTracer};
 
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
 use crate::tracer::Sampler;

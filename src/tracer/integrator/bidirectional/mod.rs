@@ -23,12 +23,14 @@ mod importance;
 mod light_pool;
 mod strategies;
 
+use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
+use super::vcm::Prefix;
 use super::{Integrator, RenderContext};
 use connections::Candidates;
 use light_pool::{LightPool, group_wavelength};
@@ -74,7 +76,13 @@ impl<B> Default for Subpaths<B> {
 impl BidirectionalTracer {
     /// The loops over subpaths inline what they call: vertices are large, and a call would copy them through memory.
     #[inline(never)]
-    fn trace_as<B: Scattering>(&self, index: u64, subpaths: &mut Subpaths<B>, out: &mut impl SampleSink) {
+    fn trace_as<B: Scattering>(
+        &self,
+        index: u64,
+        subpaths: &mut Subpaths<B>,
+        mut merge: Option<&mut Merge<'_>>,
+        out: &mut impl SampleSink,
+    ) {
         let seed = self.context.seed;
         let Subpaths { light, camera, candidates } = subpaths;
         self.fill(light, index);
@@ -88,22 +96,28 @@ impl BidirectionalTracer {
             let uv = self.context.place(numbers.screen);
             let mut path = PathContribution::new(lambda);
             camera.clear();
-            self.trace_camera_subpath(&mut path, uv, &sampler, camera);
+            let specular = self.trace_camera_subpath(&mut path, uv, &sampler, merge.is_some(), camera);
             self.add_connections(&mut path, camera, light, candidates, numbers.connection);
-            out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
+            let mut value = lambda.to_xyz(path.radiance);
+            if specular && let Some(merge) = &mut merge {
+                value += merge(&sampler);
+            }
+            out.camera(uv.map(|c| c as f32), value, 1.0);
         }
     }
 
     /// Walks from the camera through `uv`, adds the emission and the direct light that it finds, and leaves the vertices that
-    /// can be connected in `vertices`.
+    /// can be connected in `vertices`. Lights that merging finds are left to it, where it is in use. Returns whether the first
+    /// surface scattered as a delta.
     #[inline(always)]
     fn trace_camera_subpath<B: Scattering>(
         &self,
         path: &mut PathContribution,
         uv: [f64; 2],
         sampler: &Sampler,
+        merging: bool,
         vertices: &mut Vec<SubpathVertex<B>>,
-    ) {
+    ) -> bool {
         let context = &self.context;
         let RenderContext { scene, camera, rr_depth, .. } = context;
         let longest = context.longest();
@@ -114,19 +128,26 @@ impl BidirectionalTracer {
         B::record(|| PathEvent::Begins((&walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
+        let (mut prefix, mut specular) = (Prefix::CAMERA, false);
         while walk.depth < longest {
             let Some(hit) = context.closest(&mut ray, walk.depth) else {
-                if let Some(light) = context.environment(walk.depth) {
+                if !(merging && prefix.is_merged())
+                    && let Some(light) = context.environment(walk.depth)
+                {
                     self.add_environment(path, light, &walk, last, ray.direction);
                 }
                 break;
             };
             if scene.passes(&mut ray, &hit) {
-                self.add_emitted::<B>(path, last, &walk.clone().arrive(scene, hit));
+                if !(merging && prefix.is_merged()) {
+                    self.add_emitted::<B>(path, last, &walk.clone().arrive(scene, hit));
+                }
                 continue;
             }
             let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-            self.add_emitted(path, last, &vertex);
+            if !(merging && prefix.is_merged()) {
+                self.add_emitted(path, last, &vertex);
+            }
             if walk.depth == longest {
                 break;
             }
@@ -137,27 +158,46 @@ impl BidirectionalTracer {
             }
             last = Some(vertex.surface.light_context());
             let next = walk.scatter(&vertex, &numbers, *rr_depth);
+            let diffuse = vertex.surface.bsdf.has_diffuse_part();
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);
             }
-            let Some(next) = next else { return };
+            let Some(next) = next else { return specular };
+            // The link is 0 after a delta.
+            prefix = prefix.then(walk.previous.link == 0.0, diffuse);
+            specular |= walk.depth == 1 && prefix.is_specular();
             ray = next;
         }
         B::record(|| PathEvent::Leaves((&walk).into()));
+        specular
+    }
+
+    /// Traces path number `index`, and has `merge` add to the camera samples what merging finds, if there is such.
+    pub(super) fn trace_merging(
+        &self,
+        index: u64,
+        scratch: &mut Scratch,
+        merge: Option<&mut Merge<'_>>,
+        out: &mut impl SampleSink,
+    ) {
+        match self.context.scene.material_class() {
+            MaterialClass::Diffuse => self.trace_as(index, &mut scratch.diffuse, merge, out),
+            MaterialClass::Specular => self.trace_as(index, &mut scratch.specular, merge, out),
+            MaterialClass::General => self.trace_as(index, &mut scratch.general, merge, out),
+            MaterialClass::Mixed => self.trace_as(index, &mut scratch.mixed, merge, out),
+            MaterialClass::Recorded => self.trace_as(index, &mut scratch.recorded, merge, out),
+        }
     }
 }
+
+/// Returns what merging adds to the camera sample of these numbers.
+pub(super) type Merge<'a> = dyn FnMut(&Sampler) -> Xyz + 'a;
 
 impl Integrator for BidirectionalTracer {
     type Scratch = Scratch;
 
     fn trace(&self, index: u64, scratch: &mut Scratch, out: &mut impl SampleSink) {
-        match self.context.scene.material_class() {
-            MaterialClass::Diffuse => self.trace_as(index, &mut scratch.diffuse, out),
-            MaterialClass::Specular => self.trace_as(index, &mut scratch.specular, out),
-            MaterialClass::General => self.trace_as(index, &mut scratch.general, out),
-            MaterialClass::Mixed => self.trace_as(index, &mut scratch.mixed, out),
-            MaterialClass::Recorded => self.trace_as(index, &mut scratch.recorded, out),
-        }
+        self.trace_merging(index, scratch, None, out);
     }
 
     fn paths_per_index(&self) -> PathCounts {

@@ -9,6 +9,7 @@ use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering};
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
+use crate::tracer::integrator::vcm::Prefix;
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceMaterial, SurfaceVertex};
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
@@ -85,6 +86,28 @@ impl<'a> CameraPath<'a> {
             let near = from.distance_squared(hit.point.p) < radius * radius;
             let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.depth)) else { break };
             (ray, from) = (next, next.origin);
+        }
+        self.xyz + self.state.lambda.to_xyz(self.state.radiance)
+    }
+
+    /// Follows the path along `ray` as far as its light is found by merging alone, and returns what photons contribute.
+    pub fn merge<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
+        let context = &self.tracer.context;
+        let mut prefix = Prefix::CAMERA;
+        while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
+            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
+            let diffuse = vertex.bsdf.has_diffuse_part();
+            if diffuse && prefix.is_specular() {
+                self.gather(&vertex, PhotonLayer::Caustic);
+            }
+            let u = sampler.vertex(self.state.depth);
+            let Some(next) = self.scatter(&vertex, diffuse, &u) else { break };
+            let delta = self.scratch.scatterings.last().is_some_and(|s| s.delta);
+            prefix = prefix.then(delta, diffuse);
+            if prefix == Prefix::Connectable {
+                break;
+            }
+            ray = next;
         }
         self.xyz + self.state.lambda.to_xyz(self.state.radiance)
     }

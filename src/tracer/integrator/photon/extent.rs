@@ -9,8 +9,8 @@ use glam::Vec3;
 use crate::stream::faults;
 use crate::tracer::photon_map::PhotonBatch;
 
-use super::RenderContext;
 use super::light_paths::trace_light_paths;
+use super::{PhotonPaths, RenderContext};
 
 /// Light paths that tell where light goes.
 const SCOUTS: u64 = 256;
@@ -23,7 +23,7 @@ const TOO_LARGE: f32 = 1024.0;
 pub(super) fn photon_box(context: &RenderContext) -> [Vec3; 2] {
     let (lo, hi) = context.scene.accel().bounds();
     let mut batch = PhotonBatch::default();
-    trace_light_paths(context, 0..SCOUTS, &mut batch);
+    trace_light_paths(context, PhotonPaths::Whole, 0..SCOUTS, &mut batch);
     // What went wrong is found again when these paths are traced for the map.
     faults::take();
     let positions: Vec<Vec3> = batch.positions().collect();

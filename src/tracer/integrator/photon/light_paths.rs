@@ -19,7 +19,7 @@ use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler, Scene};
 
-use super::{PhotonScratch, PhotonTracer, RenderContext};
+use super::{PhotonPaths, PhotonScratch, PhotonTracer, RenderContext};
 
 /// Makes the random numbers of light paths differ from those of the camera paths of the same index.
 const SEED: u32 = 0x5bd1_e995;
@@ -33,14 +33,15 @@ const SAMPLES_PER_CLAIM: u32 = 16;
 
 impl PhotonTracer {
     /// Traces this index's share of light paths and returns the photons that it sees; `None` when nobody waits for it.
-    pub(super) fn photons(
+    pub(in crate::tracer::integrator) fn photons(
         &self,
         index: u64,
         scratch: &mut PhotonScratch,
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
-        let trace =
-            |paths: Range<u64>, batch: &mut PhotonBatch| trace_light_paths(&self.context, paths, batch);
+        let trace = |paths: Range<u64>, batch: &mut PhotonBatch| {
+            trace_light_paths(&self.context, self.extent, paths, batch)
+        };
         scratch.samples = scratch.samples.wrapping_add(1);
         if scratch.samples.is_multiple_of(SAMPLES_PER_CLAIM)
             && let Some(claim) = self.map.claim(self.schedule.paths_ahead(index))
@@ -65,28 +66,40 @@ impl PhotonTracer {
 
     /// Traces the light path of this number, for its [record](crate::tracer::record), and forgets its photons.
     pub fn trace_light_path(&self, number: u64) {
-        let batch = &mut PhotonBatch::default();
+        let (batch, extent) = (&mut PhotonBatch::default(), self.extent);
         match self.context.scene.material_class() {
-            MaterialClass::Recorded => trace_light_path::<Recorded>(&self.context, number, batch),
-            MaterialClass::Mixed => trace_light_path::<Bsdf>(&self.context, number, batch),
-            _ => trace_light_path::<Unmixed>(&self.context, number, batch),
+            MaterialClass::Recorded => trace_light_path::<Recorded>(&self.context, extent, number, batch),
+            MaterialClass::Mixed => trace_light_path::<Bsdf>(&self.context, extent, number, batch),
+            _ => trace_light_path::<Unmixed>(&self.context, extent, number, batch),
         }
     }
 }
 
 /// Traces the light paths of these numbers and leaves their photons in `batch`.
-pub(super) fn trace_light_paths(context: &RenderContext, paths: Range<u64>, batch: &mut PhotonBatch) {
+pub(super) fn trace_light_paths(
+    context: &RenderContext,
+    extent: PhotonPaths,
+    paths: Range<u64>,
+    batch: &mut PhotonBatch,
+) {
     paths.for_each(|path| {
         match context.scene.material_class() {
-            MaterialClass::Mixed | MaterialClass::Recorded => trace_light_path::<Bsdf>(context, path, batch),
-            _ => trace_light_path::<Unmixed>(context, path, batch),
+            MaterialClass::Mixed | MaterialClass::Recorded => {
+                trace_light_path::<Bsdf>(context, extent, path, batch);
+            }
+            _ => trace_light_path::<Unmixed>(context, extent, path, batch),
         }
         faults::of_light_path(path);
     });
 }
 
 /// Traces the light path of this number and leaves its photons in `batch`.
-fn trace_light_path<B: Scattering>(context: &RenderContext, path: u64, batch: &mut PhotonBatch) {
+fn trace_light_path<B: Scattering>(
+    context: &RenderContext,
+    extent: PhotonPaths,
+    path: u64,
+    batch: &mut PhotonBatch,
+) {
     let (scene, longest) = (&context.scene, context.longest());
     let sampler = Sampler::at(mix(path), context.seed ^ SEED);
     let number = wavelength_number(sampler.camera().wavelength);
@@ -127,7 +140,11 @@ fn trace_light_path<B: Scattering>(context: &RenderContext, path: u64, batch: &m
         let Some(next) = walk.scatter(&vertex, &u, context.rr_depth) else { return };
         ray = next;
         // The link is 0 after a delta: the coat's mirror spreads nothing.
-        spread |= here && walk.previous.link > 0.0;
+        let delta = walk.previous.link == 0.0;
+        if !delta && extent == PhotonPaths::Specular {
+            return;
+        }
+        spread |= here && !delta;
     }
     B::record(|| PathEvent::Leaves((&walk).into()));
 }

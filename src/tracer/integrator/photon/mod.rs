@@ -34,6 +34,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::color::Xyz;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::bsdf::{Bsdf, Unmixed};
@@ -58,6 +59,15 @@ const NEIGHBOURS: usize = 12;
 /// there on noise goes on shrinking and blur does not.
 const LIMIT: usize = 1 << 25;
 
+/// How far light paths go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PhotonPaths {
+    /// To their end.
+    Whole,
+    /// While they scatter from deltas: their photons are those that merging needs.
+    Specular,
+}
+
 /// Traces paths from the camera and light paths into a map of photons that both share.
 ///
 /// Clones share the map, and so do tracers of other views ([`PhotonTracer::after`]).
@@ -70,6 +80,7 @@ pub struct PhotonTracer {
     pub schedule: Schedule,
     /// The box of the photons.
     bounds: [Vec3; 2],
+    extent: PhotonPaths,
     deterministic: bool,
     /// The generations that every sample sees, if not those that its index demands.
     generations: Option<u64>,
@@ -85,20 +96,56 @@ pub struct PhotonScratch {
     samples: u32,
 }
 
+impl PhotonScratch {
+    /// Keeps what the last path saw for the next one.
+    pub(super) fn keep(&mut self, snapshot: Arc<Snapshot>) {
+        self.snapshot = Some(snapshot);
+    }
+}
+
 impl PhotonTracer {
     /// A tracer with an empty map. If `deterministic`, a sample sees exactly the photons that its index demands, whichever worker
     /// traces it and when; otherwise the newest.
     pub fn new(context: RenderContext, deterministic: bool) -> Self {
+        Self::with_paths(context, PhotonPaths::Whole, deterministic)
+    }
+
+    /// The tracer of the photons of vertex connection and merging.
+    pub(super) fn for_merging(context: RenderContext, deterministic: bool) -> Self {
+        Self::with_paths(context, PhotonPaths::Specular, deterministic)
+    }
+
+    fn with_paths(context: RenderContext, extent: PhotonPaths, deterministic: bool) -> Self {
         let bounds = photon_box(&context);
         let [min, max] = bounds;
         let schedule = schedule(min, max, &context.photons);
         let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
-        Self { context, map: Arc::new(map), schedule, bounds, deterministic, generations: None }
+        Self { context, map: Arc::new(map), schedule, bounds, extent, deterministic, generations: None }
     }
 
     /// This tracer for samples that have seen so many generations of photons, to trace them again.
     pub fn seeing(self, generations: u64) -> Self {
         Self { generations: Some(generations), deterministic: true, ..self }
+    }
+
+    /// What photons contribute to the camera path from the place and through the lens that `sampler` chooses, where it is found by merging
+    /// ([`vcm`](super::vcm)).
+    pub(super) fn merge(
+        &self,
+        snapshot: &Snapshot,
+        scratch: &mut PhotonScratch,
+        sampler: &Sampler,
+        wavelength: f32,
+    ) -> Xyz {
+        let numbers = sampler.camera();
+        let lookup = self.schedule.lookup(snapshot.generations);
+        let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens);
+        let path = CameraPath::new(self, snapshot, lookup, scratch, wavelength);
+        match self.context.scene.material_class() {
+            MaterialClass::Mixed => path.merge::<Bsdf>(ray, sampler),
+            MaterialClass::Recorded => path.merge::<Recorded>(ray, sampler),
+            _ => path.merge::<Unmixed>(ray, sampler),
+        }
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
@@ -162,7 +209,7 @@ impl Integrator for PhotonTracer {
             MaterialClass::Recorded => path.trace::<Recorded>(ray, &sampler),
             _ => path.trace::<Unmixed>(ray, &sampler),
         };
-        scratch.snapshot = Some(snapshot);
+        scratch.keep(snapshot);
         out.camera(uv.map(|c| c as f32), value, 1.0);
     }
 

@@ -1,0 +1,122 @@
+//! Vertex connection and merging (Georgiev, Křivánek, Davidovič, Slusallek 2012, *Light Transport Simulation with Vertex Connection and
+//! Merging*), where merging finds what connections cannot.
+//!
+//! Bidirectional path tracing finds a path by connecting two vertices next to each other that are no deltas: the camera's and the
+//! light's count among them. Where a path has no such pair, E S⁺ (D S⁺)⁺ L, the camera subpath has to hit the light by chance:
+//! caustics seen in a mirror or through glass are noisy, and those of lamps that nothing can hit are missing. Exactly these
+//! paths, if the surface D next to the light has a diffuse part, are found by merging: light paths leave photons where they meet
+//! such a surface over deltas alone, L S⁺ D, and camera paths E S⁺ (D S⁺)* D gather them as caustics are in photon mapping
+//! ([`photon`](super::photon)). All other paths are those of [`BidirectionalTracer`], unbiased.
+//!
+//! A path is found by the one or the other, so that no weights are needed, where the original weights both for every path. Merging such
+//! paths alone loses little, because the photons find the others worse than connections do, and it blurs nothing else.
+//!
+//! **Bias.** That of photon mapping in what is merged: the disc of a lookup shrinks as 1/n with the light paths n.
+
+use crate::stream::{PathCounts, SampleSink, faults};
+use crate::tracer::Sampler;
+
+use super::bidirectional::{CAMERA_SUBPATHS, LIGHT_SUBPATHS, Scratch};
+use super::{BidirectionalTracer, Integrator, PhotonScratch, PhotonTracer, RenderContext};
+
+/// What a camera subpath has scattered from, as far as it decides whether a light that it hits now is found by merging.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Prefix {
+    /// There are two vertices next to each other that are no deltas.
+    Connectable,
+    /// Deltas last; before them a surface with a diffuse part, if it is `merged`.
+    Specular { merged: bool },
+    /// No delta last: a surface with a diffuse part, or one without, or the camera.
+    Spread { diffuse: bool },
+}
+
+impl Prefix {
+    /// The camera alone.
+    pub const CAMERA: Self = Self::Spread { diffuse: false };
+
+    /// This prefix and one more vertex: scattering as a `delta` or not, by a surface with a `diffuse` part or without.
+    #[inline]
+    pub fn then(self, delta: bool, diffuse: bool) -> Self {
+        match (self, delta) {
+            (Self::Connectable, _) | (Self::Spread { .. }, false) => Self::Connectable,
+            (Self::Spread { diffuse: merged }, true) => Self::Specular { merged },
+            (Self::Specular { .. }, true) => self,
+            (Self::Specular { .. }, false) => Self::Spread { diffuse },
+        }
+    }
+
+    /// True where photons are gathered at the next vertex, if it has a diffuse part.
+    #[inline]
+    pub fn is_specular(self) -> bool {
+        matches!(self, Self::Specular { .. })
+    }
+
+    /// True where merging finds the light that is hit next.
+    #[inline]
+    pub fn is_merged(self) -> bool {
+        self == Self::Specular { merged: true }
+    }
+}
+
+/// Bidirectional path tracing, and photons for what it finds by chance only.
+#[derive(Clone, Debug)]
+pub struct VcmTracer {
+    bidirectional: BidirectionalTracer,
+    /// The photons that are merged.
+    pub photons: PhotonTracer,
+}
+
+/// What one worker reuses from path to path of one tracer.
+#[derive(Debug, Default)]
+pub struct VcmScratch {
+    bidirectional: Scratch,
+    photons: PhotonScratch,
+}
+
+impl VcmTracer {
+    /// A tracer without photons yet; `deterministic` as in [`PhotonTracer::new`].
+    pub fn new(context: RenderContext, deterministic: bool) -> Self {
+        Self {
+            photons: PhotonTracer::for_merging(context.clone(), deterministic),
+            bidirectional: BidirectionalTracer { context },
+        }
+    }
+
+    /// This tracer for samples that have seen so many generations of photons, to trace them again.
+    pub fn seeing(self, generations: u64) -> Self {
+        Self { photons: self.photons.seeing(generations), ..self }
+    }
+}
+
+impl Integrator for VcmTracer {
+    type Scratch = VcmScratch;
+
+    fn trace(&self, index: u64, scratch: &mut VcmScratch, out: &mut impl SampleSink) {
+        let VcmScratch { bidirectional, photons } = scratch;
+        if !self.bidirectional.context.photons.caustics {
+            return self.bidirectional.trace(index, bidirectional, out);
+        }
+        let sample = index.saturating_mul(CAMERA_SUBPATHS);
+        let Some(snapshot) = self.photons.photons(sample, photons, &|| out.is_wanted()) else { return };
+        faults::sees_generations(snapshot.generations);
+        let wavelength = Self::wavelength_number(index, self.bidirectional.context.seed);
+        let mut merge = |sampler: &Sampler| self.photons.merge(&snapshot, photons, sampler, wavelength);
+        self.bidirectional.trace_merging(index, bidirectional, Some(&mut merge), out);
+        photons.keep(snapshot);
+    }
+
+    fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
+    }
+
+    fn wavelength_number(index: u64, seed: u32) -> f32 {
+        BidirectionalTracer::wavelength_number(index, seed)
+    }
+}
+
+/// A deterministic tracer, as a check of the plan needs it.
+impl From<RenderContext> for VcmTracer {
+    fn from(context: RenderContext) -> Self {
+        Self::new(context, true)
+    }
+}
