@@ -99,9 +99,13 @@ fn json_says_what_was_done() {
 #[test]
 fn methods_of_light_transport() {
     let dir = folder("methods");
-    for (method, streams) in
-        [("path", [9000, 0]), ("light", [0, 9000]), ("bidirectional", [9000, 4500]), ("photon", [9000, 0])]
-    {
+    for (method, streams) in [
+        ("path", [9000, 0]),
+        ("light", [0, 9000]),
+        ("bidirectional", [9000, 4500]),
+        ("photon", [9000, 0]),
+        ("vcm", [9000, 4500]),
+    ] {
         let exr = dir.join("method.exr");
         let file = exr.to_str().unwrap();
         let mut args =
@@ -162,8 +166,8 @@ fn bad_arguments_are_answered_before_any_work() {
         (&["render", scene, "-o", nowhere.to_str().unwrap()], "no/such/folder"),
         (&["render", scene, "-o", "picture.jpeg"], "picture.jpeg"),
         (&["render", scene, "--spp", "0"], "--spp"),
-        (&["render", scene, "--integrator", "bidir"], "path, light, bidirectional, photon, depth, auto"),
-        (&["view", scene, "--integrator", "Auto"], "path, light, bidirectional, photon, depth, auto"),
+        (&["render", scene, "--integrator", "bidir"], "path, light, bidirectional, photon, vcm, depth, auto"),
+        (&["view", scene, "--integrator", "Auto"], "path, light, bidirectional, photon, vcm, depth, auto"),
         (&["render", scene, "--spp", "4", "--time", "3"], "--time"),
         (&["render", scene, "--time", "1e300"], "--time"),
         (&["render", scene, "--profile", "srbg"], "srbg"),
@@ -338,7 +342,7 @@ fn rejected_values_are_replayed() {
     fs::write(&scene, text).unwrap();
     let (scene, report, out) = (scene, dir.join("r.json"), dir.join("r.png"));
     let [scene, report, out] = [&scene, &report, &out].map(|p| p.to_str().unwrap());
-    for method in ["path", "light", "bidirectional", "photon"] {
+    for method in ["path", "light", "bidirectional", "photon", "vcm"] {
         let mut args =
             vec!["render", scene, "-o", out, "--size", "16x16", "--samples", "4k", "--device", "cpu"];
         args.extend(["--integrator", method, "--json", report, "--max-depth", "4"]);

@@ -53,7 +53,7 @@ pub enum CliCommand {
     /// variance of their mean, which is the picture, so that its error is known without a reference. The stated error is the
     /// relative error (root mean square of luminance over 8×8 pixels, by their mean luminance and 1 % of the picture's) that
     /// 50, 95 or 99 % of the picture stay below, with a 90 % interval. The estimate excludes light that has not been sampled
-    /// yet, and the bias of photon mapping.
+    /// yet, and the bias of photons.
     Render(Box<RenderArgs>),
 
     /// Render one part of a picture into a state, which `merge` adds to others.

@@ -20,11 +20,12 @@
 //! | `light` ([`ParticleTracer`]) | from the lamps, each vertex connected to the camera | rooms lit from a cove; caustics on diffuse surfaces | what is seen in or through mirrors, glass and smooth plastic: it stays black |
 //! | `bidirectional` ([`BidirectionalTracer`]) | from both ends, the pairs of largest importance connected | caustics and mirrors together; half-hidden lamps | what camera paths find anyway: an index costs several times a camera path |
 //! | `photon` ([`PhotonTracer`]) | camera paths gather what light paths left behind | caustics seen in mirrors and through glass, of lamps that nothing can hit | an exact picture soon: it begins too smooth, and its blur shrinks with the number of samples |
+//! | `vcm` ([`VcmTracer`]) | as `bidirectional`, and by photons what no connection finds | the same, where caustics are seen in mirrors and through glass | an exact picture of these caustics: they are biased as those of `photon` |
 //! | `depth` ([`DepthTracer`]) | the first surface only | a picture of distances | light |
 //! | `auto` ([`choice`](crate::tracer::choice)) | by one of these, and says why | when you do not know | |
 //!
 //! `path` and `bidirectional` are unbiased. `light` is, except for what it cannot find: a delta that the camera sees. `photon` is
-//! biased by density estimation; `photon/mod.rs` says how its bias falls with the number of photons.
+//! biased by density estimation, and so are the caustics that `vcm` sees in mirrors and through glass; `photon/mod.rs` says how its bias falls with the number of photons.
 //!
 //! # Adding an integrator
 //!

@@ -112,6 +112,11 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
         "our own: `initial_radius` in scene units, `alpha` from 0 to 1 (how slowly the radius shrinks; 0), `lookup_size` in \
          photons per lookup (12)",
     ),
+    (
+        "integrator",
+        "vcm",
+        "our own: `bidirectional`, and photons as those of `photon` where no connection finds light",
+    ),
     ("integrator", "auto", "our own: chooses the method by a short trial and says why"),
     ("sampler", "", "Any sampler is read for its sample count: the sequence is always ours."),
     (
