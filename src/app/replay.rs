@@ -19,7 +19,7 @@ use crate::stream::rejections::fault_of_sample;
 use crate::stream::{SampleSink, replicate};
 use crate::tracer::integrator::{
     BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated,
-    VcmTracer,
+    SeesPhotons, VcmTracer,
 };
 use crate::tracer::record::{PathEvent, recorded};
 use crate::tracer::{Camera, Integrator, Scene};
@@ -93,34 +93,29 @@ fn trace_again(args: &ReplayArgs, run: &RunSpec, context: &RenderContext, out: &
         IntegratorKind::Light => trace::<ParticleTracer>(args, run, context, out),
         IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(args, run, context, out),
         IntegratorKind::Depth => trace::<DepthTracer>(args, run, context, out),
-        IntegratorKind::Photon => {
-            let make = |context| match (PhotonTracer::new(context, true), args.generations) {
-                (tracer, Some(generations)) => tracer.seeing(generations),
-                (tracer, None) => tracer,
-            };
-            let tracer = Replicated::new(context, run.replicated, make);
-            match args.light_path {
-                Some(number) => {
-                    let part = if run.replicated { replicate(args.index).0 } else { 0 };
-                    tracer.parts[part].trace_light_path(number);
-                }
-                None => tracer.trace(args.index, &mut Default::default(), out),
-            }
+        IntegratorKind::Photon => trace_seeing::<PhotonTracer>(args, run, context, out),
+        IntegratorKind::Vcm => trace_seeing::<VcmTracer>(args, run, context, out),
+    }
+}
+
+/// Traces a path with the photons that it has seen, or one of the light paths that left these.
+fn trace_seeing<I: Integrator + From<RenderContext> + SeesPhotons>(
+    args: &ReplayArgs,
+    run: &RunSpec,
+    context: &RenderContext,
+    out: &mut Samples,
+) {
+    let make = |context| match (I::from(context), args.generations) {
+        (tracer, Some(generations)) => tracer.seeing(generations),
+        (tracer, None) => tracer,
+    };
+    let tracer = Replicated::new(context, run.replicated, make);
+    match args.light_path {
+        Some(number) => {
+            let part = if run.replicated { replicate(args.index).0 } else { 0 };
+            tracer.parts[part].photons().trace_light_path(number);
         }
-        IntegratorKind::Vcm => {
-            let make = |context| match (VcmTracer::new(context, true), args.generations) {
-                (tracer, Some(generations)) => tracer.seeing(generations),
-                (tracer, None) => tracer,
-            };
-            let tracer = Replicated::new(context, run.replicated, make);
-            match args.light_path {
-                Some(number) => {
-                    let part = if run.replicated { replicate(args.index).0 } else { 0 };
-                    tracer.parts[part].photons.trace_light_path(number);
-                }
-                None => tracer.trace(args.index, &mut Default::default(), out),
-            }
-        }
+        None => tracer.trace(args.index, &mut Default::default(), out),
     }
 }
 

@@ -13,6 +13,7 @@ use super::tell;
 use crate::client::Denoise;
 use crate::image::write::{atomically, check_place, same_file};
 use crate::math::quantile::nearest_rank;
+use crate::scene::desc::IntegratorKind;
 use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
 use crate::study::prediction::Prediction;
@@ -208,7 +209,8 @@ impl ErrorReport {
             besides: match run.integrator {
                 _ if run.reweighted.is_some() => Some("the reweighting of fireflies"),
                 _ if filter != Denoise::Off => Some("the noise filter, of the picture without it"),
-                kind if kind.has_photons() => Some("the blur of photon mapping"),
+                IntegratorKind::Photon => Some("the blur of photon mapping"),
+                IntegratorKind::Vcm if run.photons.caustics => Some("the blur of merged photons"),
                 _ => None,
             },
             quantile: at.share(),

@@ -13,7 +13,7 @@ use pointillist::scene::load;
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::{SampleSink, UvWindow, faults};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, PathTracer, PhotonScratch, PhotonTracer, RenderContext,
+    BidirectionalTracer, PathTracer, PhotonScratch, PhotonTracer, RenderContext, SeesPhotons,
 };
 use pointillist::tracer::{Camera, Integrator, Scene};
 

@@ -64,32 +64,29 @@ fn check_all(desc: &SceneDesc, count: u64) -> u64 {
         + checked::<BidirectionalTracer>(&context, general, count / CAMERA_SUBPATHS)
 }
 
-/// A sample of photon mapping is made of many paths: here both sides trace all of them.
-#[test]
-fn photons_are_as_planned() {
-    for name in ["cornell.xml", "cornell_spheres.xml", "rough.xml"] {
+/// Traces the first `count` indices in these scenes, all of whose light paths both sides trace, and finds no difference.
+fn all_as_planned<I: Integrator + From<RenderContext>>(scenes: &[&str], count: u64) {
+    for name in scenes {
         let desc = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &[]).unwrap().desc;
         let context = render_context(&desc, Scene::prepare(&desc).unwrap());
         let general = Arc::new(Scene::prepare_general(&desc).unwrap());
-        let checked = CheckedIntegrator::<PhotonTracer>::new(context, general, 1.0);
+        let checked = CheckedIntegrator::<I>::new(context, general, 1.0);
         let mut scratch = Default::default();
-        (0..2000).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
-        assert_eq!(checked.tally().counts(), [2000, 0], "{name}");
+        (0..count).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
+        assert_eq!(checked.tally().counts(), [count, 0], "{name}");
     }
 }
 
-/// The same for vertex connection and merging.
+/// A sample of photon mapping is made of many paths.
+#[test]
+fn photons_are_as_planned() {
+    all_as_planned::<PhotonTracer>(&["cornell.xml", "cornell_spheres.xml", "rough.xml"], 2000);
+}
+
 #[test]
 fn merging_is_as_planned() {
-    for name in ["cornell.xml", "cornell_spheres.xml", "rough.xml", "caustic.xml"] {
-        let desc = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name), &[]).unwrap().desc;
-        let context = render_context(&desc, Scene::prepare(&desc).unwrap());
-        let general = Arc::new(Scene::prepare_general(&desc).unwrap());
-        let checked = CheckedIntegrator::<VcmTracer>::new(context, general, 1.0);
-        let mut scratch = Default::default();
-        (0..500).for_each(|index| checked.trace(index, &mut scratch, &mut Sum::default()));
-        assert_eq!(checked.tally().counts(), [500, 0], "{name}");
-    }
+    let scenes = ["cornell.xml", "cornell_spheres.xml", "rough.xml", "caustic.xml"];
+    all_as_planned::<VcmTracer>(&scenes, 500);
 }
 
 #[test]

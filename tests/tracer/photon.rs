@@ -57,29 +57,13 @@ fn rough_metal_and_glass() {
 /// nothing can meet.
 #[test]
 fn caustic_seen_through_glass() {
-    let floor = |sheet: bool| {
-        let mut desc = empty();
-        desc.camera = look(DVec3::new(0.0, -1.5, 4.0), DVec3::new(0.0, 1.5, -4.0), 30.0);
-        (desc.film.width, desc.film.height) = (16, 16);
-        let white = material(&mut desc, grey(0.7));
-        shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(2.5)), white, 0.0);
-        if sheet {
-            let clear = material(&mut desc, glass(Ior::Constant(1.0)));
-            let flat = DAffine3::from_scale(DVec3::new(6.0, 6.0, 0.1));
-            shape(&mut desc, ShapeKind::Cube, DAffine3::from_translation(DVec3::Z) * flat, clear, 0.0);
-        }
-        let intensity = pointillist::spectrum::Spectrum::Constant(10.0);
-        let position = DVec3::new(0.5, 0.3, 2.5);
-        desc.lights.push(LightDesc::Point { position, intensity, place: Place::default() });
-        desc
-    };
-    let blind = measure(&floor(true), Method::Path, Plan { seeds: 4, ..PLAN });
+    let blind = measure(&lamp_over_floor(true), Method::Path, Plan { seeds: 4, ..PLAN });
     assert_eq!(blind.mean.iter().sum::<f64>(), 0.0, "path tracing cannot see it");
-    let bare = measure(&floor(false), Method::Path, PLAN);
+    let bare = measure(&lamp_over_floor(false), Method::Path, PLAN);
     // Under the lamp, 2.5 m above, a disc of radius r is darker than its middle by r² / h²: 2 % in the first generation, and
     // the mean of 1/g of that over 16. With light paths in the order of the sequence 2.1 % would remain (`emit`).
     let plan = Plan { paths_per_pixel: 1024, seeds: 8, ..PLAN };
-    let through = measure(&floor(true), Method::Photon, plan);
+    let through = measure(&lamp_over_floor(true), Method::Photon, plan);
     let test = pointillist::image::compare::z_test(&through, &bare, 0.01).expect("equal sizes");
     println!("{test:?}");
     let bound = 4.0 * test.mean_ratio_error + 0.004;

@@ -2,14 +2,11 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
-
 use crate::support::agreement::{Method, PathReference, Plan, measure};
 use crate::support::scenes::*;
 use pointillist::color::Xyz;
 use pointillist::image::compare::{Measured, z_test};
 use pointillist::scene::desc::*;
-use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext, VcmTracer};
 use pointillist::tracer::{Camera, Integrator, Scene};
@@ -43,27 +40,11 @@ fn caustics_seen_in_a_mirror() {
 /// connection gets through the sheet on either side.
 #[test]
 fn a_lamp_behind_glass_that_nothing_can_hit() {
-    let floor = |sheet: bool| {
-        let mut desc = empty();
-        desc.camera = look(DVec3::new(0.0, -1.5, 4.0), DVec3::new(0.0, 1.5, -4.0), 30.0);
-        (desc.film.width, desc.film.height) = (16, 16);
-        let white = material(&mut desc, grey(0.7));
-        shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(2.5)), white, 0.0);
-        if sheet {
-            let clear = material(&mut desc, glass(Ior::Constant(1.0)));
-            let flat = DAffine3::from_scale(DVec3::new(6.0, 6.0, 0.1));
-            shape(&mut desc, ShapeKind::Cube, DAffine3::from_translation(DVec3::Z) * flat, clear, 0.0);
-        }
-        let intensity = Spectrum::Constant(10.0);
-        let position = DVec3::new(0.5, 0.3, 2.5);
-        desc.lights.push(LightDesc::Point { position, intensity, place: Place::default() });
-        desc
-    };
-    let blind = measure(&floor(true), Method::Bidirectional, Plan { seeds: 4, ..PLAN });
+    let blind = measure(&lamp_over_floor(true), Method::Bidirectional, Plan { seeds: 4, ..PLAN });
     assert_eq!(blind.mean.iter().sum::<f64>(), 0.0, "connections cannot find it");
-    let bare = measure(&floor(false), Method::Bidirectional, PLAN);
+    let bare = measure(&lamp_over_floor(false), Method::Bidirectional, PLAN);
     let plan = Plan { paths_per_pixel: 1024, seeds: 8, ..PLAN };
-    let test = z_test(&measure(&floor(true), Method::Vcm, plan), &bare, 0.01).expect("equal sizes");
+    let test = z_test(&measure(&lamp_over_floor(true), Method::Vcm, plan), &bare, 0.01).expect("equal sizes");
     println!("{test:?}");
     // The first discs are darker at their rim than in the middle by 2 %, on the mean over the growing map by .4 %.
     let bound = 4.0 * test.mean_ratio_error + 0.004;

@@ -25,7 +25,8 @@
 //! | `auto` ([`choice`](crate::tracer::choice)) | by one of these, and says why | when you do not know | |
 //!
 //! `path` and `bidirectional` are unbiased. `light` is, except for what it cannot find: a delta that the camera sees. `photon` is
-//! biased by density estimation, and so are the caustics that `vcm` sees in mirrors and through glass; `photon/mod.rs` says how its bias falls with the number of photons.
+//! biased by density estimation, and so are the caustics that `vcm` sees in mirrors and through glass; `photon/mod.rs` says how
+//! this bias falls with the number of photons.
 //!
 //! # Adding an integrator
 //!
@@ -54,7 +55,7 @@ pub use context::RenderContext;
 pub use depth::DepthTracer;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
-pub use photon::{PhotonScratch, PhotonTracer};
+pub use photon::{PhotonScratch, PhotonTracer, SeesPhotons};
 pub use vcm::{VcmScratch, VcmTracer};
 
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};

@@ -17,7 +17,7 @@ use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::Sampler;
 
 use super::bidirectional::{CAMERA_SUBPATHS, LIGHT_SUBPATHS, Scratch};
-use super::{BidirectionalTracer, Integrator, PhotonScratch, PhotonTracer, RenderContext};
+use super::{BidirectionalTracer, Integrator, PhotonScratch, PhotonTracer, RenderContext, SeesPhotons};
 
 /// What a camera subpath has scattered from, as far as it decides whether a light that it hits now is found by merging.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ impl Prefix {
 pub struct VcmTracer {
     bidirectional: BidirectionalTracer,
     /// The photons that are merged.
-    pub photons: PhotonTracer,
+    photons: PhotonTracer,
 }
 
 /// What one worker reuses from path to path of one tracer.
@@ -81,10 +81,15 @@ impl VcmTracer {
             bidirectional: BidirectionalTracer { context },
         }
     }
+}
 
-    /// This tracer for samples that have seen so many generations of photons, to trace them again.
-    pub fn seeing(self, generations: u64) -> Self {
+impl SeesPhotons for VcmTracer {
+    fn seeing(self, generations: u64) -> Self {
         Self { photons: self.photons.seeing(generations), ..self }
+    }
+
+    fn photons(&self) -> &PhotonTracer {
+        &self.photons
     }
 }
 
@@ -97,7 +102,7 @@ impl Integrator for VcmTracer {
             return self.bidirectional.trace(index, bidirectional, out);
         }
         let sample = index.saturating_mul(CAMERA_SUBPATHS);
-        let Some(snapshot) = self.photons.photons(sample, photons, &|| out.is_wanted()) else { return };
+        let Some(snapshot) = self.photons.snapshot(sample, photons, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
         let wavelength = Self::wavelength_number(index, self.bidirectional.context.seed);
         let mut merge = |sampler: &Sampler| self.photons.merge(&snapshot, photons, sampler, wavelength);

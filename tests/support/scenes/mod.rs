@@ -114,3 +114,22 @@ pub fn tracer(desc: &SceneDesc) -> PathTracer {
     let camera = Camera::of(desc).expect("the camera is valid");
     RenderContext::new(Arc::new(prepare(desc)), camera, &desc.integrator, 1, UvWindow::PICTURE).into()
 }
+
+/// A floor under a lamp that nothing can meet, with or without a `sheet` of glass of index 1 between them, which changes nothing but that
+/// no light can be sampled through it. 16×16 pixels.
+pub fn lamp_over_floor(sheet: bool) -> SceneDesc {
+    let mut desc = empty();
+    desc.camera = look(DVec3::new(0.0, -1.5, 4.0), DVec3::new(0.0, 1.5, -4.0), 30.0);
+    (desc.film.width, desc.film.height) = (16, 16);
+    let white = material(&mut desc, grey(0.7));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(2.5)), white, 0.0);
+    if sheet {
+        let clear = material(&mut desc, glass(Ior::Constant(1.0)));
+        let flat = DAffine3::from_scale(DVec3::new(6.0, 6.0, 0.1));
+        shape(&mut desc, ShapeKind::Cube, DAffine3::from_translation(DVec3::Z) * flat, clear, 0.0);
+    }
+    let intensity = Spectrum::Constant(10.0);
+    let position = DVec3::new(0.5, 0.3, 2.5);
+    desc.lights.push(LightDesc::Point { position, intensity, place: Place::default() });
+    desc
+}

@@ -162,10 +162,10 @@ impl BidirectionalTracer {
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);
             }
-            let Some(next) = next else { return specular };
-            // The link is 0 after a delta.
+            // The link is 0 after a delta. Merging has a roulette of its own, so that it does not matter whether this walk goes on.
             prefix = prefix.then(walk.previous.link == 0.0, diffuse);
             specular |= walk.depth == 1 && prefix.is_specular();
+            let Some(next) = next else { return specular };
             ray = next;
         }
         B::record(|| PathEvent::Leaves((&walk).into()));

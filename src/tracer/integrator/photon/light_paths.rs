@@ -33,14 +33,14 @@ const SAMPLES_PER_CLAIM: u32 = 16;
 
 impl PhotonTracer {
     /// Traces this index's share of light paths and returns the photons that it sees; `None` when nobody waits for it.
-    pub(in crate::tracer::integrator) fn photons(
+    pub(in crate::tracer::integrator) fn snapshot(
         &self,
         index: u64,
         scratch: &mut PhotonScratch,
         wanted: Wanted<'_>,
     ) -> Option<Arc<Snapshot>> {
         let trace = |paths: Range<u64>, batch: &mut PhotonBatch| {
-            trace_light_paths(&self.context, self.extent, paths, batch)
+            trace_light_paths(&self.context, self.photon_paths, paths, batch)
         };
         scratch.samples = scratch.samples.wrapping_add(1);
         if scratch.samples.is_multiple_of(SAMPLES_PER_CLAIM)
@@ -66,11 +66,13 @@ impl PhotonTracer {
 
     /// Traces the light path of this number, for its [record](crate::tracer::record), and forgets its photons.
     pub fn trace_light_path(&self, number: u64) {
-        let (batch, extent) = (&mut PhotonBatch::default(), self.extent);
+        let (batch, photon_paths) = (&mut PhotonBatch::default(), self.photon_paths);
         match self.context.scene.material_class() {
-            MaterialClass::Recorded => trace_light_path::<Recorded>(&self.context, extent, number, batch),
-            MaterialClass::Mixed => trace_light_path::<Bsdf>(&self.context, extent, number, batch),
-            _ => trace_light_path::<Unmixed>(&self.context, extent, number, batch),
+            MaterialClass::Recorded => {
+                trace_light_path::<Recorded>(&self.context, photon_paths, number, batch)
+            }
+            MaterialClass::Mixed => trace_light_path::<Bsdf>(&self.context, photon_paths, number, batch),
+            _ => trace_light_path::<Unmixed>(&self.context, photon_paths, number, batch),
         }
     }
 }
@@ -78,16 +80,16 @@ impl PhotonTracer {
 /// Traces the light paths of these numbers and leaves their photons in `batch`.
 pub(super) fn trace_light_paths(
     context: &RenderContext,
-    extent: PhotonPaths,
+    photon_paths: PhotonPaths,
     paths: Range<u64>,
     batch: &mut PhotonBatch,
 ) {
     paths.for_each(|path| {
         match context.scene.material_class() {
             MaterialClass::Mixed | MaterialClass::Recorded => {
-                trace_light_path::<Bsdf>(context, extent, path, batch);
+                trace_light_path::<Bsdf>(context, photon_paths, path, batch);
             }
-            _ => trace_light_path::<Unmixed>(context, extent, path, batch),
+            _ => trace_light_path::<Unmixed>(context, photon_paths, path, batch),
         }
         faults::of_light_path(path);
     });
@@ -96,7 +98,7 @@ pub(super) fn trace_light_paths(
 /// Traces the light path of this number and leaves its photons in `batch`.
 fn trace_light_path<B: Scattering>(
     context: &RenderContext,
-    extent: PhotonPaths,
+    photon_paths: PhotonPaths,
     path: u64,
     batch: &mut PhotonBatch,
 ) {
@@ -141,7 +143,7 @@ fn trace_light_path<B: Scattering>(
         ray = next;
         // The link is 0 after a delta: the coat's mirror spreads nothing.
         let delta = walk.previous.link == 0.0;
-        if !delta && extent == PhotonPaths::Specular {
+        if !delta && photon_paths == PhotonPaths::Specular {
             return;
         }
         spread |= here && !delta;

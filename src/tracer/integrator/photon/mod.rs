@@ -80,10 +80,19 @@ pub struct PhotonTracer {
     pub schedule: Schedule,
     /// The box of the photons.
     bounds: [Vec3; 2],
-    extent: PhotonPaths,
+    photon_paths: PhotonPaths,
     deterministic: bool,
     /// The generations that every sample sees, if not those that its index demands.
     generations: Option<u64>,
+}
+
+/// An integrator whose samples see photons: what it takes to trace one of them again.
+pub trait SeesPhotons {
+    /// This tracer for samples that have seen so many generations of photons.
+    fn seeing(self, generations: u64) -> Self;
+
+    /// The tracer of the light paths.
+    fn photons(&self) -> &PhotonTracer;
 }
 
 /// What one worker reuses from path to path of one tracer.
@@ -115,17 +124,12 @@ impl PhotonTracer {
         Self::with_paths(context, PhotonPaths::Specular, deterministic)
     }
 
-    fn with_paths(context: RenderContext, extent: PhotonPaths, deterministic: bool) -> Self {
+    fn with_paths(context: RenderContext, photon_paths: PhotonPaths, deterministic: bool) -> Self {
         let bounds = photon_box(&context);
         let [min, max] = bounds;
         let schedule = schedule(min, max, &context.photons);
         let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
-        Self { context, map: Arc::new(map), schedule, bounds, extent, deterministic, generations: None }
-    }
-
-    /// This tracer for samples that have seen so many generations of photons, to trace them again.
-    pub fn seeing(self, generations: u64) -> Self {
-        Self { generations: Some(generations), deterministic: true, ..self }
+        Self { context, map: Arc::new(map), schedule, bounds, photon_paths, deterministic, generations: None }
     }
 
     /// What photons contribute to the camera path from the place and through the lens that `sampler` chooses, where it is found by merging
@@ -196,7 +200,7 @@ impl Integrator for PhotonTracer {
     type Scratch = PhotonScratch;
 
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
-        let Some(snapshot) = self.photons(index, scratch, &|| out.is_wanted()) else { return };
+        let Some(snapshot) = self.snapshot(index, scratch, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
         let lookup = self.schedule.lookup(snapshot.generations);
         let sampler = Sampler::at(index, self.context.seed);
@@ -215,6 +219,16 @@ impl Integrator for PhotonTracer {
 
     fn paths_per_index(&self) -> PathCounts {
         PathCounts { camera: 1, light: 0 }
+    }
+}
+
+impl SeesPhotons for PhotonTracer {
+    fn seeing(self, generations: u64) -> Self {
+        Self { generations: Some(generations), deterministic: true, ..self }
+    }
+
+    fn photons(&self) -> &PhotonTracer {
+        self
     }
 }
 
