@@ -15,7 +15,7 @@ use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
 use crate::study::late::Probe;
-use crate::tracer::choice::{self, CANDIDATES, IntegratorChoice, Survey, Trial};
+use crate::tracer::choice::{self, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
     PhotonTracer, PlanCheckTally, RenderContext, Replicated, VcmTracer,
@@ -194,7 +194,7 @@ fn choose_in_parallel(context: &RenderContext) -> IntegratorChoice {
                 move || Trial::of(context, survey, kind)
             })
         };
-        let running = CANDIDATES.map(trial);
+        let running: Vec<_> = survey.candidates(context).map(trial).collect();
         // A path that panics does so again when it is rendered, and is reported there.
         running.into_iter().filter_map(|trial| trial.join().ok()).collect()
     });

@@ -54,6 +54,8 @@ pub struct Scene {
     /// How much of each surface is there; `None` where all of every surface is, so that no ray asks.
     pub(super) opacities: Option<Box<[Opacity]>>,
     pub(super) lights: Lights,
+    /// Whether each surface casts caustics, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
+    pub(super) casting: Box<[bool]>,
     /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,

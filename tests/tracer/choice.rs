@@ -95,10 +95,27 @@ fn half_of_the_light_indirect_calls_for_both_ends() {
 }
 
 #[test]
-fn caustics_in_a_box_call_for_both_ends() {
+fn caustics_seen_in_a_mirror_call_for_merging() {
     let choice = of_file("cornell_spheres");
-    assert_eq!(choice.kind, IntegratorKind::Bidirectional);
+    assert_eq!(choice.kind, IntegratorKind::Vcm);
     assert!(choice.reason.contains("mirrors and glass"), "{}", choice.reason);
+    let of = |kind| choice.ratings.iter().find(|r| r.kind == kind).unwrap();
+    let (merged, connected) = (of(IntegratorKind::Vcm), of(IntegratorKind::Bidirectional));
+    assert!(connected.missed > 0.0 && connected.time() > merged.time(), "{connected:?} {merged:?}");
+}
+
+/// Where the picture shows no mirror and no glass, or caustics are off, merging finds nothing and is not tried.
+#[test]
+fn merging_is_tried_where_it_finds_something() {
+    let merges = |context: &RenderContext| {
+        Survey::of(context).candidates(context).any(|kind| kind == IntegratorKind::Vcm)
+    };
+    assert!(!merges(&of_scene("cornell")));
+    let spheres = of_scene("cornell_spheres");
+    assert!(merges(&spheres));
+    let mut off = spheres;
+    off.photons.caustics = false;
+    assert!(!merges(&off));
 }
 
 #[test]

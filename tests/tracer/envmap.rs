@@ -295,7 +295,7 @@ fn directions_that_do_not_depend_on_the_point() {
     desc.lights.remove(0);
     let mapped = prepare(&desc);
     for lights in [scene.lights(), mapped.lights()] {
-        let numbers = LightNumbers { place: [0.5; 2], direction: [0.3, 0.6], choice: 0.5 };
+        let numbers = LightNumbers { place: [0.5; 2], direction: [0.3, 0.6], choice: 0.5, aim: 0.5 };
         let emission = lights.emit(&numbers).expect("it shines");
         assert_eq!(lights.emission_pdf(0, Vec3::ZERO, emission.direction), emission.pdf);
         let wi = -emission.direction;

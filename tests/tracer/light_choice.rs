@@ -163,6 +163,7 @@ fn only_what_cannot_light_the_point_is_left_out() {
                 choice: r.f64(),
                 place: [r.f32(), r.f32()],
                 direction: [r.f32(), r.f32()],
+                aim: 0.5,
             };
             let Some(emission) = set.emit(&numbers) else { continue };
             if set.environment() == Some(emission.light) {

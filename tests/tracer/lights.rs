@@ -284,7 +284,7 @@ fn emitted_rays_carry_the_power_of_the_light() {
         let (mut sum, mut squares) = (0.0, 0.0);
         for _ in 0..n {
             let mut pair = || [random.f32(), random.f32()];
-            let numbers = LightNumbers { place: pair(), direction: pair(), choice: 0.5 };
+            let numbers = LightNumbers { place: pair(), direction: pair(), choice: 0.5, aim: 0.5 };
             let Some(emission) = lights.emit(&numbers) else { continue };
             assert_eq!(lights.emission_pdf(0, emission.from.p, emission.direction), emission.pdf, "{what}");
             let spectrum = lights.emitted(&emission, &lambda);

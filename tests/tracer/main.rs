@@ -10,6 +10,7 @@ mod both_ends;
 mod bsdf;
 mod bumps;
 mod camera;
+mod casters;
 mod choice;
 mod curves;
 mod dispersion;

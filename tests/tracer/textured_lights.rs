@@ -195,7 +195,7 @@ fn emission_has_its_density() {
                 for _ in 0..n {
                     let place = [random.f32(), random.f32()];
                     let direction = [random.f32(), random.f32()];
-                    let u = LightNumbers { choice: random.f64(), place, direction };
+                    let u = LightNumbers { choice: random.f64(), place, direction, aim: 0.5 };
                     let Some(emission) = scene.lights().emit(&u) else { continue };
                     let pdf = emission.pdf;
                     let beam = pdf.origin == EmissionOrigin::Beam;

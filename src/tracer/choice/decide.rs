@@ -6,7 +6,8 @@
 //! - particle tracing is excluded where the picture shows a delta, which it never finds, and path tracing where light leaves along
 //!   normals only;
 //! - where a method's mean in a part of the picture is significantly below another's, it is charged for what it has missed:
-//!   paths that bring a mean of Δ and of which none was among n have a second moment of at least n Δ².
+//!   paths that bring a mean of Δ and of which none was among n have a second moment of at least n Δ². Bidirectional tracing with
+//!   merging traces the paths of bidirectional tracing alone, so that any difference of these two is what merging finds.
 
 use crate::scene::desc::IntegratorKind;
 
@@ -31,7 +32,7 @@ const WORTH: f64 = 1.25;
 const PHOTONS_WORTH: f64 = 6.0;
 
 /// Share of the picture that may show deltas before particle tracing is excluded: none, but for a stray ray between two edges.
-const DELTAS: f64 = 0.0002;
+pub(super) const DELTAS: f64 = 0.0002;
 
 /// The reason mentions light that a method missed from this share on.
 const WORTH_TELLING: f64 = 0.02;
@@ -160,7 +161,9 @@ fn charge(rating: &mut IntegratorRating, trial: &Trial, others: &[Trial], bright
         let gap = |other: &Trial| {
             let (more, v) = mean_of(other, block);
             let gap = more - mean;
-            if gap > SIGNIFICANT * (v + variance).sqrt() { gap } else { 0.0 }
+            let same_paths = trial.kind == IntegratorKind::Bidirectional && other.kind == IntegratorKind::Vcm;
+            let counts = same_paths || gap > SIGNIFICANT * (v + variance).sqrt();
+            if counts { gap } else { 0.0 }
         };
         let others = others.iter().filter(|o| o.kind != trial.kind && o.kind != IntegratorKind::Photon);
         let gap = others.map(gap).fold(0.0, f64::max);

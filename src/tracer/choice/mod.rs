@@ -37,12 +37,18 @@ use crate::scene::desc::IntegratorKind;
 const SEED: u32 = 0x6175_746f;
 
 /// The methods that are tried. Another one is one more line here, and an arm in [`Trial::of`] and for its cost beside it.
-pub const CANDIDATES: [IntegratorKind; 4] =
-    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bidirectional, IntegratorKind::Photon];
+pub const CANDIDATES: [IntegratorKind; 5] = [
+    IntegratorKind::Path,
+    IntegratorKind::Light,
+    IntegratorKind::Bidirectional,
+    IntegratorKind::Photon,
+    IntegratorKind::Vcm,
+];
 
 /// Survey, trials and decision, one after the other.
 pub fn choose(context: &RenderContext) -> IntegratorChoice {
     let survey = Survey::of(context);
-    let trials = CANDIDATES.map(|kind| Trial::of(context, &survey, kind));
+    let trials: Vec<Trial> =
+        survey.candidates(context).map(|kind| Trial::of(context, &survey, kind)).collect();
     decide(&survey, &trials)
 }

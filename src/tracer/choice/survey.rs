@@ -1,6 +1,7 @@
 //! What the choice of a method needs to know of a scene and a view.
 
 use crate::color::Xyz;
+use crate::scene::desc::IntegratorKind;
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::Sampler;
@@ -10,7 +11,8 @@ use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 
-use super::SEED;
+use super::decide::DELTAS;
+use super::{CANDIDATES, SEED};
 
 /// Number of walks from either end.
 const WALKS: u64 = 2048;
@@ -67,6 +69,12 @@ impl Survey {
             lengths.open /= WALKS as f64;
         }
         survey
+    }
+
+    /// The methods that are worth a trial: merging finds only light that the picture shows in mirrors and glass.
+    pub fn candidates(&self, context: &RenderContext) -> impl Iterator<Item = IntegratorKind> + use<> {
+        let merges = context.photons.caustics && self.delta_seen > DELTAS;
+        CANDIDATES.into_iter().filter(move |&kind| kind != IntegratorKind::Vcm || merges)
     }
 
     /// Finds the share of the picture whose first hits have a delta part.

@@ -42,6 +42,8 @@ const CONNECTIONS: f64 = 10.0;
 const BRANCHES: f64 = 1.7;
 /// Cost of a path that gathers photons, with its share of light paths, over that of a path.
 const GATHERING: f64 = 2.0;
+/// Cost of merging, with the light paths that leave photons, over that of the connections of the same paths.
+const MERGING: f64 = 1.1;
 
 /// The outcome of one method.
 #[derive(Clone, Debug)]
@@ -59,7 +61,9 @@ impl Trial {
     /// Traces paths of `kind`, as many as its share of the work allows.
     pub fn of(context: &RenderContext, survey: &Survey, kind: IntegratorKind) -> Self {
         let cost = cost_of(kind, survey);
-        let paths = (WORK / cost).clamp(PATHS[0], PATHS[1]) as u64;
+        // With merging and without it bidirectional tracing traces the same paths, so that their means differ by what is merged.
+        let share = if kind == IntegratorKind::Vcm { MERGING } else { 1.0 };
+        let paths = (WORK * share / cost).clamp(PATHS[0], PATHS[1]) as u64;
         // Lights that are seen directly have no noise in any method, but would be most of what few places see.
         let (seed, window) = (SEED, UvWindow::PICTURE);
         let places = 1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2).min(PLACE_BITS);
@@ -89,11 +93,12 @@ fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
     match kind {
         IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => path,
         IntegratorKind::Light => lit,
-        IntegratorKind::Bidirectional | IntegratorKind::Vcm => {
+        IntegratorKind::Bidirectional => {
             let share = LIGHT_SUBPATHS as f64 / CAMERA_SUBPATHS as f64;
             let both = camera.open.min(light.open).min(1.0);
             START + VERTEX_OF_BOTH * camera.vertices + SHADOW * camera.open + share * lit + CONNECTIONS * both
         }
+        IntegratorKind::Vcm => MERGING * cost_of(IntegratorKind::Bidirectional, survey),
         IntegratorKind::Photon => GATHERING * path,
     }
 }

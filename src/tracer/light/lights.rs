@@ -18,6 +18,7 @@ use crate::tracer::accel::{PrimRange, Ray};
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
+use super::casters::{AIMED, CausticCasters};
 use super::selector::LightSelector;
 use super::{Light, LightSource, with_light};
 
@@ -65,6 +66,8 @@ pub struct Lights {
     environment: Option<u32>,
     /// The sphere around the scene.
     scene: BoundingSphere,
+    /// What light subpaths are aimed at.
+    casters: CausticCasters,
 }
 
 impl Lights {
@@ -86,7 +89,12 @@ impl Lights {
         let found: Vec<f32> = lights.iter().zip(weights).map(found).collect();
         let selector = LightSelector::new(&lights, &found, scene);
         let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
-        Self { by_power, selector, lights, spectra, environment, scene }
+        Self { by_power, selector, lights, spectra, environment, scene, casters: CausticCasters::default() }
+    }
+
+    /// The same lights, whose [aimed](Lights::emit_aimed) rays go to these casters.
+    pub fn aiming_at(self, casters: CausticCasters) -> Self {
+        Self { casters, ..self }
     }
 
     /// The environment's index, if there is one.
@@ -113,7 +121,7 @@ impl Lights {
 
     /// The same lights with other spectra, of which there must be as many.
     pub fn relit(&self, spectra: Vec<Spectrum>) -> Self {
-        Self::new(self.lights.clone(), spectra, self.scene)
+        Self::new(self.lights.clone(), spectra, self.scene).aiming_at(self.casters.clone())
     }
 
     /// True when nothing emits.
@@ -304,6 +312,12 @@ impl BoundingSphere {
 }
 
 impl Emission {
+    /// None where a density is 0 or underflowed: such a ray has no weight.
+    #[inline]
+    fn usable(self) -> Option<Self> {
+        (self.pdf.vertex > 0.0 && self.pdf.next > 0.0).then_some(self)
+    }
+
     /// The ray.
     #[inline]
     pub fn ray(&self) -> Ray {
@@ -357,8 +371,55 @@ impl Lights {
         let (from, direction) = with_light!(shape, l => l.emit(u, self.scene))?;
         let light = chosen.index as u32;
         let pdf = self.emission_pdf(light, from.p, direction);
-        // A density of 0 is one that underflowed: such a ray has no weight.
-        (pdf.vertex > 0.0 && pdf.next > 0.0).then_some(Emission { light, from, direction, pdf })
+        Emission { light, from, direction, pdf }.usable()
+    }
+
+    /// As [`Lights::emit`], with a share of rays that are aimed at what casts caustics ([`CausticCasters`]).
+    #[inline]
+    pub fn emit_aimed(&self, u: &LightNumbers) -> Option<Emission> {
+        if self.casters.spheres().is_empty() {
+            return self.emit(u);
+        }
+        let mut emission = self.emit(u)?;
+        let Emission { light, from, direction, pdf } = &mut emission;
+        if u.aim < AIMED {
+            let choice = u.aim / AIMED;
+            match pdf.origin {
+                EmissionOrigin::Surface | EmissionOrigin::Point => {
+                    if let Some(aimed) = self.casters.direction(from.p, choice, u.direction) {
+                        *direction = aimed;
+                    }
+                }
+                EmissionOrigin::Infinite | EmissionOrigin::Parallel => {
+                    *from = self.casters.parallel_ray(*direction, choice, u.place, self.scene);
+                }
+                EmissionOrigin::Beam => {}
+            }
+        }
+        *pdf = self.aimed_emission_pdf(*light, from.p, *direction);
+        emission.usable()
+    }
+
+    /// The densities with which [`Lights::emit_aimed`] sends a ray from the point `p` of `light`, or where that is infinitely far away
+    /// through the point `p`, in `direction`.
+    #[inline]
+    pub fn aimed_emission_pdf(&self, light: u32, p: Vec3, direction: Vec3) -> EmissionPdf {
+        let mut pdf = self.emission_pdf(light, p, direction);
+        if self.casters.spheres().is_empty() {
+            return pdf;
+        }
+        let aimed = match pdf.origin {
+            EmissionOrigin::Surface | EmissionOrigin::Point => self.casters.direction_pdf(p, direction),
+            EmissionOrigin::Infinite | EmissionOrigin::Parallel => {
+                Some(self.casters.parallel_pdf(p, direction))
+            }
+            EmissionOrigin::Beam => None,
+        };
+        // Where the light sends nothing, nothing is sent.
+        if let Some(aimed) = aimed.filter(|_| pdf.next > 0.0) {
+            pdf.next += AIMED * (aimed - pdf.next);
+        }
+        pdf
     }
 
     /// The densities with which [`Lights::emit`] sends a ray from the point `p` of `light` (not used for the environment) in
@@ -370,12 +431,12 @@ impl Lights {
         with_light!(shape, l => l.emission_pdf(p, direction, self.scene, choice))
     }
 
-    /// The density with which a light subpath begins with the edge of `sample`, for both of its ends, over that of next-event
-    /// estimation from the lit point `p`; per unit of area there. `cos` is |cos| at the lit point, geometric.
+    /// The density with which an [aimed](Lights::emit_aimed) light subpath begins with the edge of `sample`, for both of its ends, over that of
+    /// next-event estimation from the lit point `p`; per unit of area there. `cos` is |cos| at the lit point, geometric.
     #[inline]
     pub fn emission_over_direct(&self, light: u32, sample: &LightSample, p: Vec3, cos: f32) -> f32 {
-        let target = sample.target.unwrap_or(Vec3::ZERO);
-        let pdf = self.emission_pdf(light, target, -sample.wi);
+        let target = sample.target.unwrap_or(p);
+        let pdf = self.aimed_emission_pdf(light, target, -sample.wi);
         let scale = match pdf.origin {
             // cos / d² of the light turns both densities into ones by area and drops out.
             EmissionOrigin::Surface => pdf.next / pdf.cos,

@@ -6,6 +6,7 @@
 //! directional environment sun_sky                      what is infinitely far away
 //! lights      all lights of a scene: sampling one from a lit point, and the density of a direction; rays that leave lights, and
 //!             their densities: how light subpaths begin
+//! casters     what light subpaths are aimed at
 //! selector    which light a point samples: one, few that are all looked at, or a tree of them; how much light each may bring
 //! tree        the tree of many lights
 //! ```
@@ -29,6 +30,7 @@
 //!    neither: it is registered there with its primitives.
 //! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, `light_choice.rs` samples with densities.
 
+mod casters;
 mod cylinder;
 mod directional;
 mod environment;
@@ -53,6 +55,7 @@ use super::sampler::LightNumbers;
 use super::shape::SurfacePoint;
 use selector::LightBounds;
 
+pub use casters::CausticCasters;
 pub use cylinder::CylinderLight;
 pub use directional::DirectionalLight;
 pub use environment::{ConstantLight, DirectionSampling, EnvironmentMap};

@@ -1,9 +1,10 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
 //! `geometry` transforms shapes to primitives in world space, checks them and adds their lights, `lights` adds the others, `groups` adds groups and instances,
-//! `materials` converts BSDFs. `structure` decides whether an edit can
+//! `materials` converts BSDFs, `casters` finds what casts caustics. `structure` decides whether an edit can
 //! keep the geometry.
 
+mod casters;
 mod geometry;
 mod groups;
 mod lights;
@@ -178,7 +179,8 @@ impl Scene {
         let (lo, hi) = primitives.accel.bounds();
         // An empty scene has no size, and any positive number serves.
         let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
-        let lights = Lights::new(lights.into(), spectra, BoundingSphere { center: 0.5 * (lo + hi), radius });
+        let extent = BoundingSphere { center: 0.5 * (lo + hi), radius };
+        let lights = Lights::new(lights.into(), spectra, extent).aiming_at(casters::of(desc));
         let (primitives, white) = (Arc::new(primitives), None);
         let mixes = materials.iter().any(|material| matches!(material, Material::Mixture(_)));
         let material_class = if mixes { MaterialClass::Mixed } else { MaterialClass::General };
@@ -188,6 +190,7 @@ impl Scene {
             materials,
             opacities,
             lights,
+            casting: casters::casting(desc),
             white,
             material_class,
             notices,
@@ -211,12 +214,17 @@ impl Scene {
         }
         let desc = &planned(desc);
         let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
+        let (lights, casting) = (self.lights.relit(spectra(desc)), casters::casting(desc));
         Ok(Scene {
             primitives: self.primitives.clone(),
             surfaces,
             materials,
             opacities,
-            lights: self.lights.relit(spectra(desc)),
+            lights: match casting == self.casting {
+                true => lights,
+                false => lights.aiming_at(casters::of(&desc.in_rendering_space())),
+            },
+            casting,
             white: effects::white(desc),
             material_class: effects::material_class(desc),
             notices: self.notices.clone(),

@@ -67,6 +67,8 @@ pub struct LightNumbers {
     pub direction: [f32; 2],
     /// Selects the light, with 32 bits of precision.
     pub choice: f64,
+    /// Whether the ray is aimed, and at what.
+    pub aim: f32,
 }
 
 /// Random numbers for one vertex of a path, all in [0, 1).
@@ -218,6 +220,7 @@ impl LightSampler {
             place: [a[0], a[1]].map(unit_f32),
             direction: [a[2], a[3]].map(unit_f32),
             choice: unit_f64(self.second[4]),
+            aim: unit_f32(a[6]),
         }
     }
 

@@ -131,7 +131,7 @@ impl BidirectionalTracer {
     fn trace_light_subpath<B: Scattering>(&self, numbers: &LightSampler, pool: &mut LightPool<B>) {
         let (scene, rr_depth) = (&self.context.scene, self.context.rr_depth);
         let LightPool { lambda, vertices, splats, .. } = pool;
-        let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
+        let Some(emission) = scene.lights.emit_aimed(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, lambda);
         let Some(mut walk) = Walk::from_light(*lambda, &emission, emitted) else { return };
         walk.policy = roulette::CONNECTED_FROM_LIGHT;

@@ -128,7 +128,7 @@ impl BidirectionalTracer {
         let lights = &self.context.scene.lights;
         let weight = last.map_or(1.0, |last| {
             let pdf = lights.pdf(light, last, -hit.wo, Some(&hit.point));
-            emitted_weight(&vertex.mis, pdf, lights.emission_pdf(light, hit.point.p, hit.wo))
+            emitted_weight(&vertex.mis, pdf, lights.aimed_emission_pdf(light, hit.point.p, hit.wo))
         });
         let emitted = path.emission.emission(lights, light, hit.point.p, -hit.wo, &path.lambda);
         let value = vertex.throughput * emitted * (weight * vertex.wavelength_mis.weight());
@@ -148,7 +148,7 @@ impl BidirectionalTracer {
         let lights = &self.context.scene.lights;
         let weight = last.map_or(1.0, |last| {
             let pdf = lights.pdf(light, last, direction, None);
-            let emission = lights.emission_pdf(light, Vec3::ZERO, -direction);
+            let emission = lights.aimed_emission_pdf(light, last.p, -direction);
             emitted_weight(&walk.previous.infinite(), pdf, emission)
         });
         let emitted = path.emission.emission(lights, light, Vec3::ZERO, direction, &path.lambda);
