@@ -20,6 +20,7 @@ use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
     PhotonTracer, PlanCheckTally, RenderContext, Replicated, VcmTracer,
 };
+use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// The tracers of photon mapping. The next render may reuse their photons.
@@ -34,6 +35,8 @@ pub struct RenderOrder {
     pub range: Range<u64>,
     pub window: UvWindow,
     pub epoch: Epoch,
+    /// How camera paths are distributed over the window.
+    pub sampling: ScreenSampling,
     /// Whether and how the plan of effects is checked.
     pub check: Option<CheckOrder>,
 }
@@ -64,7 +67,19 @@ pub fn as_paths(kind: IntegratorKind, indices: &Range<u64>) -> Range<u64> {
 /// What the tracers of all methods are made of.
 pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: UvWindow) -> RenderContext {
     let RunSpec { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *run;
-    RenderContext { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
+    let screen = ScreenSampling::Even;
+    RenderContext {
+        scene,
+        camera,
+        seed,
+        window,
+        max_depth,
+        rr_depth,
+        hide_emitters,
+        places: None,
+        screen,
+        photons,
+    }
 }
 
 /// Has `server` render by the method that `run` names. `photons` are those that the last render left, if any, and then
@@ -111,7 +126,9 @@ pub fn start(
 }
 
 fn context_of(run: &RunSpec, order: &RenderOrder) -> RenderContext {
-    render_context(run, order.scene.clone(), order.camera.clone(), order.window)
+    let context = render_context(run, order.scene.clone(), order.camera.clone(), order.window);
+    let screen = order.sampling.clone();
+    RenderContext { seed: screen.seed(run.seed), screen, ..context }
 }
 
 /// Sends a tracer with special code, checked if that is ordered.

@@ -44,6 +44,7 @@
 //!     rr_depth: desc.integrator.rr_depth,
 //!     hide_emitters: desc.integrator.hide_emitters,
 //!     places: None,
+//!     screen: Default::default(),
 //!     photons: desc.integrator.photons,
 //! };
 //! // Two independent randomisations, whose difference tells the error of their mean.
@@ -77,6 +78,7 @@
 //! # }
 //! ```
 
+mod adaptive;
 mod args;
 mod bench;
 mod compare;

@@ -341,7 +341,8 @@ impl Drop for Gone<'_> {
 }
 
 fn watch(run: &RunSpec, target: Option<ErrorTarget>) -> ErrorMonitor {
-    ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target)
+    let watch = ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target);
+    if run.adaptive { watch.with_density_weights() } else { watch }
 }
 
 /// The thread.

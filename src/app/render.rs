@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use super::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
@@ -34,6 +35,7 @@ use crate::stream::control::Epoch;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::{ErrorStatus, ExactReplicates, Replicates};
 use crate::tracer::integrator::PlanCheckTally;
+use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
 
 /// Runs the subcommand.
@@ -66,7 +68,7 @@ pub fn run(args: &RenderArgs, outputs: &Outputs, kept: Option<KeptState>) -> Res
         Some((index, message)) => Err(miette::miette!(
             "path {index} panicked: {message}; the picture holds what was traced before. Please report it with the scene \
              and this command: {}",
-            replay(&batch.run, traced.tally.as_deref(), *index)
+            batch.replay(traced.tally.as_deref(), *index)
         )),
         None => Ok(()),
     }
@@ -92,6 +94,9 @@ fn check_options(args: &RenderArgs) -> Result<Outputs> {
         }
         denoise::check(args.denoise)?;
     }
+    if args.adaptive {
+        adaptive::check(args)?;
+    }
     let outputs = Outputs::plan(args)?;
     if let Some(path) = &args.gpu_timings {
         timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
@@ -106,6 +111,8 @@ struct BatchRender<'a> {
     run: RunSpec,
     /// Until when it goes on.
     goal: RenderGoal,
+    /// The parts of an adaptive render; none for an even one.
+    stages: Vec<RenderStage>,
     loaded: Loaded,
     scene: Arc<Scene>,
     camera: Camera,
@@ -131,6 +138,7 @@ struct Traced {
     error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
     /// The sums of both randomisations, for the noise filter.
     replicates: Option<Replicates>,
+    adaptive: Option<AdaptiveReport>,
 }
 
 impl<'a> BatchRender<'a> {
@@ -154,7 +162,8 @@ impl<'a> BatchRender<'a> {
         run.replicated = args.replicates > 1 && args.check_plan == 0.0;
         // A state is also that of pictures which are made of it later.
         let variance = kept.is_some() || outputs.read_variance(&settings);
-        run.film.variance = variance.then_some(VarianceForm::Product);
+        // The variance within pixels takes samples of equal weight.
+        run.film.variance = (variance && !args.adaptive).then_some(VarianceForm::Product);
         if outputs.writes_exr() {
             layers::check(&run.aovs, &run.film)?;
         } else if !run.aovs.is_empty() {
@@ -166,8 +175,9 @@ impl<'a> BatchRender<'a> {
         if !args.quiet {
             method::tell_choice(&run);
         }
-        run.reweighted = args.reweight_fireflies;
+        (run.reweighted, run.adaptive) = (args.reweight_fireflies, args.adaptive);
         let goal = PlannedGoal::new(args, &run, kept.as_ref());
+        let stages = if run.adaptive { adaptive::stages(&run, &goal.part)? } else { Vec::new() };
         let (mut recorder, mut replicates) = (None, None);
         let until = goal.part.clone();
         let client: Box<dyn Film> = match kept {
@@ -199,6 +209,7 @@ impl<'a> BatchRender<'a> {
             settings,
             run,
             goal: until,
+            stages,
             loaded,
             scene,
             camera,
@@ -243,15 +254,36 @@ impl<'a> BatchRender<'a> {
         };
         let before = done.map_or(Duration::ZERO, |done| Duration::from_secs_f64(done.seconds));
         let texels = run.film.padded_extent().map(f64::from).iter().product();
+        let stages = match run.adaptive {
+            true => self.stages.clone(),
+            false => {
+                missing.ranges().iter().map(|range| RenderStage::even(range.clone(), goal.time)).collect()
+            }
+        };
         let (mut driven, mut tally, mut photons) = (DriveOutcome::new(missing.count() == 0), None, None);
-        for (number, range) in (1..).zip(missing.ranges()) {
+        let (mut stats, mut adaptive) = (Stats::default(), None);
+        for (number, RenderStage { part, indices: range, until }) in (1..).zip(stages) {
+            let time = until.map(|until| until.saturating_sub(before + driven.wall));
+            if part != StagePart::Even && time == Some(Duration::ZERO) {
+                continue;
+            }
+            let sampling = match (part, &observer) {
+                (StagePart::Pilot, _) => ScreenSampling::Pilot,
+                (StagePart::Main, Some(observer)) => {
+                    let (sampling, report) = adaptive::sampling(run, observer);
+                    adaptive = Some(report);
+                    sampling
+                }
+                _ => ScreenSampling::Even,
+            };
             let epoch = Epoch(number);
             let order = RenderOrder {
                 scene: self.scene.clone(),
                 camera: self.camera.clone(),
-                range: method::as_paths(run.integrator, range),
+                range: method::as_paths(run.integrator, &range),
                 window: run.film.window(),
                 epoch,
+                sampling,
                 check: self.check_order()?,
             };
             tally = method::start(&self.server, run, order, &mut photons)?;
@@ -259,7 +291,7 @@ impl<'a> BatchRender<'a> {
                 epoch,
                 first_index: range.start,
                 deterministic: run.deterministic,
-                time: goal.time.map(|limit| limit.saturating_sub(before + driven.wall)),
+                time,
                 texels,
                 quantity: args.error_at,
             };
@@ -273,12 +305,21 @@ impl<'a> BatchRender<'a> {
                 recorder: self.recorder.as_mut(),
             };
             driven.add(drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?);
-            if !driven.complete {
+            let done = self.server.stats();
+            stats.epoch = done.epoch;
+            stats.workers.extend(done.workers);
+            let is_over = driven.interrupted || driven.reached || driven.panicked.is_some();
+            // Time ends a pilot, and the render goes on.
+            if !driven.complete && (is_over || part != StagePart::Pilot) {
                 break;
             }
         }
         bar.finish();
-        let stats = self.server.stats();
+        if run.adaptive && adaptive.is_none() && !driven.interrupted {
+            tell(
+                "note: --adaptive: the render has ended before its pilot, so that the screen was sampled evenly",
+            );
+        }
         self.server.term();
         let filters = self.settings.denoise != Denoise::Off;
         let replicates = observer.as_ref().filter(|_| filters).and_then(Observer::replicates);
@@ -295,7 +336,7 @@ impl<'a> BatchRender<'a> {
         self.seconds.render = driven.wall.as_secs_f64();
         self.seconds.rasterise = driven.rasterise.as_secs_f64();
         self.seconds.trace = tracing_time(&stats).as_secs_f64();
-        Ok(Traced { driven, stats, tally, error, replicates })
+        Ok(Traced { driven, stats, tally, error, replicates, adaptive })
     }
 
     /// The check that `--check-plan` asks for.
@@ -361,6 +402,24 @@ impl<'a> BatchRender<'a> {
         RejectedReport::new(&self.run, &self.loaded.desc, &self.scene, rejections)
     }
 
+    /// The command that traces `index` again. With `--check-plan` a path that differs is found again only together with all
+    /// paths that were compared, and with `--adaptive` only in the whole render.
+    fn replay(&self, tally: Option<&PlanCheckTally>, index: u64) -> String {
+        let run = &self.run;
+        let per_index = method::paths_per_index(run.integrator);
+        match tally.and_then(PlanCheckTally::reach) {
+            Some((first, last)) => run.command(first, (last - first + 1) * per_index) + " --check-plan 1",
+            None if run.adaptive => {
+                let indices = self
+                    .stages
+                    .iter()
+                    .fold(0u64, |sum, stage| sum.saturating_add(stage.indices.end - stage.indices.start));
+                run.command(0, indices.saturating_mul(per_index))
+            }
+            None => run.command(index, 1),
+        }
+    }
+
     fn report(&self, outputs: &Outputs, traced: &Traced) -> RenderReport {
         let (run, driven, counts) = (&self.run, &traced.driven, self.client.counts());
         let [width, height] = run.film.padded_extent().map(f64::from);
@@ -377,6 +436,7 @@ impl<'a> BatchRender<'a> {
             auto: run.auto.clone(),
             plan: plan::plan(&self.loaded.desc, run, &self.settings),
             left_out: run.left_out().collect(),
+            adaptive: traced.adaptive.clone(),
             plan_check: traced.tally.as_ref().map(|tally| {
                 let [paths, different] = tally.counts();
                 PlanCheck { paths, different }
@@ -405,14 +465,6 @@ impl<'a> BatchRender<'a> {
             outputs: outputs.files().cloned().collect(),
         }
     }
-}
-
-/// The command that traces `index` again. With `--check-plan` a path that differs is found again only together with all
-/// paths that were compared.
-fn replay(run: &RunSpec, tally: Option<&PlanCheckTally>, index: u64) -> String {
-    let Some((first, last)) = tally.and_then(PlanCheckTally::reach) else { return run.command(index, 1) };
-    let per_index = method::paths_per_index(run.integrator);
-    run.command(first, (last - first + 1) * per_index) + " --check-plan 1"
 }
 
 /// Processor time that the tracer's threads spent tracing, or wall time if the system does not tell.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
+use super::adaptive::AdaptiveReport;
 use super::plan::PlannedEffect;
 use super::rejected::RejectedReport;
 use super::run_spec::{ChoiceReport, RunSpec};
@@ -52,6 +53,9 @@ pub struct RenderReport {
     /// The error of the picture. It is unknown if the run was not divided into replicates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorReport>,
+    /// Where adaptive sampling has placed camera paths.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<AdaptiveReport>,
     /// Values that were not numbers from 0 on, by cause and origin.
     pub rejected: RejectedReport,
     /// Share of the light that the picture lacks because fireflies were reweighted.
@@ -130,6 +134,11 @@ impl RenderReport {
         }
         if !self.left_out.is_empty() {
             line.push_str(&format!("; without {}", self.left_out.join(", ")));
+        }
+        if let Some(AdaptiveReport { density: [least, _, most], .. }) = self.adaptive {
+            line.push_str(&format!(
+                "; adaptive, {least:.2} to {most:.2} times the mean density of camera paths"
+            ));
         }
         if let Some(error) = &self.error {
             line.push_str(&error.summary());

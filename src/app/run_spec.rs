@@ -54,6 +54,9 @@ pub struct RunSpec {
     pub deterministic: bool,
     /// Divided into replicates, so that its error is known.
     pub replicated: bool,
+    /// More camera paths where a pilot has found the error.
+    #[serde(default)]
+    pub adaptive: bool,
     /// The device that rasterised it.
     pub device: String,
     /// The threshold κ by which fireflies are reweighted; `None` where they are not.
@@ -178,6 +181,7 @@ impl RunSpec {
             seed: source.seed,
             deterministic: false,
             replicated: true,
+            adaptive: false,
             device,
             reweighted: None,
         }
@@ -257,6 +261,9 @@ impl RunSpec {
         if let Some(kappa) = self.reweighted {
             command += &format!(" --reweight-fireflies={kappa}");
         }
+        if self.adaptive {
+            command += " --adaptive";
+        }
         if self.deterministic {
             command += " --deterministic";
         }
@@ -265,6 +272,9 @@ impl RunSpec {
 
     /// The command line that traces the path of a rejected value again and prints what it meets.
     pub fn replay(&self, rejected: &Rejected) -> String {
+        if self.adaptive {
+            return "with --adaptive a path cannot be traced by itself: render without, and replay what is rejected there".to_string();
+        }
         let mut command = self.scene_options("replay") + &format!(" --index {}", rejected.index);
         if let Some(generations) = rejected.generations.filter(|_| self.integrator.has_photons()) {
             command += &format!(" --generations {generations}");

@@ -208,6 +208,7 @@ impl ServedTracer {
             range: 0..request.paths.unwrap_or(u64::MAX),
             window,
             epoch: Epoch(request.epoch),
+            sampling: Default::default(),
             check: None,
         };
         method::start(&self.server, &run, order, &mut scene.photons).map_err(words)?;

@@ -74,7 +74,7 @@ pub fn mean_variance(data: &FilmData, energy: f32) -> Vec<f32> {
 
 /// The picture with everything needed to go on from it, for [`exr::write`](crate::image::exr::write):
 /// R, G, B; `camera.XYZW` and `light.XYZW` sums; `variance.camera` and `variance.light` sums; `variance.Y`,
-/// the variance of the mean. Counts and the luminance scale are added to the attributes.
+/// the variance of the mean; without those of the variance where the film keeps none. Counts and the luminance scale are added to the attributes.
 pub fn layers(data: &FilmData, profile: &Profile, energy: f32, attributes: &[(String, Attribute)]) -> Layers {
     let mut layers = Layers {
         width: data.width as usize,
@@ -92,9 +92,14 @@ pub fn layers(data: &FilmData, profile: &Profile, energy: f32, attributes: &[(St
         for (i, axis) in ["X", "Y", "Z", "W"].into_iter().enumerate() {
             layers.push(&format!("{stream}.{axis}"), color.iter().map(|c| c[i]));
         }
-        layers.push(&format!("variance.{stream}"), variance.iter().copied());
+        if !variance.is_empty() {
+            layers.push(&format!("variance.{stream}"), variance.iter().copied());
+        }
     }
-    layers.push(Measured::VARIANCE_CHANNEL, mean_variance(data, energy));
+    let has_variance = !(data.camera_variance.is_empty() && data.light_variance.is_empty());
+    if has_variance {
+        layers.push(Measured::VARIANCE_CHANNEL, mean_variance(data, energy));
+    }
     let counts = data.counts;
     for (name, value) in [
         ("luminanceScale", f64::from(data.luminance_scale)),

@@ -12,3 +12,15 @@ pub fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
+
+/// The bits of x and y in turn, x first from below: the Z-order curve over squares of less than 2^16 along a side.
+#[inline]
+pub fn interleave([x, y]: [u32; 2]) -> u32 {
+    let spread = |mut bits: u32| {
+        for (shift, mask) in [(8, 0x00ff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)] {
+            bits = (bits | bits << shift) & mask;
+        }
+        bits
+    };
+    spread(x & 0xffff) | spread(y & 0xffff) << 1
+}

@@ -118,26 +118,50 @@ pub struct ErrorEstimate {
 /// The quantiles of [`ErrorEstimate::relative`].
 const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
 
+/// The mean luminance of the quarter of a tile that each pixel of a picture of `size` pixels lies in.
+fn quarter_means(pixels: &[ReplicatePixel], size: [usize; 2]) -> impl Fn(usize) -> f64 {
+    let [columns, side] = [size[0].div_ceil(TILE / 2), TILE / 2];
+    let quarter = move |[x, y]: [usize; 2]| y / side * columns + x / side;
+    let places = move || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| [x, y]));
+    let mut means = vec![(0.0, 0.0); columns * size[1].div_ceil(side)];
+    for (pixel, at) in pixels.iter().zip(places()).filter(|(pixel, _)| pixel.seen) {
+        let (sum, count) = &mut means[quarter(at)];
+        (*sum, *count) = (*sum + luminance(pixel.mean), *count + 1.0);
+    }
+    move |i: usize| {
+        let (sum, count) = means[quarter([i % size[0], i / size[0]])];
+        sum / count
+    }
+}
+
+/// The squared error of every pixel of a picture of `size` pixels, the mean of R, G and B, over the square of what stated errors are
+/// relative to: the luminance of its place plus [`FLOOR`] of the picture's. It is 0 where a replicate has no samples or nothing has
+/// luminance. `None` while the replicates have reached too few pixels.
+pub(super) fn relative_squares(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Vec<f64>> {
+    let near = quarter_means(pixels, size);
+    let seen = || pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen);
+    let (sum, count) = seen().fold((0.0, 0.0), |(sum, n), (_, pixel)| (sum + luminance(pixel.mean), n + 1.0));
+    if count == 0.0 || count < MIN_COVERAGE * pixels.len() as f64 {
+        return None;
+    }
+    let mut relative = vec![0.0; pixels.len()];
+    for (i, pixel) in seen() {
+        let against = near(i).abs() + FLOOR * (sum / count).abs();
+        let squares: f64 = pixel.difference.iter().map(|d| f64::from(*d).powi(2)).sum();
+        if against > 0.0 {
+            relative[i] = squares / 3.0 * f64::from(pixel.factor) / (against * against);
+        }
+    }
+    Some(relative)
+}
+
 impl ErrorField {
     /// The error of a picture of `size` pixels. `None` while both replicates have reached too few of them.
     ///
     /// relMSE divides by the squared true luminance of a pixel. The noisy luminance in its place would hide the error of
     /// exactly those pixels that are too bright, so the mean of a quarter of the tile stands for it.
     pub fn new(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Self> {
-        let [columns, side] = [size[0].div_ceil(TILE / 2), TILE / 2];
-        // The quarter of a tile that a pixel lies in.
-        let quarter = move |[x, y]: [usize; 2]| y / side * columns + x / side;
-        let places = move || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| [x, y]));
-        let mut means = vec![(0.0, 0.0); columns * size[1].div_ceil(side)];
-        for (pixel, at) in pixels.iter().zip(places()).filter(|(pixel, _)| pixel.seen) {
-            let (sum, count) = &mut means[quarter(at)];
-            (*sum, *count) = (*sum + luminance(pixel.mean), *count + 1.0);
-        }
-        let mean = |i: usize| {
-            let (sum, count) = means[quarter([i % size[0], i / size[0]])];
-            sum / count
-        };
-        Self::of_replicates(pixels, mean, size)
+        Self::of_replicates(pixels, quarter_means(pixels, size), size)
     }
 
     /// The noise of a picture from its replicates, relative to the luminance of a reference: the part of the

@@ -21,6 +21,9 @@
 //! A render that stops at a target (`--error 1%`) decides by one half of the tiles and states the error of the other, the
 //! **held-out** half. Otherwise the stop would select a checkpoint whose error was small by luck.
 //!
+//! `--adaptive` distributes camera paths by what a pilot has found ([`Replicates::region_errors`]). Its samples have weights, one over the
+//! density of paths, and the difference of the replicates knows the error of their weighted means as well.
+//!
 //! # What the error does not contain
 //!
 //! It is neither the standard error that the display steers its blur by (`client/pass/variance.rs`) nor a difference to
@@ -76,6 +79,7 @@ mod method_curve;
 mod monitor;
 pub mod pages;
 pub mod prediction;
+mod regions;
 pub mod replicates;
 mod smooth;
 

@@ -116,6 +116,12 @@ impl ErrorMonitor {
         }
     }
 
+    /// The same for samples whose weights are one over their density.
+    pub fn with_density_weights(mut self) -> Self {
+        self.sums.set_density_weights();
+        self
+    }
+
     /// The same with exact sums, which go on from what another monitor has seen.
     pub fn exact(self, sums: ExactReplicates, seen: MonitorProgress) -> Self {
         let MonitorProgress { checkpoints, due } = seen;

@@ -18,6 +18,8 @@ pub struct Replicates {
     kernel: SmoothingKernel,
     pub(super) parts: [ReplicateSums; REPLICATES],
     pub(super) largest: LargestSamples,
+    /// Weights of camera samples are one over their density on the screen. Otherwise a sample of weight n stands for n samples.
+    density_weights: bool,
 }
 
 /// Sums of one replicate; those of a stream are empty before its first sample.
@@ -47,7 +49,13 @@ impl Replicates {
             kernel: SmoothingKernel::of_energy(energy),
             parts: Default::default(),
             largest: LargestSamples::new(size),
+            density_weights: false,
         }
+    }
+
+    /// From now on weights of camera samples are one over their density on the screen.
+    pub fn set_density_weights(&mut self) {
+        self.density_weights = true;
     }
 
     /// Width and height in pixels.
@@ -70,7 +78,11 @@ impl Replicates {
     /// replicates have reached too few pixels.
     pub fn error(&self, pixels: &[ReplicatePixel]) -> Option<(ErrorField, LargestShares)> {
         let mut field = ErrorField::new(pixels, self.size)?;
-        let per_pixel = self.paths() as f64 / (self.size[0] * self.size[1]) as f64;
+        let samples = match self.density_weights {
+            true => self.parts.iter().flat_map(|part| &part.camera).map(|sum| f64::from(sum[3])).sum(),
+            false => self.paths() as f64,
+        };
+        let per_pixel = samples / (self.size[0] * self.size[1]) as f64;
         let sums: Vec<f64> = field.luminances().map(|sum| sum * per_pixel).collect();
         let excess: Vec<f64> = self.largest.excess().iter().map(|excess| excess / per_pixel).collect();
         field.spread(&excess);
@@ -91,7 +103,8 @@ impl Replicates {
             }
             let Xyz { x: sx, y: sy, z: sz } = sample.xyz;
             // The sum of many samples counts as their mean.
-            self.largest.add([x, y], sy / sample.w.max(1.0));
+            let count = if self.density_weights { 1.0 } else { sample.w.max(1.0) };
+            self.largest.add([x, y], sy / count);
             let sum = &mut sums[y * width + x];
             for (sum, value) in sum.iter_mut().zip([sx, sy, sz, sample.w]) {
                 *sum += value;
@@ -181,10 +194,28 @@ impl Replicates {
             return None;
         }
         let pictures = self.parts.each_ref().map(|part| part.picture(self.size, &self.kernel));
+        Some(self.compared(&pictures))
+    }
+
+    /// The same, but with the difference of the camera stream alone.
+    pub(super) fn camera_pixels(&self) -> Option<Vec<ReplicatePixel>> {
+        let mut pixels = self.pixels()?;
+        let alone = self
+            .parts
+            .each_ref()
+            .map(|part| ReplicateSums { light: Vec::new(), ..part.clone() }.picture(self.size, &self.kernel));
+        for (pixel, alone) in pixels.iter_mut().zip(self.compared(&alone)) {
+            pixel.difference = alone.difference;
+        }
+        Some(pixels)
+    }
+
+    /// Mean and difference of the pictures of both replicates.
+    fn compared(&self, pictures: &[Vec<[f32; 4]>; REPLICATES]) -> Vec<ReplicatePixel> {
         let camera = self.parts.iter().any(|part| !part.camera.is_empty());
         let total: f64 = self.parts.iter().map(|part| part.paths.light as f64).sum();
         let share = (self.parts[0].paths.light as f64 / total.max(1.0)) as f32;
-        let [a, b] = &pictures;
+        let [a, b] = pictures;
         let pixel = |(a, b): (&[f32; 4], &[f32; 4])| {
             let weight = a[3] + b[3];
             let (seen, first) = match camera {
@@ -199,7 +230,7 @@ impl Replicates {
                 seen,
             }
         };
-        Some(a.iter().zip(b).map(pixel).collect())
+        a.iter().zip(b).map(pixel).collect()
     }
 }
 

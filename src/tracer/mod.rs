@@ -30,6 +30,7 @@
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
 //! - **A value that is no number** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
 //!   tells what a path met, for `pointillist replay` and for audits.
+//! - **Where camera paths begin** on the screen, evenly or where the picture needs them: [`screen`].
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;
@@ -54,6 +55,7 @@ pub mod record;
 pub mod roulette;
 pub mod sampler;
 pub mod scene;
+pub mod screen;
 pub mod shape;
 pub mod subpath;
 pub mod subpath_mis;

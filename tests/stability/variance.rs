@@ -308,6 +308,7 @@ fn p3_replicates_know_the_error_of_a_sequence() {
             rr_depth,
             hide_emitters,
             places: None,
+            screen: Default::default(),
             photons: Default::default(),
         };
         let (tracer, mut sink) = (PathTracer { context }, Collect(Vec::new()));

@@ -61,6 +61,7 @@ fn replicate(
         rr_depth: integrator.rr_depth,
         hide_emitters: integrator.hide_emitters,
         places: None,
+        screen: Default::default(),
         photons: Default::default(),
     };
     let tracer = PathTracer { context };

@@ -5,6 +5,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod adaptive;
 mod bidirectional;
 mod both_ends;
 mod bsdf;

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod abort;
+mod adaptive;
 mod after_edit;
 mod client;
 mod common;
@@ -51,6 +52,8 @@ struct Arguments {
 enum Part {
     /// The time from `abort` to standstill in every scene, by path tracing and photon mapping; p99 must stay below 5 ms
     Abort(abort::Arguments),
+    /// Error of adaptive sampling at equal CPU time over that of even sampling, one thread, in turn
+    Adaptive(adaptive::Arguments),
     /// Samples on screen 33 ms to 3 s after a move of the camera, over those that the tracer alone makes in that time
     AfterEdit(after_edit::Arguments),
     /// The passes of the Vulkan client and their references on the CPU
@@ -103,6 +106,7 @@ enum Part {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().part {
         Part::Abort(arguments) => abort::run(&arguments),
+        Part::Adaptive(arguments) => adaptive::run(&arguments),
         Part::AfterEdit(arguments) => after_edit::run(&arguments),
         Part::Client(arguments) => client::run(&arguments),
         Part::Fireflies(arguments) => fireflies::run(&arguments),

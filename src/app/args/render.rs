@@ -57,6 +57,14 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
     pub first_index: u64,
 
+    /// Sample the screen in proportion to the estimated error, for stills: more camera paths where the picture needs them.
+    ///
+    /// A pilot, the first sixteenth of the samples or of the time and at least 4 samples per pixel, samples the screen evenly. Its error
+    /// in each region of some pixels gives the number of camera paths of the region in the rest of the render, at least a quarter of an even
+    /// share. The picture stays unbiased. It takes 16 samples per pixel or more.
+    #[arg(long, help_heading = "Sampling")]
+    pub adaptive: bool,
+
     /// Rasterise samples in index order: the same bytes for any number of threads and any --simd.
     #[arg(long, help_heading = "Sampling")]
     pub deterministic: bool,

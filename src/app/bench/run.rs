@@ -90,7 +90,15 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
     let measured = PassTimes { threads, ..PassTimes::default() };
     let (ends, sums) = Default::default();
     let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
-    let order = RenderOrder { scene, camera, range: 0..u64::MAX, window, epoch: EPOCH, check: None };
+    let order = RenderOrder {
+        scene,
+        camera,
+        range: 0..u64::MAX,
+        window,
+        epoch: EPOCH,
+        sampling: Default::default(),
+        check: None,
+    };
     method::start(&server, run, order, &mut None)?;
     gpu.take_rows();
     gpu.set_timing(true);

@@ -78,6 +78,7 @@ impl Budget {
             range: 0..u64::MAX,
             window: run.film.window(),
             epoch: Epoch(1),
+            sampling: Default::default(),
             check: None,
         };
         lanes.follow(order.epoch, DrainOrder::Arrival);

@@ -32,6 +32,7 @@ fn run(width: u32, height: u32) -> RunSpec {
         deterministic: false,
         replicated: true,
         device: String::new(),
+        adaptive: false,
         reweighted: None,
     }
 }

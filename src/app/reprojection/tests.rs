@@ -80,6 +80,7 @@ impl Seen {
             rr_depth: 5,
             hide_emitters: false,
             places: None,
+            screen: Default::default(),
             photons: PhotonDesc::default(),
         };
         let tracer = Replicated::new(&context, true, PathTracer::from);

@@ -75,6 +75,7 @@ impl KeptState {
                 "--reweight-fireflies",
                 "it needs a film for each brightness",
             ),
+            (args.adaptive, "--adaptive", "where its samples lie depends on a pilot"),
             (args.check_plan > 0.0, "--check-plan", "it renders no picture to go on with"),
             (
                 args.source.device.as_deref().is_some_and(|d| d != "cpu"),

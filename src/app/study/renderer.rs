@@ -154,8 +154,15 @@ impl StudyRenderer {
             RenderLimit::Time(time) => (0..u64::MAX, Some(time)),
             RenderLimit::Paths(paths) => (0..paths, None),
         };
-        let order =
-            RenderOrder { scene, camera, range, window: run.film.window(), epoch: self.epoch, check: None };
+        let order = RenderOrder {
+            scene,
+            camera,
+            range,
+            window: run.film.window(),
+            epoch: self.epoch,
+            sampling: Default::default(),
+            check: None,
+        };
         let observer = run.replicated.then(|| Observer::start(run, None, Beside::Render)).transpose()?;
         method::start(&self.server, run, order, &mut None)?;
         let bar = Progress::new(Goal::Error, true);

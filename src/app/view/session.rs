@@ -184,7 +184,8 @@ impl RenderSession {
         self.epoch = self.epoch.next();
         let (epoch, window) = (self.epoch, self.wanted_window());
         let (scene, range) = (editor.scene(), 0..self.paths.unwrap_or(u64::MAX));
-        let order = RenderOrder { scene, camera, range, window, epoch, check: None };
+        let order =
+            RenderOrder { scene, camera, range, window, epoch, sampling: Default::default(), check: None };
         self.tracers.render(&self.run, order, editor.edits())?;
         let drain_order = match self.run.deterministic {
             true => DrainOrder::Index { first: 0 },

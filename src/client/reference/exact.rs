@@ -257,7 +257,11 @@ impl Film for ExactFilm {
 
     fn develop(&mut self) -> Result<FilmData, ClientError> {
         self.round()?;
-        self.film.develop()
+        let mut data = self.film.develop()?;
+        if self.spec().variance.is_none() {
+            (data.camera_variance, data.light_variance) = (Vec::new(), Vec::new());
+        }
+        Ok(data)
     }
 
     fn exact(&mut self) -> Option<&mut ExactFilm> {

@@ -11,6 +11,7 @@ use crate::tracer::camera::CameraView;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{Emission, EmissionOrigin};
 use crate::tracer::record::PathEvent;
+use crate::tracer::screen::ScreenSampling;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 use crate::tracer::{Camera, Scene};
 
@@ -35,6 +36,8 @@ pub struct RenderContext {
     /// If set, camera paths start only from this number of places along each side of the window, spread unevenly: what
     /// differs between paths from one place is noise. `None`, as for any picture: they start from everywhere.
     pub places: Option<u32>,
+    /// How camera paths are distributed over the window; for this seed.
+    pub screen: ScreenSampling,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
 }
@@ -59,7 +62,19 @@ impl RenderContext {
     ) -> Self {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, mut photons, .. } = *desc;
         photons.initial_radius = photons.initial_radius.map(|radius| scene.space().length(radius));
-        Self { scene, camera, seed, window, max_depth, rr_depth, hide_emitters, places: None, photons }
+        let screen = ScreenSampling::Even;
+        Self {
+            scene,
+            camera,
+            seed,
+            window,
+            max_depth,
+            rr_depth,
+            hide_emitters,
+            places: None,
+            screen,
+            photons,
+        }
     }
 
     /// Maps screen numbers in [0, 1)² to the uv where a camera path starts.

@@ -22,13 +22,14 @@ impl Integrator for DepthTracer {
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
         let RenderContext { seed, camera, scene, .. } = &self.context;
-        let numbers = Sampler::at(index, *seed).camera();
+        let start = self.context.screen.start(index);
+        let numbers = Sampler::at(start.index, *seed).camera();
         let uv = self.context.place(numbers.screen);
         let ray = camera.ray(uv, numbers.lens);
         let distance = scene
             .closest(&ray)
             .map_or(0.0, |hit| scene.space().world_length(hit.point.p.distance(ray.origin)));
-        out.camera(uv.map(|c| c as f32), self.grey * distance, 1.0);
+        out.camera(uv.map(|c| c as f32), self.grey * distance, start.weight);
     }
 
     fn paths_per_index(&self) -> PathCounts {

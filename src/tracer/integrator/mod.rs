@@ -128,7 +128,10 @@ impl<I> Replicated<I> {
     /// Integrators that `make` makes of `context` with the seed of each replicate, or of `context` alone unless `divided`.
     pub fn new(context: &RenderContext, divided: bool, make: impl FnMut(RenderContext) -> I) -> Self {
         let count = if divided { REPLICATES } else { 1 };
-        let context_of = |r| RenderContext { seed: replicate_seed(context.seed, r), ..context.clone() };
+        let context_of = |r| {
+            let seed = replicate_seed(context.seed, r);
+            RenderContext { seed, screen: context.screen.with_seed(seed), ..context.clone() }
+        };
         Self { parts: (0..count).map(context_of).map(make).collect() }
     }
 }

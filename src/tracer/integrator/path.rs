@@ -167,7 +167,8 @@ impl Integrator for PathTracer {
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
         let RenderContext { seed, camera, scene, .. } = &self.context;
-        let sampler = Sampler::at(index, *seed);
+        let start = self.context.screen.start(index);
+        let sampler = Sampler::at(start.index, *seed);
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
         let lambda = self.context.wavelengths(numbers.wavelength);
@@ -185,7 +186,7 @@ impl Integrator for PathTracer {
                 self.follow::<Recorded>(&mut path, ray, &sampler);
             }
         }
-        out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), 1.0);
+        out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), start.weight);
     }
 
     fn paths_per_index(&self) -> PathCounts {

@@ -32,6 +32,7 @@
 mod branch;
 pub mod nx8;
 pub mod scramble;
+pub mod squares;
 
 use branch::Branch;
 use nx8::{Coordinates, reversed_halves};

@@ -91,7 +91,8 @@ impl BidirectionalTracer {
         candidates.begin(light.own_vertices(index));
         let first = index.wrapping_mul(CAMERA_SUBPATHS);
         for number in 0..CAMERA_SUBPATHS {
-            let sampler = Sampler::at(first.wrapping_add(number), seed);
+            let start = self.context.screen.start(first.wrapping_add(number));
+            let sampler = Sampler::at(start.index, seed);
             let numbers = sampler.camera();
             let uv = self.context.place(numbers.screen);
             let mut path = PathContribution::new(lambda);
@@ -102,7 +103,7 @@ impl BidirectionalTracer {
             if specular && let Some(merge) = &mut merge {
                 value += merge(&sampler);
             }
-            out.camera(uv.map(|c| c as f32), value, 1.0);
+            out.camera(uv.map(|c| c as f32), value, start.weight);
         }
     }
 

@@ -203,7 +203,8 @@ impl Integrator for PhotonTracer {
         let Some(snapshot) = self.snapshot(index, scratch, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
         let lookup = self.schedule.lookup(snapshot.generations);
-        let sampler = Sampler::at(index, self.context.seed);
+        let start = self.context.screen.start(index);
+        let sampler = Sampler::at(start.index, self.context.seed);
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
         let path = CameraPath::new(self, &snapshot, lookup, scratch, numbers.wavelength);
@@ -214,7 +215,7 @@ impl Integrator for PhotonTracer {
             _ => path.trace::<Unmixed>(ray, &sampler),
         };
         scratch.keep(snapshot);
-        out.camera(uv.map(|c| c as f32), value, 1.0);
+        out.camera(uv.map(|c| c as f32), value, start.weight);
     }
 
     fn paths_per_index(&self) -> PathCounts {
