@@ -17,7 +17,7 @@ fn lit(p: Vec3) -> LightSampleContext {
 
 fn numbers(random: &mut Random) -> LightNumbers {
     let mut pair = || [random.f32(), random.f32()];
-    LightNumbers { place: pair(), direction: pair(), choice: 0.5 }
+    LightNumbers { place: pair(), direction: pair(), choice: 0.5, aim: 0.5 }
 }
 
 /// Emitted points of a surface of one density: a ray that hits one would have been sampled with distance² / (cos · area), and not at all
