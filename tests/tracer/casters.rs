@@ -41,6 +41,9 @@ const LIGHTS: [(&str, &str); 5] = [
     ("constant", "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"5\"/></emitter>"),
 ];
 
+/// What is made of a ray, of its origin and its direction.
+type RayValue<'a> = dyn Fn([Vec3; 2]) -> f64 + 'a;
+
 /// The mean of what `value` makes of rays of `emit`, over their densities, and its squared standard error.
 fn mean(
     lights: &Lights,
@@ -77,7 +80,7 @@ fn aimed_rays_have_their_density() {
         };
         let even = |u: &LightNumbers| lights.emit(u).map(|e| ([e.from.p, e.direction], e.scale()));
         let aimed = |u: &LightNumbers| lights.emit_aimed(u).map(|e| ([e.from.p, e.direction], e.scale()));
-        let tests: [(&str, &dyn Fn([Vec3; 2]) -> f64); 3] = [
+        let tests: [(&str, &RayValue<'_>); 3] = [
             ("in all", &|_| 1.0),
             ("to the ball", &|ray| f64::from(u8::from(to_ball(ray)))),
             ("past the ball", &|[from, d]| {
