@@ -10,7 +10,7 @@ use miette::{IntoDiagnostic, Result};
 
 use super::run_spec::{ChoiceReport, RunSpec};
 use super::tell;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorDesc, IntegratorKind};
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
@@ -66,20 +66,16 @@ pub fn as_paths(kind: IntegratorKind, indices: &Range<u64>) -> Range<u64> {
 
 /// What the tracers of all methods are made of.
 pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: UvWindow) -> RenderContext {
-    let RunSpec { seed, max_depth, rr_depth, hide_emitters, photons, .. } = *run;
-    let screen = ScreenSampling::Even;
-    RenderContext {
-        scene,
-        camera,
-        seed,
-        window,
+    let RunSpec { seed, integrator, max_depth, rr_depth, hide_emitters, photons, .. } = *run;
+    let desc = IntegratorDesc {
+        kind: integrator,
         max_depth,
         rr_depth,
         hide_emitters,
-        places: None,
-        screen,
         photons,
-    }
+        ..IntegratorDesc::default()
+    };
+    RenderContext::new(scene, camera, &desc, seed, window)
 }
 
 /// Has `server` render by the method that `run` names. `photons` are those that the last render left, if any, and then
@@ -267,5 +263,37 @@ impl Chooser {
 pub fn tell_choice(run: &RunSpec) {
     if let Some(chosen) = &run.auto {
         tell(&chosen.reason);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+    use clap::Parser;
+
+    use super::*;
+    use crate::app::args::scene::SceneArgs;
+    use crate::app::load;
+    use crate::scene::desc::PhotonDesc;
+
+    #[derive(Parser)]
+    struct SceneWords {
+        #[command(flatten)]
+        source: SceneArgs,
+    }
+
+    /// Lengths of the scene file are those of world space, and tracers have rendering space, which may have another scale.
+    #[test]
+    fn lengths_are_in_rendering_space() {
+        let source = SceneWords::try_parse_from(["render", "scenes/cornell.xml"]).unwrap().source;
+        let input = load::load(&source).unwrap();
+        let mut desc = input.loaded.desc.clone();
+        desc.space.scale = 0.25;
+        let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+        run.photons = PhotonDesc { initial_radius: Some(8.0), ..run.photons };
+        let (scene, camera) = (Scene::prepare(&desc).unwrap(), Camera::of(&desc).unwrap());
+        let context = render_context(&run, Arc::new(scene), camera, UvWindow::PICTURE);
+        assert_eq!(context.photons.initial_radius, Some(2.0));
     }
 }

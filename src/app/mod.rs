@@ -35,18 +35,8 @@
 //! let desc = pointillist::scene::load(Path::new("scenes/cornell.xml"), &[])?.desc;
 //! let filter = SplatFilter::Gaussian;
 //! let spec = FilmSpec { width: 64, height: 64, filter, variance: None, sums: Default::default() };
-//! let context = RenderContext {
-//!     scene: Arc::new(Scene::prepare(&desc)?),
-//!     camera: Camera::of(&desc)?,
-//!     seed: 0,
-//!     window: spec.window(),
-//!     max_depth: desc.integrator.max_depth,
-//!     rr_depth: desc.integrator.rr_depth,
-//!     hide_emitters: desc.integrator.hide_emitters,
-//!     places: None,
-//!     screen: Default::default(),
-//!     photons: desc.integrator.photons,
-//! };
+//! let (scene, camera) = (Arc::new(Scene::prepare(&desc)?), Camera::of(&desc)?);
+//! let context = RenderContext::new(scene, camera, &desc.integrator, 0, spec.window());
 //! // Two independent randomisations, whose difference tells the error of their mean.
 //! let tracer = Replicated::new(&context, true, PathTracer::from);
 //! let [width, height] = spec.padded_extent().map(u64::from);
