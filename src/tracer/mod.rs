@@ -30,11 +30,13 @@
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
 //! - **A value that is no number** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
 //!   tells what a path met, for `pointillist replay` and for audits.
+//! - **Lamps seen in mirrors and through glass** are found by following all ways of their light: [`specular_chain`].
 //! - **Where camera paths begin** on the screen, evenly or where the picture needs them: [`screen`].
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;
 pub mod aov;
+pub mod bounding_sphere;
 pub mod bsdf;
 pub mod camera;
 pub mod choice;
@@ -57,6 +59,7 @@ pub mod sampler;
 pub mod scene;
 pub mod screen;
 pub mod shape;
+pub mod specular_chain;
 pub mod subpath;
 pub mod subpath_mis;
 mod tangents;

@@ -207,6 +207,10 @@ impl ScatteringModel for Recorded {
         self.0.part(wo, wi)
     }
 
+    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+        self.0.delta_lobes(wo)
+    }
+
     fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
         self.0.delta_lobe(lobe, transmitted)
     }

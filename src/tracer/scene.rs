@@ -13,9 +13,10 @@ use super::bsdf::{Material, MaterialEvalContext, Sides};
 use super::interaction::{SurfaceInteraction, SurfaceMaterial};
 use super::light::{LightSample, Lights};
 use super::opacity::Opacity;
-use super::prepare::SceneStructure;
+use super::prepare::{SceneStructure, SpecularUse};
 use super::primitives::Primitives;
 use super::shape::SurfacePoint;
+use super::specular_chain::ChainBounds;
 
 /// The object that is seen at a point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,8 +55,10 @@ pub struct Scene {
     /// How much of each surface is there; `None` where all of every surface is, so that no ray asks.
     pub(super) opacities: Option<Box<[Opacity]>>,
     pub(super) lights: Lights,
-    /// Whether each surface casts caustics, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
-    pub(super) casting: Box<[bool]>,
+    /// What each surface does for paths over mirrors and glass, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
+    pub(super) specular_uses: Box<[SpecularUse]>,
+    /// Where the lamps are, and the mirrors and the glass in which they are seen.
+    pub(super) chains: ChainBounds,
     /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,

@@ -241,8 +241,9 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         }
     }
 
+    /// Chooses a direction at `vertex`; `None` when the walk ends there.
     #[inline(always)]
-    fn sample<B: Scattering>(vertex: &SubpathVertex<B>, u: &VertexNumbers) -> Option<BsdfSample> {
+    pub fn sample<B: Scattering>(vertex: &SubpathVertex<B>, u: &VertexNumbers) -> Option<BsdfSample> {
         let SurfaceVertex { bsdf, wo, .. } = &vertex.surface;
         if FROM_LIGHT {
             bsdf.sample_from_light(*wo, u.bsdf, u.lobe)
@@ -261,12 +262,24 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         rr_depth: u32,
     ) -> Option<Ray> {
         let s = Self::sample(vertex, u)?;
+        self.go_on(vertex, &s, u, rr_depth)
+    }
+
+    /// As [`Walk::scatter`], in the direction of `s`.
+    #[inline(always)]
+    pub fn go_on<B: Scattering>(
+        &mut self,
+        vertex: &SubpathVertex<B>,
+        s: &BsdfSample,
+        u: &VertexNumbers,
+        rr_depth: u32,
+    ) -> Option<Ray> {
         if s.hero_only {
             // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
             self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
             self.wavelength_mis = self.wavelength_mis.and(WavelengthMis::ALONE);
         }
-        self.follow(vertex, &s, u.roulette, rr_depth)
+        self.follow(vertex, s, u.roulette, rr_depth)
     }
 
     /// Like [`Walk::scatter`], but where dispersion parts the wavelengths for good this walk ends and all four are followed,

@@ -12,6 +12,7 @@ mod meshes;
 mod opacity;
 mod pairs;
 mod scenes;
+mod specular;
 
 use support::welch;
 

@@ -11,8 +11,9 @@ use pointillist::scene::load;
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::accel::PrimRange;
+use pointillist::tracer::bounding_sphere::BoundingSphere;
 use pointillist::tracer::integrator::{PhotonTracer, RenderContext};
-use pointillist::tracer::light::{BoundingSphere, Light, LightSampleContext, LightShape, Lights, PointLight};
+use pointillist::tracer::light::{Light, LightSampleContext, LightShape, Lights, PointLight};
 use pointillist::tracer::{Camera, Scene};
 
 use crate::Row;

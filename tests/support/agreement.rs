@@ -104,15 +104,21 @@ pub fn repeat(desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
 
 /// Mean over the seeds and the variance of that mean.
 pub fn measure(desc: &SceneDesc, method: Method, plan: Plan) -> Measured {
-    let pictures = repeat(desc, method, plan);
+    measured(&repeat(desc, method, plan))
+}
+
+/// Mean over square pictures and the variance of that mean.
+pub fn measured(pictures: &[Vec<f64>]) -> Measured {
     let r = pictures.len() as f64;
     let (mut mean, mut variance) = (Vec::new(), Vec::new());
-    for pixel in 0..plan.side * plan.side {
+    let pixels = pictures[0].len();
+    let side = pixels.isqrt();
+    for pixel in 0..pixels {
         let average = pictures.iter().map(|p| p[pixel]).sum::<f64>() / r;
         mean.push(average);
         variance.push(pictures.iter().map(|p| (p[pixel] - average).powi(2)).sum::<f64>() / (r - 1.0) / r);
     }
-    Measured { width: plan.side, height: plan.side, mean, variance }
+    Measured { width: side, height: side, mean, variance }
 }
 
 /// The picture of a scene by path tracing, rendered once for all methods that are compared with it.

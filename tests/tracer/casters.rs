@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 use pointillist::math::random::Random;
 use pointillist::scene;
 use pointillist::tracer::Scene;
-use pointillist::tracer::light::{BoundingSphere, CausticCasters, Lights};
+use pointillist::tracer::bounding_sphere::BoundingSphere;
+use pointillist::tracer::light::{CausticCasters, Lights};
 use pointillist::tracer::sampler::LightNumbers;
 
 /// A ball of this material over a floor, and a light.

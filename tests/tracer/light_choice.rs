@@ -6,9 +6,10 @@ use glam::Vec3;
 use crate::support::scenes::*;
 use pointillist::spectrum::Spectrum;
 use pointillist::tracer::accel::PrimRange;
+use pointillist::tracer::bounding_sphere::BoundingSphere;
 use pointillist::tracer::light::{
-    BoundingSphere, ConstantLight, DirectionalLight, Light, LightSampleContext, LightShape, Lights,
-    ParallelogramLight, PointLight, SphereLight, SpotLight, TriangleLight,
+    ConstantLight, DirectionalLight, Light, LightSampleContext, LightShape, Lights, ParallelogramLight,
+    PointLight, SphereLight, SpotLight, TriangleLight,
 };
 use pointillist::tracer::shape::{Sphere, Triangle};
 

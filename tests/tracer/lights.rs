@@ -11,9 +11,9 @@ use crate::support::scenes::*;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{EmissionMap, SampledWavelengths, Spectrum};
 use pointillist::tracer::accel::PrimRange;
+use pointillist::tracer::bounding_sphere::BoundingSphere;
 use pointillist::tracer::light::{
-    BoundingSphere, DirectionSampling, DirectionalLight, Light, LightShape, Lights, SpotLight, SunDisc,
-    SunSkyLight,
+    DirectionSampling, DirectionalLight, Light, LightShape, Lights, SpotLight, SunDisc, SunSkyLight,
 };
 use pointillist::tracer::sampler::LightNumbers;
 

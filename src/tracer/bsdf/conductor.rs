@@ -48,17 +48,17 @@ impl ScatteringModel for Conductor {
     /// The mirror direction; always delta.
     #[inline]
     fn sample(&self, wo: Vec3, _: [f32; 2], _: f32) -> Option<BsdfSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let weight = self.reflected(wo.z.min(1.0));
-        let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-        Some(BsdfSample::delta(wi, weight, 1.0))
+        (wo.z > 0.0).then(|| BsdfSample::mirror(wo, self.reflected(wo.z.min(1.0)), 1.0))
     }
 
     #[inline]
     fn is_delta(&self) -> bool {
         true
+    }
+
+    #[inline]
+    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+        [self.sample(wo, [0.5; 2], 0.0), None]
     }
 }
 

@@ -50,6 +50,21 @@ impl Dielectric {
         Self { eta, reflection, transmission, parts_colors: wavelength_mis::part(eta) }
     }
 
+    /// The refraction where `eta` is the index of the far side over that of the near side and `r` the reflectance, chosen with this
+    /// probability.
+    #[inline]
+    fn refracted(&self, wo: Vec3, eta: Vec4, r: Vec4, probability: f32) -> Option<BsdfSample> {
+        let hero_only = self.parts_colors;
+        let wi = match refract(wo, eta.x) {
+            Some(wi) => wi,
+            None if hero_only => -wo,
+            None => return None,
+        };
+        let (pdf, eta2) = (PdfW(probability), eta * eta);
+        let weight = SampledSpectrum((1.0 - r) / (probability * eta2)) * self.transmission;
+        Some(BsdfSample { wi, weight, pdf, delta: true, transmitted: true, hero_only, eta2: eta2.x })
+    }
+
     /// Index of the far side over that of the side of `wo`.
     #[inline]
     fn eta_from(&self, wo: Vec3) -> Vec4 {
@@ -63,27 +78,26 @@ impl ScatteringModel for Dielectric {
     #[inline]
     fn sample(&self, wo: Vec3, _: [f32; 2], lobe: f32) -> Option<BsdfSample> {
         let eta = self.eta_from(wo);
-        let cos = wo.z.abs().min(1.0);
-        let r = fresnel::dielectric(cos, eta);
+        let r = fresnel::dielectric(wo.z.abs().min(1.0), eta);
         let q = lobe_probability(r.element_sum() * 0.25);
-        if lobe < q {
-            let weight = SampledSpectrum(r / q) * self.reflection;
-            return Some(BsdfSample::delta(Vec3::new(-wo.x, -wo.y, wo.z), weight, q));
+        match lobe < q {
+            true => Some(BsdfSample::mirror(wo, SampledSpectrum(r / q) * self.reflection, q)),
+            false => self.refracted(wo, eta, r, 1.0 - q),
         }
-        let hero_only = self.parts_colors;
-        let wi = match refract(wo, eta.x) {
-            Some(wi) => wi,
-            None if hero_only => -wo,
-            None => return None,
-        };
-        let (pdf, eta2) = (PdfW(1.0 - q), eta * eta);
-        let weight = SampledSpectrum((1.0 - r) / ((1.0 - q) * eta2)) * self.transmission;
-        Some(BsdfSample { wi, weight, pdf, delta: true, transmitted: true, hero_only, eta2: eta2.x })
     }
 
     #[inline]
     fn is_delta(&self) -> bool {
         true
+    }
+
+    #[inline]
+    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+        let eta = self.eta_from(wo);
+        let r = fresnel::dielectric(wo.z.abs().min(1.0), eta);
+        let refracts = r.element_sum() < 4.0;
+        let mirrored = BsdfSample::mirror(wo, SampledSpectrum(r) * self.reflection, 1.0);
+        [Some(mirrored), if refracts { self.refracted(wo, eta, r, 1.0) } else { None }]
     }
 
     #[inline]

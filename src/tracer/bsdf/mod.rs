@@ -31,7 +31,7 @@
 //! 2. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
 //!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the
 //!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second, whose flags
-//!    (`is_delta`, `is_glossy`, `transmits` and so on) are false unless you say otherwise. Add the `mod` line and a
+//!    (`is_delta`, `is_glossy`, `transmits` and so on) are false unless you say otherwise; one with deltas names them in `delta_lobes`. Add the `mod` line and a
 //!    line to the table below: under `smooth` if the model has no rough part, else under `rough`.
 //! 3. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
 //!    is `eval`'s value over that density. `eval` and `sample` agree on which lobe exists. Nothing but black, `None` or finite
@@ -158,6 +158,11 @@ macro_rules! bsdf_set {
             #[inline]
             fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
                 match self { $(Self::$kind(bsdf) => bsdf.part(wo, wi),)* }
+            }
+
+            #[inline]
+            fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+                match self { $(Self::$kind(bsdf) => bsdf.delta_lobes(wo),)* }
             }
 
             #[inline]

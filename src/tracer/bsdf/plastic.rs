@@ -143,14 +143,18 @@ impl ScatteringModel for Plastic {
         let f_o = self.fresnel(wo);
         let p = self.coat_probability(f_o)?;
         if lobe < p {
-            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-            let weight = SampledSpectrum(f_o / p) * self.coat;
-            return Some(BsdfSample::delta(wi, weight, p));
+            return Some(BsdfSample::mirror(wo, SampledSpectrum(f_o / p) * self.coat, p));
         }
         let wi = warp::cosine_hemisphere(u);
         let pdf = PdfW((1.0 - p) * warp::cosine_hemisphere_pdf(wi.z));
         let weight = self.base * SampledSpectrum((1.0 - f_o) * (1.0 - self.fresnel(wi)) / (1.0 - p));
         Some(BsdfSample::reflection(wi, weight, pdf))
+    }
+
+    #[inline]
+    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+        let mirrored = || BsdfSample::mirror(wo, SampledSpectrum(self.fresnel(wo)) * self.coat, 1.0);
+        [(wo.z > 0.0).then(mirrored), None]
     }
 
     #[inline]

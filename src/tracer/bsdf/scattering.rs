@@ -53,6 +53,12 @@ impl BsdfSample {
         Self { delta: true, ..Self::reflection(wi, weight, PdfW(probability)) }
     }
 
+    /// Light from the mirror direction of `wo`, the only choice of its lobe.
+    #[inline]
+    pub fn mirror(wo: Vec3, weight: SampledSpectrum, probability: f32) -> Self {
+        Self::delta(Vec3::new(-wo.x, -wo.y, wo.z), weight, probability)
+    }
+
     /// A reflection that is not delta.
     #[inline]
     pub fn reflection(wi: Vec3, weight: SampledSpectrum, pdf: PdfW) -> Self {
@@ -199,6 +205,13 @@ pub trait ScatteringModel: Copy {
     #[inline]
     fn part(&self, _wo: Vec3, _wi: Vec3) -> Parted {
         Parted::NOTHING
+    }
+
+    /// All deltas that [`sample`](Self::sample) may choose, the reflection and the transmission, each as if it were the only choice: its
+    /// weight is f·|cos| itself. Nothing where a model cannot name all of them.
+    #[inline]
+    fn delta_lobes(&self, _wo: Vec3) -> [Option<BsdfSample>; 2] {
+        [None; 2]
     }
 
     /// A lobe number that chooses the same delta as `lobe` did, reflection or transmission, at all wavelengths that choose it at all.

@@ -40,28 +40,43 @@ impl ThinDielectric {
         let [reflection, transmission] = factors;
         Self { eta: eta[0].0 / eta[1].0, reflection, transmission }
     }
+
+    /// r + t r t + t r r r t + … with t = 1 − r.
+    #[inline]
+    fn reflectance(&self, wo: Vec3) -> Vec4 {
+        let once = fresnel::dielectric(wo.z.abs().min(1.0), self.eta);
+        2.0 * once / (1.0 + once)
+    }
+
+    /// What passes where `r` is reflected, chosen with this probability.
+    #[inline]
+    fn passing(&self, wo: Vec3, r: Vec4, probability: f32) -> BsdfSample {
+        let weight = SampledSpectrum((1.0 - r) / probability) * self.transmission;
+        BsdfSample { transmitted: true, ..BsdfSample::delta(-wo, weight, probability) }
+    }
 }
 
 impl ScatteringModel for ThinDielectric {
     /// The mirror direction or straight through; always delta.
     #[inline]
     fn sample(&self, wo: Vec3, _: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        // r + t r t + t r r r t + … with t = 1 − r.
-        let once = fresnel::dielectric(wo.z.abs().min(1.0), self.eta);
-        let r = 2.0 * once / (1.0 + once);
+        let r = self.reflectance(wo);
         let q = lobe_probability(r.element_sum() * 0.25);
         if lobe < q {
-            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
-            let weight = SampledSpectrum(r / q) * self.reflection;
-            return Some(BsdfSample::delta(wi, weight, q));
+            return Some(BsdfSample::mirror(wo, SampledSpectrum(r / q) * self.reflection, q));
         }
-        let weight = SampledSpectrum((1.0 - r) / (1.0 - q)) * self.transmission;
-        let passing = BsdfSample::delta(-wo, weight, 1.0 - q);
-        (q < 1.0).then_some(BsdfSample { transmitted: true, ..passing })
+        (q < 1.0).then(|| self.passing(wo, r, 1.0 - q))
     }
 
     #[inline]
     fn is_delta(&self) -> bool {
         true
+    }
+
+    #[inline]
+    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+        let r = self.reflectance(wo);
+        let mirrored = BsdfSample::mirror(wo, SampledSpectrum(r) * self.reflection, 1.0);
+        [Some(mirrored), (r.element_sum() < 4.0).then(|| self.passing(wo, r, 1.0))]
     }
 }

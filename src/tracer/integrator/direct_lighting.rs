@@ -16,6 +16,7 @@ use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
 use crate::tracer::light::{LightSample, LightSampleContext, Lights};
 use crate::tracer::record::{CarriedLight, PathEvent};
 use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Scene, mis, roulette};
 
@@ -98,6 +99,8 @@ pub(super) struct PathState {
     relative: f32,
     /// Where and with which density the last direction was sampled; `None` after a delta and at the camera.
     last: Option<(LightSampleContext, PdfW)>,
+    /// Who finds a lamp that is hit next.
+    pub(super) chain: SpecularChain,
     emission: EmissionCache,
     /// Number of scatterings so far.
     pub(super) depth: u32,
@@ -122,6 +125,7 @@ impl PathState {
             wavelength_weight: 1.0,
             relative: 1.0,
             last: None,
+            chain: SpecularChain::CAMERA,
             emission: EmissionCache::default(),
             depth: 0,
             splitting,
@@ -200,7 +204,7 @@ impl PathState {
             let Some(hit) = context.closest(ray, self.depth) else {
                 if takes_emission && let Some(light) = context.environment(self.depth) {
                     let pdf = |from| lights.pdf(light, from, wi, None);
-                    self.add_emitted::<B>(lights, light, Vec3::ZERO, wi, pdf);
+                    self.add_emitted::<B>(lights, light, Vec3::ZERO, wi, 1.0, pdf);
                 }
                 return None;
             };
@@ -208,7 +212,7 @@ impl PathState {
                 // A copy, so that the compiler keeps the hit in registers.
                 let point = hit.point;
                 let pdf = |from| lights.pdf(light, from, wi, Some(&point));
-                self.add_emitted::<B>(lights, light, point.p, wi, pdf);
+                self.add_emitted::<B>(lights, light, point.p, wi, self.chain.probability(), pdf);
             }
             if scene.passes(ray, &hit) {
                 continue;
@@ -217,7 +221,7 @@ impl PathState {
         }
     }
 
-    /// Adds the emission of a light that the path hit by chance at `p` along `wi`. `light_pdf` is the density with which
+    /// Adds the emission of a light that the path hit by chance at `p` along `wi`, times `factor`. `light_pdf` is the density with which
     /// next-event estimation would have sampled that direction.
     #[inline]
     fn add_emitted<B: Scattering>(
@@ -226,14 +230,34 @@ impl PathState {
         light: u32,
         p: Vec3,
         wi: Vec3,
+        factor: f32,
         light_pdf: impl FnOnce(LightSampleContext) -> PdfW,
     ) {
         let weight = self.last.map_or(1.0, |(from, bsdf_pdf)| mis::power(bsdf_pdf, light_pdf(from)));
         let emission = self.emission.emission(lights, light, p, wi, &self.lambda);
-        let value = self.throughput * emission * (weight * self.wavelength_weight);
+        let value = self.throughput * emission * (weight * factor * self.wavelength_weight);
         match value.is_within(MAX_VALUE) {
             true => self.radiance += value,
             false => faults::raise(FaultyValue::Emission, value.into(), None, Some(light)),
+        }
+        B::record(|| PathEvent::Radiance(self.radiance));
+    }
+
+    /// Adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in which the path goes on.
+    #[inline(always)]
+    pub(super) fn add_lamps_beside<B: Scattering>(
+        &mut self,
+        context: &RenderContext,
+        vertex: &SurfaceVertex<B>,
+        s: &BsdfSample,
+    ) {
+        let factor = self.chain.probability();
+        let found = context.lamps_beside(&mut self.chain, vertex, s, &self.lambda, self.depth + 1);
+        let Some(found) = found else { return };
+        let value = self.throughput * found * factor;
+        match value.is_within(MAX_VALUE) {
+            true => self.radiance += value,
+            false => faults::raise(FaultyValue::Emission, value.into(), Some(vertex.hit.surface), None),
         }
         B::record(|| PathEvent::Radiance(self.radiance));
     }

@@ -125,6 +125,7 @@ impl PathTracer {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        path.add_lamps_beside(&self.context, vertex, &s);
         if s.hero_only {
             self.follow_each_wavelength(path, vertex, &s, sampler, u.roulette);
             return None;

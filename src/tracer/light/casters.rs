@@ -11,9 +11,10 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::math::warp;
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::shape::SurfacePoint;
 
-use super::lights::{BoundingSphere, infinite_ray};
+use super::lights::infinite_ray;
 
 /// Share of the rays that are aimed, where there is something to aim at. relMSE at equal time of bidirectional tracing (96², 32 paths a pixel):
 ///
@@ -43,17 +44,7 @@ pub struct CausticCasters {
 impl CausticCasters {
     /// The casters in these spheres. Where they are many, those of neighbours become one.
     pub fn new(spheres: Vec<BoundingSphere>) -> Self {
-        let mut groups = vec![spheres];
-        groups.retain(|group| !group.is_empty());
-        while groups.len() < MOST {
-            let radius =
-                |group: &Vec<BoundingSphere>| if group.len() > 1 { around(group).radius } else { -1.0 };
-            let widest = groups.iter().enumerate().max_by(|a, b| radius(a.1).total_cmp(&radius(b.1)));
-            let Some((i, _)) = widest.filter(|(_, group)| group.len() > 1) else { break };
-            let halves = halves(groups.swap_remove(i));
-            groups.extend(halves);
-        }
-        Self { spheres: groups.iter().map(|group| around(group)).collect() }
+        Self { spheres: BoundingSphere::few(spheres, MOST).into() }
     }
 
     /// The spheres, in rendering space.
@@ -126,25 +117,4 @@ impl CausticCasters {
 #[inline]
 fn chosen(choice: f32, count: usize) -> usize {
     ((choice * count as f32) as usize).min(count.saturating_sub(1))
-}
-
-/// A sphere around spheres.
-fn around(spheres: &[BoundingSphere]) -> BoundingSphere {
-    let bounds = |(lo, hi): (Vec3, Vec3), s: &BoundingSphere| {
-        (lo.min(s.center - s.radius), hi.max(s.center + s.radius))
-    };
-    let (lo, hi) = spheres.iter().fold((Vec3::MAX, Vec3::MIN), bounds);
-    let center = 0.5 * (lo + hi);
-    let radius = spheres.iter().map(|s| s.center.distance(center) + s.radius).fold(0.0, f32::max);
-    BoundingSphere { center, radius }
-}
-
-/// Halves of more than one sphere, on either side of the median of their centres along the longest axis.
-fn halves(mut spheres: Vec<BoundingSphere>) -> [Vec<BoundingSphere>; 2] {
-    let bounds = |(lo, hi): (Vec3, Vec3), s: &BoundingSphere| (lo.min(s.center), hi.max(s.center));
-    let (lo, hi) = spheres.iter().fold((Vec3::MAX, Vec3::MIN), bounds);
-    let axis = (hi - lo).max_position();
-    spheres.sort_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
-    let upper = spheres.split_off(spheres.len() / 2);
-    [spheres, upper]
 }

@@ -15,6 +15,7 @@ use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::{PrimRange, Ray};
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
@@ -292,22 +293,6 @@ impl EmissionOrigin {
     #[inline]
     pub fn is_far(self) -> bool {
         matches!(self, Self::Infinite | Self::Parallel)
-    }
-}
-
-/// The sphere around a scene.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct BoundingSphere {
-    /// Centre, world space.
-    pub center: Vec3,
-    /// Radius in world units.
-    pub radius: f32,
-}
-
-impl BoundingSphere {
-    /// Power over π of an environment of radiance 1.
-    pub(super) fn environment_power(&self) -> f32 {
-        4.0 * std::f32::consts::PI * self.radius * self.radius
     }
 }
 

@@ -51,6 +51,7 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::accel::PrimRange;
+use super::bounding_sphere::BoundingSphere;
 use super::sampler::LightNumbers;
 use super::shape::SurfacePoint;
 use selector::LightBounds;
@@ -60,9 +61,7 @@ pub use cylinder::CylinderLight;
 pub use directional::DirectionalLight;
 pub use environment::{ConstantLight, DirectionSampling, EnvironmentMap};
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
-pub use lights::{
-    BoundingSphere, Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights,
-};
+pub use lights::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights};
 pub use point::PointLight;
 pub use projector::ProjectorLight;
 pub use sphere::SphereLight;

@@ -1,15 +1,15 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
 //! `geometry` transforms shapes to primitives in world space, checks them and adds their lights, `lights` adds the others, `groups` adds groups and instances,
-//! `materials` converts BSDFs, `casters` finds what casts caustics. `structure` decides whether an edit can
+//! `materials` converts BSDFs, `specular` finds what casts caustics and what is seen over mirrors and glass. `structure` decides whether an edit can
 //! keep the geometry.
 
-mod casters;
 mod geometry;
 mod groups;
 mod lights;
 mod materials;
 mod places;
+mod specular;
 mod structure;
 
 use std::sync::Arc;
@@ -19,15 +19,17 @@ use crate::scene::desc::{BsdfId, FilmDesc, GroupId, MOST_PARTS, MeshId, Place};
 use crate::spectrum::Spectrum;
 
 use super::accel::{Accel, Shapes, TriangleSource};
+use super::bounding_sphere::BoundingSphere;
 use super::bsdf::Material;
 use super::effects::{self, planned};
-use super::light::{BoundingSphere, Lights};
+use super::light::Lights;
 use super::primitives::Primitives;
 use super::scene::{MaterialClass, Scene};
 use geometry::Geometry;
 use groups::PreparedGroups;
 use materials::SceneMaterials;
 
+pub(super) use specular::SpecularUse;
 pub(super) use structure::SceneStructure;
 
 /// Why a scene cannot be traced.
@@ -180,7 +182,8 @@ impl Scene {
         // An empty scene has no size, and any positive number serves.
         let radius = (0.5 * (hi - lo).length()).max(f32::MIN_POSITIVE);
         let extent = BoundingSphere { center: 0.5 * (lo + hi), radius };
-        let lights = Lights::new(lights.into(), spectra, extent).aiming_at(casters::of(desc));
+        let (casters, chains) = specular::of(desc);
+        let lights = Lights::new(lights.into(), spectra, extent).aiming_at(casters);
         let (primitives, white) = (Arc::new(primitives), None);
         let mixes = materials.iter().any(|material| matches!(material, Material::Mixture(_)));
         let material_class = if mixes { MaterialClass::Mixed } else { MaterialClass::General };
@@ -190,7 +193,8 @@ impl Scene {
             materials,
             opacities,
             lights,
-            casting: casters::casting(desc),
+            specular_uses: SpecularUse::of_surfaces(desc),
+            chains,
             white,
             material_class,
             notices,
@@ -214,17 +218,21 @@ impl Scene {
         }
         let desc = &planned(desc);
         let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
-        let (lights, casting) = (self.lights.relit(spectra(desc)), casters::casting(desc));
+        let (mut lights, mut chains) = (self.lights.relit(spectra(desc)), self.chains.clone());
+        let specular_uses = SpecularUse::of_surfaces(desc);
+        if specular_uses != self.specular_uses {
+            let casters;
+            (casters, chains) = specular::of(&desc.in_rendering_space());
+            lights = lights.aiming_at(casters);
+        }
         Ok(Scene {
             primitives: self.primitives.clone(),
             surfaces,
             materials,
             opacities,
-            lights: match casting == self.casting {
-                true => lights,
-                false => lights.aiming_at(casters::of(&desc.in_rendering_space())),
-            },
-            casting,
+            lights,
+            specular_uses,
+            chains,
             white: effects::white(desc),
             material_class: effects::material_class(desc),
             notices: self.notices.clone(),

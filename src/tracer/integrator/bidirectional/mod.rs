@@ -27,6 +27,7 @@ use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::record::{PathEvent, Recorded};
+use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{MaterialClass, Sampler};
 
@@ -129,7 +130,7 @@ impl BidirectionalTracer {
         B::record(|| PathEvent::Begins((&walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
-        let (mut prefix, mut specular) = (Prefix::CAMERA, false);
+        let (mut prefix, mut specular, mut chain) = (Prefix::CAMERA, false, SpecularChain::CAMERA);
         while walk.depth < longest {
             let Some(hit) = context.closest(&mut ray, walk.depth) else {
                 if !(merging && prefix.is_merged())
@@ -141,13 +142,14 @@ impl BidirectionalTracer {
             };
             if scene.passes(&mut ray, &hit) {
                 if !(merging && prefix.is_merged()) {
-                    self.add_emitted::<B>(path, last, &walk.clone().arrive(scene, hit));
+                    let vertex = walk.clone().arrive(scene, hit);
+                    self.add_emitted::<B>(path, last, &vertex, chain.probability());
                 }
                 continue;
             }
             let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
             if !(merging && prefix.is_merged()) {
-                self.add_emitted(path, last, &vertex);
+                self.add_emitted(path, last, &vertex, chain.probability());
             }
             if walk.depth == longest {
                 break;
@@ -158,7 +160,10 @@ impl BidirectionalTracer {
                 self.add_direct(path, &vertex, &numbers);
             }
             last = Some(vertex.surface.light_context());
-            let next = walk.scatter(&vertex, &numbers, *rr_depth);
+            let next = Walk::<false>::sample(&vertex, &numbers).and_then(|s| {
+                self.add_lamps_beside(path, &mut chain, &vertex, &s);
+                walk.go_on(&vertex, &s, &numbers, *rr_depth)
+            });
             let diffuse = vertex.surface.bsdf.has_diffuse_part();
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);

@@ -9,11 +9,12 @@ use crate::color::Xyz;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
-use crate::tracer::bsdf::Scattering;
+use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
 use crate::tracer::subpath_mis::{CONNECTION_SAMPLES, SubpathMis, quotient, weight};
 
@@ -40,10 +41,10 @@ impl PathContribution {
 
     /// Adds the radiance of a light that was hit by chance, if it is a number.
     #[inline]
-    fn add_emission(&mut self, value: SampledSpectrum, surface: Option<u32>, light: u32) {
+    fn add_emission(&mut self, value: SampledSpectrum, surface: Option<u32>, light: Option<u32>) {
         match value.is_within(MAX_VALUE) {
             true => self.radiance += value,
-            false => faults::raise(FaultyValue::Emission, value.into(), surface, Some(light)),
+            false => faults::raise(FaultyValue::Emission, value.into(), surface, light),
         }
     }
 }
@@ -114,7 +115,7 @@ impl BidirectionalTracer {
         })
     }
 
-    /// s = 0: adds the emission of the light at `vertex`, if it is on one. `last` is the vertex before, as a point that lights
+    /// s = 0: adds the emission of the light at `vertex`, if it is on one, times `factor`. `last` is the vertex before, as a point that lights
     /// are sampled from.
     #[inline(always)]
     pub(super) fn add_emitted<B: Scattering>(
@@ -122,6 +123,7 @@ impl BidirectionalTracer {
         path: &mut PathContribution,
         last: Option<LightSampleContext>,
         vertex: &SubpathVertex<B>,
+        factor: f32,
     ) {
         let hit = &vertex.surface.hit;
         let Some(light) = hit.emitter() else { return };
@@ -131,9 +133,27 @@ impl BidirectionalTracer {
             emitted_weight(&vertex.mis, pdf, lights.aimed_emission_pdf(light, hit.point.p, hit.wo))
         });
         let emitted = path.emission.emission(lights, light, hit.point.p, -hit.wo, &path.lambda);
-        let value = vertex.throughput * emitted * (weight * vertex.wavelength_mis.weight());
-        path.add_emission(value, Some(hit.surface), light);
+        let value = vertex.throughput * emitted * (weight * factor * vertex.wavelength_mis.weight());
+        path.add_emission(value, Some(hit.surface), Some(light));
         B::record(|| PathEvent::Radiance(path.radiance));
+    }
+
+    /// s = 0, and no other strategy: adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in
+    /// which the subpath goes on.
+    #[inline(always)]
+    pub(super) fn add_lamps_beside<B: Scattering>(
+        &self,
+        path: &mut PathContribution,
+        chain: &mut SpecularChain,
+        vertex: &SubpathVertex<B>,
+        s: &BsdfSample,
+    ) {
+        let factor = chain.probability();
+        let found = self.context.lamps_beside(chain, &vertex.surface, s, &path.lambda, vertex.depth);
+        if let Some(found) = found {
+            path.add_emission(vertex.throughput * found * factor, Some(vertex.surface.hit.surface), None);
+            B::record(|| PathEvent::Radiance(path.radiance));
+        }
     }
 
     /// s = 0: adds the emission of the environment `light`, where the camera subpath leaves the scene in `direction`.
@@ -153,7 +173,7 @@ impl BidirectionalTracer {
         });
         let emitted = path.emission.emission(lights, light, Vec3::ZERO, direction, &path.lambda);
         let value = walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
-        path.add_emission(value, None, light);
+        path.add_emission(value, None, Some(light));
     }
 
     /// s = 1: adds light that arrives at `vertex` straight from a light, by next-event estimation.

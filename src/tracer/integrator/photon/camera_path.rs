@@ -14,6 +14,7 @@ use crate::tracer::interaction::{SurfaceInteraction, SurfaceMaterial, SurfaceVer
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::{Sampler, Scene};
 
 use super::{PhotonScratch, PhotonTracer};
@@ -94,6 +95,8 @@ impl<'a> CameraPath<'a> {
     pub fn merge<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
         let mut prefix = Prefix::CAMERA;
+        // Lamps are found without photons.
+        self.state.chain = SpecularChain::Left;
         while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
             let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
             let diffuse = vertex.bsdf.has_diffuse_part();
@@ -143,6 +146,9 @@ impl<'a> CameraPath<'a> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        if self.class == PathClass::Mirrored {
+            self.state.add_lamps_beside(&self.tracer.context, vertex, &s);
+        }
         let wi = vertex.frame.to_world(s.wi);
         if !vertex.hit.sides_agree(wi, s.transmitted) {
             return None;

@@ -2,9 +2,10 @@
 
 use glam::{DVec3, Vec3};
 use pointillist::math::random::Random;
+use pointillist::tracer::bounding_sphere::BoundingSphere;
 use pointillist::tracer::light::{
-    BoundingSphere, CylinderLight, DiskLight, LightSampleContext, LightSource, ParallelogramLight,
-    SphereLight, SpotLight, TriangleLight,
+    CylinderLight, DiskLight, LightSampleContext, LightSource, ParallelogramLight, SphereLight, SpotLight,
+    TriangleLight,
 };
 use pointillist::tracer::sampler::LightNumbers;
 use pointillist::tracer::shape::{Cylinder, Disk, Sphere, Triangle};

@@ -1,37 +1,65 @@
-//! What casts caustics: shapes of mirror and glass, without a diffuse part that would hide the caustic.
+//! What casts caustics: shapes of mirror and glass, without a diffuse part that would hide the caustic. And what a chain of mirrors and glass
+//! leads to: such shapes, coated ones, and shapes that emit.
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{BsdfDesc, BsdfId, ShapeDesc, ShapeKind};
-use crate::tracer::light::{BoundingSphere, CausticCasters};
+use crate::tracer::bounding_sphere::BoundingSphere;
+use crate::tracer::light::CausticCasters;
+use crate::tracer::specular_chain::ChainBounds;
 
-/// The casters of a description in rendering space. Its materials must not contain themselves.
-pub(super) fn of(desc: &SceneDesc) -> CausticCasters {
-    let mut spheres = Vec::new();
+/// What the surface of a shape does for paths over mirrors and glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::tracer) struct SpecularUse {
+    /// It casts caustics.
+    casts: bool,
+    /// It has deltas.
+    continues: bool,
+}
+
+impl SpecularUse {
+    fn of(desc: &SceneDesc, id: BsdfId) -> Self {
+        Self { casts: casts(desc, id), continues: continues(desc, id) }
+    }
+
+    /// The use of each surface of a description.
+    pub(super) fn of_surfaces(desc: &SceneDesc) -> Box<[Self]> {
+        desc.surfaces().map(|shape| Self::of(desc, shape.bsdf)).collect()
+    }
+}
+
+/// The casters of a description in rendering space, and what chains lead to. Its materials must not contain themselves.
+pub(super) fn of(desc: &SceneDesc) -> (CausticCasters, ChainBounds) {
+    let (mut casters, mut chains) = (Vec::new(), Vec::new());
+    let mut add = |shape: &ShapeDesc, to_world: DAffine3| {
+        let (used, emits) = (SpecularUse::of(desc, shape.bsdf), shape.emission.is_some());
+        if !(used.casts || used.continues || emits) {
+            return;
+        }
+        let sphere = sphere_around(desc, shape, to_world);
+        if used.casts && !emits {
+            casters.extend(sphere);
+        }
+        if used.continues || emits {
+            chains.push(sphere.unwrap_or(BoundingSphere::EVERYTHING));
+        }
+    };
     for shape in &desc.shapes {
         match shape.kind {
             ShapeKind::Instance(id) => {
                 for part in desc.groups.get(id.0 as usize).iter().flat_map(|group| &group.shapes) {
-                    spheres.extend(caster(desc, part, shape.to_world * part.to_world));
+                    add(part, shape.to_world * part.to_world);
                 }
             }
-            _ => spheres.extend(caster(desc, shape, shape.to_world)),
+            _ => add(shape, shape.to_world),
         }
     }
-    CausticCasters::new(spheres)
+    (CausticCasters::new(casters), ChainBounds::new(chains))
 }
 
-/// Whether each surface of a description casts caustics.
-pub(super) fn casting(desc: &SceneDesc) -> Box<[bool]> {
-    desc.surfaces().map(|shape| casts(desc, shape.bsdf)).collect()
-}
-
-/// The sphere around a shape, if it casts caustics.
-fn caster(desc: &SceneDesc, shape: &ShapeDesc, to_world: DAffine3) -> Option<BoundingSphere> {
-    if shape.emission.is_some() || !casts(desc, shape.bsdf) {
-        return None;
-    }
+/// The sphere around a shape, if there is one that can be computed with.
+fn sphere_around(desc: &SceneDesc, shape: &ShapeDesc, to_world: DAffine3) -> Option<BoundingSphere> {
     let corners = |lo: DVec3, hi: DVec3| -> Vec<DVec3> {
         let corner = |i: u32| {
             DVec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { lo[axis] } else { hi[axis] }))
@@ -70,6 +98,13 @@ fn usable(center: Vec3, radius: f32) -> Option<BoundingSphere> {
 /// Greatest roughness α of a material that casts caustics, the geometric mean of both axes: rougher ones spread light so far that
 /// connections find it.
 const ROUGHEST: f32 = 0.1;
+
+/// True for a material that has deltas, if only where a rough one is clear.
+fn continues(desc: &SceneDesc, id: BsdfId) -> bool {
+    let Some(bsdf) = desc.bsdfs.get(id.0 as usize) else { return false };
+    let own = bsdf.is_delta() || matches!(bsdf, BsdfDesc::RoughDielectric(_));
+    own || bsdf.nested().into_iter().any(|id| continues(desc, id))
+}
 
 /// True for a material that reflects or refracts into nearly single directions and has no diffuse part.
 fn casts(desc: &SceneDesc, id: BsdfId) -> bool {

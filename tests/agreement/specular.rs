@@ -1,0 +1,71 @@
+//! Lamps that are seen over mirrors and glass alone: each chain is counted once, whatever the path chooses.
+
+use pointillist::image::compare::z_test;
+use pointillist::scene;
+use pointillist::scene::desc::SceneDesc;
+use pointillist::stream::UvWindow;
+
+use crate::support::agreement::{Method, Plan, measured, repeat};
+
+/// Half of the seeds are for the materials as they are, half for the mixtures, so that no random number is shared.
+const PLAN: Plan = Plan { side: 12, paths_per_pixel: 128, seeds: 32, window: UvWindow::PICTURE };
+
+/// Balls of glass and mirror over a floor that is coated black, behind a pane, and two lamps. `bsdf` makes a material of each. `ior` is that of
+/// the glass: a medium that disperses by its name, or a number.
+fn still_life(bsdf: impl Fn(&str) -> String, ior: &str) -> SceneDesc {
+    let glass = bsdf(&format!("<bsdf type=\"dielectric\">{ior}</bsdf>"));
+    let mirror = bsdf("<bsdf type=\"conductor\"><string name=\"material\" value=\"Ag\"/></bsdf>");
+    let pane = bsdf("<bsdf type=\"thindielectric\"/>");
+    let coat = bsdf("<bsdf type=\"plastic\"><rgb name=\"diffuse_reflectance\" value=\"0\"/></bsdf>");
+    let lamp = |at: &str, radiance: &str| {
+        format!(
+            "<shape type=\"sphere\"><point name=\"center\" value=\"{at}\"/><float name=\"radius\" value=\"0.4\"/>\
+             <emitter type=\"area\"><rgb name=\"radiance\" value=\"{radiance}\"/></emitter></shape>"
+        )
+    };
+    let text = format!(
+        "<scene version=\"3.0.0\"><integrator type=\"path\"><integer name=\"max_depth\" value=\"12\"/></integrator>\
+         <sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/>\
+         <transform name=\"to_world\"><lookat origin=\"0, 2, 6\" target=\"0, 0.8, 0\" up=\"0, 1, 0\"/></transform></sensor>\
+         <shape type=\"sphere\"><point name=\"center\" value=\"-1, 1, 0\"/>{glass}</shape>\
+         <shape type=\"sphere\"><point name=\"center\" value=\"1.2, 1, -0.5\"/>{mirror}</shape>\
+         <shape type=\"rectangle\"><transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/><scale value=\"4\"/></transform>{coat}</shape>\
+         <shape type=\"rectangle\"><transform name=\"to_world\"><rotate y=\"1\" angle=\"30\"/><translate x=\"0.8\" y=\"0.5\" z=\"1.5\"/>\
+         </transform>{pane}</shape>{}{}</scene>",
+        lamp("0, 4, 2", "20"),
+        lamp("-2, 2.5, -2", "5, 10, 20"),
+    );
+    scene::load_str("still_life.xml", &text, &[]).unwrap().desc
+}
+
+/// A mixture of a material with itself is the same material, but its deltas are not followed.
+fn left_to_chance(bsdf: &str) -> String {
+    format!("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>{bsdf}{bsdf}</bsdf>")
+}
+
+#[test]
+fn every_chain_counts_once() {
+    for (ior, disperses) in [
+        ("<float name=\"int_ior\" value=\"1.5\"/>", false),
+        ("<string name=\"int_ior\" value=\"sf11\"/>", true),
+    ] {
+        let (followed, chance) = (still_life(str::to_owned, ior), still_life(left_to_chance, ior));
+        let half = PLAN.seeds as usize / 2;
+        for method in [Method::Path, Method::Bidirectional, Method::Photon, Method::Vcm] {
+            let found = measured(&repeat(&followed, method, PLAN)[..half]);
+            let chance = measured(&repeat(&chance, method, PLAN)[half..]);
+            let test = z_test(&found, &chance, 0.01).expect("equal sizes");
+            let noise = found.variance.iter().sum::<f64>() / chance.variance.iter().sum::<f64>();
+            println!(
+                "{method:?}: ratio {:.5} ± {:.5}, mean z² {:.3}, noise {noise:.3}",
+                test.mean_ratio, test.mean_ratio_error, test.mean_z2,
+            );
+            let off = (test.mean_ratio - 1.0).abs();
+            assert!(off < 4.0 * test.mean_ratio_error, "{ior} {method:?}: {test:?}");
+            assert!(test.mean_ratio_error < 0.02, "{ior} {method:?}: {test:?}");
+            assert!(test.mean_z2 < 1.6, "{ior} {method:?}: {test:?}");
+            // A mixture does not part colours, which makes noise of its own.
+            assert!(disperses || noise < 0.9, "{ior} {method:?}: {noise}");
+        }
+    }
+}
