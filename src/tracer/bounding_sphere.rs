@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-/// A sphere around something.
+/// A sphere around something, in rendering space.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BoundingSphere {
-    /// Centre, world space.
+    /// Centre.
     pub center: Vec3,
-    /// Radius in world units.
+    /// Radius.
     pub radius: f32,
 }
 
@@ -22,6 +22,9 @@ impl BoundingSphere {
 
     /// The sphere around spheres.
     fn around(spheres: &[Self]) -> Self {
+        if spheres.iter().any(|s| s.radius == f32::INFINITY) {
+            return Self::EVERYTHING;
+        }
         let bounds =
             |(lo, hi): (Vec3, Vec3), s: &Self| (lo.min(s.center - s.radius), hi.max(s.center + s.radius));
         let (lo, hi) = spheres.iter().fold((Vec3::MAX, Vec3::MIN), bounds);

@@ -30,7 +30,7 @@
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
 //! - **A value that is no number** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
 //!   tells what a path met, for `pointillist replay` and for audits.
-//! - **Lamps seen in mirrors and through glass** are found by following all ways of their light: [`specular_chain`].
+//! - **Lamps seen in mirrors and through glass** are looked for along what a path does not choose, too: [`specular_chain`].
 //! - **Where camera paths begin** on the screen, evenly or where the picture needs them: [`screen`].
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 

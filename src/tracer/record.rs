@@ -13,7 +13,9 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::Fault;
 use crate::stream::faults;
 
-use super::bsdf::{Bsdf, BsdfSample, Diffuse, Material, MaterialEvalContext, Scattering, ScatteringModel};
+use super::bsdf::{
+    Bsdf, BsdfSample, DeltaLobes, Diffuse, Material, MaterialEvalContext, Scattering, ScatteringModel,
+};
 use super::interaction::SurfaceInteraction;
 use super::light::LightSample;
 use super::subpath::Walk;
@@ -207,7 +209,7 @@ impl ScatteringModel for Recorded {
         self.0.part(wo, wi)
     }
 
-    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+    fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
         self.0.delta_lobes(wo)
     }
 

@@ -505,3 +505,52 @@ fn light_passes_straight() {
         assert!((albedo(&pane, wo, 1000) - 1.0).abs() < 1e-5);
     }
 }
+
+/// Deltas that are named are those that samples choose: the same directions, to the bit, and values that are weight times probability.
+#[test]
+fn named_deltas_are_those_of_samples() {
+    let flint = SampledSpectrum(Vec4::new(1.78, 1.8, 1.82, 1.85));
+    let smooth: [(&str, Bsdf); 7] = [
+        (
+            "glass",
+            Dielectric::new([SampledSpectrum::splat(1.5), ONE], [ONE, SampledSpectrum::splat(0.9)]).into(),
+        ),
+        ("from within", Dielectric::new([ONE, SampledSpectrum::splat(1.5)], [ONE, ONE]).into()),
+        ("flint", Dielectric::new([flint, ONE], [ONE, ONE]).into()),
+        ("nothing", Dielectric::new([ONE, ONE], [ONE, ONE]).into()),
+        ("pane", ThinDielectric::new([SampledSpectrum::splat(1.5), ONE], [ONE, ONE]).into()),
+        ("mirror", Conductor::new(SampledSpectrum::splat(0.2), flint, ONE).into()),
+        ("plastic", plastic(0.6, 1.5, true)),
+    ];
+    let rough = materials(&[[0.2; 2]]).into_iter().map(|(name, bsdf, _)| (name, bsdf));
+    let mut named = 0;
+    for (name, bsdf) in smooth.map(|(name, bsdf)| (name.to_owned(), bsdf)).into_iter().chain(rough) {
+        for z in [1.0, 0.8, 0.5, 0.2, 0.01, -0.3, -0.9] {
+            let wo = direction(z, 0.7);
+            let lobes = bsdf.delta_lobes(wo);
+            let chosen = (0..4096).filter_map(|i| bsdf.sample(wo, [0.3, 0.6], (i as f32 + 0.5) / 4096.0));
+            let mut probabilities = [0.0f32; 2];
+            for s in chosen.filter(|s| s.delta) {
+                let side = usize::from(s.transmitted);
+                probabilities[side] += 1.0 / 4096.0;
+                let Some(lobe) = &lobes[side] else {
+                    assert!(lobes.iter().all(Option::is_none), "{name} {z}: only some are named");
+                    continue;
+                };
+                named += 1;
+                assert!(lobe.delta && lobe.pdf.0 == 1.0 && lobe.transmitted == s.transmitted);
+                assert!(
+                    lobe.wi == s.wi && lobe.hero_only == s.hero_only && lobe.eta2 == s.eta2,
+                    "{name} {z}"
+                );
+                let off = lobe.weight.0 - s.weight.0 * s.pdf.0;
+                assert!(off.abs().max_element() <= 1e-6 * lobe.weight.max_element(), "{name} {z}: {off}");
+            }
+            for (lobe, probability) in lobes.iter().zip(probabilities) {
+                let value = lobe.as_ref().map_or(0.0, |lobe| lobe.weight.max_element());
+                assert!(probability > 0.0 || value < 1e-3, "{name} {z}: a delta of {value} is never chosen");
+            }
+        }
+    }
+    assert!(named > 10_000);
+}

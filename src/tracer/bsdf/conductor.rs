@@ -7,7 +7,7 @@ use crate::scene::desc::{AlphaTexture, ConductorDesc, RoughConductorDesc};
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
+use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A smooth metal, which needs no preparation.
 pub type ConductorMaterial = ConductorDesc;
@@ -57,7 +57,7 @@ impl ScatteringModel for Conductor {
     }
 
     #[inline]
-    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+    fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
         [self.sample(wo, [0.5; 2], 0.0), None]
     }
 }

@@ -10,7 +10,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 
 use super::scattering::lobe_probability;
-use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, Unmixed, fresnel};
+use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, Unmixed, fresnel};
 
 /// A smooth interface, which needs no preparation.
 pub type DielectricMaterial = DielectricDesc;
@@ -92,7 +92,7 @@ impl ScatteringModel for Dielectric {
     }
 
     #[inline]
-    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+    fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
         let eta = self.eta_from(wo);
         let r = fresnel::dielectric(wo.z.abs().min(1.0), eta);
         let refracts = r.element_sum() < 4.0;

@@ -31,7 +31,7 @@
 //! 2. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
 //!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the
 //!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second, whose flags
-//!    (`is_delta`, `is_glossy`, `transmits` and so on) are false unless you say otherwise; one with deltas names them in `delta_lobes`. Add the `mod` line and a
+//!    (`is_delta`, `is_glossy`, `transmits` and so on) are false unless you say otherwise; one with deltas names them in `delta_lobes`, if it can. Add the `mod` line and a
 //!    line to the table below: under `smooth` if the model has no rough part, else under `rough`.
 //! 3. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
 //!    is `eval`'s value over that density. `eval` and `sample` agree on which lobe exists. Nothing but black, `None` or finite
@@ -72,7 +72,9 @@ pub use bump::{BumpMaterial, Mirrors};
 pub use microfacet::Microfacet;
 pub use mixture::{MaterialPart, Mixture, MixtureMaterial};
 pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
-pub use scattering::{BsdfSample, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel};
+pub use scattering::{
+    BsdfSample, DeltaLobes, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel,
+};
 pub use share::SurfaceShare;
 pub use two_sided::Sides;
 
@@ -161,7 +163,7 @@ macro_rules! bsdf_set {
             }
 
             #[inline]
-            fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+            fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
                 match self { $(Self::$kind(bsdf) => bsdf.delta_lobes(wo),)* }
             }
 

@@ -13,7 +13,7 @@ use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 use super::scattering::lobe_probability;
-use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
+use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A diffuse base under a smooth coat.
 #[derive(Clone, Debug)]
@@ -152,7 +152,7 @@ impl ScatteringModel for Plastic {
     }
 
     #[inline]
-    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+    fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
         let mirrored = || BsdfSample::mirror(wo, SampledSpectrum(self.fresnel(wo)) * self.coat, 1.0);
         [(wo.z > 0.0).then(mirrored), None]
     }

@@ -66,6 +66,9 @@ impl BsdfSample {
     }
 }
 
+/// Result of [`ScatteringModel::delta_lobes`]: reflection, transmission.
+pub type DeltaLobes = [Option<BsdfSample>; 2];
+
 /// What materials depend on at a point of a surface, in world space; `MaterialEvalContext` in pbrt-v4.
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialEvalContext {
@@ -207,10 +210,11 @@ pub trait ScatteringModel: Copy {
         Parted::NOTHING
     }
 
-    /// All deltas that [`sample`](Self::sample) may choose, the reflection and the transmission, each as if it were the only choice: its
-    /// weight is f·|cos| itself. Nothing where a model cannot name all of them.
+    /// The reflection and the transmission that [`sample`](Self::sample) may choose as deltas, each as if it were the only choice: its weight is
+    /// f·|cos| itself. All of them, in the very directions of `sample`, which then never ends the path; or none, which costs nothing but noise.
+    /// What names any must be known to `continues` in `tracer/prepare/specular.rs`.
     #[inline]
-    fn delta_lobes(&self, _wo: Vec3) -> [Option<BsdfSample>; 2] {
+    fn delta_lobes(&self, _wo: Vec3) -> DeltaLobes {
         [None; 2]
     }
 

@@ -7,7 +7,7 @@ use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::scattering::lobe_probability;
-use super::{BsdfSample, MaterialModel, ScatteringModel, fresnel};
+use super::{BsdfSample, DeltaLobes, MaterialModel, ScatteringModel, fresnel};
 
 /// A thin pane, which needs no preparation.
 pub type ThinDielectricMaterial = ThinDielectricDesc;
@@ -74,7 +74,7 @@ impl ScatteringModel for ThinDielectric {
     }
 
     #[inline]
-    fn delta_lobes(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+    fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
         let r = self.reflectance(wo);
         let mirrored = BsdfSample::mirror(wo, SampledSpectrum(r) * self.reflection, 1.0);
         [Some(mirrored), (r.element_sum() < 4.0).then(|| self.passing(wo, r, 1.0))]

@@ -112,7 +112,7 @@ impl RenderContext {
     }
 
     /// Longest path in segments.
-    pub(in crate::tracer) fn longest(&self) -> u32 {
+    pub(super) fn longest(&self) -> u32 {
         self.max_depth.unwrap_or(u32::MAX)
     }
 

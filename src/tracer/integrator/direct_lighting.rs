@@ -251,10 +251,9 @@ impl PathState {
         vertex: &SurfaceVertex<B>,
         s: &BsdfSample,
     ) {
-        let factor = self.chain.probability();
         let found = context.lamps_beside(&mut self.chain, vertex, s, &self.lambda, self.depth + 1);
         let Some(found) = found else { return };
-        let value = self.throughput * found * factor;
+        let value = self.throughput * found;
         match value.is_within(MAX_VALUE) {
             true => self.radiance += value,
             false => faults::raise(FaultyValue::Emission, value.into(), Some(vertex.hit.surface), None),

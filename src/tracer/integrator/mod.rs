@@ -3,6 +3,7 @@
 //! ```text
 //! context          what every integrator is given; how vertices of light paths are connected to the camera
 //! direct_lighting  next-event estimation and emission with MIS; PathState, what a camera path carries
+//! lamps            lamps seen over mirrors and glass, along what a camera path does not choose
 //! path             path tracing
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
@@ -44,6 +45,7 @@ mod check;
 mod context;
 mod depth;
 mod direct_lighting;
+mod lamps;
 mod particle;
 mod path;
 mod photon;

@@ -55,6 +55,10 @@ pub(super) fn of(desc: &SceneDesc) -> (CausticCasters, ChainBounds) {
             _ => add(shape, shape.to_world),
         }
     }
+    if !desc.surfaces().any(|shape| shape.emission.is_some()) {
+        // No chain leads to a lamp.
+        chains.clear();
+    }
     (CausticCasters::new(casters), ChainBounds::new(chains))
 }
 
@@ -80,7 +84,7 @@ fn sphere_around(desc: &SceneDesc, shape: &ShapeDesc, to_world: DAffine3) -> Opt
         }
         ShapeKind::Disk | ShapeKind::Rectangle => corners(DVec3::NEG_ONE.with_z(0.0), DVec3::ONE.with_z(0.0)),
         ShapeKind::Cube => corners(DVec3::NEG_ONE, DVec3::ONE),
-        // Too thin to be met, and nothing that aims finds an instance here.
+        // A curve is too thin to be aimed at. An instance is no shape of its own.
         ShapeKind::Curves(_) | ShapeKind::Instance(_) => return None,
     };
     let points = || points.iter().map(|p| to_world.transform_point3(*p).as_vec3());
@@ -99,7 +103,8 @@ fn usable(center: Vec3, radius: f32) -> Option<BoundingSphere> {
 /// connections find it.
 const ROUGHEST: f32 = 0.1;
 
-/// True for a material that has deltas, if only where a rough one is clear.
+/// True for a material that may name deltas in [`ScatteringModel::delta_lobes`](crate::tracer::bsdf::ScatteringModel::delta_lobes): one without
+/// roughness, and rough glass, which is smooth where both of its sides are of one index.
 fn continues(desc: &SceneDesc, id: BsdfId) -> bool {
     let Some(bsdf) = desc.bsdfs.get(id.0 as usize) else { return false };
     let own = bsdf.is_delta() || matches!(bsdf, BsdfDesc::RoughDielectric(_));

@@ -148,10 +148,9 @@ impl BidirectionalTracer {
         vertex: &SubpathVertex<B>,
         s: &BsdfSample,
     ) {
-        let factor = chain.probability();
         let found = self.context.lamps_beside(chain, &vertex.surface, s, &path.lambda, vertex.depth);
         if let Some(found) = found {
-            path.add_emission(vertex.throughput * found * factor, Some(vertex.surface.hit.surface), None);
+            path.add_emission(vertex.throughput * found, Some(vertex.surface.hit.surface), None);
             B::record(|| PathEvent::Radiance(path.radiance));
         }
     }

@@ -96,7 +96,7 @@ impl<'a> CameraPath<'a> {
         let context = &self.tracer.context;
         let mut prefix = Prefix::CAMERA;
         // Lamps are found without photons.
-        self.state.chain = SpecularChain::Left;
+        self.state.chain = SpecularChain::PathAlone;
         while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
             let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
             let diffuse = vertex.bsdf.has_diffuse_part();
@@ -146,9 +146,7 @@ impl<'a> CameraPath<'a> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        if self.class == PathClass::Mirrored {
-            self.state.add_lamps_beside(&self.tracer.context, vertex, &s);
-        }
+        self.state.add_lamps_beside(&self.tracer.context, vertex, &s);
         let wi = vertex.frame.to_world(s.wi);
         if !vertex.hit.sides_agree(wi, s.transmitted) {
             return None;

@@ -1,0 +1,98 @@
+//! Lamps along the chains of deltas that a camera path does not choose ([`SpecularChain`]).
+
+use glam::Vec3;
+
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::bsdf::{BsdfSample, DeltaLobes, Scattering};
+use crate::tracer::interaction::SurfaceVertex;
+use crate::tracer::specular_chain::SpecularChain;
+
+use super::RenderContext;
+
+/// A chain that is followed.
+struct FollowedChain<'a> {
+    lambda: &'a SampledWavelengths,
+    chain: SpecularChain,
+    /// Product of the values from where it left the path, times the probability of the path's choices before.
+    value: SampledSpectrum,
+    /// Segments of the path so far.
+    segments: u32,
+}
+
+impl RenderContext {
+    /// The light of lamps that arrives at `vertex`, to which `segments` lead, over chains of deltas that begin otherwise than by the sample
+    /// `s`: a factor on the throughput there. `chain` leads to the vertex, and from there on by `s`. Deltas part no wavelengths where they are
+    /// followed, so that there is no weight for that.
+    #[inline(always)]
+    pub(super) fn lamps_beside<B: Scattering>(
+        &self,
+        chain: &mut SpecularChain,
+        vertex: &SurfaceVertex<B>,
+        s: &BsdfSample,
+        lambda: &SampledWavelengths,
+        segments: u32,
+    ) -> Option<SampledSpectrum> {
+        if *chain == SpecularChain::PathAlone {
+            return None;
+        }
+        let mut lobes = vertex.bsdf.delta_lobes(vertex.wo);
+        let value = SampledSpectrum::splat(chain.probability());
+        let here = FollowedChain { lambda, chain: *chain, value, segments };
+        *chain = chain.then(&lobes, s);
+        if s.delta {
+            lobes[usize::from(s.transmitted)] = None;
+        }
+        let mut sum = SampledSpectrum::ZERO;
+        self.follow_all(vertex, &lobes, &here, &mut sum);
+        (!sum.is_black()).then_some(sum)
+    }
+
+    /// Adds what arrives at `vertex` over chains of these lobes.
+    #[inline]
+    fn follow_all<B: Scattering>(
+        &self,
+        vertex: &SurfaceVertex<B>,
+        lobes: &DeltaLobes,
+        to: &FollowedChain,
+        sum: &mut SampledSpectrum,
+    ) {
+        for s in lobes.iter().flatten() {
+            let chain = to.chain.step(s, 1.0);
+            let wi = vertex.frame.to_world(s.wi);
+            if chain != SpecularChain::PathAlone
+                && to.segments < self.longest()
+                && self.scene.chains.may_be_met(vertex.hit.point.p, wi)
+                && vertex.hit.sides_agree(wi, s.transmitted)
+            {
+                let next =
+                    FollowedChain { chain, value: to.value * s.weight, segments: to.segments + 1, ..*to };
+                self.follow_one(vertex, wi, &next, sum);
+            }
+        }
+    }
+
+    /// Adds what arrives at `vertex` from the direction `wi`.
+    #[inline(never)]
+    fn follow_one<B: Scattering>(
+        &self,
+        vertex: &SurfaceVertex<B>,
+        wi: Vec3,
+        followed: &FollowedChain,
+        sum: &mut SampledSpectrum,
+    ) {
+        let scene = &self.scene;
+        let mut ray = vertex.hit.spawn(wi);
+        while let Some(hit) = self.closest(&mut ray, followed.segments) {
+            if let Some(light) = hit.emitter() {
+                *sum += followed.value * scene.lights.spectrum(light, hit.point.p, wi, followed.lambda);
+            }
+            if !scene.passes(&mut ray, &hit) {
+                if followed.segments == self.longest() {
+                    return;
+                }
+                let vertex = SurfaceVertex::<B>::new(scene, hit, followed.lambda);
+                return self.follow_all(&vertex, &vertex.bsdf.delta_lobes(vertex.wo), followed, sum);
+            }
+        }
+    }
+}
