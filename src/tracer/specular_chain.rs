@@ -30,7 +30,8 @@ const LEAST_VALUE: f32 = 0.039;
 /// Most spheres of [`ChainBounds`]: more objects share some.
 const MOST_SPHERES: usize = 16;
 
-/// Spheres around all that a chain leads to: what emits, and what has deltas. Other rays of the tree need not be traced, and most are such.
+/// Spheres around all that a chain leads to: surfaces that emit, and surfaces with deltas. Most rays of chains miss all of them, and need not be
+/// traced.
 #[derive(Clone, Debug, Default)]
 pub struct ChainBounds {
     spheres: Arc<[BoundingSphere]>,
@@ -49,10 +50,10 @@ impl ChainBounds {
     }
 }
 
-/// A camera path so far, as far as it decides who finds a lamp that it hits next.
+/// What a camera path has met so far, as far as it decides how a lamp that it hits next is counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpecularChain {
-    /// Deltas alone: the path and all others that begin like it, together.
+    /// Deltas alone, of which none was too weak: the lamp counts with the probability of this chain, because other paths look for it as well.
     Followed {
         /// Number of deltas.
         steps: u32,
@@ -61,7 +62,7 @@ pub enum SpecularChain {
         /// Product of the probabilities with which they were chosen.
         probability: f32,
     },
-    /// Anything else, or nothing that is followed.
+    /// Anything else: the lamp counts in full, because only paths along this chain find it.
     PathAlone,
 }
 

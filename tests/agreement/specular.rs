@@ -1,9 +1,14 @@
 //! Lamps that are seen over mirrors and glass alone: each chain is counted once, whatever the path chooses.
 
+use std::sync::Arc;
+
+use pointillist::color::Xyz;
 use pointillist::image::compare::z_test;
 use pointillist::scene;
 use pointillist::scene::desc::SceneDesc;
-use pointillist::stream::UvWindow;
+use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::tracer::integrator::RenderContext;
+use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 use crate::support::agreement::{Method, Plan, measured, repeat};
 
@@ -64,4 +69,35 @@ fn every_chain_counts_once() {
             assert!(noise < 0.95, "{max_depth} {method:?}: {noise}");
         }
     }
+}
+
+/// The colours of camera samples.
+#[derive(Default)]
+struct Colors(Vec<Xyz>);
+
+impl SampleSink for Colors {
+    fn camera(&mut self, _: [f32; 2], value: Xyz, _: f32) {
+        self.0.push(value);
+    }
+
+    fn light(&mut self, _: [f32; 2], _: Xyz) {}
+}
+
+/// Where matt surfaces become mirrors and glass in an edit, and where these become matt, chains lead where they do in a scene that is prepared
+/// anew.
+#[test]
+fn an_edit_knows_new_mirrors() {
+    let (real, matt) =
+        (still_life(str::to_owned, 12), still_life(|_| "<bsdf type=\"diffuse\"/>".to_owned(), 12));
+    let samples = |scene: Scene| {
+        let camera = Camera::of(&real).expect("the camera is valid");
+        let context = RenderContext::new(Arc::new(scene), camera, &real.integrator, 1, UvWindow::PICTURE);
+        let (tracer, mut colors) = (PathTracer { context }, Colors::default());
+        (0..1 << 15).for_each(|index| tracer.trace(index, &mut (), &mut colors));
+        colors.0
+    };
+    let prepared = |desc: &SceneDesc| Scene::prepare(desc).expect("the scene is valid");
+    let edited = |from: &SceneDesc, to: &SceneDesc| prepared(from).edited(to).expect("the scene is valid");
+    assert!(samples(edited(&matt, &real)) == samples(prepared(&real)));
+    assert!(samples(edited(&real, &matt)) == samples(prepared(&matt)));
 }

@@ -99,7 +99,7 @@ pub(super) struct PathState {
     relative: f32,
     /// Where and with which density the last direction was sampled; `None` after a delta and at the camera.
     last: Option<(LightSampleContext, PdfW)>,
-    /// Who finds a lamp that is hit next.
+    /// How a lamp that is hit next is counted.
     pub(super) chain: SpecularChain,
     emission: EmissionCache,
     /// Number of scatterings so far.

@@ -95,7 +95,7 @@ impl<'a> CameraPath<'a> {
     pub fn merge<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
         let mut prefix = Prefix::CAMERA;
-        // Lamps are found without photons.
+        // Lamps are left to the camera subpath, which looks for them along all chains.
         self.state.chain = SpecularChain::PathAlone;
         while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
             let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
