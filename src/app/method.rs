@@ -75,7 +75,7 @@ pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: 
         photons,
         ..IntegratorDesc::default()
     };
-    RenderContext::new(scene, camera, &desc, seed, window)
+    RenderContext::new(scene, camera, &desc, seed, window).of_size([run.film.width, run.film.height])
 }
 
 /// Has `server` render by the method that `run` names. `photons` are those that the last render left, if any, and then

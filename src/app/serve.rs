@@ -14,6 +14,7 @@ use super::method::{self, Photons, RenderOrder};
 use super::remote_order::{RemoteOrder, read_token, scene_digest};
 use super::run_spec::RunSpec;
 use super::{process, tell};
+use crate::client::FilmSpec;
 use crate::remote::{Host, Request, Service, Tracing, Welcome, listen};
 use crate::scene::LoadProgress;
 use crate::scene::edit::Edits;
@@ -200,6 +201,7 @@ impl ServedTracer {
             seed: request.seed,
             effects: forced,
             photons: scene.edited.desc().integrator.photons,
+            film: FilmSpec { width: size[0], height: size[1], ..scene.run.film },
             ..scene.run.clone()
         };
         let order = RenderOrder {

@@ -22,7 +22,9 @@ fn cornell() {
 
 #[test]
 fn cove() {
-    check("cove.xml", 8, 256, PHOTONS);
+    // `photon-bias cove.xml` at 65 536 samples: 4.7 % ± 0.5 % of a pixel and 2.9 % ± 0.3 % of the mean, at 2^20: 2.0 % and 1.4 %. With a
+    // quarter of these paths, of 32 repetitions few see what makes a block's mean.
+    check("cove.xml", 8, 1024, 0.05);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use pointillist::math::bits::mix;
 use pointillist::tracer::Sampler;
+use pointillist::tracer::sampler::cells::Visit;
 use pointillist::tracer::sampler::{unit_f32, unit_f64};
 
 use crate::Row;
@@ -13,7 +14,8 @@ const EDGES: [u64; 5] = [1 << 24, 1 << 32, 1 << 53, 1 << 63, u64::MAX - 8191];
 fn numbers(index: u64, seed: u32) -> Vec<f64> {
     let (sampler, light) = (Sampler::at(index, seed), Sampler::at(index, seed).light());
     let (camera, emission) = (sampler.camera(), light.emission());
-    let mut singles = vec![camera.wavelength, camera.time, camera.connection, sampler.group_wavelength()];
+    let wavelength = Sampler::group_wavelength(Visit { number: index, seed });
+    let mut singles = vec![camera.wavelength, camera.time, camera.connection, wavelength];
     singles.extend([camera.lens, emission.place, emission.direction].concat());
     let mut all = camera.screen.to_vec();
     all.push(emission.choice);

@@ -11,6 +11,7 @@ use pointillist::math::random::Random;
 use pointillist::scene::desc::IntegratorDesc;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::{PathTracer, RenderContext};
+use pointillist::tracer::sampler::cells::ScreenCells;
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 use crate::Row;
@@ -309,6 +310,7 @@ fn p3_replicates_know_the_error_of_a_sequence() {
             hide_emitters,
             places: None,
             screen: Default::default(),
+            cells: ScreenCells::of_pixels([f64::from(spec.width), f64::from(spec.height)]),
             photons: Default::default(),
         };
         let (tracer, mut sink) = (PathTracer { context }, Collect(Vec::new()));

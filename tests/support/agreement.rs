@@ -9,6 +9,7 @@ use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext, VcmTracer,
 };
+use pointillist::tracer::sampler::cells::ScreenCells;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 use super::welch;
@@ -85,6 +86,7 @@ pub fn repeat(desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
         // Different methods get different seeds: what they share would not show.
         let seed = 1000 * (method as u32 + 1) + seed;
         let context = RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, plan.window);
+        let context = RenderContext { cells: ScreenCells::of_pixels([plan.side as f64; 2]), ..context };
         match method {
             Method::Path => trace(&PathTracer { context }, plan.side, paths),
             Method::Particle => trace(&ParticleTracer { context }, plan.side, paths),

@@ -13,6 +13,7 @@ use pointillist::image::compare::Measured;
 use pointillist::scene::desc::IntegratorDesc;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::{PathTracer, RenderContext};
+use pointillist::tracer::sampler::cells::ScreenCells;
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 /// What is rendered: width and height in pixels, samples per pixel of one replicate, seeds.
@@ -62,6 +63,7 @@ fn replicate(
         hide_emitters: integrator.hide_emitters,
         places: None,
         screen: Default::default(),
+        cells: ScreenCells::of_pixels(plan.size.map(f64::from)),
         photons: Default::default(),
     };
     let tracer = PathTracer { context };

@@ -89,6 +89,7 @@ fn context(scene: &str, seed: u32) -> RenderContext {
         seed,
         UvWindow::PICTURE,
     )
+    .of_size([SIDE as u32; 2])
 }
 
 fn tracer<I>(

@@ -145,6 +145,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let options = PrepareOptions { width: size as u32, height: size as u32 };
     let camera = Camera::new(&desc.camera, &desc.film, &options)?.placed(&desc.space);
     let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+    let context = context.of_size([size as u32; 2]);
     let Arguments { spp, seeds, .. } = *arguments;
     println!("{} {size}² {spp} spp {seeds} seeds", arguments.scene.display());
     for &method in &arguments.methods {

@@ -110,6 +110,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let options = PrepareOptions { width: size as u32, height: size as u32 };
     let camera = Camera::new(&desc.camera, &desc.film, &options)?.placed(&desc.space);
     let context = RenderContext::new(scene, camera, &desc.integrator, 0, UvWindow::PICTURE);
+    let context = context.of_size([size as u32; 2]);
     let mut runs: Vec<Vec<Taken>> = methods.iter().map(|_| Vec::new()).collect();
     for seed in 0..seeds {
         for (&method, runs) in methods.iter().zip(&mut runs) {

@@ -114,6 +114,7 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
     let run = |seed: u32, divided: bool| {
         let context =
             RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
+        let context = context.of_size([options.side; 2]);
         match desc.integrator.kind {
             IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => {
                 trace::<PathTracer>(&context, divided, options)

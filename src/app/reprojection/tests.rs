@@ -16,6 +16,7 @@ use crate::scene::desc::PhotonDesc;
 use crate::stream::{CHUNK, Sample, SampleSink, UvWindow};
 use crate::study::Replicates;
 use crate::tracer::integrator::{RenderContext, Replicated};
+use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::{Integrator, PathTracer, Scene};
 
 const SIDE: u32 = 96;
@@ -81,6 +82,7 @@ impl Seen {
             hide_emitters: false,
             places: None,
             screen: Default::default(),
+            cells: ScreenCells::of_pixels([f64::from(SIDE); 2]),
             photons: PhotonDesc::default(),
         };
         let tracer = Replicated::new(&context, true, PathTracer::from);

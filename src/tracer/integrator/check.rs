@@ -22,7 +22,7 @@ use super::{Integrator, RenderContext};
 pub struct CheckedIntegrator<I> {
     special: I,
     general: I,
-    seed: u32,
+    context: RenderContext,
     white: Option<White>,
     /// The share of paths that are compared, times 2^32.
     share: u64,
@@ -69,10 +69,10 @@ impl<I: Integrator + From<RenderContext>> CheckedIntegrator<I> {
     /// Traces with the settings of `context`, and the share `share` in [0, 1] of the paths also in `general`, the same scene
     /// prepared for everything ([`Scene::prepare_general`]).
     pub fn new(context: RenderContext, general: Arc<Scene>, share: f64) -> Self {
-        let (seed, white) = (context.seed, context.scene.white().filter(|_| general.white().is_none()));
+        let white = context.scene.white().filter(|_| general.white().is_none());
         let general = I::from(RenderContext { scene: general, ..context.clone() });
         let share = (share.clamp(0.0, 1.0) * (1u64 << 32) as f64) as u64;
-        Self { special: I::from(context), general, seed, white, share, tally: Arc::default() }
+        Self { special: I::from(context.clone()), general, context, white, share, tally: Arc::default() }
     }
 
     /// The outcome so far.
@@ -88,7 +88,7 @@ impl<I: Integrator + From<RenderContext>> CheckedIntegrator<I> {
     /// What a sample of the special code should be, from that of the general.
     fn expected(&self, index: u64, sample: PathSample) -> PathSample {
         let Some(white) = self.white else { return sample };
-        let lambda = SampledWavelengths::sample(I::wavelength_number(index, self.seed));
+        let lambda = SampledWavelengths::sample(I::wavelength_number(index, &self.context));
         let drawn = lambda.to_xyz(white.spectrum().sample(&lambda));
         let exact = white.wavelengths();
         let exact = exact.to_xyz(white.spectrum().sample(&exact));

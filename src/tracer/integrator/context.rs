@@ -11,9 +11,13 @@ use crate::tracer::camera::CameraView;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{Emission, EmissionOrigin};
 use crate::tracer::record::PathEvent;
+use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
-use crate::tracer::{Camera, Scene};
+use crate::tracer::{Camera, Sampler, Scene};
+
+/// Pixels in width and height of a picture whose size nobody has told.
+const USUAL_PIXELS: [f64; 2] = [512.0, 512.0];
 
 /// Scene, view and settings. Depth counts as in Mitsuba: a path has `max_depth` segments at most, so 1 shows lights only.
 #[derive(Clone, Debug)]
@@ -38,6 +42,8 @@ pub struct RenderContext {
     pub places: Option<u32>,
     /// How camera paths are distributed over the window; for this seed.
     pub screen: ScreenSampling,
+    /// Cells of the window within which camera paths are even, about as large as the picture's pixels.
+    pub cells: ScreenCells,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
 }
@@ -52,7 +58,7 @@ pub(super) struct CameraConnection {
 }
 
 impl RenderContext {
-    /// The settings of a scene file.
+    /// The settings of a scene file, for a picture of [`USUAL_PIXELS`].
     pub fn new(
         scene: Arc<Scene>,
         camera: Camera,
@@ -73,8 +79,22 @@ impl RenderContext {
             hide_emitters,
             places: None,
             screen,
+            cells: ScreenCells::of_pixels(USUAL_PIXELS),
             photons,
         }
+    }
+
+    /// The same for a picture of so many pixels in width and height.
+    pub fn of_size(self, size: [u32; 2]) -> Self {
+        let UvWindow { min, max } = self.window;
+        let cells = ScreenCells::of_pixels([0, 1].map(|i| f64::from(size[i]) * f64::from(max[i] - min[i])));
+        Self { cells, ..self }
+    }
+
+    /// The random numbers of the camera path that begins at `index` of the sequence.
+    #[inline]
+    pub(super) fn sampler(&self, index: u64) -> Sampler {
+        Sampler::in_cells(index, self.seed, &self.cells)
     }
 
     /// Maps screen numbers in [0, 1)² to the uv where a camera path starts.

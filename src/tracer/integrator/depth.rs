@@ -3,7 +3,6 @@
 use crate::color::Xyz;
 use crate::spectrum::White;
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::Sampler;
 
 use super::{Integrator, RenderContext};
 
@@ -21,9 +20,9 @@ impl Integrator for DepthTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        let RenderContext { seed, camera, scene, .. } = &self.context;
+        let RenderContext { camera, scene, .. } = &self.context;
         let start = self.context.screen.start(index);
-        let numbers = Sampler::at(start.index, *seed).camera();
+        let numbers = self.context.sampler(start.index).camera();
         let uv = self.context.place(numbers.screen);
         let ray = camera.ray(uv, numbers.lens);
         let distance = scene

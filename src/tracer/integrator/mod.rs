@@ -33,7 +33,7 @@
 //!
 //! 1. A file here with a struct that holds a [`RenderContext`] and implements [`Integrator`]. `particle.rs` is the shortest.
 //!    Camera paths build on `direct_lighting::PathState`, light paths and connections on [`Walk`](crate::tracer::subpath::Walk).
-//!    Random numbers come only from [`Sampler::at`](crate::tracer::Sampler::at) the index, so that a path is a pure function.
+//!    Random numbers come only from the [`Sampler`](crate::tracer::Sampler) of the index, so that a path is a pure function.
 //! 2. `impl From<RenderContext>`, by which `--check-plan` compares its special code with the general.
 //! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks
 //!    for: `app/method.rs` starts it, `tracer/choice` tries it ([`CANDIDATES`](crate::tracer::choice::CANDIDATES)).
@@ -111,9 +111,9 @@ pub trait Integrator: Send + Sync + 'static {
     /// Paths started by one call of [`Integrator::trace`]: `{camera: 1, light: 0}` for path tracing.
     fn paths_per_index(&self) -> PathCounts;
 
-    /// The number that chooses the wavelengths of path `index` for `seed`.
-    fn wavelength_number(index: u64, seed: u32) -> f32 {
-        Sampler::at(index, seed).camera().wavelength
+    /// The number that chooses the wavelengths of path `index` of an integrator of this context.
+    fn wavelength_number(index: u64, context: &RenderContext) -> f32 {
+        Sampler::at(index, context.seed).camera().wavelength
     }
 }
 

@@ -167,9 +167,9 @@ impl Integrator for PathTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        let RenderContext { seed, camera, scene, .. } = &self.context;
+        let RenderContext { camera, scene, .. } = &self.context;
         let start = self.context.screen.start(index);
-        let sampler = Sampler::at(start.index, *seed);
+        let sampler = self.context.sampler(start.index);
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
         let lambda = self.context.wavelengths(numbers.wavelength);

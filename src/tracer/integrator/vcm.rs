@@ -104,7 +104,7 @@ impl Integrator for VcmTracer {
         let sample = index.saturating_mul(CAMERA_SUBPATHS);
         let Some(snapshot) = self.photons.snapshot(sample, photons, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
-        let wavelength = Self::wavelength_number(index, self.bidirectional.context.seed);
+        let wavelength = Self::wavelength_number(index, &self.bidirectional.context);
         let mut merge = |sampler: &Sampler| self.photons.merge(&snapshot, photons, sampler, wavelength);
         self.bidirectional.trace_merging(index, bidirectional, Some(&mut merge), out);
         photons.keep(snapshot);
@@ -114,8 +114,8 @@ impl Integrator for VcmTracer {
         PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
     }
 
-    fn wavelength_number(index: u64, seed: u32) -> f32 {
-        BidirectionalTracer::wavelength_number(index, seed)
+    fn wavelength_number(index: u64, context: &RenderContext) -> f32 {
+        BidirectionalTracer::wavelength_number(index, context)
     }
 }
 

@@ -24,17 +24,20 @@
 //! larger than chance (2.5/√N).
 //!
 //! A number's dimension is never "the next free one": the meaning of a dimension does not depend on the path. Block 0 uses
-//! the index itself, so that every aligned range of 4^k indices covers the whole screen evenly. The other blocks are padded:
-//! they use a shuffled index (`scramble`). Every dimension is Owen-scrambled with its own seed.
+//! the index itself, so that every aligned range of 4^k indices covers the whole screen evenly. The other blocks are padded: they
+//! use a shuffled number (`scramble`): the index, and for camera paths from the second in a pixel on the number of the visit to it
+//! ([`cells`]). Every dimension is Owen-scrambled with its own seed.
 //!
 //! `nx8` constructs and evaluates the sequence, and `scramble` randomises it.
 
 mod branch;
+pub mod cells;
 pub mod nx8;
 pub mod scramble;
 pub mod squares;
 
 use branch::Branch;
+use cells::{ScreenCells, Visit};
 use nx8::{Coordinates, reversed_halves};
 use scramble::{BlockKey, first_block, padded_block};
 
@@ -125,14 +128,12 @@ pub fn unit_f64(x: u32) -> f64 {
     (f64::from(x) + 0.5) * (1.0 / 4_294_967_296.0)
 }
 
-/// The random numbers of one path: a pure function of (index, seed), and cheap to copy.
+/// The random numbers of one path: a pure function of (index, seed) and the division of the screen, cheap to copy.
 ///
 /// The first 2^64 screen positions of a seed are all different.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
-    /// The index as bit-reversed halves.
-    index: [u32; 2],
-    seed: u32,
+    visit: ReversedVisit,
     first: Coordinates,
     second: Coordinates,
     /// Set for a branch of a path that has split.
@@ -140,17 +141,24 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// The numbers of path `index` for `seed`.
+    /// The numbers of path `index` for `seed`, by the index alone.
     #[inline]
     pub fn at(index: u64, seed: u32) -> Self {
-        let index = reversed_halves(index);
-        Self {
-            index,
-            seed,
-            first: first_block(index, &BlockKey::new(seed, 0)),
-            second: padded_block(index, &BlockKey::new(seed, 1)),
-            branch: None,
-        }
+        let first = first_block(reversed_halves(index), &BlockKey::new(seed, 0));
+        Self::new(first, Visit { number: index, seed })
+    }
+
+    /// The numbers of camera path `index` for `seed`, which are even within each cell.
+    #[inline]
+    pub fn in_cells(index: u64, seed: u32, cells: &ScreenCells) -> Self {
+        let first = first_block(reversed_halves(index), &BlockKey::new(seed, 0));
+        Self::new(first, cells.visit(index, [first[0], first[1]], seed))
+    }
+
+    #[inline(always)]
+    fn new(first: Coordinates, visit: Visit) -> Self {
+        let visit = ReversedVisit::from(visit);
+        Self { visit, first, second: visit.block(1), branch: None }
     }
 
     /// The numbers of branch `number` of the `1 << bits` branches into which this path splits; those of branch 0 are its own.
@@ -179,7 +187,7 @@ impl Sampler {
             let (a, b) = (&self.first, &self.second);
             return self.part([a[2], a[3], a[4], a[5], b[4], b[5], b[6], b[7]]);
         }
-        self.part(padded_block(self.index, &BlockKey::new(self.seed, 1 + depth)))
+        self.part(self.visit.block(1 + depth))
     }
 
     #[inline(always)]
@@ -188,31 +196,61 @@ impl Sampler {
         VertexNumbers::new([point[0], point[1]], [point[2], point[3]], &point)
     }
 
-    /// The random number that selects the wavelengths of all paths of a group. `self` is the sampler of the group's index.
+    /// The random number that selects the wavelengths of all paths of a group.
     #[inline]
-    pub fn group_wavelength(&self) -> f32 {
-        unit_f32(padded_block(self.index, &BlockKey::new(self.seed, GROUP_BLOCK))[0])
+    pub fn group_wavelength(visit: Visit) -> f32 {
+        unit_f32(ReversedVisit::from(visit).block(GROUP_BLOCK)[0])
     }
 
     /// The random numbers of the light subpath of this path.
     #[inline]
     pub fn light(&self) -> LightSampler {
-        let (index, seed) = (self.index, self.seed);
-        let block = |n| padded_block(index, &BlockKey::new(seed, n));
-        LightSampler { index, seed, first: block(LIGHT_BLOCK), second: block(LIGHT_BLOCK + 1) }
+        LightSampler::new(self.visit)
+    }
+}
+
+/// A [`Visit`] whose number is in bit-reversed halves.
+#[derive(Clone, Copy, Debug)]
+struct ReversedVisit {
+    number: [u32; 2],
+    seed: u32,
+}
+
+impl From<Visit> for ReversedVisit {
+    #[inline(always)]
+    fn from(Visit { number, seed }: Visit) -> Self {
+        Self { number: reversed_halves(number), seed }
+    }
+}
+
+impl ReversedVisit {
+    /// The coordinates of a padded block.
+    #[inline(always)]
+    fn block(&self, block: u32) -> Coordinates {
+        padded_block(self.number, &BlockKey::new(self.seed, block))
     }
 }
 
 /// The random numbers of one light subpath; see [`Sampler::light`].
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampler {
-    index: [u32; 2],
-    seed: u32,
+    visit: ReversedVisit,
     first: Coordinates,
     second: Coordinates,
 }
 
 impl LightSampler {
+    /// The numbers of light subpath `number` of the `1 << bits` that a group of this visit shares.
+    #[inline]
+    pub fn of_group(visit: Visit, bits: u32, number: u64) -> Self {
+        Self::new(Visit { number: visit.number << bits | number, ..visit }.into())
+    }
+
+    #[inline(always)]
+    fn new(visit: ReversedVisit) -> Self {
+        Self { visit, first: visit.block(LIGHT_BLOCK), second: visit.block(LIGHT_BLOCK + 1) }
+    }
+
     /// Numbers for the emission.
     #[inline]
     pub fn emission(&self) -> LightNumbers {
@@ -233,7 +271,7 @@ impl LightSampler {
             let b = &self.second;
             return VertexNumbers::new([b[0], b[1]], [self.first[4], self.first[5]], b);
         }
-        let b = padded_block(self.index, &BlockKey::new(self.seed, LIGHT_BLOCK + 1 + depth));
+        let b = self.visit.block(LIGHT_BLOCK + 1 + depth);
         VertexNumbers::new([b[0], b[1]], [b[2], b[3]], &b)
     }
 }

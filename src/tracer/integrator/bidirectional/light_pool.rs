@@ -3,7 +3,8 @@
 //! The more light subpaths a camera vertex can choose from, the less it matters which they happen to be, and one that is traced
 //! serves all: this is the cache of light vertices of Davidovič et al. (2014, *Progressive Light Transport Simulation on the GPU*), cut into
 //! small ones, so that a path stays a pure function of its index and two pixels next to each other share few of them. All subpaths of a group have
-//! the same wavelengths. A worker traces the subpaths of a group when it comes to its first index; an index alone has those of its whole group
+//! the same wavelengths. Wavelengths and light subpaths of all the groups that a pixel is visited by are points of one sequence
+//! ([`ScreenCells::visit_of_group`]). A worker traces the subpaths of a group when it comes to its first index; an index alone has those of its whole group
 //! traced.
 
 use std::ops::Range;
@@ -13,13 +14,15 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::faults::Raised;
 use crate::stream::{SampleSink, faults};
 use crate::tracer::bsdf::Scattering;
+use crate::tracer::integrator::RenderContext;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
+use crate::tracer::sampler::cells::{ScreenCells, Visit};
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{Sampler, roulette};
 
 use super::importance::{DiffuseSummary, LightRows};
-use super::{BidirectionalTracer, LIGHT_SUBPATHS};
+use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 
 /// Indices of a group: a power of two, so that chunks of indices, which workers claim, are whole groups.
 pub(super) const GROUP: u64 = 4;
@@ -29,6 +32,7 @@ pub(super) const GROUP: u64 = 4;
 struct PoolKey {
     group: u64,
     seed: u32,
+    cells: ScreenCells,
 }
 
 /// The light subpaths of a group.
@@ -95,14 +99,15 @@ impl BidirectionalTracer {
     /// Has the light subpaths of the group of `index` in `pool`.
     #[inline(always)]
     pub(super) fn fill<B: Scattering>(&self, pool: &mut LightPool<B>, index: u64) {
-        let seed = self.context.seed;
-        let key = PoolKey { group: index / GROUP, seed };
+        let RenderContext { seed, cells, .. } = self.context;
+        let key = PoolKey { group: index / GROUP, seed, cells };
         if pool.key == Some(key) {
             return;
         }
         // Set at the end: a panic leaves a pool that is filled anew.
         pool.key = None;
-        pool.lambda = self.context.wavelengths(group_wavelength(index, seed));
+        let visit = group_visit(index, &self.context);
+        pool.lambda = self.context.wavelengths(Sampler::group_wavelength(visit));
         pool.vertices.clear();
         pool.rows.clear();
         pool.splats.clear();
@@ -110,9 +115,9 @@ impl BidirectionalTracer {
         let before = faults::take();
         for member in 0..GROUP {
             // Beyond 2^62 indices the numbers of light subpaths repeat.
-            let first = (key.group * GROUP + member).wrapping_mul(LIGHT_SUBPATHS);
-            for number in 0..LIGHT_SUBPATHS {
-                let numbers = Sampler::at(first.wrapping_add(number), seed).light();
+            for number in member * LIGHT_SUBPATHS..(member + 1) * LIGHT_SUBPATHS {
+                let bits = (GROUP * LIGHT_SUBPATHS).trailing_zeros();
+                let numbers = LightSampler::of_group(visit, bits, number);
                 self.trace_light_subpath(&numbers, pool);
             }
             pool.faults.append(&mut faults::take());
@@ -160,7 +165,8 @@ impl BidirectionalTracer {
     }
 }
 
-/// The number that chooses the wavelengths of the group of `index`.
-pub(super) fn group_wavelength(index: u64, seed: u32) -> f32 {
-    Sampler::at(index / GROUP, seed).group_wavelength()
+/// What the wavelengths and the light subpaths of the group of `index` are enumerated by.
+pub(super) fn group_visit(index: u64, context: &RenderContext) -> Visit {
+    let bits = (GROUP * CAMERA_SUBPATHS).trailing_zeros();
+    context.cells.visit_of_group(index / GROUP, bits, context.seed)
 }

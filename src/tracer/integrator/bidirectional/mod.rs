@@ -34,7 +34,7 @@ use crate::tracer::{MaterialClass, Sampler};
 use super::vcm::Prefix;
 use super::{Integrator, RenderContext};
 use connections::Candidates;
-use light_pool::{LightPool, group_wavelength};
+use light_pool::{LightPool, group_visit};
 use strategies::{PathContribution, SPLAT_SAMPLES};
 
 /// Subpaths from the camera in one index.
@@ -84,7 +84,6 @@ impl BidirectionalTracer {
         mut merge: Option<&mut Merge<'_>>,
         out: &mut impl SampleSink,
     ) {
-        let seed = self.context.seed;
         let Subpaths { light, camera, candidates } = subpaths;
         self.fill(light, index);
         light.send_splats(index, out);
@@ -93,7 +92,7 @@ impl BidirectionalTracer {
         let first = index.wrapping_mul(CAMERA_SUBPATHS);
         for number in 0..CAMERA_SUBPATHS {
             let start = self.context.screen.start(first.wrapping_add(number));
-            let sampler = Sampler::at(start.index, seed);
+            let sampler = self.context.sampler(start.index);
             let numbers = sampler.camera();
             let uv = self.context.place(numbers.screen);
             let mut path = PathContribution::new(lambda);
@@ -210,8 +209,8 @@ impl Integrator for BidirectionalTracer {
         PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
     }
 
-    fn wavelength_number(index: u64, seed: u32) -> f32 {
-        group_wavelength(index, seed)
+    fn wavelength_number(index: u64, context: &RenderContext) -> f32 {
+        Sampler::group_wavelength(group_visit(index, context))
     }
 }
 

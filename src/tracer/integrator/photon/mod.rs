@@ -204,7 +204,7 @@ impl Integrator for PhotonTracer {
         faults::sees_generations(snapshot.generations);
         let lookup = self.schedule.lookup(snapshot.generations);
         let start = self.context.screen.start(index);
-        let sampler = Sampler::at(start.index, self.context.seed);
+        let sampler = self.context.sampler(start.index);
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
         let path = CameraPath::new(self, &snapshot, lookup, scratch, numbers.wavelength);
