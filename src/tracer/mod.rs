@@ -1,13 +1,14 @@
 //! The tracer: one path at a time, a pure function of (scene, integrator, seed, index).
 //!
-//! It knows no thread, no clock, no file and no resolution.
+//! It knows no thread, no clock and no file, and of the resolution only this: the division of the screen into cells of about a pixel
+//! decides which random numbers a camera path has ([`sampler::cells`]).
 //!
 //! # Reading path
 //!
 //! ```text
 //! SceneDesc ─ effects::planned ─ prepare ─▶ Scene { accel, surfaces, materials, lights }   immutable, shared by Arc
 //! Integrator::trace(index)
-//!   Sampler::at(index) ─▶ the random numbers of the path
+//!   RenderContext::sampler(index) ─▶ the random numbers of the path
 //!   Camera::ray ─ Scene::closest ─▶ SurfaceInteraction ─ Scene::surface_material ─▶ SurfaceMaterial ─▶ SurfaceVertex { hit, bsdf, … }
 //!   Lights::sample_by_contribution ─ Bsdf::eval ─ Scene::visible                         next-event estimation
 //!   Bsdf::sample ─▶ the next ray

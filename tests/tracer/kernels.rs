@@ -71,6 +71,8 @@ fn samples(desc: &SceneDesc, method: Method, kernel: SimdKernel, seed: u32) -> T
     assert_eq!((scene.kernel(), scene.accel().kernel()), (kernel, kernel));
     let camera = Camera::of(desc).unwrap();
     let context = RenderContext::new(Arc::new(scene), camera, &desc.integrator, seed, UvWindow::PICTURE);
+    // So small that each pixel is visited several times.
+    let context = context.of_size([8; 2]);
     match method {
         Method::Path => trace(&PathTracer { context }),
         Method::Bidirectional => trace(&BidirectionalTracer { context }),

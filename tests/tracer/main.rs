@@ -12,6 +12,7 @@ mod bsdf;
 mod bumps;
 mod camera;
 mod casters;
+mod cells;
 mod choice;
 mod curves;
 mod dispersion;

@@ -98,7 +98,8 @@ impl Subject {
 
     pub(super) fn context(&self, seed: u32) -> RenderContext {
         let (scene, camera) = (self.scene.clone(), self.camera.clone());
-        RenderContext::new(scene, camera, &self.desc.integrator, seed, UvWindow::PICTURE)
+        let context = RenderContext::new(scene, camera, &self.desc.integrator, seed, UvWindow::PICTURE);
+        context.of_size([self.side; 2])
     }
 
     /// The picture with so many samples per pixel, by paths from both ends, linear Rec.709. Two threads.

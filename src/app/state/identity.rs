@@ -13,16 +13,17 @@ use crate::color::Xyz;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, Sample, SampleSink};
 use crate::tracer::integrator::{
-    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, VcmTracer,
+    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, VcmTracer,
 };
-use crate::tracer::{Camera, Integrator, Scene};
+use crate::tracer::sampler::LightSampler;
+use crate::tracer::{Camera, Integrator, Sampler, Scene};
 
 /// What the parts of one picture have in common, besides their settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Hash of all files of the scene.
     pub scene: String,
-    /// Hash of the samples of the first chunk: it differs where another version of the program, another processor or another library of
+    /// Hash of the samples of the first chunk, and of some random numbers of later ones: it differs where another version of the program, another processor or another library of
     /// mathematical functions computes other samples.
     pub samples: String,
     /// The unit of colours in the sums, a power of two at the mean luminance of these samples. It does not depend on the part of the
@@ -37,7 +38,8 @@ impl Identity {
     ///
     /// When a file cannot be read any more.
     pub fn of(run: &RunSpec, files: &[PathBuf], scene: &Arc<Scene>, camera: &Camera) -> Result<Self> {
-        let first = FirstChunk::trace(run, scene, camera);
+        let mut first = FirstChunk::trace(run, scene, camera);
+        first.take_late_numbers(&render_context(run, scene.clone(), camera.clone(), run.film.window()));
         let samples = first.hash.finalize().to_hex()[..32].to_string();
         Ok(Self { scene: hash_of_files(files)?, samples, luminance_scale: first.luminance_scale() })
     }
@@ -85,6 +87,18 @@ impl FirstChunk {
             (Self { hash: blake3::Hasher::new(), luminance: (0.0, 0) }, I::Scratch::default());
         (0..CHUNK).for_each(|index| tracer.trace(index, &mut scratch, &mut first));
         first
+    }
+
+    /// Hashes random numbers of paths and groups far out in the sequence: those of the first chunk do not depend on the division of the screen into
+    /// cells.
+    fn take_late_numbers(&mut self, context: &RenderContext) {
+        const LATE: u64 = 1 << 40;
+        let numbers = Sampler::in_cells(LATE, context.seed, &context.cells).vertex(1);
+        let group = context.cells.visit_of_group(LATE, 5, context.seed);
+        let light = LightSampler::of_group(group, 4, 1).vertex(1);
+        for f in [numbers.light, numbers.bsdf, light.light, light.bsdf].concat() {
+            self.hash.update(&f.to_bits().to_le_bytes());
+        }
     }
 
     fn luminance_scale(&self) -> f32 {

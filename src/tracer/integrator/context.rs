@@ -16,7 +16,7 @@ use crate::tracer::screen::ScreenSampling;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 use crate::tracer::{Camera, Sampler, Scene};
 
-/// Pixels in width and height of a picture whose size nobody has told.
+/// Pixels in width and height of a picture of unknown size.
 const USUAL_PIXELS: [f64; 2] = [512.0, 512.0];
 
 /// Scene, view and settings. Depth counts as in Mitsuba: a path has `max_depth` segments at most, so 1 shows lights only.
@@ -84,7 +84,7 @@ impl RenderContext {
         }
     }
 
-    /// The same for a picture of so many pixels in width and height.
+    /// The same for a picture of so many pixels in width and height: camera paths are even within each.
     pub fn of_size(self, size: [u32; 2]) -> Self {
         let UvWindow { min, max } = self.window;
         let cells = ScreenCells::of_pixels([0, 1].map(|i| f64::from(size[i]) * f64::from(max[i] - min[i])));

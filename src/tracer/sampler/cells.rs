@@ -1,30 +1,32 @@
-//! Which path of its pixel a path is.
+//! Cells of about a pixel, and the number of each visit to one.
 //!
 //! Block 0 of the sequence is even over the screen and, within each pixel, over all eight dimensions together. A padded block has no
 //! dimension of the screen: enumerated by the index, the paths of one pixel take points of it at random. So the screen is
 //! divided into cells of about a pixel each, elementary intervals of the sequence: of 2^n consecutive indices, aligned, one lies in each
 //! of the 2^n cells. The number of this range is a **visit** to the cell. From the second visit on, padded blocks are enumerated by
-//! visits, with a randomisation of each cell's own, so that the paths of a pixel are a net in each of them, as in samplers that begin anew in
-//! each pixel (pbrt-v4, `PaddedSobolSampler`). In the first visit they are enumerated by the index, and so are even over the
-//! whole screen: until there is a path for each pixel, pictures are those of a sequence without cells.
+//! visits, with a randomisation of each cell's own (of 32 bits), so that these paths of a pixel are a sequence of low discrepancy in each
+//! block, short of its first point, as in samplers that begin anew in each pixel (pbrt-v4, `PaddedSobolSampler`). In the first visit padded
+//! blocks are enumerated by the index, and so are even over the whole screen: until there is a path for each pixel, pictures are
+//! those of a sequence without cells.
 //!
-//! What a group of consecutive paths shares is enumerated likewise. Block 0 is linear before it is scrambled, so that two groups either
-//! visit the same cells or have none in common.
+//! What a group of consecutive paths shares is enumerated likewise. Block 0 is linear before it is scrambled: the cells of a group are a
+//! coset of a space that is the same for all groups, so that two groups either visit the same cells or have none in common.
 //!
 //! relMSE at equal samples, by indices and by visits: cells that are pixels (128², box filter, 64 samples per pixel), cells that do not
 //! match the pixels (96²), and a Gaussian filter, whose pixels reach over many cells:
 //!
 //! | | bidirectional | path |
 //! |---|---|---|
-//! | Cornell box, 128² | .00101 → .00080 | .00330 → .00324 |
+//! | Cornell box, 128² | .00101 → .00079 | .00330 → .00324 |
 //! | … 96² | .00145 → .00135 | |
 //! | … Gaussian filter | .00012 → .00011 | |
 //! | cove, 128² | .0045 → .0040 | |
 //! | `rough.xml`, 128² | .0074 → .0064 | .0126 → .0114 |
 //! | Veach's plates, 128² | | .00094 → .00082 |
 //!
-//! Cells of a quarter of a pixel, or of four pixels, have about half of the gain. One shuffle for the visits to all cells, XORed to the
-//! index of the first, keeps each visit even over the screen as well, but then all pixels have the same light subpaths: .0026 in the Cornell box.
+//! Cells of a quarter of a pixel, or of four pixels, have about half of the gain. Alternatively the shuffled number of the visit could be XORed to
+//! the shuffled index of the first visit, which keeps each visit even over the screen, but then the same few light subpaths serve all
+//! pixels: .0026 in the Cornell box.
 
 use crate::math::bits::mix;
 
@@ -32,9 +34,6 @@ use super::nx8::{columns, point_reversed, reversed_halves};
 
 /// At most 2^14 cells along each side.
 const MAX_BITS: u32 = 14;
-
-/// Tried beyond the number of digits that the pixels ask for.
-const MAX_MORE: u32 = 3;
 
 /// A division of the screen into 2^x × 2^y cells, each of which is visited once in every 2^(x + y) consecutive indices, aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,12 +55,9 @@ impl ScreenCells {
     /// Cells of about the size of a pixel, where so many pixels cover the screen in width and height.
     pub fn of_pixels(pixels: [f64; 2]) -> Self {
         let [x, y] = pixels.map(|n| (n.max(1.0).log2().round() as u32).min(MAX_BITS));
-        // Not every division has one point in each cell. A square one has.
-        let square = Self { bits: [x.min(y); 2] };
-        (0..=MAX_MORE)
-            .flat_map(|more| (0..=more).map(move |m| Self { bits: [x + m, y + more - m] }))
-            .find(Self::is_elementary)
-            .unwrap_or(square)
+        // Not every division has one point in each cell, but always one of these has.
+        let [as_wanted, lower, narrower] = [[x, y], [x, y + 1], [x + 1, y]].map(|bits| Self { bits });
+        [as_wanted, lower].into_iter().find(Self::is_elementary).unwrap_or(narrower)
     }
 
     /// Whether each cell holds one of the first points, so many as there are cells: whether the generator matrix of the cells has full rank.
@@ -183,10 +179,14 @@ mod tests {
     /// of its own.
     #[test]
     fn each_cell_is_visited_in_turn() {
-        for (x, y) in (0..8u32).flat_map(|x| (0..8u32).map(move |y| (x, y))) {
+        let all = (0..=MAX_BITS).flat_map(|x| (0..=MAX_BITS).map(move |y| [x, y]));
+        for [x, y] in all.clone() {
+            let cells = ScreenCells::of_pixels([x, y].map(|bits| f64::from(1 << bits)));
+            assert!(cells.is_elementary() && cells.count_bits() <= x + y + 1, "{x} {y} {cells:?}");
+        }
+        for [x, y] in all.filter(|bits| bits.iter().all(|&bits| bits < 8)) {
             let cells = ScreenCells::of_pixels([x, y].map(|bits| f64::from(1 << bits)));
             let bits = cells.count_bits();
-            assert!(x.abs_diff(y) > 5 || bits <= x + y + 1, "{x} {y} {cells:?}");
             let mut seeds: HashMap<[u32; 2], u32> = HashMap::new();
             for number in [0, 1, 6, 1 << 40 | 5] {
                 let mut visited = HashSet::new();
@@ -230,6 +230,15 @@ mod tests {
                 }
                 assert_eq!(visit, Visit { number: *count, seed: *seed }, "{cells:?}, group {group}");
                 *count += 1;
+            }
+            // The same far out in the sequence.
+            let far = 1 << 40;
+            for group in far..far + different {
+                let mut visited: Vec<_> =
+                    (0..1 << bits).map(|i| cell_of(&cells, group << bits | i)).collect();
+                visited.sort_unstable();
+                let expected = Visit { number: far / different, seed: visits[&visited].1 };
+                assert_eq!(cells.visit_of_group(group, bits, SEED), expected, "{cells:?}, group {group}");
             }
             let seeds: HashSet<u32> = visits.values().map(|v| v.1).collect();
             assert_eq!((visits.len() as u64, seeds.len()), (different, visits.len()), "{cells:?}");

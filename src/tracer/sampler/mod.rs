@@ -25,8 +25,8 @@
 //!
 //! A number's dimension is never "the next free one": the meaning of a dimension does not depend on the path. Block 0 uses
 //! the index itself, so that every aligned range of 4^k indices covers the whole screen evenly. The other blocks are padded: they
-//! use a shuffled number (`scramble`): the index, and for camera paths from the second in a pixel on the number of the visit to it
-//! ([`cells`]). Every dimension is Owen-scrambled with its own seed.
+//! use a shuffled number (`scramble`). For light paths, and for the first camera path in each pixel, this is the index; for later
+//! camera paths it is the number of the visit to the pixel's cell ([`cells`]). Every dimension is Owen-scrambled with its own seed.
 //!
 //! `nx8` constructs and evaluates the sequence, and `scramble` randomises it.
 
@@ -240,7 +240,8 @@ pub struct LightSampler {
 }
 
 impl LightSampler {
-    /// The numbers of light subpath `number` of the `1 << bits` that a group of this visit shares.
+    /// The numbers of light subpath `number` of the `1 << bits` that a group of this visit shares. The leading `bits` digits of the visit's number
+    /// are lost, which matters from 2^62 indices on in pictures of up to 32 cells.
     #[inline]
     pub fn of_group(visit: Visit, bits: u32, number: u64) -> Self {
         Self::new(Visit { number: visit.number << bits | number, ..visit }.into())

@@ -3,7 +3,7 @@
 //! The more light subpaths a camera vertex can choose from, the less it matters which they happen to be, and one that is traced
 //! serves all: this is the cache of light vertices of Davidovič et al. (2014, *Progressive Light Transport Simulation on the GPU*), cut into
 //! small ones, so that a path stays a pure function of its index and two pixels next to each other share few of them. All subpaths of a group have
-//! the same wavelengths. Wavelengths and light subpaths of all the groups that a pixel is visited by are points of one sequence
+//! the same wavelengths. Wavelengths and light subpaths of all groups that visit a pixel are points of one sequence
 //! ([`ScreenCells::visit_of_group`]). A worker traces the subpaths of a group when it comes to its first index; an index alone has those of its whole group
 //! traced.
 
@@ -18,6 +18,7 @@ use crate::tracer::integrator::RenderContext;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::sampler::cells::{ScreenCells, Visit};
+use crate::tracer::screen::ScreenSampling;
 use crate::tracer::subpath::{SubpathVertex, Walk};
 use crate::tracer::{Sampler, roulette};
 
@@ -114,7 +115,6 @@ impl BidirectionalTracer {
         pool.faults.clear();
         let before = faults::take();
         for member in 0..GROUP {
-            // Beyond 2^62 indices the numbers of light subpaths repeat.
             for number in member * LIGHT_SUBPATHS..(member + 1) * LIGHT_SUBPATHS {
                 let bits = (GROUP * LIGHT_SUBPATHS).trailing_zeros();
                 let numbers = LightSampler::of_group(visit, bits, number);
@@ -165,8 +165,12 @@ impl BidirectionalTracer {
     }
 }
 
-/// What the wavelengths and the light subpaths of the group of `index` are enumerated by.
+/// What the wavelengths and the light subpaths of the group of `index` are enumerated by. Where the screen is sampled adaptively, paths are not in the order
+/// of the sequence: groups do not visit the same cells again and are enumerated one by one.
 pub(super) fn group_visit(index: u64, context: &RenderContext) -> Visit {
+    if matches!(context.screen, ScreenSampling::Adaptive(_)) {
+        return Visit { number: index / GROUP, seed: context.seed };
+    }
     let bits = (GROUP * CAMERA_SUBPATHS).trailing_zeros();
     context.cells.visit_of_group(index / GROUP, bits, context.seed)
 }
