@@ -23,8 +23,8 @@ use crate::tracer::{Camera, Integrator, Sampler, Scene};
 pub struct Identity {
     /// Hash of all files of the scene.
     pub scene: String,
-    /// Hash of the samples of the first chunk, and of some random numbers of later ones: it differs where another version of the program, another processor or another library of
-    /// mathematical functions computes other samples.
+    /// Hash of the samples of the first chunk, and of random numbers far out in the sequence: it differs where another version of the
+    /// program, another processor or another library of mathematical functions computes other samples.
     pub samples: String,
     /// The unit of colours in the sums, a power of two at the mean luminance of these samples. It does not depend on the part of the
     /// sequence that is traced.
@@ -89,8 +89,8 @@ impl FirstChunk {
         first
     }
 
-    /// Hashes random numbers of paths and groups far out in the sequence: those of the first chunk do not depend on the division of the screen into
-    /// cells.
+    /// Hashes random numbers of a path, and of a group of 2^5 that shares 2^4 light subpaths, far out in the sequence: the samples of the first
+    /// chunk do not depend on the division of the screen into cells.
     fn take_late_numbers(&mut self, context: &RenderContext) {
         const LATE: u64 = 1 << 40;
         let numbers = Sampler::in_cells(LATE, context.seed, &context.cells).vertex(1);
@@ -122,5 +122,41 @@ impl SampleSink for FirstChunk {
 
     fn light(&mut self, uv: [f32; 2], xyz: Xyz) {
         self.take(Sample { uv, xyz, w: -1.0 });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::app::args::scene::SceneArgs;
+    use crate::app::load;
+
+    #[derive(Parser)]
+    struct SceneWords {
+        #[command(flatten)]
+        source: SceneArgs,
+    }
+
+    /// The first samples are the same however the screen is divided into cells, the identities are not. Sizes that are divided alike have the same.
+    #[test]
+    fn the_division_of_the_screen_is_part_of_the_identity() {
+        let words = ["render", "scenes/cornell.xml", "--size", "64x64", "--filter", "box"];
+        let source = SceneWords::try_parse_from(words).expect("arguments").source;
+        let input = load::load(&source).expect("the scene can be read");
+        let desc = &input.loaded.desc;
+        let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
+        let camera = Camera::of(desc).expect("the camera is valid");
+        let of = |side: u32| {
+            let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+            (run.film.width, run.film.height) = (side, side);
+            let first = FirstChunk::trace(&run, &scene, &camera).hash.finalize();
+            (first, Identity::of(&run, &[], &scene, &camera).expect("no files").samples)
+        };
+        let [usual, alike, other] = [64, 65, 128].map(of);
+        assert_eq!(usual, alike);
+        assert_eq!(usual.0, other.0);
+        assert_ne!(usual.1, other.1);
     }
 }

@@ -5,9 +5,9 @@
 //! FILE.state … ─▶ StateFile ─▶ RenderState ─▶ pictures, error, another state
 //! ```
 //!
-//! A sample is a pure function of scene, settings (the size of the picture is one), seed and index, and sums in fixed point do not depend on the order of their terms. So a
-//! state is a set of index ranges with the sums over them: going on adds a range, merging is addition, and a picture does not show how
-//! its indices were divided.
+//! A sample is a pure function of scene, settings (the size of the picture is one), seed and index, and sums in fixed point do not depend on
+//! the order of their terms. So a state is a set of index ranges with the sums over them: going on adds a range, merging is addition, and a
+//! picture does not show how its indices were divided.
 //!
 //! | file | what |
 //! |---|---|
