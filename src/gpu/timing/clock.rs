@@ -50,16 +50,17 @@ pub(in crate::gpu) fn extension(
     offered: &[vk::ExtensionProperties],
 ) -> Option<&'static CStr> {
     let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+    // Both are the same; older validation layers know the first only, and warn of the other.
     // SAFETY: plain queries through an extension that the device has.
     let (name, domains) = unsafe {
-        if has(khr::calibrated_timestamps::NAME) {
-            let loader = khr::calibrated_timestamps::Instance::new(entry, instance);
-            let domains = loader.get_physical_device_calibrateable_time_domains(device);
-            (khr::calibrated_timestamps::NAME, domains)
-        } else if has(ext::calibrated_timestamps::NAME) {
+        if has(ext::calibrated_timestamps::NAME) {
             let loader = ext::calibrated_timestamps::Instance::new(entry, instance);
             let domains = loader.get_physical_device_calibrateable_time_domains(device);
             (ext::calibrated_timestamps::NAME, domains)
+        } else if has(khr::calibrated_timestamps::NAME) {
+            let loader = khr::calibrated_timestamps::Instance::new(entry, instance);
+            let domains = loader.get_physical_device_calibrateable_time_domains(device);
+            (khr::calibrated_timestamps::NAME, domains)
         } else {
             return None;
         }
