@@ -16,6 +16,7 @@ use super::state::RenderGoal;
 use crate::client::DisplayView;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, REPLICATES};
+use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::screen::{ScreenDensity, ScreenSampling};
 
 /// The pilot has this share of the samples or of the time.
@@ -187,5 +188,6 @@ pub fn sampling(run: &RunSpec, observer: &Observer) -> (ScreenSampling, Adaptive
         regions: 1 << level,
         density: [sorted[0], sorted[sorted.len() / 2], sorted[sorted.len() - 1]],
     };
-    (ScreenSampling::adaptive(Arc::new(density), run.seed), report)
+    let cells = ScreenCells::of_picture([run.film.width, run.film.height], &run.film.window());
+    (ScreenSampling::adaptive(Arc::new(density), run.seed, &cells), report)
 }

@@ -28,6 +28,7 @@
 
 use std::sync::Arc;
 
+use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::sampler::squares::{MAX_LEVEL, ScreenSquares};
 
 /// Mean number of paths per region in one round.
@@ -137,18 +138,18 @@ impl ScreenDensity {
 }
 
 impl ScreenSampling {
-    /// The sampling of the main stage, for a render of this seed.
-    pub fn adaptive(density: Arc<ScreenDensity>, seed: u32) -> Self {
-        let squares = Arc::new(ScreenSquares::new(density.level, seed));
+    /// The sampling of the main stage, for a render of this seed and of a picture of these cells.
+    pub fn adaptive(density: Arc<ScreenDensity>, seed: u32, cells: &ScreenCells) -> Self {
+        let squares = Arc::new(ScreenSquares::new(density.level, seed, cells));
         Self::Adaptive(AdaptiveScreen { density, squares })
     }
 
     /// The same for another seed.
-    pub fn with_seed(&self, seed: u32) -> Self {
+    pub fn with_seed(&self, seed: u32, cells: &ScreenCells) -> Self {
         match self {
             Self::Even => Self::Even,
             Self::Pilot => Self::Pilot,
-            Self::Adaptive(screen) => Self::adaptive(screen.density.clone(), seed),
+            Self::Adaptive(screen) => Self::adaptive(screen.density.clone(), seed, cells),
         }
     }
 
@@ -221,13 +222,14 @@ mod tests {
     #[test]
     fn every_region_has_its_part_of_the_sequence() {
         let (level, seed, rounds) = (3, 7, 4);
+        let cells = ScreenCells::of_pixels([512.0; 2]);
         let density = Arc::new(ScreenDensity::new(&errors(level)));
-        let sampling = ScreenSampling::adaptive(density.clone(), seed);
-        let even = ScreenSquares::new(level, seed);
+        let sampling = ScreenSampling::adaptive(density.clone(), seed, &cells);
+        let even = ScreenSquares::new(level, seed, &cells);
         let mut seen: Vec<Vec<CameraStart>> = vec![Vec::new(); 64];
         for path in 0..rounds * 1024 {
             let start = sampling.start(path);
-            let at = Sampler::at(start.index, seed).camera().screen.map(|x| (x * 8.0) as u32);
+            let at = Sampler::in_cells(start.index, seed, &cells).camera().screen.map(|x| (x * 8.0) as u32);
             seen[interleave(at) as usize].push(start);
         }
         for (region, (starts, density)) in seen.iter().zip(density.relative()).enumerate() {
@@ -241,7 +243,7 @@ mod tests {
         // Far fewer paths than a round, and they lie all over the screen.
         let mut quarters = [0; 4];
         for path in 0..64 {
-            let screen = Sampler::at(sampling.start(path).index, seed).camera().screen;
+            let screen = Sampler::in_cells(sampling.start(path).index, seed, &cells).camera().screen;
             quarters[interleave(screen.map(|x| (x * 2.0) as u32)) as usize] += 1;
         }
         let wanted: Vec<f32> = density.relative().collect();
@@ -255,11 +257,12 @@ mod tests {
     #[test]
     fn within_a_region_paths_are_stratified() {
         let (level, seed) = (2, 3);
+        let cells = ScreenCells::of_pixels([512.0; 2]);
         let density = Arc::new(ScreenDensity::new(&errors(level)));
-        let sampling = ScreenSampling::adaptive(density.clone(), seed);
+        let sampling = ScreenSampling::adaptive(density.clone(), seed, &cells);
         let mut places: Vec<Vec<[f64; 2]>> = vec![Vec::new(); 16];
         for path in 0..256 * 64 {
-            let screen = Sampler::at(sampling.start(path).index, seed).camera().screen;
+            let screen = Sampler::in_cells(sampling.start(path).index, seed, &cells).camera().screen;
             places[interleave(screen.map(|x| (4.0 * x) as u32)) as usize].push(screen);
         }
         for (region, places) in places.iter().enumerate() {
@@ -278,11 +281,12 @@ mod tests {
     #[test]
     fn stages_have_randomisations_of_their_own() {
         let density = Arc::new(ScreenDensity::new(&errors(3)));
-        let main = ScreenSampling::adaptive(density, 9);
+        let cells = ScreenCells::of_pixels([512.0; 2]);
+        let main = ScreenSampling::adaptive(density, 9, &cells);
         assert_eq!((ScreenSampling::Even.seed(9), main.seed(9)), (9, 9));
         assert_ne!(ScreenSampling::Pilot.seed(9) & 0x7fff_ffff, 9);
         assert_eq!(ScreenSampling::Pilot.start(5), CameraStart { index: 5, weight: 0.5 });
-        let ScreenSampling::Adaptive(other) = main.with_seed(10) else { panic!("adaptive") };
+        let ScreenSampling::Adaptive(other) = main.with_seed(10, &cells) else { panic!("adaptive") };
         let ScreenSampling::Adaptive(main) = main else { panic!("adaptive") };
         assert!(Arc::ptr_eq(&other.density, &main.density));
         let first = |screen: &AdaptiveScreen| (0..64).map(|i| screen.squares.index(i, 0)).collect::<Vec<_>>();

@@ -97,7 +97,9 @@ fn a_blend_of_two_glasses() {
         glass(1.2, ".2, .9, .9"),
         glass(2.2, ".9, .3, .2")
     );
-    assert_all_pairs("two glasses", &floor_and(&(plate(3.0, -0.8, LAMP) + &ball)), PLAN, PHOTONS);
+    // With fewer paths a block's mean over a seed is far from normally distributed: what light meets both glasses is rare and bright.
+    let plan = Plan { paths_per_pixel: 4 * PLAN.paths_per_pixel, ..PLAN };
+    assert_all_pairs("two glasses", &floor_and(&(plate(3.0, -0.8, LAMP) + &ball)), plan, PHOTONS);
 }
 
 /// A lamp with holes before a brighter one: it emits as if it were whole, and what passes it is seen behind it.

@@ -344,7 +344,7 @@ fn rejected_values_are_replayed() {
     let [scene, report, out] = [&scene, &report, &out].map(|p| p.to_str().unwrap());
     for method in ["path", "light", "bidirectional", "photon", "vcm"] {
         let mut args =
-            vec!["render", scene, "-o", out, "--size", "16x16", "--samples", "4k", "--device", "cpu"];
+            vec!["render", scene, "-o", out, "--size", "16x16", "--samples", "64k", "--device", "cpu"];
         args.extend(["--integrator", method, "--json", report, "--max-depth", "4"]);
         succeed(&args);
         let json: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();

@@ -118,7 +118,7 @@ fn render<I: Integrator>(
     let density = ScreenDensity::new(&errors);
     let most = density.relative().fold(0.0, f32::max);
     assert!(most > 1.5, "nothing to distribute: {most}");
-    let screen = ScreenSampling::adaptive(Arc::new(density), context.seed);
+    let screen = ScreenSampling::adaptive(Arc::new(density), context.seed, &context.cells);
     pictures.trace(&tracer(context, screen, &make), 12);
     pictures
 }
@@ -229,8 +229,9 @@ impl SampleSink for Samples {
 fn samples_depend_on_the_index_alone() {
     fn check<I: Integrator>(make: impl Fn(RenderContext) -> I) {
         let errors: Vec<f64> = (0..64).map(|region| f64::from(region * region)).collect();
-        let screen = ScreenSampling::adaptive(Arc::new(ScreenDensity::new(&errors)), 5);
-        let tracer = make(RenderContext { screen, ..context("cornell_spheres.xml", 5) });
+        let context = context("cornell_spheres.xml", 5);
+        let screen = ScreenSampling::adaptive(Arc::new(ScreenDensity::new(&errors)), 5, &context.cells);
+        let tracer = make(RenderContext { screen, ..context });
         let of = |indices: &[u64]| {
             let mut scratch = I::Scratch::default();
             indices

@@ -10,7 +10,7 @@ use pointillist::tracer::integrator::{
 use pointillist::tracer::{Camera, Scene};
 
 /// Binary logarithm of the side of the picture.
-const BITS: u32 = 4;
+const BITS: u32 = 6;
 
 /// Camera paths of one index of bidirectional path tracing and of one group.
 const BOTH_ENDS: (u64, u64) = (8, 32);
@@ -32,7 +32,7 @@ impl SampleSink for Values {
     fn light(&mut self, _: [f32; 2], _: Xyz) {}
 }
 
-/// In the first visit all pictures have the same samples, whatever their size; in later ones each has its own.
+/// In the first visit pictures have the same samples that take the same part of the sequence; in later ones each has its own.
 fn depends_on_visits<I: Integrator>(make: impl Fn(RenderContext) -> I, paths_per_index: u64) {
     let trace = |size: u32, first: u64| {
         let (tracer, mut scratch, mut values) =
@@ -42,7 +42,7 @@ fn depends_on_visits<I: Integrator>(make: impl Fn(RenderContext) -> I, paths_per
             .for_each(|index| tracer.trace(index, &mut scratch, &mut values));
         values.0
     };
-    let (small, large) = (1 << BITS, 4 << BITS);
+    let (small, large) = (1 << BITS, 1 << (2 * BITS));
     assert_eq!(trace(small, 0), trace(large, 0));
     let (a, b) = (trace(small, 4 << (2 * BITS)), trace(large, 4 << (2 * BITS)));
     let same = a.iter().zip(&b).filter(|(a, b)| a == b).count();

@@ -15,12 +15,13 @@ use pointillist::tracer::integrator::{
 use pointillist::tracer::{Camera, Integrator, Scene};
 use proptest::prelude::*;
 
-/// Counts samples, adds up luminance.
+/// Counts samples, adds up luminance, and keeps the least and the most of x over y.
 #[derive(Default)]
 struct Sum {
     samples: u64,
     y: f64,
     squares: f64,
+    colours: Option<[f32; 2]>,
 }
 
 impl SampleSink for Sum {
@@ -28,6 +29,11 @@ impl SampleSink for Sum {
         self.samples += 1;
         self.y += f64::from(value.y);
         self.squares += f64::from(value.y).powi(2);
+        if value.y > 0.0 {
+            let colour = value.x / value.y;
+            let [least, most] = self.colours.unwrap_or([colour; 2]);
+            self.colours = Some([least.min(colour), most.max(colour)]);
+        }
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
@@ -274,13 +280,17 @@ fn photons_without_colour_have_the_same_mean() {
         let tracer = PhotonTracer::new(render_context(&desc, scene.unwrap()), true);
         let (mut scratch, mut sum, count) = (Default::default(), Sum::default(), 1 << 17);
         (0..count).for_each(|index| tracer.trace(index, &mut scratch, &mut sum));
+        let [least, most] = sum.colours.expect("something is lit");
         let mean = sum.y / count as f64;
-        (mean, (sum.squares / count as f64 - mean * mean) / count as f64)
+        (mean, (sum.squares / count as f64 - mean * mean) / count as f64, most / least - 1.0)
     };
-    let ((white, v0), (drawn, v1)) = (mean(false), mean(true));
+    let ((white, v0, one), (drawn, v1, several)) = (mean(false), mean(true));
     let z = (white - drawn) / (v0 + v1).sqrt();
     assert!(z.abs() < 4.0, "{white} and {drawn}: z = {z}");
-    assert!(v0 < v1, "drawing wavelengths costs nothing: {v0} {v1}");
+    assert!(
+        one < 1e-4 && several > 0.01,
+        "colours differ by {one} without and {several} with drawn wavelengths"
+    );
 }
 
 const GREY: &str = "<scene version='3.0.0'><integrator type='photon'/><sensor type='perspective'><float name='fov' value='40'/>\

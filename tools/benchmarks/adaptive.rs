@@ -101,7 +101,7 @@ fn render<I: Integrator>(
             let level = ScreenDensity::level((size * size) as f64);
             let errors = sums.replicates.region_errors(&UvWindow::PICTURE, level).unwrap();
             let density = ScreenDensity::new(&errors);
-            let screen = ScreenSampling::adaptive(Arc::new(density), context.seed);
+            let screen = ScreenSampling::adaptive(Arc::new(density), context.seed, &context.cells);
             let main = tracer(screen);
             let seconds = seconds + thread_seconds() - start;
             seconds + sums.trace(&main, paths - pilot)

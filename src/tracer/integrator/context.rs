@@ -86,9 +86,7 @@ impl RenderContext {
 
     /// The same for a picture of so many pixels in width and height: camera paths are even within each.
     pub fn of_size(self, size: [u32; 2]) -> Self {
-        let UvWindow { min, max } = self.window;
-        let cells = ScreenCells::of_pixels([0, 1].map(|i| f64::from(size[i]) * f64::from(max[i] - min[i])));
-        Self { cells, ..self }
+        Self { cells: ScreenCells::of_picture(size, &self.window), ..self }
     }
 
     /// The random numbers of the camera path that begins at `index` of the sequence.

@@ -61,7 +61,6 @@ pub use photon::{PhotonScratch, PhotonTracer, SeesPhotons};
 pub use vcm::{VcmScratch, VcmTracer};
 
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
-use crate::tracer::Sampler;
 
 /// Turns one point of the sample sequence into samples on the stream.
 ///
@@ -113,7 +112,7 @@ pub trait Integrator: Send + Sync + 'static {
 
     /// The number that chooses the wavelengths of path `index` of an integrator of this context.
     fn wavelength_number(index: u64, context: &RenderContext) -> f32 {
-        Sampler::at(index, context.seed).camera().wavelength
+        context.sampler(index).camera().wavelength
     }
 }
 
@@ -132,7 +131,7 @@ impl<I> Replicated<I> {
         let count = if divided { REPLICATES } else { 1 };
         let context_of = |r| {
             let seed = replicate_seed(context.seed, r);
-            RenderContext { seed, screen: context.screen.with_seed(seed), ..context.clone() }
+            RenderContext { seed, screen: context.screen.with_seed(seed, &context.cells), ..context.clone() }
         };
         Self { parts: (0..count).map(context_of).map(make).collect() }
     }

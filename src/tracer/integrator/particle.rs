@@ -61,6 +61,10 @@ impl Integrator for ParticleTracer {
     fn paths_per_index(&self) -> PathCounts {
         PathCounts { camera: 0, light: 1 }
     }
+
+    fn wavelength_number(index: u64, context: &RenderContext) -> f32 {
+        Sampler::at(index, context.seed).camera().wavelength
+    }
 }
 
 impl From<RenderContext> for ParticleTracer {

@@ -24,7 +24,8 @@
 //! larger than chance (2.5/√N).
 //!
 //! A number's dimension is never "the next free one": the meaning of a dimension does not depend on the path. Block 0 uses
-//! the index itself, so that every aligned range of 4^k indices covers the whole screen evenly. The other blocks are padded: they
+//! the index itself, or what it says of the part of the sequence in a corner of its screen ([`cells`]), so that every aligned range of 4^k
+//! indices covers the whole screen evenly. The other blocks are padded: they
 //! use a shuffled number (`scramble`). For light paths, and for the first camera path in each pixel, this is the index; for later
 //! camera paths it is the number of the visit to the pixel's cell ([`cells`]). Every dimension is Owen-scrambled with its own seed.
 //!
@@ -50,7 +51,7 @@ const GROUP_BLOCK: u32 = 1 << 17;
 /// Random numbers for the start of a camera path, all in [0, 1).
 #[derive(Clone, Copy, Debug)]
 pub struct CameraNumbers {
-    /// Position over the whole window. It keeps 32 bits of precision until the splat, and is never exactly 0.
+    /// Position over the whole window. It keeps 30 to 32 bits of precision until the splat, and is never exactly 0.
     pub screen: [f64; 2],
     /// Position on the lens.
     pub lens: [f32; 2],
@@ -130,7 +131,7 @@ pub fn unit_f64(x: u32) -> f64 {
 
 /// The random numbers of one path: a pure function of (index, seed) and the division of the screen, cheap to copy.
 ///
-/// The first 2^64 screen positions of a seed are all different.
+/// The first 2^64 screen positions of a seed are all different; in a corner of the sequence the first 2^60 ([`cells`]).
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     visit: ReversedVisit,
@@ -151,7 +152,7 @@ impl Sampler {
     /// The numbers of camera path `index` for `seed`, which are even within each cell.
     #[inline]
     pub fn in_cells(index: u64, seed: u32, cells: &ScreenCells) -> Self {
-        let first = first_block(reversed_halves(index), &BlockKey::new(seed, 0));
+        let first = cells.first_block(index, seed);
         Self::new(first, cells.visit(index, [first[0], first[1]], seed))
     }
 

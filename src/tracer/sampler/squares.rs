@@ -7,8 +7,7 @@
 
 use crate::math::bits::interleave;
 
-use super::nx8::{point, reversed_halves};
-use super::scramble::{BlockKey, first_block};
+use super::cells::ScreenCells;
 
 /// The sequence of one seed, square by square.
 #[derive(Clone, Debug)]
@@ -25,20 +24,21 @@ pub struct ScreenSquares {
 pub const MAX_LEVEL: u32 = 8;
 
 impl ScreenSquares {
-    /// The sequence of `seed` in 2^level × 2^level squares, where `level` is at most [`MAX_LEVEL`].
-    pub fn new(level: u32, seed: u32) -> Self {
+    /// The sequence of `seed`, as a picture of these cells enumerates the screen by it, in 2^level × 2^level squares, where `level` is at most
+    /// [`MAX_LEVEL`].
+    pub fn new(level: u32, seed: u32, cells: &ScreenCells) -> Self {
         let level = level.min(MAX_LEVEL);
-        let (count, key) = (1u64 << (2 * level), BlockKey::new(seed, 0));
+        let count = 1u64 << (2 * level);
         let leading = |x: u32| x.checked_shr(32 - level).unwrap_or(0);
         let mut first = vec![0; count as usize];
         // The same of the sequence without scrambling, which is linear: the change of a block does not depend on the square.
         let mut plain = first.clone();
         let plain_square = |index: u64| {
-            let [x, y, ..] = point(index).map(|x| leading((x >> 32) as u32));
+            let [x, y, ..] = cells.plain_block(index).map(leading);
             interleave([x, y]) as usize
         };
         for index in 0..count {
-            let [x, y, ..] = first_block(reversed_halves(index), &key).map(leading);
+            let [x, y, ..] = cells.first_block(index, seed).map(leading);
             first[interleave([x, y]) as usize] = index as u32;
             plain[plain_square(index)] = index as u32;
         }
@@ -67,8 +67,11 @@ mod tests {
     /// Every square is visited once per block, by a point that lies in it, and no index comes twice.
     #[test]
     fn squares_and_blocks_are_the_whole_sequence() {
-        for (level, seed) in [(0, 3), (1, 3), (2, 0), (3, 0xffff_ffff), (5, 7), (8, 1)] {
-            let squares = ScreenSquares::new(level, seed);
+        for (level, seed, pixels) in
+            [(0, 3, 1.0), (1, 3, 64.0), (2, 0, 32.0), (3, 0xffff_ffff, 512.0), (5, 7, 1024.0), (8, 1, 512.0)]
+        {
+            let cells = ScreenCells::of_pixels([pixels; 2]);
+            let squares = ScreenSquares::new(level, seed, &cells);
             let (side, count) = (f64::from(1 << level), 1usize << (2 * level));
             for block in [0, 1, 2, 7, 1 << 20 | 5, (1 << 44) - 1] {
                 let mut seen = vec![false; count];
@@ -76,7 +79,8 @@ mod tests {
                     let index = squares.index(square, block);
                     assert_eq!(index >> (2 * level), block);
                     assert!(!std::mem::replace(&mut seen[(index as usize) & (count - 1)], true));
-                    let at = Sampler::at(index, seed).camera().screen.map(|x| (x * side) as u32);
+                    let at =
+                        Sampler::in_cells(index, seed, &cells).camera().screen.map(|x| (x * side) as u32);
                     assert_eq!(interleave(at) as usize, square, "level {level}, index {index}");
                 }
             }
