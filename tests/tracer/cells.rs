@@ -42,6 +42,7 @@ fn depends_on_visits<I: Integrator>(make: impl Fn(RenderContext) -> I, paths_per
             .for_each(|index| tracer.trace(index, &mut scratch, &mut values));
         values.0
     };
+    // Both take the whole screen of the sequence.
     let (small, large) = (1 << BITS, 1 << (2 * BITS));
     assert_eq!(trace(small, 0), trace(large, 0));
     let (a, b) = (trace(small, 4 << (2 * BITS)), trace(large, 4 << (2 * BITS)));

@@ -90,7 +90,7 @@ impl FirstChunk {
     }
 
     /// Hashes random numbers of a path, and of a group of 2^5 that shares 2^4 light subpaths, far out in the sequence: the samples of the first
-    /// chunk do not depend on the division of the screen into cells.
+    /// chunk depend on the corner of the sequence alone, not on the division of the screen into cells.
     fn take_late_numbers(&mut self, context: &RenderContext) {
         const LATE: u64 = 1 << 40;
         let path = Sampler::in_cells(LATE, context.seed, &context.cells);

@@ -50,7 +50,7 @@ pub(in crate::gpu) fn extension(
     offered: &[vk::ExtensionProperties],
 ) -> Option<&'static CStr> {
     let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-    // Both are the same; older validation layers know the first only, and warn of the other.
+    // Both are the same; older validation layers know VK_EXT_calibrated_timestamps only, and warn of the other.
     // SAFETY: plain queries through an extension that the device has.
     let (name, domains) = unsafe {
         if has(ext::calibrated_timestamps::NAME) {

@@ -13,7 +13,7 @@
 //! not hit its caustics yet looks good. So means are compared as well, and a method whose mean is significantly below
 //! another's somewhere is charged for what it has not found. A method that cannot show a part of the picture at all is excluded.
 //!
-//! Everything is a pure function of scene, view and depth settings. Seed and indices are fixed, and cost counts vertices
+//! Everything is a pure function of scene, view, picture size and depth settings. Seed and indices are fixed, and cost counts vertices
 //! instead of time, so that the same scene gets the same method on every machine, at every load and from any number of threads.
 //! The choice takes 40 to 160 ms of processor time on the scenes of `scenes/`.
 //!

@@ -40,7 +40,7 @@ pub struct RenderContext {
     /// If set, camera paths start only from this number of places along each side of the window, spread unevenly: what
     /// differs between paths from one place is noise. `None`, as for any picture: they start from everywhere.
     pub places: Option<u32>,
-    /// How camera paths are distributed over the window; for this seed.
+    /// How camera paths are distributed over the window; for this seed and these cells.
     pub screen: ScreenSampling,
     /// Cells of the window within which camera paths are even, about as large as the picture's pixels.
     pub cells: ScreenCells,

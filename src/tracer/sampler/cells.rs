@@ -7,15 +7,18 @@
 //! visits, with a randomisation of each cell's own (of 32 bits), so that these paths of a pixel are a sequence of low discrepancy in each
 //! block, short of its first point, as in samplers that begin anew in each pixel (pbrt-v4, `PaddedSobolSampler`). In the first visit padded
 //! blocks are enumerated by the index, and so are even over the whole screen: until there is a path for each pixel, pictures are
-//! those of a sequence without cells.
+//! those of a sequence without cells, or of a corner of it.
 //!
-//! Block 0 is even within cells of some sizes and lags in others: in squares of 2^9 cells to a side, as in a picture of 512², the first eight paths
-//! of a cell have the same leading digit in each of dimensions 2 to 5, light and bsdf of the first vertex; with 2^10 to a side they have not. So the
-//! screen may be a **corner** of that of the sequence, of 1/2 or 1/4 of its width and height, whichever lags least: paths are those of the
-//! sequence that lie there, in its order. Which these are is linear in the index: the lowest digits of an index in the corner are parities of the others.
+//! Block 0 is even within cells of some sizes and lags in others: in squares of 2^9 cells to a side, as in a picture of 512², the first four paths
+//! of a cell have the same leading binary digit in each of dimensions 2 to 5, light and bsdf of the first vertex, and in dimension 5 the first eight; with 2^10 to a
+//! side they have not. So the screen may be a **corner** of that of the sequence, of 1/2 or 1/4 of its width and height, whichever lags least: paths
+//! are those of the sequence that lie there, in its order. Which these are is linear in the index: the lowest digits of an index in the corner are parities of the others.
 //! relMSE of path tracing in the Cornell box at 16 samples per pixel, with the whole screen and with the best corner: 512² .0310 → .0129,
 //! 128² .0138 → .0125 (32 samples: .0075 → .0056), 256² .0115 either way, since there the whole screen is best. Bidirectional, 512²: .0072 → .0032;
-//! plates by path tracing .0030 → .0016; with a Gaussian filter, which averages over cells, .0016 either way.
+//! plates by path tracing .0030 → .0016. The wavelength, dimension 6, may lag: enumerated by visits instead, luminance has the same error (Cornell
+//! box by paths .0053 → .0052; prism .0032 → .0033). With a Gaussian filter, which averages over cells, the Cornell box has .0016 either way.
+//! Pictures of 16:9 gain little (640×360 .0103 → .0094, 480×270 .0092 → .0087, 240×135 and 1920×1080 nothing): another zoom for each axis would
+//! lag less there.
 //! Instead, dimensions 2 to 5 could be enumerated by visits, too: without a seed for each cell, shifted by the numbers of the first visit, the
 //! Cornell box has .0115 at 512², but then pictures by a Gaussian filter have up to a fifth more error (32 samples: .00066 → .00080).
 //!
@@ -82,7 +85,7 @@ impl ScreenCells {
         let divisions = [[x, y], [x, y + 1], [x + 1, y]];
         let zoomed = |bits| (0..=MAX_ZOOM).map(move |zoom| Self::new(bits, zoom)).filter(Self::is_elementary);
         let best = |bits| zoomed(bits).min_by_key(Self::lag);
-        divisions.into_iter().find_map(best).unwrap_or(Self::new([x, y], 0))
+        divisions.into_iter().find_map(best).unwrap_or_else(|| Self::new([x, y], 0))
     }
 
     /// Cells of about the size of a pixel of a picture of so many in width and height, where paths begin in `window`.
@@ -134,6 +137,7 @@ impl ScreenCells {
 
     /// Whether each cell holds one of the first points, so many as there are cells: whether the generator matrix of the cells has full rank.
     fn is_elementary(&self) -> bool {
+        // Of no digits: whichever dimension.
         self.points_until_even(2, 0) == self.count_bits()
     }
 
@@ -305,11 +309,12 @@ mod tests {
         for (pixels, visits) in squares.chain(others) {
             let cells = ScreenCells::of_pixels(pixels);
             let bits = cells.count_bits();
-            let cell = cell_of(&cells, 12345);
+            let of = |[x, y, ..]: Coordinates| cells.cell([x, y]);
+            let cell = of(cells.first_block(12345, SEED));
             for first in [0, 128] {
                 let own: Vec<Coordinates> = (first << bits..(first + visits) << bits)
-                    .filter(|&index| cell_of(&cells, index) == cell)
                     .map(|index| cells.first_block(index, SEED))
+                    .filter(|&point| of(point) == cell)
                     .collect();
                 assert_eq!(own.len() as u64, visits);
                 for d in 2..6 {

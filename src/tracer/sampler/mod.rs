@@ -24,7 +24,7 @@
 //! larger than chance (2.5/√N).
 //!
 //! A number's dimension is never "the next free one": the meaning of a dimension does not depend on the path. Block 0 uses
-//! the index itself, or what it says of the part of the sequence in a corner of its screen ([`cells`]), so that every aligned range of 4^k
+//! the index itself, or in a corner of the sequence's screen the number of the point that comes index-th there ([`cells`]), so that every aligned range of 4^k
 //! indices covers the whole screen evenly. The other blocks are padded: they
 //! use a shuffled number (`scramble`). For light paths, and for the first camera path in each pixel, this is the index; for later
 //! camera paths it is the number of the visit to the pixel's cell ([`cells`]). Every dimension is Owen-scrambled with its own seed.

@@ -48,7 +48,7 @@ impl BlockKey {
     ///
     /// The shuffle is an Owen scramble of the 64-bit word, most significant bit first. It maps aligned ranges of 2^m indices
     /// to aligned ranges, so each padded block is a net for every such range, but is unrelated to the other blocks. The high
-    /// half is XORed with a constant so that 0 stays 0: then the first 2^32 paths need no look-up for it. This loses
+    /// half is XORed with a constant so that 0 stays 0: then paths below 2^32 need no look-up for it. This loses
     /// nothing, because the coordinates are scrambled afterwards.
     #[inline(always)]
     pub fn shuffle(&self, [low, high]: [u32; 2]) -> [u32; 2] {

@@ -67,9 +67,15 @@ mod tests {
     /// Every square is visited once per block, by a point that lies in it, and no index comes twice.
     #[test]
     fn squares_and_blocks_are_the_whole_sequence() {
-        for (level, seed, pixels) in
-            [(0, 3, 1.0), (1, 3, 64.0), (2, 0, 32.0), (3, 0xffff_ffff, 512.0), (5, 7, 1024.0), (8, 1, 512.0)]
-        {
+        for (level, seed, pixels) in [
+            (0, 3, 1.0),
+            (1, 3, 64.0),
+            (2, 0, 32.0),
+            (3, 0xffff_ffff, 512.0),
+            (5, 7, 1024.0),
+            (8, 1, 512.0),
+            (8, 1, 1024.0),
+        ] {
             let cells = ScreenCells::of_pixels([pixels; 2]);
             let squares = ScreenSquares::new(level, seed, &cells);
             let (side, count) = (f64::from(1 << level), 1usize << (2 * level));
