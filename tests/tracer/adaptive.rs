@@ -224,6 +224,22 @@ impl SampleSink for Samples {
     }
 }
 
+/// A context that gets another size has the regions of that size, whose paths are other ones where the corner of the sequence is another.
+#[test]
+fn regions_follow_the_size() {
+    let density = Arc::new(ScreenDensity::new(&(0..64).map(f64::from).collect::<Vec<_>>()));
+    let context = context("cornell_spheres.xml", 5);
+    let starts =
+        |context: &RenderContext| (0..256).map(|path| context.screen.start(path)).collect::<Vec<_>>();
+    let adaptive = |context: RenderContext| {
+        let screen = ScreenSampling::adaptive(density.clone(), context.seed, &context.cells);
+        RenderContext { screen, ..context }
+    };
+    let [before, after] = [512, 256].map(|side| starts(&adaptive(context.clone().of_size([side; 2]))));
+    assert_ne!(before, after);
+    assert_eq!(after, starts(&adaptive(context.of_size([512; 2])).of_size([256; 2])));
+}
+
 /// The samples of an index do not depend on what the worker has traced before.
 #[test]
 fn samples_depend_on_the_index_alone() {

@@ -86,7 +86,9 @@ impl RenderContext {
 
     /// The same for a picture of so many pixels in width and height: camera paths are even within each.
     pub fn of_size(self, size: [u32; 2]) -> Self {
-        Self { cells: ScreenCells::of_picture(size, &self.window), ..self }
+        let cells = ScreenCells::of_picture(size, &self.window);
+        // The squares of an adaptive screen are those of one division.
+        Self { screen: self.screen.with_seed(self.seed, &cells), cells, ..self }
     }
 
     /// The random numbers of the camera path that begins at `index` of the sequence.
