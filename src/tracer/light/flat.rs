@@ -1,4 +1,5 @@
-//! Flat lights that are sampled uniformly by area: triangles, parallelograms, disks. They emit from the front.
+//! Flat lights: triangles, parallelograms, disks. They emit from the front, and are sampled uniformly by area, but for
+//! [rectangles](super::rectangle) that are close by.
 
 use glam::Vec3;
 
@@ -10,6 +11,7 @@ use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::{Disk, SurfacePoint, Triangle};
 
 use super::lights::surface_pdf;
+use super::rectangle::{Rectangle, SubtendedRectangle};
 use super::selector::LightBounds;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
@@ -29,6 +31,12 @@ pub trait FlatShape {
 
     /// Corners of the box around it.
     fn bounding_box(&self) -> [Vec3; 2];
+
+    /// The shape as seen from `p`, if it is a rectangle and so close that its points are not sampled alike from there.
+    #[inline]
+    fn close_rectangle(&self, _p: Vec3) -> Option<SubtendedRectangle<'_>> {
+        None
+    }
 }
 
 /// A flat shape that emits from its front.
@@ -61,13 +69,18 @@ impl<S: FlatShape> FlatLight<S> {
 impl ParallelogramLight {
     /// The light over `corner + x·a + y·b`, x and y in [0, 1], with unit front normal `n`.
     pub fn over(corner: Vec3, a: Vec3, b: Vec3, n: Vec3) -> Self {
-        Self::new(Parallelogram { corner, a, b, n })
+        Self::new(Parallelogram { corner, a, b, n, rectangle: Rectangle::new(corner, a, b, n) })
     }
 }
 
 impl<S: FlatShape> LightSource for FlatLight<S> {
     #[inline]
     fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
+        if let Some(rectangle) = self.shape.close_rectangle(at.p) {
+            let (target, pdf) = rectangle.sample(u);
+            let wi = (target - at.p).normalize();
+            return Some(LightSample { wi, target: Some(target), scale: 1.0, pdf, delta: false });
+        }
         let target = self.shape.position(u);
         let to = target - at.p;
         let distance2 = to.length_squared();
@@ -82,6 +95,9 @@ impl<S: FlatShape> LightSource for FlatLight<S> {
     #[inline]
     fn pdf(&self, at: LightSampleContext, _: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
         let Some(hit) = hit else { return PdfW::ZERO };
+        if let Some(rectangle) = self.shape.close_rectangle(at.p) {
+            return rectangle.pdf(hit.p);
+        }
         let to = hit.p - at.p;
         let distance2 = to.length_squared();
         let cos = -to.dot(hit.ng) * (1.0 / distance2.sqrt());
@@ -144,9 +160,16 @@ pub struct Parallelogram {
     a: Vec3,
     b: Vec3,
     n: Vec3,
+    /// The same, if its sides are perpendicular.
+    rectangle: Option<Rectangle>,
 }
 
 impl FlatShape for Parallelogram {
+    #[inline]
+    fn close_rectangle(&self, p: Vec3) -> Option<SubtendedRectangle<'_>> {
+        self.rectangle.as_ref()?.seen_from(p)
+    }
+
     fn area_pdf(&self) -> PdfA {
         PdfA((1.0 / self.a.as_dvec3().cross(self.b.as_dvec3()).length()) as f32)
     }
@@ -216,7 +239,7 @@ mod tests {
         let (corner, a, b) = (Vec3::new(1.0, -0.5, 0.3), Vec3::new(0.3, 1.5, 0.2), Vec3::new(-0.8, 0.4, 2.0));
         let triangle = Triangle::new([corner, corner + a, corner + b]).expect("a triangle");
         let disk = Disk::new(corner, a, b, DVec3::Z).expect("a disk");
-        let parallelogram = Parallelogram { corner, a, b, n: a.cross(b).normalize() };
+        let parallelogram = Parallelogram { corner, a, b, n: a.cross(b).normalize(), rectangle: None };
         let shapes: [&dyn FlatShape; 3] = [&triangle, &disk, &parallelogram];
         for shape in shapes {
             for u in [[0.1, 0.7], [0.9, 0.2], [0.45, 0.55]] {
