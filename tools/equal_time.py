@@ -74,6 +74,15 @@ def rel_mse(images, brightness=None):
     return (images.var(0, ddof=1) / scale[..., None]).mean(), (luminance.var(0, ddof=1) / scale).mean()
 
 
+def light_of(images):
+    """Mean luminance of pictures of different seeds, and its standard error."""
+    luminance = np.stack(images) @ WEIGHTS
+    means = luminance.mean((1, 2))
+    # The variance of two numbers is often far too small: that of the pixels, were they independent, is the least that is believed.
+    independent = luminance.var(0, ddof=1).mean() / luminance[0].size
+    return means.mean(), (max(means.var(ddof=1), independent) / len(means)) ** 0.5
+
+
 def ours(a, scene, spp, seed, method=None):
     """Pixels, tracing seconds, and the program's figures."""
     with tempfile.TemporaryDirectory() as place:
@@ -146,8 +155,7 @@ def measure_methods(a, path):
     for method in a.methods:
         seconds = sum(run[1] for run in runs[method]) / a.seeds
         error, of_y = (e * seconds / a.seconds for e in rel_mse([run[0] for run in runs[method]], median))
-        means = np.array([(run[0] @ WEIGHTS).mean() for run in runs[method]])
-        rows[method] = [spps[method], seconds, error, of_y, means.mean(), means.std(ddof=1) / a.seeds**0.5]
+        rows[method] = [spps[method], seconds, error, of_y, *light_of([run[0] for run in runs[method]])]
     most = max(row[4] for row in rows.values())
     below = lambda p, q: q[4] - p[4] > max(MISSED * q[4], CERTAIN * np.hypot(p[5], q[5]))
     partial = [m for m, row in rows.items() if any(below(row, other) for other in rows.values())]
@@ -179,11 +187,7 @@ class Timed:
         self.name, self.spp, self.seconds, self.seeds = name, spp, spent, seeds
         self.chosen = probe[2]["integrator"] if name == "auto" else name
         self.mean, self.variance, self.scale = images.mean(0), images.var(0, ddof=1), spent / seconds
-        luminance = images @ WEIGHTS
-        light = luminance.mean((1, 2))
-        # The variance of two numbers is often far too small: that of the pixels, were they independent, is the least that is believed.
-        independent = luminance.var(0, ddof=1).mean() / luminance[0].size
-        self.light, self.uncertainty = light.mean(), (max(light.var(ddof=1), independent) / seeds) ** 0.5
+        self.light, self.uncertainty = light_of(images)
 
     def below(self, other):
         """True if this shows significantly less light than `other`."""
