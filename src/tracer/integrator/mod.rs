@@ -118,7 +118,8 @@ pub trait Integrator: Send + Sync + 'static {
 
 /// A render divided into independent randomisations, whose differences give the error of their mean: one integrator for all
 /// indices, or one for each replicate, which take turns chunk by chunk
-/// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own.
+/// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own. They begin their camera paths in
+/// different pixels until there is one in each ([`cells`](crate::tracer::sampler::cells)); in any pixel they are independent.
 #[derive(Clone, Debug)]
 pub struct Replicated<I> {
     /// The integrators, one per replicate.
@@ -131,7 +132,8 @@ impl<I> Replicated<I> {
         let count = if divided { REPLICATES } else { 1 };
         let context_of = |r| {
             let seed = replicate_seed(context.seed, r);
-            RenderContext { seed, screen: context.screen.with_seed(seed, &context.cells), ..context.clone() }
+            let cells = if r == 0 { context.cells } else { context.cells.complement_of(context.seed) };
+            RenderContext { seed, screen: context.screen.with_seed(seed, &cells), cells, ..context.clone() }
         };
         Self { parts: (0..count).map(context_of).map(make).collect() }
     }
