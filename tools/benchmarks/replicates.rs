@@ -135,7 +135,9 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
             mine
         })
     };
-    Report::new(options, all(false), all(true)).print(&format!("{} {method}", path.display()));
+    // Undivided runs have the box filter: they are no reference for another.
+    let whole = if options.filter == SplatFilter::Box { all(false) } else { Vec::new() };
+    Report::new(options, whole, all(true)).print(&format!("{} {method}", path.display()));
     Ok(())
 }
 
@@ -265,11 +267,11 @@ impl Report {
         println!(
             "   spp  median: stated/true, held    p95                     p99                     root of relMSE"
         );
-        let count = self.whole[0].len();
+        let count = self.divided[0].len();
         for level in 0..count {
             let truths: Vec<[f64; 4]> = self.divided.iter().map(|run| self.truth(run, level)).collect();
             let cells: Vec<String> = (0..4).map(|figure| self.held(level, figure, &truths)).collect();
-            println!("{:6}  {}", self.whole[0][level].spp, cells.join("    "));
+            println!("{:6}  {}", self.divided[0][level].spp, cells.join("    "));
         }
         if filter != SplatFilter::Box {
             return;
