@@ -1,5 +1,7 @@
 //! Flat lights: triangles, parallelograms, disks. They emit from the front, and are sampled uniformly by area, but for
-//! [rectangles](super::rectangle) that are close by.
+//! [rectangles](super::rectangle) and [triangles](super::spherical_triangle) that are close by.
+
+use std::convert::Infallible;
 
 use glam::Vec3;
 
@@ -13,10 +15,46 @@ use crate::tracer::shape::{Disk, SurfacePoint, Triangle};
 use super::lights::surface_pdf;
 use super::rectangle::{Rectangle, SubtendedRectangle};
 use super::selector::LightBounds;
+use super::spherical_triangle::SubtendedTriangle;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
+
+/// A flat shape is seen from close by where the squared distance of its nearest point is below this share of that of its farthest.
+pub(super) const NEAR: f32 = 0.25;
+
+/// Least height above the plane of a shape that is seen from close by, as a share of the distance of its farthest point: the squares of smaller ones
+/// are lost in rounding.
+pub(super) const LEAST_HEIGHT: f32 = 1e-5;
+
+/// A flat shape as seen from a point before it, close by: its points are sampled by solid angle.
+pub trait SubtendedShape {
+    /// The point of the numbers `u`, and its density.
+    fn sample(&self, u: [f32; 2]) -> (Vec3, PdfW);
+
+    /// The density of a point of the shape.
+    fn pdf(&self, point: Vec3) -> PdfW;
+}
+
+/// Of a shape that is sampled uniformly by area from everywhere.
+impl SubtendedShape for Infallible {
+    fn sample(&self, _: [f32; 2]) -> (Vec3, PdfW) {
+        match *self {}
+    }
+
+    fn pdf(&self, _: Vec3) -> PdfW {
+        match *self {}
+    }
+}
 
 /// A flat surface whose points can be sampled uniformly by area.
 pub trait FlatShape {
+    /// The shape as seen from close by.
+    type Subtended<'a>: SubtendedShape
+    where
+        Self: 'a;
+
+    /// The shape as seen from `p`, where that is before its front and so close that its points are not sampled alike from there.
+    fn seen_from(&self, p: Vec3) -> Option<Self::Subtended<'_>>;
+
     /// The density of its points.
     fn area_pdf(&self) -> PdfA;
 
@@ -31,12 +69,6 @@ pub trait FlatShape {
 
     /// Corners of the box around it.
     fn bounding_box(&self) -> [Vec3; 2];
-
-    /// The shape as seen from `p`, if it is a rectangle and so close that its points are not sampled alike from there.
-    #[inline]
-    fn close_rectangle(&self, _p: Vec3) -> Option<SubtendedRectangle<'_>> {
-        None
-    }
 }
 
 /// A flat shape that emits from its front.
@@ -76,8 +108,8 @@ impl ParallelogramLight {
 impl<S: FlatShape> LightSource for FlatLight<S> {
     #[inline]
     fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
-        if let Some(rectangle) = self.shape.close_rectangle(at.p) {
-            let (target, pdf) = rectangle.sample(u);
+        if let Some(close) = self.shape.seen_from(at.p) {
+            let (target, pdf) = close.sample(u);
             let wi = (target - at.p).normalize();
             return Some(LightSample { wi, target: Some(target), scale: 1.0, pdf, delta: false });
         }
@@ -95,8 +127,8 @@ impl<S: FlatShape> LightSource for FlatLight<S> {
     #[inline]
     fn pdf(&self, at: LightSampleContext, _: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
         let Some(hit) = hit else { return PdfW::ZERO };
-        if let Some(rectangle) = self.shape.close_rectangle(at.p) {
-            return rectangle.pdf(hit.p);
+        if let Some(close) = self.shape.seen_from(at.p) {
+            return close.pdf(hit.p);
         }
         let to = hit.p - at.p;
         let distance2 = to.length_squared();
@@ -126,6 +158,13 @@ impl<S: FlatShape> LightSource for FlatLight<S> {
 }
 
 impl FlatShape for Triangle {
+    type Subtended<'a> = SubtendedTriangle;
+
+    #[inline]
+    fn seen_from(&self, p: Vec3) -> Option<SubtendedTriangle> {
+        SubtendedTriangle::new(self, p)
+    }
+
     fn area_pdf(&self) -> PdfA {
         PdfA(1.0 / self.area())
     }
@@ -165,8 +204,10 @@ pub struct Parallelogram {
 }
 
 impl FlatShape for Parallelogram {
+    type Subtended<'a> = SubtendedRectangle<'a>;
+
     #[inline]
-    fn close_rectangle(&self, p: Vec3) -> Option<SubtendedRectangle<'_>> {
+    fn seen_from(&self, p: Vec3) -> Option<SubtendedRectangle<'_>> {
         self.rectangle.as_ref()?.seen_from(p)
     }
 
@@ -201,6 +242,13 @@ impl FlatShape for Parallelogram {
 }
 
 impl FlatShape for Disk {
+    type Subtended<'a> = Infallible;
+
+    #[inline]
+    fn seen_from(&self, _: Vec3) -> Option<Infallible> {
+        None
+    }
+
     fn area_pdf(&self) -> PdfA {
         PdfA(1.0 / self.area())
     }
@@ -240,11 +288,10 @@ mod tests {
         let triangle = Triangle::new([corner, corner + a, corner + b]).expect("a triangle");
         let disk = Disk::new(corner, a, b, DVec3::Z).expect("a disk");
         let parallelogram = Parallelogram { corner, a, b, n: a.cross(b).normalize(), rectangle: None };
-        let shapes: [&dyn FlatShape; 3] = [&triangle, &disk, &parallelogram];
-        for shape in shapes {
-            for u in [[0.1, 0.7], [0.9, 0.2], [0.45, 0.55]] {
-                assert!(shape.position(u).distance(shape.point(u).p) < 1e-6);
-            }
+        for u in [[0.1, 0.7], [0.9, 0.2], [0.45, 0.55]] {
+            assert!(triangle.position(u).distance(FlatShape::point(&triangle, u).p) < 1e-6);
+            assert!(disk.position(u).distance(FlatShape::point(&disk, u).p) < 1e-6);
+            assert!(parallelogram.position(u).distance(parallelogram.point(u).p) < 1e-6);
         }
     }
 }

@@ -18,11 +18,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 
-/// A rectangle is sampled this way where the squared distance of its nearest point is below this share of that of its farthest.
-const NEAR: f32 = 0.25;
-
-/// Least height above the plane of a rectangle, as a share of the distance of its farthest point: the squares of smaller ones are lost in rounding.
-const LEAST_HEIGHT: f32 = 1e-5;
+use super::flat::{LEAST_HEIGHT, NEAR, SubtendedShape};
 
 /// Greatest cosine between the sides.
 const RIGHT_ANGLE: f32 = 1e-5;
@@ -107,10 +103,9 @@ impl SineRange {
     }
 }
 
-impl SubtendedRectangle<'_> {
-    /// The point of the numbers `u`, and its density.
+impl SubtendedShape for SubtendedRectangle<'_> {
     #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> (Vec3, PdfW) {
+    fn sample(&self, u: [f32; 2]) -> (Vec3, PdfW) {
         let Self { rectangle: Rectangle { corner, x, y, .. }, x: [low, high], z, .. } = *self;
         let angle = self.angle();
         let (sin, cos) = (u[0] * angle).sin_cos();
@@ -123,14 +118,15 @@ impl SubtendedRectangle<'_> {
         (point, PdfW(1.0 / (angle * sines.difference)))
     }
 
-    /// The density of a point of the rectangle.
     #[inline]
-    pub fn pdf(&self, point: Vec3) -> PdfW {
+    fn pdf(&self, point: Vec3) -> PdfW {
         let at_x = self.x[0] + (point - self.rectangle.corner).dot(self.rectangle.x);
         let sines = SineRange::new(self.y, at_x * at_x + self.z * self.z);
         PdfW(1.0 / (self.angle() * sines.difference))
     }
+}
 
+impl SubtendedRectangle<'_> {
     /// The angle under which the range of x is seen.
     #[inline]
     fn angle(&self) -> f32 {
