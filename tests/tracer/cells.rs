@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use pointillist::color::Xyz;
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, Integrator, PathTracer, PhotonTracer, RenderContext,
+    BidirectionalTracer, Integrator, PathTracer, PhotonTracer, RenderContext, Replicated,
 };
 use pointillist::tracer::{Camera, Scene};
 
@@ -88,4 +88,25 @@ fn groups_of_a_pixel_have_stratified_wavelengths() {
         by_chance += usize::from(eighths(&next) == 8);
     }
     assert!(by_chance <= 2, "{by_chance}");
+}
+
+/// The two randomisations of a picture share out its pixels: at one sample per pixel each has one.
+#[test]
+fn one_sample_per_pixel_is_one_in_each() {
+    const SIDE: usize = 64;
+
+    struct Counts(Vec<u32>);
+
+    impl SampleSink for Counts {
+        fn camera(&mut self, uv: [f32; 2], _: Xyz, _: f32) {
+            let [x, y] = uv.map(|c| (c * SIDE as f32) as usize);
+            self.0[y * SIDE + x] += 1;
+        }
+        fn light(&mut self, _: [f32; 2], _: Xyz) {}
+    }
+
+    let tracer = Replicated::new(&context(SIDE as u32), true, PathTracer::from);
+    let mut counts = Counts(vec![0; SIDE * SIDE]);
+    (0..(SIDE * SIDE) as u64).for_each(|index| tracer.trace(index, &mut Default::default(), &mut counts));
+    assert!(counts.0.iter().all(|count| *count == 1), "{:?}", counts.0);
 }

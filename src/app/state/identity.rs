@@ -11,7 +11,7 @@ use crate::app::run_spec::RunSpec;
 use crate::client::lod::power_of_two_below;
 use crate::color::Xyz;
 use crate::scene::desc::IntegratorKind;
-use crate::stream::{CHUNK, Sample, SampleSink};
+use crate::stream::{CHUNK, REPLICATES, Sample, SampleSink};
 use crate::tracer::integrator::{
     BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, VcmTracer,
 };
@@ -23,7 +23,7 @@ use crate::tracer::{Camera, Integrator, Sampler, Scene};
 pub struct Identity {
     /// Hash of all files of the scene.
     pub scene: String,
-    /// Hash of the samples of the first chunk, and of random numbers far out in the sequence: it differs where another version of the
+    /// Hash of the samples of the first chunk, and of random numbers of each randomisation: it differs where another version of the
     /// program, another processor or another library of mathematical functions computes other samples.
     pub samples: String,
     /// The unit of colours in the sums, a power of two at the mean luminance of these samples. It does not depend on the part of the
@@ -39,7 +39,10 @@ impl Identity {
     /// When a file cannot be read any more.
     pub fn of(run: &RunSpec, files: &[PathBuf], scene: &Arc<Scene>, camera: &Camera) -> Result<Self> {
         let mut first = FirstChunk::trace(run, scene, camera);
-        first.take_late_numbers(&render_context(run, scene.clone(), camera.clone(), run.film.window()));
+        let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
+        for replicate in 0..if run.replicated { REPLICATES } else { 1 } {
+            first.take_numbers(&context.of_replicate(replicate));
+        }
         let samples = first.hash.finalize().to_hex()[..32].to_string();
         Ok(Self { scene: hash_of_files(files)?, samples, luminance_scale: first.luminance_scale() })
     }
@@ -89,19 +92,22 @@ impl FirstChunk {
         first
     }
 
-    /// Hashes random numbers of a path, and of a group of 2^5 that shares 2^4 light subpaths, far out in the sequence: the samples of the first
-    /// chunk depend on the corner of the sequence alone, not on the division of the screen into cells.
-    fn take_late_numbers(&mut self, context: &RenderContext) {
-        const LATE: u64 = 1 << 40;
-        let path = Sampler::in_cells(LATE, context.seed, &context.cells);
-        let numbers = path.vertex(1);
-        let group = context.cells.visit_of_group(LATE, 5, context.seed);
-        let light = LightSampler::of_group(group, 4, 1).vertex(1);
-        for x in path.camera().screen {
-            self.hash.update(&x.to_bits().to_le_bytes());
-        }
-        for f in [numbers.light, numbers.bsdf, light.light, light.bsdf].concat() {
-            self.hash.update(&f.to_bits().to_le_bytes());
+    /// Hashes random numbers of a randomisation at its start, and far out in the sequence: the samples of the first chunk are of the first randomisation,
+    /// and depend on the corner of the sequence alone, not on the division of the screen into cells.
+    fn take_numbers(&mut self, context: &RenderContext) {
+        for index in [0, 1 << 40] {
+            let path = Sampler::in_cells(index, context.seed, &context.cells);
+            let (start, vertices) = (path.camera(), [path.vertex(0), path.vertex(1)]);
+            // Of a group of 2^5 paths that shares 2^4 light subpaths.
+            let group = context.cells.visit_of_group(index, 5, context.seed);
+            let light = LightSampler::of_group(group, 4, 1).vertex(1);
+            for x in start.screen {
+                self.hash.update(&x.to_bits().to_le_bytes());
+            }
+            let directions = vertices.iter().chain([&light]).flat_map(|v| [v.light, v.bsdf]);
+            for f in directions.flatten().chain([start.wavelength, start.time]) {
+                self.hash.update(&f.to_bits().to_le_bytes());
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::scene::desc::{IntegratorDesc, PhotonDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, White};
-use crate::stream::{FaultyValue, MAX_VALUE, UvWindow, faults};
+use crate::stream::{FaultyValue, MAX_VALUE, UvWindow, faults, replicate_seed};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::camera::CameraView;
@@ -89,6 +89,13 @@ impl RenderContext {
         let cells = ScreenCells::of_picture(size, &self.window);
         // The squares of an adaptive screen are those of one division.
         Self { screen: self.screen.with_seed(self.seed, &cells), cells, ..self }
+    }
+
+    /// The same for a replicate of the picture: another randomisation of the sequence.
+    pub fn of_replicate(&self, replicate: usize) -> Self {
+        let seed = replicate_seed(self.seed, replicate);
+        let cells = if replicate == 0 { self.cells } else { self.cells.beside(self.seed) };
+        Self { seed, screen: self.screen.with_seed(seed, &cells), cells, ..self.clone() }
     }
 
     /// The random numbers of the camera path that begins at `index` of the sequence.

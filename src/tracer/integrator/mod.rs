@@ -60,7 +60,7 @@ pub use path::PathTracer;
 pub use photon::{PhotonScratch, PhotonTracer, SeesPhotons};
 pub use vcm::{VcmScratch, VcmTracer};
 
-use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate, replicate_seed};
+use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate};
 
 /// Turns one point of the sample sequence into samples on the stream.
 ///
@@ -118,8 +118,8 @@ pub trait Integrator: Send + Sync + 'static {
 
 /// A render divided into independent randomisations, whose differences give the error of their mean: one integrator for all
 /// indices, or one for each replicate, which take turns chunk by chunk
-/// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own. They begin their camera paths in
-/// different pixels until there is one in each ([`cells`](crate::tracer::sampler::cells)); in any pixel they are independent.
+/// ([`replicate`](crate::stream::replicate())). Each replicate has a photon map of its own. Where they
+/// are not through a round of all pixels they have visited different ones ([`cells`](crate::tracer::sampler::cells)).
 #[derive(Clone, Debug)]
 pub struct Replicated<I> {
     /// The integrators, one per replicate.
@@ -130,12 +130,7 @@ impl<I> Replicated<I> {
     /// Integrators that `make` makes of `context` with the seed of each replicate, or of `context` alone unless `divided`.
     pub fn new(context: &RenderContext, divided: bool, make: impl FnMut(RenderContext) -> I) -> Self {
         let count = if divided { REPLICATES } else { 1 };
-        let context_of = |r| {
-            let seed = replicate_seed(context.seed, r);
-            let cells = if r == 0 { context.cells } else { context.cells.complement_of(context.seed) };
-            RenderContext { seed, screen: context.screen.with_seed(seed, &cells), cells, ..context.clone() }
-        };
-        Self { parts: (0..count).map(context_of).map(make).collect() }
+        Self { parts: (0..count).map(|r| context.of_replicate(r)).map(make).collect() }
     }
 }
 

@@ -16,34 +16,8 @@ use super::lights::surface_pdf;
 use super::rectangle::{Rectangle, SubtendedRectangle};
 use super::selector::LightBounds;
 use super::spherical_triangle::SubtendedTriangle;
+use super::subtended::SubtendedShape;
 use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
-
-/// A flat shape is seen from close by where the squared distance of its nearest point is below this share of that of its farthest.
-pub(super) const NEAR: f32 = 0.25;
-
-/// Least height above the plane of a shape that is seen from close by, as a share of the distance of its farthest point: the squares of smaller ones
-/// are lost in rounding.
-pub(super) const LEAST_HEIGHT: f32 = 1e-5;
-
-/// A flat shape as seen from a point before it, close by: its points are sampled by solid angle.
-pub trait SubtendedShape {
-    /// The point of the numbers `u`, and its density.
-    fn sample(&self, u: [f32; 2]) -> (Vec3, PdfW);
-
-    /// The density of a point of the shape.
-    fn pdf(&self, point: Vec3) -> PdfW;
-}
-
-/// Of a shape that is sampled uniformly by area from everywhere.
-impl SubtendedShape for Infallible {
-    fn sample(&self, _: [f32; 2]) -> (Vec3, PdfW) {
-        match *self {}
-    }
-
-    fn pdf(&self, _: Vec3) -> PdfW {
-        match *self {}
-    }
-}
 
 /// A flat surface whose points can be sampled uniformly by area.
 pub trait FlatShape {
@@ -52,7 +26,7 @@ pub trait FlatShape {
     where
         Self: 'a;
 
-    /// The shape as seen from `p`, where that is before its front and so close that its points are not sampled alike from there.
+    /// The shape as seen from `p`, where that is before its front and so close that points are sampled by solid angle.
     fn seen_from(&self, p: Vec3) -> Option<Self::Subtended<'_>>;
 
     /// The density of its points.
@@ -111,7 +85,9 @@ impl<S: FlatShape> LightSource for FlatLight<S> {
         if let Some(close) = self.shape.seen_from(at.p) {
             let (target, pdf) = close.sample(u);
             let wi = (target - at.p).normalize();
-            return Some(LightSample { wi, target: Some(target), scale: 1.0, pdf, delta: false });
+            // The target is rounded: where coordinates are large it may lie in the plane of the lit point.
+            let seen = -wi.dot(self.shape.normal()) > 0.0;
+            return seen.then_some(LightSample { wi, target: Some(target), scale: 1.0, pdf, delta: false });
         }
         let target = self.shape.position(u);
         let to = target - at.p;

@@ -6,7 +6,7 @@
 //! directional environment sun_sky                      what is infinitely far away
 //! lights      all lights of a scene: sampling one from a lit point, and the density of a direction; rays that leave lights, and
 //!             their densities: how light subpaths begin
-//! rectangle spherical_triangle                         points on flat lights that are close by
+//! subtended rectangle spherical_triangle               points on flat lights that are close by
 //! casters     what light subpaths are aimed at
 //! selector    which light a point samples: one, few that are all looked at, or a tree of them; how much light each may bring
 //! tree        the tree of many lights
@@ -44,6 +44,7 @@ mod selector;
 mod sphere;
 mod spherical_triangle;
 mod spot;
+mod subtended;
 mod sun_sky;
 mod textured;
 mod tree;

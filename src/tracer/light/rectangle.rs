@@ -18,7 +18,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 
-use super::flat::{LEAST_HEIGHT, NEAR, SubtendedShape};
+use super::subtended::{LEAST_HEIGHT, NEAR_OVER_FAR_SQUARED, SubtendedShape};
 
 /// Greatest cosine between the sides.
 const RIGHT_ANGLE: f32 = 1e-5;
@@ -75,7 +75,7 @@ impl Rectangle {
         let farthest = |[low, high]: [f32; 2]| high.max(-low);
         let distance2 = |of: fn([f32; 2]) -> f32| of(x).powi(2) + of(y).powi(2) + z * z;
         let (nearest2, farthest2) = (distance2(nearest), distance2(farthest));
-        let close = nearest2 < NEAR * farthest2 && z > LEAST_HEIGHT * farthest2.sqrt();
+        let close = nearest2 < NEAR_OVER_FAR_SQUARED * farthest2 && z > LEAST_HEIGHT * farthest2.sqrt();
         close.then_some(SubtendedRectangle { rectangle: self, x, y, z })
     }
 }

@@ -17,6 +17,9 @@
 //! Light subpaths begin at block L = 2^16. Their vertex 0 is the first surface point after the light, and it is connected to
 //! the lens. No path has 2^16 vertices (Russian roulette ends it before), so camera and light subpaths share no block.
 //!
+//! The second randomisation of a picture assigns dimensions 2 to 5 of block 0 in another order, and shares the leading digits of the place on the
+//! screen with the first ([`cells`]).
+//!
 //! A path may split. Its branches use the same dimensions and exchange the leading digits of every number
 //! ([`Sampler::branch`]).
 //!

@@ -81,8 +81,9 @@ pub fn padded_block(index: [u32; 2], key: &BlockKey) -> Coordinates {
     scramble(point_reversed(key.shuffle(index)), key)
 }
 
+/// The coordinates of a point, whose digits are in reversed order, scrambled and in natural order.
 #[inline(always)]
-fn scramble(x: Coordinates, key: &BlockKey) -> Coordinates {
+pub fn scramble(x: Coordinates, key: &BlockKey) -> Coordinates {
     let mut out = [0; DIMENSIONS];
     for d in 0..DIMENSIONS {
         out[d] = owen_reversed(x[d], key.dimensions[d]);

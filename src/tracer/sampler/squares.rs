@@ -76,18 +76,22 @@ mod tests {
             (8, 1, 512.0),
             (8, 1, 1024.0),
         ] {
-            let cells = ScreenCells::of_pixels([pixels; 2]);
-            let squares = ScreenSquares::new(level, seed, &cells);
-            let (side, count) = (f64::from(1 << level), 1usize << (2 * level));
-            for block in [0, 1, 2, 7, 1 << 20 | 5, (1 << 44) - 1] {
-                let mut seen = vec![false; count];
-                for square in 0..count {
-                    let index = squares.index(square, block);
-                    assert_eq!(index >> (2 * level), block);
-                    assert!(!std::mem::replace(&mut seen[(index as usize) & (count - 1)], true));
-                    let at =
-                        Sampler::in_cells(index, seed, &cells).camera().screen.map(|x| (x * side) as u32);
-                    assert_eq!(interleave(at) as usize, square, "level {level}, index {index}");
+            for cells in [false, true].map(|second| {
+                let cells = ScreenCells::of_pixels([pixels; 2]);
+                if second { cells.beside(5) } else { cells }
+            }) {
+                let squares = ScreenSquares::new(level, seed, &cells);
+                let (side, count) = (f64::from(1 << level), 1usize << (2 * level));
+                for block in [0, 1, 2, 7, 1 << 20 | 5, (1 << 44) - 1] {
+                    let mut seen = vec![false; count];
+                    for square in 0..count {
+                        let index = squares.index(square, block);
+                        assert_eq!(index >> (2 * level), block);
+                        assert!(!std::mem::replace(&mut seen[(index as usize) & (count - 1)], true));
+                        let at =
+                            Sampler::in_cells(index, seed, &cells).camera().screen.map(|x| (x * side) as u32);
+                        assert_eq!(interleave(at) as usize, square, "level {level}, index {index}");
+                    }
                 }
             }
         }
