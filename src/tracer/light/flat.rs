@@ -270,4 +270,31 @@ mod tests {
             assert!(parallelogram.position(u).distance(parallelogram.point(u).p) < 1e-6);
         }
     }
+
+    /// Where coordinates are a thousand times as large as a light, rounding may move its points through the plane of what it lights: no sample then,
+    /// and none that leaves its back.
+    #[test]
+    fn a_rounded_point_is_seen_from_the_front_or_not_at_all() {
+        let corner = Vec3::new(3001.7, -1999.3, 4003.1);
+        let (a, b) = (Vec3::new(1.3, 0.4, -0.2), Vec3::new(-0.3, 1.0, 0.05));
+        let triangle = Triangle::new([corner, corner + a, corner + b]).expect("a triangle");
+        let b = triangle.n.cross(a);
+        let rectangle = ParallelogramLight::over(corner, a, b, triangle.n);
+        let triangle = TriangleLight::new(triangle);
+        let (mut seen, mut close) = (0, 0);
+        for i in 0..1000 {
+            let u = [0.6180, 0.7548, 0.5698].map(|step| (i as f32 * step).fract());
+            let p = corner + a * (0.5 * u[0]) + b * (0.4 * u[1]) + triangle.shape.n * (1e-3 * u[2]);
+            let at = LightSampleContext { p, n: Vec3::ZERO, through: true, glossy: false };
+            close +=
+                u32::from(triangle.shape.seen_from(p).is_some() && rectangle.shape.seen_from(p).is_some());
+            for sample in
+                [triangle.sample(at, [u[1], u[2]]), rectangle.sample(at, [u[1], u[2]])].into_iter().flatten()
+            {
+                assert!(-sample.wi.dot(triangle.shape.n) > 0.0 && sample.pdf.0 > 0.0, "{sample:?}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 100 && close > 100, "{seen} samples, {close} close by");
+    }
 }
