@@ -30,7 +30,7 @@ pub const FROM_LIGHT: Policy = Policy { latest: 3, survival: 2.0 };
 /// 8 % (a room with lights in a cove) lower than by [`FROM_LIGHT`].
 pub const CONNECTED_FROM_LIGHT: Policy = Policy { latest: 2, survival: 1.0 };
 
-/// Camera subpaths, which are cheap beside the light subpaths that they are connected to. relMSE times time of bidirectional path tracing over
+/// Camera subpaths, each connected to the light subpaths of a group. relMSE times time of bidirectional path tracing over
 /// that with 1.5, 128², luminance: behind a door .86, `rough.xml` .91, `staircase2` .95, cove .98, Cornell box .98, `veach-bidir` 1.04, with
 /// mirror and glass 1.05.
 pub const FROM_CAMERA: Policy = Policy { latest: 3, survival: 3.0 };

@@ -169,4 +169,19 @@ mod tests {
         assert_eq!(usual.0, other.0);
         assert_ne!(usual.1, other.1);
     }
+
+    /// Of two renders whose first randomisation is the same, one of which has a second, the identities differ: its numbers are in the hash.
+    #[test]
+    fn the_second_randomisation_is_part_of_the_identity() {
+        let source = SceneWords::try_parse_from(["render", "scenes/cornell.xml"]).expect("arguments").source;
+        let input = load::load(&source).expect("the scene can be read");
+        let desc = &input.loaded.desc;
+        let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
+        let camera = Camera::of(desc).expect("the camera is valid");
+        let [one, two] = [false, true].map(|replicated| {
+            let run = RunSpec { replicated, ..RunSpec::of(&source, &input, "cpu".to_string()) };
+            Identity::of(&run, &[], &scene, &camera).expect("no files").samples
+        });
+        assert_ne!(one, two);
+    }
 }
