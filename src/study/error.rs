@@ -13,7 +13,7 @@
 
 use crate::image::compare::luminance;
 use crate::math::bits::mix;
-use crate::study::interval::{Interval, Z90};
+use crate::study::interval::{Interval, Z90, student_95};
 
 /// Width and height of a tile in pixels.
 pub const TILE: usize = 8;
@@ -30,6 +30,11 @@ const MIN_TILES: usize = 16;
 
 /// Number of half-samples from which intervals are estimated.
 const HALF_SAMPLES: usize = 16;
+
+/// Half of a 90 % interval in standard deviations that so many half-samples estimate.
+fn half_interval() -> f64 {
+    student_95((HALF_SAMPLES - 1) as f64)
+}
 
 /// The light of the largest samples is spread over so many tiles to each side.
 const SPREAD: usize = 2;
@@ -107,7 +112,9 @@ pub struct ErrorField {
     mean: f64,
 }
 
-/// Errors of a picture. Each interval contains the true error of this very picture with a probability of 90 %.
+/// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. It
+/// contains it less often where light is found late, which neither replicate can know of, and that of relMSE where light subpaths are
+/// shared over the picture: `tools/README.md` has how often, scene by scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorEstimate {
     /// Relative errors that 50 %, 95 % and 99 % of the tiles stay below.
@@ -327,7 +334,8 @@ impl ErrorField {
     ///
     /// The variance of each number is estimated by balanced half-samples (McCarthy 1969): recomputing a number from a
     /// random half of each tile scatters it by about as much as the number itself scatters. The true error of this picture
-    /// varies as much again, independently, which makes the factor 2 in the interval.
+    /// varies as much again, independently, which makes the factor 2 in the interval. Student's t allows for the small number of
+    /// half-samples.
     pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4);
@@ -351,7 +359,8 @@ impl ErrorField {
         // Around their own mean, because quantiles of fewer pixels all lie further out.
         let count = HALF_SAMPLES as f64;
         let variance = |i: usize| ((squares[i] - sums[i] * sums[i] / count) / (count - 1.0)).max(0.0);
-        let interval = |i: usize| Interval::of_log(whole[i], (2.0 * variance(i)).sqrt());
+        let widened = half_interval() / Z90;
+        let interval = |i: usize| Interval::of_log(whole[i], widened * (2.0 * variance(i)).sqrt());
         ErrorEstimate {
             relative: [interval(0), interval(1), interval(2)],
             rel_mse: interval(3),
@@ -365,7 +374,7 @@ impl ErrorEstimate {
     /// fit.
     pub fn log_deviation(interval: &Interval) -> f64 {
         if interval.value > 0.0 {
-            (interval.high / interval.value).ln() / Z90 / std::f64::consts::SQRT_2
+            (interval.high / interval.value).ln() / half_interval() / std::f64::consts::SQRT_2
         } else {
             0.0
         }

@@ -3,7 +3,7 @@
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::data::{CurvePoint, MethodResult, ReferenceImage, TimeToError};
 use crate::study::error::ErrorEstimate;
-use crate::study::interval::Interval;
+use crate::study::interval::{Interval, student_95};
 use crate::study::measurement::{FIGURES, RenderMeasurement};
 use crate::study::prediction::time_reached;
 
@@ -115,13 +115,15 @@ fn line(points: &[CurvePoint], kind: ErrorMeasure, x: &dyn Fn(&CurvePoint) -> f6
     PowerLaw::free(&checkpoints[recent.min(checkpoints.len().saturating_sub(3))..])
 }
 
-/// Standard deviation of the logarithm of an error; the interval of a single run contains the variance of two pictures.
+/// Standard deviation of the logarithm of an error, from the interval that one run states or from that of the mean of several.
 fn deviation(interval: &Interval, runs: usize) -> f64 {
     if interval.value <= 0.0 || interval.low <= 0.0 {
         return 0.3;
     }
-    let one = ErrorEstimate::log_deviation(interval);
-    if runs == 1 { one } else { one * std::f64::consts::SQRT_2 }
+    match runs {
+        1 => ErrorEstimate::log_deviation(interval),
+        _ => (interval.high / interval.value).ln() / student_95(runs as f64 - 1.0),
+    }
 }
 
 /// Joins the runs of one budget; a single run keeps its own interval.

@@ -13,7 +13,8 @@
 //!    that one of them has hit would seem bright, its error small. So the light of the largest samples of each tile is spread
 //!    over its neighbourhood first ([`largest`]).
 //! 3. [`error`], [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below,
-//!    each with an [`Interval`] that contains the true error of this very picture with a probability of 90 %.
+//!    each with an [`Interval`] that contains the true error of this very picture with a probability of 90 %, but less often where
+//!    light is found late ([`late`]).
 //! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] (`monitor.rs`, run by `app/observer.rs` on a thread) takes checkpoints of
 //!    the error during a render, fits a power law through them and predicts the time to the target. It is silent before 4
 //!    samples per pixel and predicts nothing before 8. Every prediction is scored afterwards.

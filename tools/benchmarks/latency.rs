@@ -22,12 +22,15 @@ pub struct Arguments {
     /// The scene file
     #[arg(default_value = "scenes/cornell.xml")]
     scene: String,
+    /// Options of `pointillist view`, after `--`
+    #[arg(last = true)]
+    options: Vec<String>,
 }
 
 /// Prints what the edits took.
 pub fn run(arguments: &Arguments) -> Outcome {
-    let Arguments { side, edits, ref scene } = *arguments;
-    let [p50, p95, p99] = quantiles(measure(side, edits, scene, &[])?, [0.5, 0.95, 0.99]);
+    let Arguments { side, edits, ref scene, ref options } = *arguments;
+    let [p50, p95, p99] = quantiles(measure(side, edits, scene, options)?, [0.5, 0.95, 0.99]);
     println!(
         "{side}x{side}, {edits} edits, input to changed pixels: p50 {p50:.1} ms, p95 {p95:.1}, p99 {p99:.1}"
     );

@@ -3,7 +3,8 @@
 //! Every scene is rendered again and again, each time with another seed, undivided and divided into two replicates. The reference
 //! of each picture is the mean of all others. With a Gaussian filter there are divided runs and the first table only.
 //!
-//! First table: stated over true error, half a 90 % interval's logarithm, and how often the intervals held the picture's true error.
+//! First table: stated over true error, half a 90 % interval's logarithm as stated and as the runs scatter, and how often the
+//! intervals held the picture's true error.
 //! Second table: error of each way to divide a run over that of an undivided one. Independent randomisations follow from the
 //! undivided runs' own curve, V(n): R of them have V(N/R)/R. Aligned quarters of one sequence cost nothing; what they state is too
 //! much, by as much as the quarters are better together than alone.
@@ -18,6 +19,7 @@ use pointillist::image::compare::luminance;
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
+use pointillist::study::interval::Z90;
 use pointillist::study::{ErrorField, Interval, Replicates, TileSubset};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated, VcmTracer,
@@ -108,7 +110,7 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
     desc.integrator.kind = kinds
         .into_iter()
         .find(|(name, _)| *name == method)
-        .ok_or("the methods are path, light, bidirectional and photon")?
+        .ok_or("the methods are path, light, bidirectional, photon and vcm")?
         .1;
     let (scene, camera) = (Arc::new(Scene::prepare(&desc)?), Camera::of(&desc)?);
     let run = |seed: u32, divided: bool| {
@@ -265,7 +267,7 @@ impl Report {
         let Options { side, runs, filter, .. } = self.options;
         println!("{name}, {side}x{side}, {runs} runs each way, {filter:?}");
         println!(
-            "   spp  median: stated/true, held    p95                     p99                     root of relMSE"
+            "   spp  median: stated/true, held     p95                           p99                           root of relMSE"
         );
         let count = self.divided[0].len();
         for level in 0..count {
@@ -301,19 +303,22 @@ impl Report {
         }
     }
 
-    /// One figure of the replicates: stated over true, half the interval's logarithm, share that held.
+    /// One figure of the replicates: stated over true; half the logarithm of its 90 % interval, as stated and (in brackets) as the
+    /// runs scatter; the share of intervals that held.
     fn held(&self, level: usize, figure: usize, truths: &[[f64; 4]]) -> String {
-        let (mut held, mut logs, mut width, mut known) = (0.0, 0.0, 0.0, 0.0f64);
+        let (mut held, mut logs, mut squares, mut width, mut known) = (0.0, 0.0, 0.0, 0.0, 0.0f64);
         for (run, truth) in self.divided.iter().zip(truths) {
             let Some(stated) = run[level].stated.map(|stated| stated[figure]) else { continue };
             let root = if figure == 3 { 0.5 } else { 1.0 };
             held += f64::from(u8::from(stated.holds(truth[figure])));
-            logs += root * (stated.value / truth[figure]).ln();
+            let log = root * (stated.value / truth[figure]).ln();
+            (logs, squares) = (logs + log, squares + log * log);
             width += root * (stated.high / stated.low).ln() / 2.0;
             known += 1.0;
         }
         let k = known.max(1.0);
-        format!("{:.3} ±{:.3} {:3.0} %", (logs / k).exp(), width / k, 100.0 * held / k)
+        let scatter = Z90 * ((squares - logs * logs / k).max(0.0) / (k - 1.0).max(1.0)).sqrt();
+        format!("{:.3} ±{:.3} ({scatter:.3}) {:3.0} %", (logs / k).exp(), width / k, 100.0 * held / k)
     }
 
     /// Error stated by the quarters over the true one, of luminance.

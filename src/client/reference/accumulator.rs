@@ -3,19 +3,23 @@
 //! A band goes through splat, fold, variance splat and variance fold while its texels are in the cache;
 //! texels depend on nothing outside their band, so the result is that of whole-image passes.
 
+use std::ops::Range;
+
 use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::client::error::ClientError;
 use crate::client::reference::exact::ExactTexel;
 use crate::client::reference::fold::fold;
-use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, splat_color};
+use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, splat_color, touched};
 use crate::client::reference::variance::{Means, VarianceParameters, splat_variance};
 use crate::client::settings::{FilmSpec, Summation};
 use crate::image::Grid;
 
 /// Sums of one stream over the padded film.
 pub struct Accumulator {
+    /// What the sums hold is not to be read: they count as zeros until the next batch.
+    cleared: bool,
     width: usize,
     hi: Vec<Vec4>,
     lo: Vec<Vec4>,
@@ -24,28 +28,88 @@ pub struct Accumulator {
     variance_lo: Vec<f32>,
 }
 
-/// Buffers that a thread reuses from band to band.
+/// Buffers that are reused from band to band. Only what a band's sprites touch is defined.
 #[derive(Default)]
 struct BandScratch {
+    runs: Vec<bool>,
+    touched: Vec<Range<usize>>,
     color: Vec<Vec4>,
     variance: Vec<f32>,
     means: Means,
 }
 
+/// The sums of a band.
+struct AccumulatorBand<'a> {
+    hi: &'a mut [Vec4],
+    lo: &'a mut [Vec4],
+    /// Empty where no variance is kept.
+    variance_hi: &'a mut [f32],
+    variance_lo: &'a mut [f32],
+}
+
+impl AccumulatorBand<'_> {
+    fn clear(&mut self) {
+        self.hi.fill(Vec4::ZERO);
+        self.lo.fill(Vec4::ZERO);
+        self.variance_hi.fill(0.0);
+        self.variance_lo.fill(0.0);
+    }
+}
+
 impl BandScratch {
+    /// Adds the sprites of a band to its sums. The variance is that of `sprites`. The colour is that of `colors`: the same sprites, but
+    /// those of dense cells merged, which adds nothing to other texels.
+    fn add(
+        &mut self,
+        p: VarianceParameters,
+        band: Band,
+        sprites: &[Sprite],
+        colors: &[Sprite],
+        sums: &mut AccumulatorBand<'_>,
+    ) {
+        self.touched.clear();
+        touched(p.filter, band, sprites, &mut self.runs, &mut self.touched);
+        if self.touched.is_empty() {
+            return;
+        }
+        if sums.variance_hi.is_empty() {
+            return self.add_color(p, band, colors, sums);
+        }
+        self.means.resize(sums.hi.len());
+        for texels in &self.touched {
+            self.means.set_old(texels.clone(), sums.hi, sums.lo);
+        }
+        self.add_color(p, band, colors, sums);
+        for texels in &self.touched {
+            self.means.set_new(texels.clone(), sums.hi, sums.lo);
+        }
+        self.variance.resize(sums.hi.len(), 0.0);
+        for part in sprites.chunks(p.samples_per_sum) {
+            self.touched.iter().for_each(|texels| self.variance[texels.clone()].fill(0.0));
+            splat_variance(p, band, part, &self.means, &mut self.variance);
+            for texels in self.touched.iter().cloned() {
+                let (hi, lo) = (&mut sums.variance_hi[texels.clone()], &mut sums.variance_lo[texels.clone()]);
+                fold(Summation::TwoFloat, hi, lo, &self.variance[texels]);
+            }
+        }
+    }
+
     /// Splats and folds the colour of a band.
     fn add_color(
         &mut self,
         p: VarianceParameters,
         band: Band,
         sprites: &[Sprite],
-        hi: &mut [Vec4],
-        lo: &mut [Vec4],
+        sums: &mut AccumulatorBand<'_>,
     ) {
+        self.color.resize(sums.hi.len(), Vec4::ZERO);
         for part in sprites.chunks(p.samples_per_sum) {
-            reset(&mut self.color, hi.len(), Vec4::ZERO);
+            self.touched.iter().for_each(|texels| self.color[texels.clone()].fill(Vec4::ZERO));
             splat_color(p.filter, band, part, &mut self.color);
-            fold(p.sums, hi, lo, &self.color);
+            for texels in self.touched.iter().cloned() {
+                let (hi, lo) = (&mut sums.hi[texels.clone()], &mut sums.lo[texels.clone()]);
+                fold(p.sums, hi, lo, &self.color[texels]);
+            }
         }
     }
 }
@@ -64,7 +128,14 @@ impl Accumulator {
             Some(_) => Grid::try_filled(width, height, 0.0).map(Grid::into_pixels).ok_or_else(no_memory),
             None => Ok(Vec::new()),
         };
-        Ok(Self { width, hi: colors()?, lo: colors()?, variance_hi: floats()?, variance_lo: floats()? })
+        Ok(Self {
+            cleared: false,
+            width,
+            hi: colors()?,
+            lo: colors()?,
+            variance_hi: floats()?,
+            variance_lo: floats()?,
+        })
     }
 
     /// The error for images of this film's size that did not fit.
@@ -88,29 +159,29 @@ impl Accumulator {
             let spread = if w > 0.0 { squares.to_f64() - y * y / w } else { 0.0 };
             *variance = spread.max(0.0) as f32;
         });
-        Some(Self { width, hi, lo: Vec::new(), variance_hi, variance_lo: Vec::new() })
+        Some(Self { cleared: false, width, hi, lo: Vec::new(), variance_hi, variance_lo: Vec::new() })
     }
 
-    /// Sets all sums to zero; runs in the current thread pool.
+    /// Sets all sums to zero, by the next batch: they are not to be read before.
     pub fn clear(&mut self) {
-        let texels = self.width * BAND_ROWS;
-        for sums in [&mut self.hi, &mut self.lo] {
-            sums.par_chunks_mut(texels).for_each(|band| band.fill(Vec4::ZERO));
-        }
-        for sums in [&mut self.variance_hi, &mut self.variance_lo] {
-            sums.par_chunks_mut(texels).for_each(|band| band.fill(0.0));
-        }
+        self.cleared = true;
     }
 
     /// Adds one batch, for the colour as it is in `colors`; runs in the current thread pool.
     pub fn add_batch(&mut self, p: VarianceParameters, bins: &Bins, colors: &Bins) {
         let (width, texels) = (self.width, self.width * BAND_ROWS);
+        let cleared = std::mem::take(&mut self.cleared);
         let color = self.hi.par_chunks_mut(texels).zip(self.lo.par_chunks_mut(texels));
-        let band =
-            |i: usize, rows: &[Vec4]| Band { first_row: i * BAND_ROWS, rows: rows.len() / width, width };
+        let add = |scratch: &mut BandScratch, i: usize, mut sums: AccumulatorBand<'_>| {
+            if cleared {
+                sums.clear();
+            }
+            let band = Band { first_row: i * BAND_ROWS, rows: sums.hi.len() / width, width };
+            scratch.add(p, band, bins.band(i), colors.band(i), &mut sums);
+        };
         if self.variance_hi.is_empty() {
             color.enumerate().for_each_init(BandScratch::default, |scratch, (i, (hi, lo))| {
-                scratch.add_color(p, band(i, hi), colors.band(i), hi, lo);
+                add(scratch, i, AccumulatorBand { hi, lo, variance_hi: &mut [], variance_lo: &mut [] });
             });
             return;
         }
@@ -118,39 +189,32 @@ impl Accumulator {
         color.zip(variance).enumerate().for_each_init(
             BandScratch::default,
             |scratch, (i, ((hi, lo), (variance_hi, variance_lo)))| {
-                let (band, sprites) = (band(i, hi), bins.band(i));
-                if sprites.is_empty() {
-                    return;
-                }
-                scratch.means.set_old(hi, lo);
-                scratch.add_color(p, band, colors.band(i), hi, lo);
-                scratch.means.set_new(hi, lo);
-                for part in sprites.chunks(p.samples_per_sum) {
-                    reset(&mut scratch.variance, hi.len(), 0.0);
-                    splat_variance(p, band, part, &scratch.means, &mut scratch.variance);
-                    fold(Summation::TwoFloat, variance_hi, variance_lo, &scratch.variance);
-                }
+                add(scratch, i, AccumulatorBand { hi, lo, variance_hi, variance_lo });
             },
         );
     }
 
     /// A copy of the rounded sums, level 0 of the mips; `None` without memory.
     pub fn color(&self, spec: &FilmSpec) -> Option<Grid<Vec4>> {
+        debug_assert!(!self.cleared, "read before the first batch");
         copy(&self.hi, spec)
     }
 
     /// A copy of the rounded variance sums; `None` without memory.
     pub fn variance(&self, spec: &FilmSpec) -> Option<Grid<f32>> {
+        debug_assert!(!self.cleared, "read before the first batch");
         copy(&self.variance_hi, spec)
     }
 
     /// The rounded sums, row by row of the padded film.
     pub fn color_sums(&self) -> &[Vec4] {
+        debug_assert!(!self.cleared, "read before the first batch");
         &self.hi
     }
 
     /// The rounded variance sums, row by row of the padded film; empty where none are kept.
     pub fn variance_sums(&self) -> &[f32] {
+        debug_assert!(!self.cleared, "read before the first batch");
         &self.variance_hi
     }
 
@@ -165,16 +229,12 @@ impl Accumulator {
     }
 
     fn crop<'a, T: Copy>(&self, from: &'a [T], pad: u32) -> impl Iterator<Item = T> + 'a {
+        debug_assert!(!self.cleared, "read before the first batch");
         let (pad, width) = (pad as usize, self.width);
         let height = from.len() / width;
         let rows = from.chunks_exact(width).skip(pad).take(height.saturating_sub(2 * pad));
         rows.flat_map(move |row| row[pad..width - pad].iter().copied())
     }
-}
-
-fn reset<T: Clone>(texels: &mut Vec<T>, len: usize, zero: T) {
-    texels.clear();
-    texels.resize(len, zero);
 }
 
 fn copy<T: Copy>(from: &[T], spec: &FilmSpec) -> Option<Grid<T>> {
@@ -183,4 +243,94 @@ fn copy<T: Copy>(from: &[T], spec: &FilmSpec) -> Option<Grid<T>> {
     texels.try_reserve_exact(from.len()).ok()?;
     texels.extend_from_slice(from);
     Grid::from_rows(width, height, texels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::client::merge::Merger;
+    use crate::client::settings::SplatFilter;
+    use crate::color::Xyz;
+    use crate::math::random::Random;
+    use crate::stream::Sample;
+
+    /// Samples of a batch that lie in a few cells.
+    const CLUSTER: usize = 90;
+
+    /// Sparse batches, dense ones and some whose samples lie in a few cells, the first of them after a clear, give the bits of passes
+    /// over the whole film. One thread has all bands, so that buffers are reused.
+    #[test]
+    fn batches_equal_passes_over_the_whole_film() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
+        pool.install(compare_batches);
+    }
+
+    fn compare_batches() {
+        for filter in [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box] {
+            let spec = FilmSpec {
+                width: 90,
+                height: 200,
+                filter,
+                variance: Some(Default::default()),
+                sums: Summation::TwoFloat,
+            };
+            let [width, rows] = spec.padded_extent().map(|n| n as usize);
+            let p = VarianceParameters {
+                filter,
+                sums: spec.sums,
+                form: Default::default(),
+                inverse_scale: 0.5,
+                samples_per_sum: 10_000,
+            };
+            let whole = Band { first_row: 0, rows, width };
+            let (mut random, mut bins, mut merged) = (Random(3), Bins::default(), Bins::default());
+            let mut merger = Merger::default();
+            let mut sums = Accumulator::new(&spec).expect("a small film");
+            for counts in [[2500, 30, 12, CLUSTER], [9, CLUSTER, 1, 2500]] {
+                sums.clear();
+                let (mut hi, mut lo) = (vec![Vec4::ZERO; width * rows], vec![Vec4::ZERO; width * rows]);
+                let (mut variance_hi, mut variance_lo) = (vec![0.0; width * rows], vec![0.0; width * rows]);
+                for count in counts {
+                    // Beyond the borders as well, or within two texels.
+                    let (size, first) = if count == CLUSTER { (0.01, 0.5) } else { (1.2, -0.1) };
+                    let mut sample = |_| Sample {
+                        uv: [0, 1].map(|_| random.f32() * size + first),
+                        xyz: Xyz::new(random.f32(), random.f32(), random.f32()),
+                        w: 1.0,
+                    };
+                    let samples: Vec<Sample> = (0..count).map(&mut sample).collect();
+                    let sprites: Vec<Sprite> =
+                        samples.iter().filter_map(|s| Sprite::place(&spec, s)).collect();
+                    bins.fill(&spec, sprites.iter().copied());
+                    let mut colors = sprites.clone();
+                    if let Some([single, together]) = merger.split(&spec, &samples) {
+                        colors = single.iter().filter_map(|s| Sprite::place(&spec, s)).collect();
+                        colors.extend(together.iter().map(Sprite::merged));
+                    }
+                    assert_eq!(colors.len() < sprites.len(), count == CLUSTER);
+                    merged.fill(&spec, colors.iter().copied());
+                    sums.add_batch(p, &bins, &merged);
+
+                    let mut means = Means::default();
+                    means.resize(width * rows);
+                    means.set_old(0..width * rows, &hi, &lo);
+                    let mut batch = vec![Vec4::ZERO; width * rows];
+                    splat_color(filter, whole, &colors, &mut batch);
+                    fold(p.sums, &mut hi, &mut lo, &batch);
+                    means.set_new(0..width * rows, &hi, &lo);
+                    let mut batch = vec![0.0; width * rows];
+                    splat_variance(p, whole, &sprites, &means, &mut batch);
+                    fold(Summation::TwoFloat, &mut variance_hi, &mut variance_lo, &batch);
+                }
+                let bits = |texels: &[Vec4]| -> Vec<[u32; 4]> {
+                    texels.iter().map(|t| t.to_array().map(f32::to_bits)).collect()
+                };
+                assert!(bits(&sums.hi) == bits(&hi) && bits(&sums.lo) == bits(&lo), "{filter:?} {counts:?}");
+                let bits = |texels: &[f32]| -> Vec<u32> { texels.iter().map(|t| t.to_bits()).collect() };
+                assert!(bits(&sums.variance_hi) == bits(&variance_hi), "{filter:?} {counts:?}");
+                assert!(bits(&sums.variance_lo) == bits(&variance_lo), "{filter:?} {counts:?}");
+                assert!(variance_hi.iter().any(|v| *v > 0.0));
+            }
+        }
+    }
 }

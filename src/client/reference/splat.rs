@@ -107,6 +107,41 @@ pub fn splat_color(filter: SplatFilter, band: Band, sprites: &[Sprite], texels: 
     });
 }
 
+/// Texels in a row of the band that [`touched`] looks at together.
+const RUN: usize = 16;
+
+/// Appends the texels of a band that these sprites touch, and some beside them, in order: all of it where they are dense, so that
+/// little time goes into finding them. `runs` is scratch.
+pub fn touched(
+    filter: SplatFilter,
+    band: Band,
+    sprites: &[Sprite],
+    runs: &mut Vec<bool>,
+    texels: &mut Vec<Range<usize>>,
+) {
+    let len = band.rows * band.width;
+    let rows = sprites.len() * filter.taps_per_axis();
+    if rows * RUN > len {
+        texels.push(0..len);
+        return;
+    }
+    runs.clear();
+    runs.resize(len.div_ceil(RUN), false);
+    draw(filter, band, sprites, |_, at, f| {
+        if !f.is_empty() {
+            runs[at / RUN..=(at + f.len() - 1) / RUN].fill(true);
+        }
+    });
+    let mut first = 0;
+    for same in runs.chunk_by(|a, b| a == b) {
+        let next = first + same.len() * RUN;
+        if same[0] {
+            texels.push(first..next.min(len));
+        }
+        first = next;
+    }
+}
+
 /// Calls `draw_row(sprite, index, f)` for every row of every sprite, clipped to the band: texels
 /// `index ..` of the band get the weights `f`. In sample order.
 #[inline]

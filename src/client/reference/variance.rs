@@ -4,6 +4,8 @@
 //! clean" where least is known. The product `(Y − Ȳ_old)(Y − Ȳ_new)` equals the merge of Chan, Golub and
 //! LeVeque (1979) for weighted batches of any size. Luminance is divided by a power of two first.
 
+use std::ops::Range;
+
 use glam::Vec4;
 
 use crate::client::reference::splat::{Band, Sprite, draw};
@@ -33,16 +35,33 @@ pub fn two_float_mean(hi: Vec4, lo: Vec4) -> Option<(f32, f32)> {
 }
 
 impl Means {
-    /// Keeps the means of the accumulators as they are before the fold.
-    pub fn set_old(&mut self, hi: &[Vec4], lo: &[Vec4]) {
-        fill(&mut self.old, &mut self.old_rest, hi, lo);
+    /// Makes room for the means of so many texels; those that are not set are unspecified.
+    pub fn resize(&mut self, texels: usize) {
+        for means in [&mut self.old, &mut self.old_rest, &mut self.new, &mut self.new_rest] {
+            means.resize(texels, 0.0);
+        }
+    }
+
+    /// Keeps the means of these texels of the accumulators as they are before the fold.
+    pub fn set_old(&mut self, texels: Range<usize>, hi: &[Vec4], lo: &[Vec4]) {
+        fill(
+            &mut self.old[texels.clone()],
+            &mut self.old_rest[texels.clone()],
+            &hi[texels.clone()],
+            &lo[texels],
+        );
     }
 
     /// Keeps the means after the fold. Where there was nothing before, the old mean is the new one; where
     /// there is nothing yet, both are 0: taps of weight 0 meet such texels and must add 0.
-    pub fn set_new(&mut self, hi: &[Vec4], lo: &[Vec4]) {
-        fill(&mut self.new, &mut self.new_rest, hi, lo);
-        for i in 0..self.old.len() {
+    pub fn set_new(&mut self, texels: Range<usize>, hi: &[Vec4], lo: &[Vec4]) {
+        fill(
+            &mut self.new[texels.clone()],
+            &mut self.new_rest[texels.clone()],
+            &hi[texels.clone()],
+            &lo[texels.clone()],
+        );
+        for i in texels {
             if self.new[i].is_nan() {
                 self.new[i] = 0.0;
             }
@@ -54,14 +73,10 @@ impl Means {
     }
 }
 
-/// Means of a band; NaN where there is no weight.
-fn fill(mean: &mut Vec<f32>, rest: &mut Vec<f32>, hi: &[Vec4], lo: &[Vec4]) {
-    mean.clear();
-    rest.clear();
-    for (&hi, &lo) in hi.iter().zip(lo) {
-        let (m, r) = two_float_mean(hi, lo).unwrap_or((f32::NAN, 0.0));
-        mean.push(m);
-        rest.push(r);
+/// Means of texels; NaN where there is no weight.
+fn fill(mean: &mut [f32], rest: &mut [f32], hi: &[Vec4], lo: &[Vec4]) {
+    for ((mean, rest), (&hi, &lo)) in mean.iter_mut().zip(rest).zip(hi.iter().zip(lo)) {
+        (*mean, *rest) = two_float_mean(hi, lo).unwrap_or((f32::NAN, 0.0));
     }
 }
 
