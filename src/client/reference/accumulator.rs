@@ -18,7 +18,7 @@ use crate::image::Grid;
 
 /// Sums of one stream over the padded film.
 pub struct Accumulator {
-    /// What the sums hold is not to be read: they count as zeros until the next batch.
+    /// The next batch sets the sums to zero first.
     cleared: bool,
     width: usize,
     hi: Vec<Vec4>,
@@ -162,9 +162,14 @@ impl Accumulator {
         Some(Self { cleared: false, width, hi, lo: Vec::new(), variance_hi, variance_lo: Vec::new() })
     }
 
-    /// Sets all sums to zero, by the next batch: they are not to be read before.
+    /// Forgets the sums. The next batch sets them to zero, band by band as it draws: until then they are not to be read.
     pub fn clear(&mut self) {
         self.cleared = true;
+    }
+
+    /// Whether there was no batch since [`clear`](Self::clear).
+    pub fn is_cleared(&self) -> bool {
+        self.cleared
     }
 
     /// Adds one batch, for the colour as it is in `colors`; runs in the current thread pool.
@@ -196,25 +201,21 @@ impl Accumulator {
 
     /// A copy of the rounded sums, level 0 of the mips; `None` without memory.
     pub fn color(&self, spec: &FilmSpec) -> Option<Grid<Vec4>> {
-        debug_assert!(!self.cleared, "read before the first batch");
         copy(&self.hi, spec)
     }
 
     /// A copy of the rounded variance sums; `None` without memory.
     pub fn variance(&self, spec: &FilmSpec) -> Option<Grid<f32>> {
-        debug_assert!(!self.cleared, "read before the first batch");
         copy(&self.variance_hi, spec)
     }
 
     /// The rounded sums, row by row of the padded film.
     pub fn color_sums(&self) -> &[Vec4] {
-        debug_assert!(!self.cleared, "read before the first batch");
         &self.hi
     }
 
     /// The rounded variance sums, row by row of the padded film; empty where none are kept.
     pub fn variance_sums(&self) -> &[f32] {
-        debug_assert!(!self.cleared, "read before the first batch");
         &self.variance_hi
     }
 
@@ -229,7 +230,6 @@ impl Accumulator {
     }
 
     fn crop<'a, T: Copy>(&self, from: &'a [T], pad: u32) -> impl Iterator<Item = T> + 'a {
-        debug_assert!(!self.cleared, "read before the first batch");
         let (pad, width) = (pad as usize, self.width);
         let height = from.len() / width;
         let rows = from.chunks_exact(width).skip(pad).take(height.saturating_sub(2 * pad));

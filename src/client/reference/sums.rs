@@ -25,16 +25,12 @@ struct HostStream {
     /// The same with those of dense cells merged, where there are such cells.
     merged: Bins,
     sums: Option<Accumulator>,
-    /// The sums hold something.
-    drawn: bool,
 }
 
 impl HostSums {
     /// These sums of camera and light, to be read.
     pub fn of(streams: [Option<Accumulator>; 2]) -> Self {
-        let stream =
-            |sums: Option<Accumulator>| HostStream { drawn: sums.is_some(), sums, ..Default::default() };
-        Self { streams: streams.map(stream) }
+        Self { streams: streams.map(|sums| HostStream { sums, ..Default::default() }) }
     }
 
     /// Adds a sample to the batch of its stream.
@@ -45,15 +41,14 @@ impl HostSums {
 
     /// The sums of the camera stream (0) or of the light stream (1); `None` before its first sample was drawn.
     pub fn stream(&self, stream: usize) -> Option<&Accumulator> {
-        let HostStream { sums, drawn, .. } = &self.streams[stream];
-        sums.as_ref().filter(|_| *drawn)
+        self.streams[stream].sums.as_ref().filter(|sums| !sums.is_cleared())
     }
 
     /// Forgets batches and sums; their memory stays.
     pub fn clear(&mut self) {
         for stream in &mut self.streams {
             stream.batch.clear();
-            stream.drawn = false;
+            stream.sums.iter_mut().for_each(Accumulator::clear);
         }
     }
 
@@ -103,9 +98,6 @@ impl HostStream {
             Some(sums) => sums,
             empty => empty.insert(Accumulator::new(spec)?),
         };
-        if !std::mem::replace(&mut self.drawn, true) {
-            sums.clear();
-        }
         self.bins.fill(spec, self.batch.iter().filter_map(|sample| Sprite::place(spec, sample)));
         let split = self.merger.split(spec, &self.batch);
         let colors = match &split {
