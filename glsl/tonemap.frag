@@ -9,6 +9,7 @@
 #include "include/curves.glsl"
 #include "include/color.glsl"
 #include "include/dither.glsl"
+#include "include/zones.glsl"
 
 layout(set = 0, binding = 0) uniform sampler2D radiance;
 // The display's transfer, at squares of i / (size - 1).
@@ -23,8 +24,12 @@ const uint HDR10 = 2u;
 
 // Picture pixels per pixel of `radiance`, along each axis.
 layout(constant_id = 0) const uint DETAIL = 1u;
-// Whether `radiance` holds a grey that is shown without a curve.
-layout(constant_id = 1) const bool GREY = false;
+// What is shown of `radiance`: the picture; a grey without a curve; exposure zones in false colours; the picture with marks.
+const uint PICTURE = 0u;
+const uint GREY = 1u;
+const uint FALSE_COLOR = 2u;
+const uint MARKED = 3u;
+layout(constant_id = 1) const uint VIEW = PICTURE;
 layout(constant_id = 2) const uint CURVE = PAPER;
 layout(constant_id = 3) const uint OUTPUT = SDR;
 // Whether the transfer is the table's, not a power.
@@ -62,7 +67,17 @@ vec3 tabulated(vec3 c) {
 void main() {
     vec3 here = radiance_here();
     float ceiling = OUTPUT == SDR ? 1.0 : PEAK / DIFFUSE_WHITE;
-    vec3 rgb = GREY ? vec3(clamp(here.y, 0.0, 1.0)) : display_linear(here, CURVE, ceiling);
+    vec3 rgb;
+    if (VIEW == GREY) {
+        rgb = vec3(clamp(here.y, 0.0, 1.0));
+    } else if (VIEW == FALSE_COLOR) {
+        rgb = zone_color(push.exposure * here.y);
+    } else {
+        rgb = display_linear(here, CURVE, ceiling);
+        if (VIEW == MARKED) {
+            rgb = with_marks(rgb, ceiling, ivec2(gl_FragCoord.xy));
+        }
+    }
     if (OUTPUT == SCRGB) {
         encoded = vec4(rgb * (DIFFUSE_WHITE / 80.0), 1.0);
         return;

@@ -227,6 +227,11 @@ impl Observer {
         self.began.elapsed()
     }
 
+    /// The render stood still for so long: that time does not count.
+    pub fn stood_still(&mut self, time: Duration) {
+        self.began += time;
+    }
+
     /// Samples that wait for the thread.
     #[cfg(test)]
     fn waiting(&self) -> usize {

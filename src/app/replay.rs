@@ -77,6 +77,19 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     Ok(())
 }
 
+/// Traces an index from the camera once more, in a scene that [records](Scene::recorded); returns what happened on its paths.
+pub fn trace_recorded(run: &RunSpec, context: &RenderContext, index: u64) -> Vec<PathEvent> {
+    fn trace<I: Integrator + From<RenderContext>>(run: &RunSpec, context: &RenderContext, index: u64) {
+        let tracer = Replicated::new(context, run.replicated, I::from);
+        tracer.trace(index, &mut Default::default(), &mut Samples::default());
+    }
+    recorded(|| match run.integrator {
+        IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(run, context, index),
+        IntegratorKind::Depth => trace::<DepthTracer>(run, context, index),
+        _ => trace::<PathTracer>(run, context, index),
+    })
+}
+
 /// Traces the index by the run's method.
 fn trace_again(args: &ReplayArgs, run: &RunSpec, context: &RenderContext, out: &mut Samples) {
     fn trace<I: Integrator + From<RenderContext>>(
@@ -217,6 +230,10 @@ impl Story<'_> {
             PathEvent::Connection { camera, light, value, visible } => {
                 let [a, b] = [camera, light].map(|p| self.scene.space().world_point(*p));
                 format!("connected ({a}) to ({b}): contributes {}, visible {visible}", spectrum(*value))
+            }
+            PathEvent::Estimate { lambda, radiance } => {
+                let lambda = lambda.lambda().to_array().map(|l| format!("{l:.2}")).join(" ");
+                format!("the path has found {} at {lambda} nm", spectrum(*radiance))
             }
             PathEvent::Fault(fault) => {
                 format!("REJECTED: {}", rejected::describe(self.desc, self.scene, fault))

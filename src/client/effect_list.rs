@@ -5,8 +5,8 @@
 
 use crate::client::effects::Effects;
 use crate::client::settings::{
-    ColorOutput, Denoise, DisplayView, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction,
-    Settings, VarianceForm,
+    ColorOutput, Denoise, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction, Settings,
+    VarianceForm,
 };
 
 /// One effect of the client.
@@ -33,7 +33,7 @@ pub struct ClientEffect {
 /// All effects of a film that receives these `streams`: camera, light. In the order of the passes.
 pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<ClientEffect> {
     let effects = Effects::new(settings, 1);
-    let picture = effects.view == DisplayView::Picture;
+    let picture = !effects.view.is_error();
     let [camera, light] = streams;
     let effect = |name, on, reason: &str| ClientEffect {
         name,

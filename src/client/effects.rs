@@ -41,21 +41,22 @@ impl Effects {
         let detail = DETAILS.into_iter().rfind(|d| *d <= detail).unwrap_or(1);
         let (view, output) = (settings.view, settings.output);
         // Settings without effect do not make another pipeline.
-        let curve = if view == DisplayView::Picture { settings.curve } else { ToneCurve::Paper };
+        let has_curve = matches!(view, DisplayView::Picture | DisplayView::Clipping);
+        let curve = if has_curve { settings.curve } else { ToneCurve::Paper };
         let table = output == ColorOutput::Sdr && settings.profile.transfer.is_some();
         let dither = if output == ColorOutput::ScRgb { Dither::None } else { settings.dither };
         // A coarse picture is shown while there is no time: the cheaper masking.
         let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
-        let masking = (settings.vm > 0.0 && view == DisplayView::Picture).then_some(kind);
+        let masking = (settings.vm > 0.0 && !view.is_error()).then_some(kind);
         // Nor is there time for a convolution, which would need a kernel of its own for every resolution.
-        let glare = detail == 1 && view == DisplayView::Picture && settings.glare.is_some();
+        let glare = detail == 1 && !view.is_error() && settings.glare.is_some();
         Self { detail, masking, view, glare, curve, output, table, dither }
     }
 
     /// As [`new`](Self::new), with glare on the grid of half the resolution, and so the whole picture where it is on: its transforms
     /// take a quarter of the time.
     pub fn with_coarse_glare(settings: &Settings, detail: u32) -> Self {
-        let glare = settings.view == DisplayView::Picture && settings.glare.is_some();
+        let glare = !settings.view.is_error() && settings.glare.is_some();
         let effects = Self::new(settings, if glare { detail.max(2) } else { detail });
         Self { glare: glare && effects.detail == 2, ..effects }
     }
@@ -67,7 +68,7 @@ impl Effects {
 
     /// Whether the variance is read.
     pub fn reads_variance(&self) -> bool {
-        self.masking.is_some() || self.view != DisplayView::Picture
+        self.masking.is_some() || self.view.is_error()
     }
 
     /// The reconstruction: where pixels are larger than texels, single texels cannot stand for them.
@@ -80,9 +81,14 @@ impl Effects {
 
     /// The specialization constants of `tonemap.frag`, in order; it numbers curves, outputs and dithers as the enums do.
     pub fn tonemap_constants(&self) -> [u32; 6] {
-        let grey = u32::from(self.view != DisplayView::Picture);
+        let view = match self.view {
+            DisplayView::Picture => 0,
+            DisplayView::CameraVariance | DisplayView::LightVariance => 1,
+            DisplayView::FalseColor => 2,
+            DisplayView::Clipping => 3,
+        };
         let (curve, output, dither) = (self.curve as u32, self.output as u32, self.dither as u32);
-        [self.detail, grey, curve, output, u32::from(self.table), dither]
+        [self.detail, view, curve, output, u32::from(self.table), dither]
     }
 
     /// Format of the encoded picture.

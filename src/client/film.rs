@@ -9,7 +9,7 @@ use crate::client::Film;
 use crate::client::background::BackgroundPolicy;
 use crate::client::error::ClientError;
 use crate::client::pass::images::StreamImages;
-use crate::client::pass::repaint::{FilmSums, Repaint, floats};
+use crate::client::pass::repaint::{FilmSums, Repaint, ShownTexels, floats};
 use crate::client::raster::{Raster, Streams};
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::state::FilmState;
@@ -164,6 +164,33 @@ impl VulkanFilm {
     /// The encoded picture of the last [`paint`](Self::paint), to be shown again; `None` before the first.
     pub fn painted(&mut self) -> Option<&mut Image> {
         self.repaint.as_mut().and_then(Repaint::painted)
+    }
+
+    /// The sum of the weights of the camera samples at a pixel: their number, where they have weight 1. Waits for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`].
+    pub fn weight_at(&mut self, pixel: [u32; 2]) -> Result<f32, ClientError> {
+        let pad = self.state.spec().pad();
+        let texel = pixel.map(|at| at + pad);
+        let sum = match self.raster.host_sums() {
+            Some(sums) => sums.stream(0).and_then(|sums| sums.color_at(texel)),
+            None => {
+                let region = Region { origin: texel, extent: [1, 1] };
+                self.develop_region(region)?.camera.first().copied()
+            }
+        };
+        Ok(sum.map_or(0.0, |sum| sum[3]))
+    }
+
+    /// What the last [`paint`](Self::paint) shows within a rectangle of the picture; `None` before the first. Waits for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`].
+    pub fn shown(&mut self, region: Region) -> Result<Option<ShownTexels>, ClientError> {
+        self.repaint.as_mut().map_or(Ok(None), |repaint| repaint.shown(region))
     }
 
     /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]` of `⌈size / detail⌉` pixels, `[height][width]`, as

@@ -13,7 +13,7 @@ const PER_CELL: u64 = 16;
 const DARKEST: f64 = 0.01;
 
 /// Luminance that the mean of the logarithms is displayed as: a middle grey (Reinhard et al. 2002).
-const MIDDLE_GREY: f64 = 0.18;
+pub const MIDDLE_GREY: f64 = 0.18;
 
 /// Sums of luminance over a grid of cells that covers the picture.
 #[derive(Clone, Debug, Default)]
@@ -73,10 +73,14 @@ impl LightMeter {
             return None;
         }
         let logarithms: f64 = luminances.iter().map(|y| y.max(DARKEST * mean).ln()).sum();
-        let average = (logarithms / luminances.len() as f64).exp();
-        let exposure = -(1.0 - MIDDLE_GREY).ln() / average;
-        (exposure > 0.0 && exposure.is_finite()).then_some(exposure as f32)
+        exposure_for((logarithms / luminances.len() as f64).exp())
     }
+}
+
+/// The factor on luminance that makes this one a middle grey of the curve 1 − exp(−Y); `None` for no light.
+pub fn exposure_for(luminance: f64) -> Option<f32> {
+    let exposure = -(1.0 - MIDDLE_GREY).ln() / luminance;
+    (exposure > 0.0 && exposure.is_finite()).then_some(exposure as f32)
 }
 
 #[cfg(test)]

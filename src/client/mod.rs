@@ -35,6 +35,7 @@
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
+//! | [`zones`] | luminance in false colours, marks of what is clipped |
 //! | [`layout`] | push constants, member by member as in the shaders |
 //! | [`pacing`] | how the time of a frame is split between samples and repaints |
 //! | [`retained`], [`background`], [`light_meter`] | samples that outlive a film; tables that are made on another thread; the light of the first samples |
@@ -65,6 +66,7 @@ pub mod state;
 pub mod upload;
 pub mod wavelet;
 pub mod window;
+pub mod zones;
 
 pub use error::ClientError;
 pub use settings::*;

@@ -37,7 +37,7 @@ labels! {
     Reconstruction { Gaussian: "Gaussian", CatmullRom: "Catmull–Rom", Mipmap: "Mipmap", None: "None", }
     Masking { LowPass: "Low-pass", Bilateral: "Bilateral", }
     Denoise { Off: "Off", Wavelet: "Wavelets", Oidn: "Open Image Denoise", }
-    DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", }
+    DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", FalseColor: "False colour", Clipping: "Clipping", }
     Adaptation { Photopic: "Day (photopic)", Mesopic: "Dusk (mesopic)", Scotopic: "Night (scotopic)", }
     ToneCurve { Paper: "1 − exp(−(B·Y)^C)", PbrNeutral: "PBR Neutral", AgX: "AgX", }
     Dither { None: "None", Ordered: "Ordered", BlueNoise: "Blue noise", }
@@ -171,6 +171,17 @@ pub enum DisplayView {
     CameraVariance,
     /// Relative standard error of the light stream.
     LightVariance,
+    /// Luminance in false colours, a colour for each stop around the middle grey.
+    FalseColor,
+    /// The picture, with stripes over what is displayed as white (red) or as black (blue).
+    Clipping,
+}
+
+impl DisplayView {
+    /// Whether the error of a stream is shown, not light.
+    pub fn is_error(self) -> bool {
+        matches!(self, Self::CameraVariance | Self::LightVariance)
+    }
 }
 
 /// State of the observer's eye, which decides the components of its glare (Spencer et al. 1995, table 1).

@@ -42,5 +42,6 @@ pub use resources::sync::Access;
 pub use timing::rows::{FrameTimes, ScopeRow, ScopeTime, TimingInfo, TimingRows};
 pub use window::display_loss::{display_lost, survive_display_loss};
 pub use window::foreign::{ForeignRenderer, RendererParts};
+pub use window::images::CopyRegion;
 pub use window::surface::ColorOutput;
 pub use window::swapchain::{Readiness, Swapchain};

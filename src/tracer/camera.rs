@@ -106,6 +106,27 @@ impl CameraLines {
         Some((self.inside(xy)?, (local.z - self.near) * length))
     }
 
+    /// The uv of both ends of a line segment, as far as it lies before the near clip plane; `None` where nothing of it does. They may lie
+    /// outside the picture.
+    pub fn segment(&self, ends: [Vec3; 2]) -> Option<[Vec2; 2]> {
+        let near = self.near.max(1e-6);
+        let [mut a, mut b] = ends.map(|place| self.from_world * (place - self.position));
+        if a.z.max(b.z) <= near {
+            return None;
+        }
+        let cut = |behind: Vec3, before: Vec3| behind.lerp(before, (near - behind.z) / (before.z - behind.z));
+        if a.z < near {
+            a = cut(a, b);
+        } else if b.z < near {
+            b = cut(b, a);
+        }
+        let uv = |local: Vec3| {
+            let xy = if self.is_central { local.truncate() / local.z } else { local.truncate() };
+            (xy - self.offset) * self.per_scale
+        };
+        Some([uv(a), uv(b)])
+    }
+
     /// The uv of a place at infinity; `None` outside the picture, and where lines are parallel.
     #[inline]
     pub fn project_direction(&self, direction: Vec3) -> Option<Vec2> {

@@ -93,6 +93,13 @@ pub enum PathEvent {
         /// The share that comes through.
         visible: f32,
     },
+    /// A path from the camera has ended: this is the radiance that it has found, at its wavelengths.
+    Estimate {
+        /// The wavelengths.
+        lambda: SampledWavelengths,
+        /// The radiance.
+        radiance: SampledSpectrum,
+    },
     /// A value was rejected here.
     Fault(Fault),
 }

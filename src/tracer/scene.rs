@@ -45,8 +45,8 @@ pub enum MaterialClass {
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. The camera belongs to the integrator, so that moving it or
-/// changing the size of the picture leaves the scene as it is.
-#[derive(Debug)]
+/// changing the size of the picture leaves the scene as it is. A copy shares geometry.
+#[derive(Clone, Debug)]
 pub struct Scene {
     pub(super) primitives: Arc<Primitives>,
     /// Materials by side of every surface: one for each shape, in their order, then one for each shape of the groups.

@@ -96,7 +96,7 @@ fn hdr_outputs_equal_the_reference() {
             let bytes = painted(&mut film, &settings, 1);
             let mut brightest = 0.0f32;
             for (i, xyz) in xyz.iter().enumerate() {
-                let wanted = p.signal(Vec3::from_array(*xyz));
+                let wanted = p.signal(Vec3::from_array(*xyz), [0, 0]);
                 let got = match output {
                     ColorOutput::ScRgb => {
                         [0, 1, 2].map(|c| half([bytes[8 * i + 2 * c], bytes[8 * i + 2 * c + 1]]))
@@ -151,7 +151,7 @@ fn every_number_has_a_colour() {
                 for i in 0..values.len().pow(3) {
                     let n = values.len();
                     let xyz = Vec3::new(values[i % n], values[i / n % n], values[i / n / n]);
-                    let got = p.signal(xyz);
+                    let got = p.signal(xyz, [0, 0]);
                     assert!(
                         got.to_array().iter().all(|c| (0.0..=top * 1.000_01).contains(c)),
                         "{curve:?} {output:?}: {xyz} became {got}"
@@ -193,7 +193,9 @@ fn masking_and_views_equal_the_reference() {
         let catmull_rom = Settings { reconstruction: Reconstruction::CatmullRom, ..bilateral.clone() };
         let camera = Settings { view: DisplayView::CameraVariance, ..bilateral.clone() };
         let light = Settings { view: DisplayView::LightVariance, ..bilateral.clone() };
-        for settings in [bilateral, catmull_rom, camera, light] {
+        let zones = Settings { view: DisplayView::FalseColor, ..settings(Reconstruction::Gaussian, 0.0) };
+        let marks = Settings { view: DisplayView::Clipping, exposure: 4.0, ..zones.clone() };
+        for settings in [bilateral, catmull_rom, camera, light, zones, marks] {
             let what = format!("{:?} {:?}, {count} samples", settings.view, settings.reconstruction);
             both.assert_display(&settings, 50, &what);
         }

@@ -7,8 +7,8 @@ use crate::common::assert_silent;
 use crate::support::xserver::Server;
 use crate::x11_window::Window;
 use pointillist::gpu::{
-    Buffer, BufferUse, ColorOutput, DeviceChoice, Gpu, GpuError, GpuOptions, Image, Readiness, Swapchain,
-    TexelFormat,
+    Buffer, BufferUse, ColorOutput, CopyRegion, DeviceChoice, Gpu, GpuError, GpuOptions, Image, Readiness,
+    Swapchain, TexelFormat,
 };
 use pointillist::math::random::Random;
 use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
@@ -44,7 +44,8 @@ fn show(swapchain: &mut Swapchain, picture: &mut Image) {
     ready(swapchain);
     let gpu = swapchain.gpu().clone();
     let mut frame = gpu.begin().expect("a frame");
-    swapchain.draw(&mut frame, picture);
+    let whole = CopyRegion::whole(picture.extent(0));
+    swapchain.draw(&mut frame, picture, &[whole]);
     swapchain.present(frame).expect("present");
 }
 
@@ -73,7 +74,8 @@ fn the_screen_shows_the_bytes_of_the_picture() {
     let (mut picture, pixels) = noise(&gpu, size, 7);
     ready(&mut swapchain);
     let mut frame = gpu.begin().expect("a frame");
-    swapchain.draw(&mut frame, &mut picture);
+    let whole = CopyRegion::whole(picture.extent(0));
+    swapchain.draw(&mut frame, &mut picture, &[whole]);
     drop(frame);
     assert_eq!(swapchain.acquire(Duration::ZERO).expect("acquire"), Readiness::Ready);
     swapchain.present(gpu.begin().expect("a frame")).expect("present");
@@ -123,7 +125,8 @@ fn the_smallest_windows() {
         assert_eq!(swapchain.extent(), None);
         // Frames may go on without a window.
         let mut frame = gpu.begin().expect("a frame");
-        swapchain.draw(&mut frame, &mut picture);
+        let whole = CopyRegion::whole(picture.extent(0));
+        swapchain.draw(&mut frame, &mut picture, &[whole]);
         swapchain.present(frame).expect("present");
     }
     swapchain.resize([1, 1]);
@@ -176,7 +179,8 @@ fn destroyed_windows_are_lost_surfaces() {
         match swapchain.acquire(Duration::from_millis(20)).expect("acquire") {
             Readiness::Ready => {
                 let mut frame = gpu.begin().expect("a frame");
-                swapchain.draw(&mut frame, &mut picture);
+                let whole = CopyRegion::whole(picture.extent(0));
+                swapchain.draw(&mut frame, &mut picture, &[whole]);
                 swapchain.present(frame).expect("present");
             }
             Readiness::SurfaceLost => lost = true,
@@ -231,7 +235,8 @@ fn a_lost_device_can_be_replaced() {
     // Lost between acquiring and presenting.
     ready(&mut swapchain);
     let mut frame = gpu.begin().expect("a frame");
-    swapchain.draw(&mut frame, &mut picture);
+    let whole = CopyRegion::whole(picture.extent(0));
+    swapchain.draw(&mut frame, &mut picture, &[whole]);
     gpu.lose_after(0);
     assert_lost(swapchain.present(frame), "present");
     assert_lost(gpu.wait(pointillist::gpu::FrameNumber::default()), "wait");
@@ -307,7 +312,8 @@ fn a_lost_display_ends_in_peace() {
         match swapchain.acquire(Duration::from_millis(20)) {
             Ok(Readiness::Ready) => {
                 let mut frame = gpu.begin().expect("a frame");
-                swapchain.draw(&mut frame, &mut picture);
+                let whole = CopyRegion::whole(picture.extent(0));
+                swapchain.draw(&mut frame, &mut picture, &[whole]);
                 gone |= swapchain.present(frame).is_err();
             }
             Ok(Readiness::SurfaceLost) => gone |= swapchain.replace_surface(window.handles()).is_err(),

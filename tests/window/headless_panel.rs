@@ -6,9 +6,11 @@ use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2};
 use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    self, CostState, DEFAULT_TARGET, EffectRow, MapChoice, PanelControls, PanelData, ParameterValue,
-    PictureOverlay, RejectedList, RejectedRow, SceneParameter, Selection, TracerRow,
+    self, CommandPalette, CompareControls, CostState, DEFAULT_TARGET, EffectRow, FileChooser, MapChoice,
+    PanelControls, PanelData, PanelLayout, PanelTab, ParameterValue, PictureOverlay, PictureView,
+    RejectedList, RejectedRow, SceneParameter, Selection, TracerRow,
 };
+use pointillist::client::window::viewport::Viewport;
 
 pub fn readout() -> PanelData {
     PanelData {
@@ -89,6 +91,7 @@ pub fn readout() -> PanelData {
         left_out: vec!["lens"],
         camera: "at 278 273 −800, to 278 273 −799".into(),
         fov: 39.307_7,
+        ..PanelData::default()
     }
 }
 
@@ -97,12 +100,23 @@ pub fn controls() -> PanelControls {
         settings: Settings::default(),
         filter: SplatFilter::default(),
         own_profile: None,
-        visible: true,
+        layout: PanelLayout::new(true),
         help: false,
+        palette: CommandPalette::default(),
+        dialog: FileChooser::default(),
+        enters: false,
+        compare: CompareControls::default(),
         map: MapChoice::None,
         follow_light: true,
         target: DEFAULT_TARGET,
     }
+}
+
+/// The same with a tab in front.
+pub fn controls_of(tab: PanelTab) -> PanelControls {
+    let mut controls = controls();
+    controls.layout.bring(tab);
+    controls
 }
 
 /// A context that is shown frame after frame.
@@ -127,6 +141,10 @@ impl Panel {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, self.size.into()));
         let input = RawInput { screen_rect, time: Some(self.time), events, ..RawInput::default() };
         let mut actions = Vec::new();
+        // The picture fills what the dock leaves.
+        let area = [self.size[0] - controls.layout.width_in(self.size[0]), self.size[1]];
+        let view = PictureView { viewport: Viewport::new(area.map(|n| n as u32)), pixels_per_point: 1.0 };
+        let readout = &PanelData { view, ..readout.clone() };
         let output = self.context.run_ui(input, |ui| actions.extend(panel::show(ui, readout, controls)));
         let shapes = output.shapes.clone();
         output.drop_without_applying_deltas();

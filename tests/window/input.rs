@@ -151,9 +151,36 @@ fn the_wheel_moves_and_rests() {
     assert_eq!(hand.give(InputEvent::Wheel(1.0)), [Action::EndMove, Action::Gesture(Gesture::Dolly(1.0))]);
     assert_eq!(hand.give(InputEvent::Wheel(-0.25)), [Action::Gesture(Gesture::Dolly(-0.25))]);
     hand.1 += Duration::from_secs(1);
-    hand.give(InputEvent::Modifiers(true, false));
+    hand.give(InputEvent::Modifiers(false, true));
     assert_eq!(hand.give(InputEvent::Wheel(1.0)), [Action::EndMove, Action::Gesture(Gesture::Fov(-2.0))]);
+    assert_eq!(hand.give(InputEvent::SideWheel(1.0)), [Action::Gesture(Gesture::Fov(-2.0))]);
+    hand.give(InputEvent::Modifiers(true, false));
+    assert_eq!(hand.give(InputEvent::Wheel(2.0)), [Action::ZoomAt([50.0, 50.0], 2.0)]);
+    hand.give(InputEvent::Modifiers(true, true));
+    assert_eq!(hand.give(InputEvent::Wheel(-1.0)), [Action::Expose(-1.0)]);
+    hand.give(InputEvent::Modifiers(false, false));
+    assert_eq!(hand.give(InputEvent::SideWheel(1.0)), []);
     assert_eq!(hand.give(InputEvent::Wheel(f64::NAN)), []);
+}
+
+#[test]
+fn dragging_with_ctrl_moves_the_magnified_picture() {
+    let mut hand = Hand::new();
+    hand.give(InputEvent::Modifiers(true, false));
+    hand.button(MouseButton::Left, true);
+    assert_eq!(hand.to(62.0, 45.0), [Action::PanView([12.0, -5.0])]);
+    assert_eq!(hand.button(MouseButton::Left, false), [Action::EndMove]);
+    hand.button(MouseButton::Left, true);
+    assert_eq!(hand.button(MouseButton::Left, false), [], "and selects nothing");
+}
+
+#[test]
+fn numbers_keep_views_and_go_to_them() {
+    let mut hand = Hand::new();
+    assert_eq!(hand.key(KeyCode::Digit3, '3'), [Action::GoToView(3)]);
+    hand.give(InputEvent::Modifiers(true, false));
+    assert_eq!(hand.key(KeyCode::Digit3, '3'), [Action::KeepView(3)]);
+    assert_eq!(hand.key(KeyCode::Digit0, '0'), []);
 }
 
 #[test]

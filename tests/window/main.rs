@@ -16,4 +16,5 @@ mod panel;
 mod panel_error;
 mod picture;
 mod scenes;
+mod tools;
 mod viewer;

@@ -28,6 +28,7 @@ fn known() -> ErrorSummary {
         warning: None,
         message: "1 % in about 42 s (90 %: 36–55 s)".into(),
         seconds: 20.0,
+        compared: Vec::new(),
     }
 }
 
@@ -119,12 +120,13 @@ fn maps_lie_over_the_picture_with_a_legend() {
     assert!(maps(&panel.settle(&readout(), &mut controls)).is_empty());
     // Also without the panel.
     for visible in [true, false] {
-        controls.visible = visible;
+        controls.layout.is_open = visible;
+        let width = 800.0 - controls.layout.width_in(800.0);
         let shown = PanelData { overlay: PictureOverlay::Map(map(MapChoice::Error)), ..readout() };
         let shapes = panel.settle(&shown, &mut controls);
         let [rect] = maps(&shapes)[..] else { panic!("one map") };
         // The last column hangs over.
-        assert!((rect.width() - 800.0 * 4.0 / 3.5).abs() < 0.1 && (rect.height() - 600.0).abs() < 0.1);
+        assert!((rect.width() - width * 4.0 / 3.5).abs() < 0.1 && (rect.height() - 600.0).abs() < 0.1);
         for what in ["Relative error of 8×8 pixels", "0.2 %", "2 %", "20 %"] {
             assert!(says(&shapes, what), "no {what:?} among {:?}", texts(&shapes));
         }
@@ -151,7 +153,7 @@ fn the_legend_stays_within_windows_of_any_size() {
             PictureOverlay::Missing("no cost map: why not".into()),
         ] {
             let (mut controls, mut panel) = (controls(), Panel::new(size));
-            controls.visible = false;
+            controls.layout.is_open = false;
             for shape in panel.settle(&PanelData { overlay, ..readout() }, &mut controls) {
                 let seen = shape.clip_rect.intersect(shape.shape.visual_bounding_rect());
                 let inside =

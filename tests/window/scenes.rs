@@ -168,10 +168,16 @@ fn the_window_is_there_while_the_scene_is_loaded() {
     write(folder.join("scene.xml"), SCENE.replace("</scene>", &format!("{shapes}</scene>")));
     let desktop = Desktop::start(400, 300);
     let start = Instant::now();
-    let mut viewer = Heard::view(&desktop, &folder, "scene.xml", &[]);
+    let mut viewer = Heard::view(&desktop, &folder, "scene.xml", &["--no-panel"]);
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     println!("the window was there after {:.2?}", start.elapsed());
-    let (width, height, _) = desktop.pixels(window).unwrap();
+    // It is made before it is shown.
+    let mut seen = desktop.pixels(window);
+    while seen.is_none() && start.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(20));
+        seen = desktop.pixels(window);
+    }
+    let (width, height, _) = seen.unwrap();
     assert_eq!((width, height), (320, 240), "the size of the film");
     assert!(viewer.child.try_wait().unwrap().is_none());
     const ESCAPE: u32 = 0xff1b;

@@ -4,10 +4,12 @@
 //! messages are the viewer's own figures (`--json`). Screenshots go to `target/soak`.
 
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use pointillist::client::window::panel::WIDTH;
 use pointillist::math::random::Random;
 
 use super::common::Outcome;
@@ -27,7 +29,7 @@ pub struct Arguments {
     #[arg(default_value = "scenes/cornell.xml")]
     scene: String,
     /// What the user does, separated by commas
-    #[arg(value_enum, value_delimiter = ',', default_values_t = [Act::Camera, Act::Resize, Act::Control])]
+    #[arg(value_enum, value_delimiter = ',', default_values_t = [Act::Camera, Act::Resize, Act::Control, Act::Tool])]
     acts: Vec<Act>,
 }
 
@@ -37,7 +39,11 @@ enum Act {
     Camera,
     Resize,
     Control,
+    Tool,
 }
+
+/// Width of the dock at the right of the picture, pixels.
+const DOCK: i32 = WIDTH as i32;
 
 /// Largest ratio of the most memory in the last third of the time to the most in the second. (Within each third it follows the
 /// size of the window and the effects that are on.)
@@ -68,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     fs::create_dir_all(folder)?;
     let scene = fs::canonicalize(&arguments.scene)?.display().to_string();
     let mut viewer = Viewer::open([1280, 1024], &scene, |command| {
-        command.current_dir(folder).env("POINTILLIST_VALIDATION", "1");
+        command.current_dir(folder).env("POINTILLIST_VALIDATION", "1").env("POINTILLIST_STATE", "state");
         command.args(["--size", &format!("{side}x{side}"), "-o", "last.png", "--json", "figures.json"]);
     })?;
     std::thread::sleep(Duration::from_secs(2));
@@ -96,11 +102,12 @@ fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64
     let (start, mut memory, mut size) = (Instant::now(), Vec::new(), side as i32);
     let mut shot = 0;
     while start.elapsed().as_secs() < seconds && viewer.process.try_wait().unwrap().is_none() {
-        let act = dice.below(12);
+        let act = dice.below(16);
         let kind = match act {
             0 | 1 => Act::Resize,
             2..=5 => Act::Camera,
-            _ => Act::Control,
+            6..=11 => Act::Control,
+            _ => Act::Tool,
         };
         if !acts.contains(&kind) {
             continue;
@@ -110,18 +117,27 @@ fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64
                 size = dice.between(side as i32 / 2, side as i32 * 5 / 4);
                 desktop.resize(
                     window,
-                    size as u32,
+                    (size + DOCK) as u32,
                     dice.between(side as i32 / 2, side as i32 * 5 / 4) as u32,
                 );
             }
-            1 => desktop.resize(window, side, side),
-            2 | 3 => drag(desktop, &mut dice, (1, size), 0),
-            4 => drag(desktop, &mut dice, (2, size), 0),
-            5 => wheel(desktop, &mut dice, size),
-            6 => drag(desktop, &mut dice, (1, 280), 8),
-            7..=9 => click(desktop, &mut dice, 280),
-            10 => click(desktop, &mut dice, size),
-            _ => key(desktop, &mut dice),
+            1 => {
+                size = side as i32;
+                desktop.resize(window, side + DOCK as u32, side);
+            }
+            2 | 3 => drag(desktop, &mut dice, 1, 5..size, 0),
+            4 => drag(desktop, &mut dice, 2, 5..size, 0),
+            5 => wheel(desktop, &mut dice, 5..size, None),
+            6 => drag(desktop, &mut dice, 1, size..size + DOCK, 8),
+            7..=9 => click(desktop, &mut dice, size..size + DOCK),
+            10 => click(desktop, &mut dice, 5..size),
+            11 => key(desktop, &mut dice, &KEYS, None),
+            12 => wheel(desktop, &mut dice, 5..size, Some(CTRL)),
+            13 => key(desktop, &mut dice, &CTRL_KEYS, Some(CTRL)),
+            _ => {
+                desktop.pointer(dice.between(5, size), dice.between(5, size));
+                key(desktop, &mut dice, &TOOL_KEYS, None);
+            }
         }
         std::thread::sleep(Duration::from_millis(50 + dice.below(200) as u64));
         let second = start.elapsed().as_secs();
@@ -133,15 +149,15 @@ fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64
             shot += 1;
         }
     }
-    desktop.resize(window, side, side);
+    desktop.resize(window, side + DOCK as u32, side);
     std::thread::sleep(Duration::from_secs(2));
     save(desktop, window, &folder.join("end.png"));
     memory
 }
 
-/// Drags with a button somewhere within `reach` pixels of the left top; slowly where `steps` is not 0.
-fn drag(desktop: &Desktop, dice: &mut Dice, (button, reach): (u8, i32), steps: i32) {
-    let (mut x, mut y) = (dice.between(5, reach), dice.between(5, reach));
+/// Drags with a button somewhere within these columns; slowly where `steps` is not 0.
+fn drag(desktop: &Desktop, dice: &mut Dice, button: u8, columns: Range<i32>, steps: i32) {
+    let (mut x, mut y) = (dice.between(columns.start, columns.end), dice.between(5, 500));
     desktop.pointer(x, y);
     desktop.button(button, true);
     for _ in 0..if steps > 0 { steps } else { 20 } {
@@ -152,32 +168,65 @@ fn drag(desktop: &Desktop, dice: &mut Dice, (button, reach): (u8, i32), steps: i
     desktop.button(button, false);
 }
 
-fn click(desktop: &Desktop, dice: &mut Dice, reach: i32) {
-    desktop.pointer(dice.between(5, reach), dice.between(5, 500));
+fn click(desktop: &Desktop, dice: &mut Dice, columns: Range<i32>) {
+    desktop.pointer(dice.between(columns.start, columns.end), dice.between(5, 500));
     for down in [true, false] {
         desktop.button(1, down);
         std::thread::sleep(Duration::from_millis(20));
     }
 }
 
-fn wheel(desktop: &Desktop, dice: &mut Dice, reach: i32) {
-    desktop.pointer(dice.between(5, reach), dice.between(5, reach));
+/// Turns the wheel, while a key is held where there is one.
+fn wheel(desktop: &Desktop, dice: &mut Dice, columns: Range<i32>, held: Option<u32>) {
+    desktop.pointer(dice.between(columns.start, columns.end), dice.between(5, 500));
+    held.into_iter().for_each(|key| desktop.key(key, true));
     let way = 4 + dice.below(2) as u8;
     for _ in 0..dice.between(1, 5) {
         desktop.button(way, true);
         desktop.button(way, false);
         std::thread::sleep(Duration::from_millis(30));
     }
+    held.into_iter().for_each(|key| desktop.key(key, false));
 }
 
+const TAB: u32 = 0xff09;
+const ESCAPE: u32 = 0xff1b;
+const CTRL: u32 = 0xffe3;
+
 /// Keys that neither end the program nor leave the picture: Tab, Home, F1, brackets.
-fn key(desktop: &Desktop, dice: &mut Dice) {
-    const TAB: u32 = 0xff09;
-    const KEYS: [u32; 6] = [TAB, 0xff50, 0xffbe, 0xffbe, 0x5b, 0x5d];
-    let key = KEYS[dice.below(KEYS.len())];
+const KEYS: [u32; 6] = [TAB, 0xff50, 0xffbe, 0xffbe, 0x5b, 0x5d];
+
+/// Keys of tools: inspect, snapshot, compare, pause, zoom in and out, the whole picture, meter, brightness, F6, F11, Escape.
+const TOOL_KEYS: [u32; 12] = [
+    b'i' as u32,
+    b'k' as u32,
+    b't' as u32,
+    b' ' as u32,
+    b'+' as u32,
+    b'-' as u32,
+    b'0' as u32,
+    b'm' as u32,
+    b'b' as u32,
+    0xffc3,
+    0xffc8,
+    ESCAPE,
+];
+
+/// Keys that do something with Ctrl: undo, redo, the palette, the dialog, larger and smaller text.
+const CTRL_KEYS: [u32; 6] = [b'z' as u32, b'y' as u32, b'k' as u32, b'o' as u32, b'=' as u32, b'-' as u32];
+
+/// Presses one of these keys, while another one is held where there is one; Escape then closes what has opened.
+fn key(desktop: &Desktop, dice: &mut Dice, keys: &[u32], held: Option<u32>) {
+    let key = keys[dice.below(keys.len())];
+    held.into_iter().for_each(|key| desktop.key(key, true));
     for down in [true, false] {
         desktop.key(key, down);
         std::thread::sleep(Duration::from_millis(20));
+    }
+    held.into_iter().for_each(|key| desktop.key(key, false));
+    if held.is_some() {
+        std::thread::sleep(Duration::from_millis(200));
+        [true, false].into_iter().for_each(|down| desktop.key(ESCAPE, down));
     }
 }
 

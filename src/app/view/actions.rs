@@ -2,19 +2,30 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
-use miette::Result;
+use miette::{IntoDiagnostic, Result, miette};
+use winit::window::Fullscreen;
 
 use crate::app::run_spec::{RunSpec, display_options};
 use crate::app::tell;
-use crate::app::view::Viewer;
-use crate::app::view::screen::Screen;
+use crate::app::view::{Viewer, inspector, preferences};
 use crate::client::Settings;
+use crate::client::light_meter::exposure_for;
 use crate::client::window::action::Action;
 use crate::client::window::history::CameraHistory;
 use crate::client::window::navigation::Gesture;
+use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay};
+use crate::gpu::Region;
+use crate::image::write::check_target;
 use crate::tracer::effects::Effect;
+
+/// Stops per step of the wheel that changes the exposure.
+const EXPOSURE_STEP: f32 = 1.0 / 6.0;
+
+/// Pixels around the one that is metered.
+const SPOT: u32 = 4;
 
 impl Viewer {
     /// Does what was asked for, and takes over what other threads have finished, since the last call.
@@ -22,7 +33,7 @@ impl Viewer {
         if self.panel.take_settings_changed() {
             self.controls_changed();
         }
-        if self.panel.take_costs() {
+        if self.panel.take_costs() || self.inspector.take() {
             self.refresh();
         }
         for message in self.saves.done() {
@@ -48,8 +59,13 @@ impl Viewer {
             Action::Gesture(gesture) => self.gesture(gesture),
             Action::EndMove => self.editor.history.end_move(),
             Action::Pick(at) => {
-                let pick = self.editor.pick(self.on_picture(at), size);
+                let place = self.on_picture(at);
+                let pick = self.editor.pick(place, size);
                 self.editor.select(pick.map(|pick| pick.shape));
+                if self.panel.controls.layout.shows(PanelTab::Inspect) {
+                    let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
+                    self.inspector.begin(pixel, &self.session, &self.picture, &self.editor)?;
+                }
             }
             Action::FocusAt(at) => {
                 if let Some(pick) = self.editor.pick(self.on_picture(at), size) {
@@ -81,7 +97,83 @@ impl Viewer {
                 return self.save_scene().map(|path| Some(format!("saved {}", path.display())));
             }
             Action::CopyCommand => return self.copy_command().map(Some),
-            Action::TogglePanel => self.panel.controls.visible ^= true,
+            Action::MeterAt(at) => self.meter(at)?,
+            Action::Expose(steps) => {
+                let controls = &mut self.panel.controls;
+                controls.follow_light = false;
+                let exposure = controls.settings.exposure * 2f32.powf(steps as f32 * EXPOSURE_STEP);
+                controls.settings.exposure = exposure.clamp(1e-6, 1e9);
+                self.controls_changed();
+            }
+            Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
+            Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
+            Action::ResetView => _ = self.panel.viewport.reset(),
+            Action::OpenDialog => {
+                let folder = self.scene_folder();
+                self.panel.controls.dialog.ask_scene(&folder);
+            }
+            Action::Open(path) => self.open_file(path),
+            Action::SaveDialog => {
+                let name = format!("{}.png", self.options.name);
+                let folder = std::env::current_dir().into_diagnostic()?;
+                self.panel.controls.dialog.ask_name(&folder, &name);
+            }
+            Action::SaveAs(path) => return self.save_as(path),
+            Action::CompareDialog => {
+                let folder = std::env::current_dir().into_diagnostic()?;
+                self.panel.controls.dialog.ask_picture(&folder);
+            }
+            Action::CompareWith(path) => {
+                let name = self.comparison.read(&path)?;
+                self.compare_with_last();
+                return Ok(Some(format!("comparing with {name}")));
+            }
+            Action::KeepView(number) => return self.views.keep(number, self.editor.history.pose()).map(Some),
+            Action::GoToView(number) => {
+                let pose = self.views.get(number)?;
+                self.moved(|history| history.go_to(pose));
+            }
+            Action::KeepSnapshot => {
+                let name = self.comparison.keep(&self.session, &mut self.picture)?;
+                self.panel.controls.compare.chosen = self.comparison.last();
+                return Ok(Some(format!("{name} kept: T compares with it")));
+            }
+            Action::ForgetSnapshot(place) => {
+                self.comparison.forget(place);
+                let compare = &mut self.panel.controls.compare;
+                compare.chosen = compare.chosen.min(self.comparison.last());
+                compare.is_shown &= !self.comparison.is_empty();
+            }
+            Action::ToggleSnapshot if self.comparison.is_empty() => {
+                return Err(miette!("there is nothing to compare with: K keeps a snapshot"));
+            }
+            Action::ToggleSnapshot => self.panel.controls.compare.is_shown ^= true,
+            Action::TogglePause if self.paused.is_some() => self.go_on(),
+            Action::TogglePause => {
+                self.paused = Some(Instant::now());
+                return Ok(Some("paused: Space goes on, and so does every change".to_owned()));
+            }
+            Action::ToggleFullscreen => self.toggle_fullscreen(),
+            Action::ScaleText(steps) => {
+                let layout = &mut self.panel.controls.layout;
+                layout.font_scale = preferences::scaled(layout.font_scale, steps);
+                self.panel.host.scale_text(layout.font_scale);
+                self.keep_picture();
+            }
+            Action::ShowTab(tab) => {
+                if !self.panel.controls.layout.is_open {
+                    self.toggle_panel();
+                }
+                self.panel.controls.layout.bring(tab);
+            }
+            Action::EnterPanel => {
+                if !self.panel.controls.layout.is_open {
+                    self.toggle_panel();
+                }
+                self.panel.controls.enters = true;
+            }
+            Action::TogglePalette => self.panel.controls.palette.toggle(),
+            Action::TogglePanel => self.toggle_panel(),
             Action::ToggleHelp => self.panel.controls.help ^= true,
             Action::Cancel => {
                 if !std::mem::take(&mut self.panel.controls.help) {
@@ -93,12 +185,54 @@ impl Viewer {
         Ok(None)
     }
 
-    /// The place in the picture that is shown at this place of the window: another one only where the device could not hold a
-    /// film of the window's size.
+    /// The place in the picture that is shown at this place of the window.
     fn on_picture(&self, at: [f64; 2]) -> [f64; 2] {
+        self.panel.viewport.to_picture(at.into()).to_array()
+    }
+
+    /// Exposes the picture so that what is seen here becomes a middle grey.
+    fn meter(&mut self, at: [f64; 2]) -> Result<()> {
         let size = self.session.size();
-        let extent = self.picture.screen.as_ref().and_then(Screen::extent).unwrap_or(size);
-        [0, 1].map(|i| at[i] * f64::from(size[i]) / f64::from(extent[i].max(1)))
+        let place = self.on_picture(at).map(|at| at.max(0.0) as u32);
+        let low = [0, 1].map(|i| place[i].min(size[i] - 1).saturating_sub(SPOT));
+        let extent = [0, 1].map(|i| (2 * SPOT + 1).min(size[i] - low[i]));
+        let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
+        let spot = shown.map_or(Vec::new(), |shown| shown.xyz);
+        let mean = spot.iter().map(|[_, y, _]| f64::from(*y)).sum::<f64>() / spot.len().max(1) as f64;
+        let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
+        self.panel.controls.follow_light = false;
+        self.panel.controls.settings.exposure = exposure;
+        self.controls_changed();
+        Ok(())
+    }
+
+    /// Compares with the picture that was added last.
+    fn compare_with_last(&mut self) {
+        let compare = &mut self.panel.controls.compare;
+        (compare.chosen, compare.is_shown) = (self.comparison.last(), true);
+    }
+
+    fn toggle_fullscreen(&mut self) {
+        let Some(screen) = &self.picture.screen else { return };
+        let fullscreen = screen.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
+        screen.window.set_fullscreen(fullscreen);
+    }
+
+    /// The folder of the open scene.
+    fn scene_folder(&self) -> PathBuf {
+        let scene = &self.source.args.scene;
+        let folder = scene.canonicalize().ok().and_then(|scene| scene.parent().map(Path::to_path_buf));
+        folder.unwrap_or_else(|| PathBuf::from("."))
+    }
+
+    /// Saves under a name of the user's choice: by its ending the displayed picture, the sums or the scene.
+    fn save_as(&mut self, path: PathBuf) -> Result<Option<String>> {
+        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) {
+            self.editor.save_as(&path, self.session.run_spec())?;
+            return Ok(Some(format!("saved {}", path.display())));
+        }
+        check_target(&path).into_diagnostic()?;
+        self.write_picture(path).map(|()| None)
     }
 
     /// Moves the camera.
@@ -112,6 +246,32 @@ impl Viewer {
         if change(&mut self.editor.history) {
             self.edited();
         }
+    }
+
+    /// What the panel shows, with the readings of the tools.
+    pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
+        let Self { session, picture, editor, metrics, panel, .. } = self;
+        let mut data = panel.data(session, picture, editor, metrics, now);
+        let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
+        data.pixel = cursor.and_then(|at| inspector::reading(at, session, picture, editor));
+        data.outline = self.outline.lines(session.epoch());
+        (data.paths, data.traces_paths) = (self.inspector.paths(), self.inspector.is_busy());
+        if panel.controls.layout.shows(PanelTab::Look) {
+            let exposure = panel.controls.settings.exposure;
+            data.histogram = self.histogram.get(picture, session.size(), exposure);
+        }
+        let compare = &panel.controls.compare;
+        data.comparison = self.comparison.data(compare, &panel.controls.settings, session, picture);
+        if let Some(map) = self.comparison.map(compare) {
+            data.overlay = PictureOverlay::Map(map);
+        }
+        let curve = self.comparison.curve(compare);
+        if let Some(error) = data.error.as_mut().filter(|_| !curve.is_empty()) {
+            Arc::make_mut(error).compared = curve;
+        }
+        (data.views, data.recent) = (self.views.numbers(), self.preferences.recent.clone());
+        data.is_paused = self.paused.is_some();
+        data
     }
 
     /// Draws the window anew, with the panel.
@@ -143,6 +303,11 @@ impl Viewer {
     /// Saves the picture as it is now under a new name; a message follows when the file is complete.
     fn save_picture(&mut self, ending: &str) -> Result<()> {
         let path = self.saves.free_path(&self.options.name, ending)?;
+        self.write_picture(path)
+    }
+
+    /// Saves the picture as it is now in this file; a message follows when it is complete.
+    fn write_picture(&mut self, path: PathBuf) -> Result<()> {
         let mut outcome = self.outcome();
         outcome.prefix &= self.session.run_spec().deterministic;
         let run = self.present_run_spec()?;

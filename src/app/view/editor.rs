@@ -1,7 +1,7 @@
 //! The scene editor: the scene as the file has it, and what the user has changed of it: camera moves, values of objects,
 //! effects that are forced on or off. It saves the changes as a scene file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
@@ -114,6 +114,11 @@ impl SceneEditor {
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
         let camera = self.camera(size).ok().filter(|_| inside)?;
         self.scene().pick(&camera.ray(uv, CENTER))
+    }
+
+    /// The selected shape.
+    pub fn selected(&self) -> Option<u32> {
+        self.selected
     }
 
     /// Selects a shape, or nothing.
@@ -231,6 +236,11 @@ impl SceneEditor {
         edits.write(&path, &run.scene, &run.defines, self.original()).into_diagnostic()?;
         self.saved = Some((edits, path.clone()));
         Ok(path)
+    }
+
+    /// Saves camera and edits as a scene under this name that includes the original.
+    pub fn save_as(&mut self, path: &Path, run: &RunSpec) -> Result<()> {
+        self.edits().write(path, &run.scene, &run.defines, self.original()).into_diagnostic()
     }
 
     /// The camera in words.

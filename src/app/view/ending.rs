@@ -125,6 +125,7 @@ impl Viewer {
             tell(&format!("the last samples could not be rasterised: {error}"));
         }
         let report = self.report(lasted);
+        self.preferences.write(&self.panel.controls.layout);
         self.saves.finish().iter().for_each(|message| tell(message));
         let capture = self.capture.take();
         let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.tracers.server()));

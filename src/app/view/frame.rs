@@ -3,10 +3,12 @@
 use std::time::{Duration, Instant};
 
 use miette::Result;
+use winit::dpi::PhysicalSize;
 
 use crate::app::noise_filter::EpochView;
 use crate::app::tell;
 use crate::app::view::Viewer;
+use crate::app::view::outline::OutlineKey;
 use crate::app::view::picture::Painted;
 use crate::app::view::screen::{Screen, is_device_lost};
 use crate::app::view::session::TracerNews;
@@ -23,8 +25,14 @@ const IDLE: Duration = Duration::from_millis(100);
 /// must not hold the camera.
 const PATIENCE: Duration = Duration::from_millis(250);
 
+/// How long the window system may take to give the window a size that was asked for.
+const RESIZING: Duration = Duration::from_millis(400);
+
 /// Another method is considered when nothing has been edited for this long.
 const REST: Duration = Duration::from_millis(500);
+
+/// The selected object is outlined when nothing has been edited for this long.
+const STILL: Duration = Duration::from_millis(60);
 
 /// Devices that may be lost before the viewer gives up.
 const MOST_LOSSES: u32 = 1;
@@ -41,7 +49,7 @@ impl Viewer {
             // It is shown before more samples are read.
             plan.samples = 0;
         }
-        if !self.picture.is_frozen() {
+        if !self.picture.is_frozen() && self.paused.is_none() {
             self.picture.mend(self.session.run_spec());
             self.picture.read_samples(&mut self.session, plan.samples, begin)?;
             if plan.flush {
@@ -82,6 +90,7 @@ impl Viewer {
             self.metrics.completed(&gpu, &mut self.picture.pacer);
         }
         self.act();
+        self.outline_selection();
         if let Err(error) = self.choose_method() {
             return self.fail(error);
         }
@@ -113,6 +122,24 @@ impl Viewer {
         }
     }
 
+    /// Has the outline of the selected object traced, once the view has come to rest.
+    fn outline_selection(&mut self) {
+        if self.outline.take() {
+            self.refresh();
+        }
+        let (size, epoch) = (self.session.size(), self.session.epoch());
+        self.panel.has_outline = self.editor.selected().is_some();
+        let key = self.editor.selected().map(|shape| OutlineKey { shape, epoch, size });
+        if self.outline.follows(key) {
+            return;
+        }
+        let Some(key) = key else { return self.outline.clear() };
+        let rests = !self.session.is_stale() && self.picture.is_seen() && self.picture.since_edit() > STILL;
+        if let Some(camera) = self.editor.camera(size).ok().filter(|_| rests) {
+            self.outline.begin(key, self.editor.scene(), camera);
+        }
+    }
+
     /// When the loop must look again.
     pub(super) fn next_look(&mut self, now: Instant) -> Instant {
         let busy = !self.picture.is_idle();
@@ -120,11 +147,14 @@ impl Viewer {
             return now + SOON;
         }
         let still = self.loader.is_none()
-            && self.session.is_through()
+            && (self.session.is_through() || self.paused.is_some())
             && !self.session.is_stale()
             && self.saves.is_empty()
             && self.picture.is_settled()
             && !self.light.is_changing()
+            && !self.inspector.is_busy()
+            && !self.outline.is_busy()
+            && !self.comparison.is_busy()
             && !self.panel.is_busy();
         if !still {
             return self.due;
@@ -153,8 +183,47 @@ impl Viewer {
     fn make_ready(&mut self) -> Result<bool, ClientError> {
         self.match_output();
         let Some(extent) = self.picture.acquire()? else { return Ok(false) };
-        self.refit(extent)?;
+        let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else {
+            return Ok(false);
+        };
+        let area = self.panel.picture_area(&window, extent);
+        if !self.keeps_film(area) {
+            self.refit(area)?;
+        }
+        self.panel.set_sizes(area, self.session.size());
         Ok(true)
+    }
+
+    /// Whether the film keeps its size for now although its area has another one: the edge of the dock is dragged, or the dock has
+    /// come or gone and the window is about to change its size by as much.
+    fn keeps_film(&mut self, area: [u32; 2]) -> bool {
+        if area == self.session.size() {
+            self.resizing_until = None;
+        }
+        self.resizing_until = self.resizing_until.filter(|until| Instant::now() < *until);
+        self.resizing_until.is_some() || self.panel.host.is_dragging()
+    }
+
+    /// Opens or closes the dock.
+    pub(super) fn toggle_panel(&mut self) {
+        self.panel.controls.layout.is_open ^= true;
+        self.keep_picture();
+    }
+
+    /// Gives the window the size that the picture and the dock have together, so that the picture stays as it is after the dock has
+    /// changed. Where the window system does not let it, the picture takes what there is.
+    pub(super) fn keep_picture(&mut self) {
+        let [width, height] = self.session.size();
+        let Some(screen) = &self.picture.screen else { return };
+        let dock = self.panel.dock_pixels(&screen.window);
+        let wanted = PhysicalSize::new(width + dock, height);
+        if screen.window.inner_size() == wanted || screen.window.fullscreen().is_some() {
+            return;
+        }
+        if let Some(size) = screen.window.request_inner_size(wanted) {
+            self.resized(size);
+        }
+        self.resizing_until = Some(Instant::now() + RESIZING);
     }
 
     /// Runs the panel if it is due, repaints if the plan says so, and swaps.
@@ -163,14 +232,13 @@ impl Viewer {
         if self.panel.is_due(begin)
             && let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone())
         {
-            let Self { session, picture, editor, metrics, .. } = self;
-            let data = self.panel.data(session, picture, editor, metrics, begin);
+            let data = self.panel_data(begin);
             self.panel.run(&window, &data);
             self.picture.aim(self.panel.target());
         }
         let panel_time = begin.elapsed();
-        let (settings, drawing) = self.panel.settings_and_drawing();
-        let shown = self.picture.show(&self.session, plan, settings, drawing, begin)?;
+        let (settings, viewport, drawing) = self.panel.to_show();
+        let shown = self.picture.show(&self.session, plan, settings, viewport, drawing, begin)?;
         self.picture.pacer.panel(panel_time);
         self.metrics.presented(&shown);
         Ok(())
@@ -192,9 +260,18 @@ impl Viewer {
         }
     }
 
+    /// Traces again after a pause.
+    pub(super) fn go_on(&mut self) {
+        if let Some((since, observer)) = self.paused.take().zip(self.picture.observer.as_mut()) {
+            observer.stood_still(since.elapsed());
+        }
+    }
+
     /// Notes an edit of scene or camera.
     pub(super) fn edited(&mut self) {
         let now = Instant::now();
+        self.go_on();
+        self.inspector.clear();
         self.session.edited();
         self.picture.edited(now);
         self.panel.edited();

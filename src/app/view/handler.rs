@@ -12,9 +12,10 @@ use crate::app::process;
 use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
 use crate::app::view::start::{Stage, ViewerApp};
+use crate::client::window::host::ReaderEvent;
 use crate::gpu;
 
-impl ApplicationHandler for ViewerApp {
+impl ApplicationHandler<ReaderEvent> for ViewerApp {
     fn resumed(&mut self, _: &ActiveEventLoop) {
         if let Stage::Loading(loading) = &mut self.stage {
             loading.may_open = true;
@@ -26,6 +27,13 @@ impl ApplicationHandler for ViewerApp {
             Stage::Loading(loading) => loading.hear(&event),
             Stage::Open(viewer) => viewer.hear(event),
             Stage::Over(_) => {}
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, event: ReaderEvent) {
+        if let Stage::Open(viewer) = &mut self.stage {
+            viewer.panel.host.hear_reader(event);
+            viewer.refresh();
         }
     }
 
@@ -75,7 +83,7 @@ impl Viewer {
         }
     }
 
-    fn resized(&mut self, size: PhysicalSize<u32>) {
+    pub(super) fn resized(&mut self, size: PhysicalSize<u32>) {
         if let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) {
             swapchain.resize([size.width, size.height]);
         }

@@ -7,16 +7,18 @@ use miette::{IntoDiagnostic, Result};
 use raw_window_handle::HasDisplayHandle;
 use winit::dpi::PhysicalSize;
 use winit::event::{ElementState, WindowEvent};
-use winit::event_loop::ActiveEventLoop;
+use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::Window;
 
 use crate::app::tell;
 use crate::app::view::ViewOptions;
 use crate::app::view::loader::{ReadyScene, SceneLoader, ViewSource};
+use crate::app::view::preferences::Preferences;
 use crate::app::view::screen::Screen;
-use crate::client::window::host::EguiHost;
+use crate::client::window::host::{EguiHost, ReaderEvent};
 use crate::client::window::panel::PanelControls;
+use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, FilmSpec, SplatFilter, VarianceForm};
 use crate::gpu::{self, Readiness};
 
@@ -44,7 +46,10 @@ pub(super) struct OpenWindow {
 pub(super) struct LoadingWindow {
     pub options: ViewOptions,
     pub controls: PanelControls,
+    pub preferences: Preferences,
     pub loader: SceneLoader,
+    /// Through which screen readers speak.
+    proxy: EventLoopProxy<ReaderEvent>,
     pub open: Option<OpenWindow>,
     /// The window system is ready for windows.
     pub may_open: bool,
@@ -56,10 +61,16 @@ pub(super) struct LoadingWindow {
 
 impl LoadingWindow {
     /// Begins to load.
-    pub fn start(source: ViewSource, options: ViewOptions, controls: PanelControls) -> Result<Self> {
+    pub fn start(
+        source: ViewSource,
+        options: ViewOptions,
+        controls: PanelControls,
+        preferences: Preferences,
+        proxy: EventLoopProxy<ReaderEvent>,
+    ) -> Result<Self> {
         let (open, may_open, modifiers, drawn, quit) = Default::default();
         let loader = SceneLoader::start(source)?;
-        Ok(Self { options, controls, loader, open, may_open, modifiers, drawn, quit })
+        Ok(Self { options, controls, preferences, loader, proxy, open, may_open, modifiers, drawn, quit })
     }
 
     /// Hears an event of the window.
@@ -88,7 +99,7 @@ impl LoadingWindow {
             }
             _ => {}
         }
-        host.on_event(&screen.window, event, true);
+        host.on_event(&screen.window, event, true, false);
     }
 
     /// Opens the window as soon as its size is known, draws how far the loading is, and looks whether it has ended: then the scene
@@ -116,12 +127,14 @@ impl LoadingWindow {
         Instant::now() + LOOK
     }
 
-    /// Opens a window of this size, and the device for it.
+    /// Opens a window for a picture of this size, and the device for it.
     fn window(&self, events: &ActiveEventLoop, [width, height]: [u32; 2]) -> Result<OpenWindow> {
         let options = &self.options;
         let attributes = Window::default_attributes()
             .with_title(title(&self.loader.source.name()))
-            .with_inner_size(PhysicalSize::new(width, height));
+            .with_inner_size(PhysicalSize::new(width, height))
+            // Until screen readers can ask about it.
+            .with_visible(false);
         let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
         gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
         tracing::info!("the window opens after {:.0?}", options.began.elapsed());
@@ -129,7 +142,14 @@ impl LoadingWindow {
         let rate = rate.filter(|rate| options.budget.is_none() && *rate >= 1000);
         let rate = rate.map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate)));
         let mut host = EguiHost::default();
-        host.open(&window);
+        host.open(&window, events, self.proxy.clone());
+        let layout = &self.controls.layout;
+        host.scale_text(layout.font_scale);
+        if layout.is_open {
+            let dock = (layout.width * layout.font_scale * window.scale_factor() as f32).round() as u32;
+            let _ = window.request_inner_size(PhysicalSize::new(width + dock, height));
+        }
+        window.set_visible(true);
         let spec = FilmSpec {
             width,
             height,
@@ -154,7 +174,8 @@ impl LoadingWindow {
         }
         let window = screen.window.clone();
         host.run_loading(&window, &self.loader.state());
-        screen.show(&self.controls.settings, None, Some(host.drawing()))?;
+        let viewport = Viewport::new(screen.extent().unwrap_or(SIZE));
+        screen.show(&self.controls.settings, None, &viewport, Some(host.drawing()))?;
         self.drawn = Some(Instant::now());
         Ok(())
     }

@@ -42,7 +42,8 @@ impl MapCache {
         now: Instant,
     ) -> PictureOverlay {
         let map = match (choice, observer) {
-            (MapChoice::None, _) => return PictureOverlay::None,
+            // The comparison makes its own.
+            (MapChoice::None | MapChoice::Difference | MapChoice::Flip, _) => return PictureOverlay::None,
             (MapChoice::Error, None) => {
                 Err("no error map: the picture has one randomisation only (--replicates 1)")
             }
@@ -114,6 +115,7 @@ fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> Error
         message,
         warning: state.late.warning(),
         seconds,
+        compared: Vec::new(),
     }
 }
 

@@ -26,6 +26,12 @@
 //! │  ├─ MapCache     maps      maps of error and cost over the picture
 //! │  └─ EffectCosts  costs     measured costs of the effects
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
+//! ├─ Inspector       inspector   the paths of the pixel that was clicked at
+//! ├─ Outline         outline     the outline of the selected object
+//! ├─ Comparison      comparison  snapshots and other pictures beside the present one
+//! ├─ HistogramCache  histogram   the histogram of the picture
+//! ├─ KeptViews       views       views of the camera by number, beside the scene
+//! ├─ Preferences     preferences what is remembered from session to session
 //! ├─ BackgroundSaves saves     files that are being written
 //! ├─ SceneLoader     loader    a scene that a thread reads and prepares: the first, one that was dropped, one that has changed
 //! └─ FileWatch       watch     the files of the scene on the disk
@@ -36,24 +42,30 @@
 //! loop; `actions` does what the user asks for; `ending` writes what is left behind when the window closes.
 
 mod actions;
+mod comparison;
 mod costs;
 mod editor;
 mod ending;
 mod exposure;
 mod frame;
 mod handler;
+mod histogram;
+mod inspector;
 mod loader;
 mod loading;
 mod maps;
 mod metrics;
+mod outline;
 mod panel;
 mod picture;
+mod preferences;
 mod reload;
 mod saves;
 mod screen;
 mod session;
 mod start;
 mod tracers;
+mod views;
 mod watch;
 mod window_filter;
 
@@ -64,15 +76,21 @@ use miette::Result;
 
 use crate::app::outputs::Outputs;
 use crate::app::timings::TimingCapture;
+use crate::app::view::comparison::Comparison;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::exposure::FollowedLight;
+use crate::app::view::histogram::HistogramCache;
+use crate::app::view::inspector::Inspector;
 use crate::app::view::loader::{SceneLoader, ViewSource};
 use crate::app::view::metrics::ViewerMetrics;
+use crate::app::view::outline::Outline;
 use crate::app::view::panel::ViewerPanel;
 use crate::app::view::picture::LivePicture;
+use crate::app::view::preferences::Preferences;
 use crate::app::view::saves::BackgroundSaves;
 use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
+use crate::app::view::views::KeptViews;
 use crate::app::view::watch::FileWatch;
 use crate::gpu::DeviceChoice;
 use crate::remote::TracerAddress;
@@ -123,6 +141,16 @@ struct Viewer {
     ended: Instant,
     /// The last tick of flying.
     tick: Instant,
+    /// Since when no samples are read, so that the tracer stops once its lanes are full; `None` while it traces.
+    paused: Option<Instant>,
+    inspector: Inspector,
+    outline: Outline,
+    comparison: Comparison,
+    histogram: HistogramCache,
+    views: KeptViews,
+    preferences: Preferences,
+    /// Until then the window is about to take a size that was asked for.
+    resizing_until: Option<Instant>,
     /// The window is to close.
     quit: bool,
     /// Why the window closes, if not because the user wanted it.

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use glam::DVec2;
 use miette::Result;
 use winit::event::WindowEvent;
 use winit::window::Window;
@@ -19,10 +20,12 @@ use crate::client::Settings;
 use crate::client::lod::level_of_detail;
 use crate::client::window::action::Action;
 use crate::client::window::host::{EguiHost, PanelDrawing};
-use crate::client::window::input::InputState;
+use crate::client::window::input::{InputEvent, InputState};
 use crate::client::window::panel::{
-    EffectRow, MapChoice, PanelControls, PanelData, RejectedList, RejectedRow, TracerRow,
+    CompareMode, EffectRow, MapChoice, PanelControls, PanelData, PictureView, RejectedList, RejectedRow,
+    TracerRow,
 };
+use crate::client::window::viewport::{GRID_ZOOM, Viewport};
 use crate::remote::{Health, TracerStatus};
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
@@ -37,6 +40,8 @@ pub struct ViewerPanel {
     pub controls: PanelControls,
     /// Mouse and keys.
     pub input: InputState,
+    /// Which part of the picture is shown, and where.
+    pub viewport: Viewport,
     maps: MapCache,
     costs: EffectCosts,
     /// The list of effects, and the method and settings that it holds for; `None` after an edit.
@@ -45,27 +50,32 @@ pub struct ViewerPanel {
     actions: Vec<Action>,
     /// The display controls have changed since the last frame.
     settings_changed: bool,
+    /// An object is outlined.
+    pub has_outline: bool,
 }
 
 impl ViewerPanel {
-    /// A panel for a window of this size.
+    /// A panel beside a picture of this size.
     pub fn new(host: EguiHost, controls: PanelControls, size: [u32; 2]) -> Self {
         Self {
             host,
             controls,
             input: InputState::new(size),
+            viewport: Viewport::new(size),
             maps: MapCache::default(),
             costs: EffectCosts::default(),
             effects: None,
             actions: Vec::new(),
             settings_changed: false,
+            has_outline: false,
         }
     }
 
     /// Hears an event of the window. Returns true when it asks for actions.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
-        let active = (self.controls.visible || self.controls.help) && !self.input.is_dragging();
-        let taken = self.host.on_event(window, event, active);
+        let active = self.is_interactive() && !self.input.is_dragging();
+        let modal = self.controls.dialog.is_open() || self.controls.palette.is_open;
+        let taken = self.host.on_event(window, event, active, modal);
         let actions = self.input.on_window_event(event, taken);
         self.actions.extend_from_slice(&actions);
         !actions.is_empty()
@@ -119,12 +129,40 @@ impl ViewerPanel {
         self.maps.begin_epoch();
     }
 
-    /// Whether egui draws something over the picture: panel, list of keys, map or message.
+    /// Whether something of the panel reacts to mouse and keys.
+    fn is_interactive(&self) -> bool {
+        let PanelControls { layout, help, palette, dialog, compare, .. } = &self.controls;
+        let splits = compare.is_shown && compare.mode == CompareMode::Split;
+        layout.is_open || *help || palette.is_open || dialog.is_open() || splits
+    }
+
+    /// Whether egui draws something: dock, list of keys, palette, map, message or the grid between magnified pixels.
     fn has_overlay(&self) -> bool {
-        self.controls.visible
-            || self.controls.help
+        self.is_interactive()
             || self.controls.map != MapChoice::None
             || self.host.has_message()
+            || self.controls.compare.is_shown
+            || self.has_outline
+            || self.viewport.zoom() >= GRID_ZOOM
+    }
+
+    /// The size that the dock leaves to the picture in a window of this extent, physical pixels.
+    pub fn picture_area(&self, window: &Window, [width, height]: [u32; 2]) -> [u32; 2] {
+        let scale = self.host.pixels_per_point(window);
+        let dock = self.controls.layout.width_in(width as f32 / scale) * scale;
+        [width.saturating_sub(dock.round() as u32).max(1), height]
+    }
+
+    /// The width of the dock, physical pixels; 0 where there is none.
+    pub fn dock_pixels(&self, window: &Window) -> u32 {
+        let layout = &self.controls.layout;
+        if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
+    }
+
+    /// The picture has this area of the window and this size from now on.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
+        self.viewport.set_sizes(area, picture);
+        self.input.take(InputEvent::Size(self.viewport.area()), Instant::now());
     }
 
     /// When the panel must run next; `None` while nothing of it is visible.
@@ -144,10 +182,10 @@ impl ViewerPanel {
         self.settings_changed |= before != (self.controls.settings.clone(), self.controls.filter);
     }
 
-    /// The display settings, and what is drawn over the picture.
-    pub fn settings_and_drawing(&mut self) -> (&Settings, Option<&mut PanelDrawing>) {
+    /// The display settings, the part of the picture that is shown, and what is drawn over it.
+    pub fn to_show(&mut self) -> (&Settings, &Viewport, Option<&mut PanelDrawing>) {
         let drawn = self.has_overlay();
-        (&self.controls.settings, drawn.then(|| self.host.drawing()))
+        (&self.controls.settings, &self.viewport, drawn.then(|| self.host.drawing()))
     }
 
     /// Every effect of tracer and display, on or off, and why.
@@ -175,7 +213,13 @@ impl ViewerPanel {
         rows
     }
 
-    /// Gathers what the panel shows.
+    /// The place in the picture under the cursor, in pixels, while it is over the picture.
+    pub fn cursor(&self) -> Option<DVec2> {
+        let at = self.input.cursor().filter(|at| self.viewport.contains(*at))?;
+        Some(self.viewport.to_picture(at))
+    }
+
+    /// Gathers what the panel shows, apart from what the tools add.
     pub fn data(
         &mut self,
         session: &RenderSession,
@@ -200,6 +244,10 @@ impl ViewerPanel {
             chooses_method: session.chooses_method(),
             reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: session.size(),
+            view: PictureView {
+                viewport: self.viewport,
+                pixels_per_point: self.host.drawing().pixels_per_point,
+            },
             detail: picture.detail(),
             counts,
             traced_per_second: rates.traced,
@@ -228,6 +276,7 @@ impl ViewerPanel {
             rejected: rejected(session, editor),
             camera: editor.camera_words(),
             fov: editor.fov(),
+            ..PanelData::default()
         }
     }
 }

@@ -21,10 +21,12 @@ use crate::client::film::VulkanFilm;
 use crate::client::light_meter::LightMeter;
 use crate::client::lod::level_of_detail;
 use crate::client::pacing::{FramePlan, Pacer, Situation};
+use crate::client::pass::repaint::ShownTexels;
 use crate::client::retained::RetainedSamples;
 use crate::client::window::host::PanelDrawing;
+use crate::client::window::viewport::Viewport;
 use crate::client::{BATCH_CAPACITY, ClientError, Denoise, Film, FilmCounts, FilmSpec, Settings};
-use crate::gpu::{FrameNumber, Gpu, Readiness};
+use crate::gpu::{FrameNumber, Gpu, Readiness, Region};
 use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
 
@@ -472,6 +474,7 @@ impl LivePicture {
         session: &RenderSession,
         plan: &FramePlan,
         settings: &Settings,
+        viewport: &Viewport,
         panel: Option<&mut PanelDrawing>,
         began: Instant,
     ) -> Result<ShownFrame, ClientError> {
@@ -495,7 +498,7 @@ impl LivePicture {
             None => detail.map(PictureSource::Film),
         };
         let number = match &mut self.screen {
-            Some(screen) => screen.show(settings, source, panel)?,
+            Some(screen) => screen.show(settings, source, viewport, panel)?,
             None => FrameNumber::default(),
         };
         self.show = false;
@@ -538,6 +541,21 @@ impl LivePicture {
         // The window's own picture may have another encoding.
         self.repaint = true;
         snapshot
+    }
+
+    /// The samples that are kept.
+    pub fn kept(&self) -> &RetainedSamples {
+        &self.kept
+    }
+
+    /// What the window shows within a rectangle of the picture; `None` before there is a picture.
+    pub fn shown(&mut self, region: Region) -> Result<Option<ShownTexels>, ClientError> {
+        self.film_mut().map_or(Ok(None), |film| film.shown(region))
+    }
+
+    /// The sum of the weights of the camera samples at a pixel; 0 where it is not known.
+    pub fn weight_at(&mut self, pixel: [u32; 2]) -> f32 {
+        self.film_mut().and_then(|film| film.weight_at(pixel).ok()).unwrap_or(0.0)
     }
 
     /// Takes the film out of the window, for the files written at the end.

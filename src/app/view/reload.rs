@@ -1,4 +1,4 @@
-//! Another scene in the open window: a file that was dropped onto it, or the same scene after its files have changed.
+//! Another scene in the open window: a file that was chosen or dropped onto it, or the same scene after its files have changed.
 //!
 //! The old scene is shown until the new one is ready, and stays where that cannot be read. A scene that is read again keeps the camera
 //! where it was moved to, the display, the effects that are switched, and the edits of objects that are still there by name.
@@ -12,9 +12,10 @@ use crate::app::tell;
 use crate::app::view::Viewer;
 use crate::app::view::loader::{ReadyScene, SceneLoader, ViewSource, brief};
 use crate::app::view::loading::title;
+use crate::app::view::views::KeptViews;
 
 impl Viewer {
-    /// Opens the scene or model that was dropped onto the window.
+    /// Opens a scene or a model in this window.
     pub(super) fn open_file(&mut self, path: PathBuf) {
         let source = self.source.with_scene(path);
         self.load(source);
@@ -84,6 +85,13 @@ impl Viewer {
         self.session.set_effects(&self.editor);
         self.options.name = source.name();
         self.source = source;
+        if !again {
+            let scene = &self.source.args.scene;
+            self.preferences.opened(scene, &self.panel.controls.layout);
+            let (views, problem) = KeptViews::beside(scene);
+            self.views = views;
+            problem.into_iter().for_each(|problem| self.say(problem));
+        }
         if let Some(screen) = &self.picture.screen {
             screen.window.set_title(&title(&self.options.name));
         }

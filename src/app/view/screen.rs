@@ -11,6 +11,7 @@ use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::panel_renderer::PanelRenderer;
+use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Readiness, Swapchain};
 use crate::image::Grid;
@@ -200,12 +201,13 @@ impl Screen {
         Ok((readiness, objects.swapchain.extent()))
     }
 
-    /// Draws the picture and over it the panel into the acquired image, and shows it. Without a `repaint`
+    /// Draws the picture as the viewport says and over it the panel into the acquired image, and shows it. Without a `repaint`
     /// the picture is the one painted last. Returns the frame's number.
     pub fn show(
         &mut self,
         settings: &Settings,
         repaint: Option<PictureSource<'_>>,
+        viewport: &Viewport,
         panel: Option<&mut PanelDrawing>,
     ) -> Result<FrameNumber, ClientError> {
         let Some(DeviceObjects { film: Some(film), swapchain }) = &mut self.objects else {
@@ -221,7 +223,8 @@ impl Screen {
             None => film.painted(),
         };
         if let Some(picture) = picture {
-            swapchain.draw(&mut frame, picture);
+            let copies = viewport.copies(swapchain.extent().unwrap_or_default());
+            swapchain.draw(&mut frame, picture, &copies);
         }
         if let Some(panel) = panel {
             let overlay = match &mut self.overlay {

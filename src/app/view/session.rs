@@ -245,6 +245,16 @@ impl RenderSession {
         drained
     }
 
+    /// The number of this render.
+    pub fn epoch(&self) -> Epoch {
+        self.epoch
+    }
+
+    /// Where the samples of this epoch lie.
+    pub fn window(&self) -> UvWindow {
+        self.window
+    }
+
     /// Sleeps until a block or an event is there, at most `timeout`.
     pub fn wait(&mut self, timeout: Duration) {
         self.lanes.wait(timeout);

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 use winit::dpi::PhysicalSize;
-use winit::event_loop::{ActiveEventLoop, EventLoop};
+use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 
 use crate::app::args::ViewArgs;
 use crate::app::args::remote::OF_TRACER;
@@ -17,21 +17,30 @@ use crate::app::device::CPU;
 use crate::app::outputs::Outputs;
 use crate::app::remote_order::scene_digest;
 use crate::app::timings::{self, TimingCapture};
+use crate::app::view::comparison::Comparison;
 use crate::app::view::exposure::FollowedLight;
+use crate::app::view::histogram::HistogramCache;
+use crate::app::view::inspector::Inspector;
 use crate::app::view::loader::{ReadyScene, ViewSource};
 use crate::app::view::loading::{LoadingWindow, OpenWindow, title};
 use crate::app::view::metrics::ViewerMetrics;
+use crate::app::view::outline::Outline;
 use crate::app::view::panel::ViewerPanel;
 use crate::app::view::picture::LivePicture;
+use crate::app::view::preferences::Preferences;
 use crate::app::view::saves::BackgroundSaves;
 use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
 use crate::app::view::tracers::{self, Tracers};
+use crate::app::view::views::KeptViews;
 use crate::app::view::watch::FileWatch;
 use crate::app::view::{ViewOptions, Viewer};
 use crate::app::{predictions, process, tell};
 use crate::client::background;
-use crate::client::window::panel::{DEFAULT_TARGET, MapChoice, PanelControls};
+use crate::client::window::host::ReaderEvent;
+use crate::client::window::panel::{
+    CommandPalette, CompareControls, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelLayout,
+};
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::gpu::{self, DeviceChoice};
@@ -58,8 +67,9 @@ pub fn view(args: &ViewArgs) -> Result<()> {
         timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
     }
     process::listen_for_interrupt();
-    let events = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
-    let mut app = ViewerApp::start(args, denoise, outputs, began)?;
+    let mut events = EventLoop::<ReaderEvent>::with_user_event();
+    let events = events.build().map_err(|error| no_display(&error.to_string()))?;
+    let mut app = ViewerApp::start(args, denoise, outputs, events.create_proxy(), began)?;
     // The window system may fail at any moment: what was traced is saved all the same.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut app)));
     match run {
@@ -113,7 +123,13 @@ pub(super) enum Stage {
 
 impl ViewerApp {
     /// Begins to load the scene.
-    fn start(args: &ViewArgs, denoise: Denoise, outputs: Outputs, began: Instant) -> Result<Self> {
+    fn start(
+        args: &ViewArgs,
+        denoise: Denoise,
+        outputs: Outputs,
+        proxy: EventLoopProxy<ReaderEvent>,
+        began: Instant,
+    ) -> Result<Self> {
         let tracers = tracers::addresses(&args.tracers)?;
         let scene = scene(args, &tracers)?;
         let source = ViewSource {
@@ -123,12 +139,19 @@ impl ViewerApp {
             remote: !tracers.is_empty(),
         };
         let settings = Settings { denoise, reproject: !args.no_reproject, ..args.display.settings() };
+        let preferences = Preferences::read();
+        let mut layout = PanelLayout::new(!args.no_panel);
+        preferences.arrange(&mut layout);
         let controls = PanelControls {
             own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
             settings: Settings { output: args.hdr, ..settings },
             filter: SplatFilter::Gaussian,
-            visible: !args.no_panel,
+            layout,
             help: false,
+            palette: CommandPalette::default(),
+            dialog: FileChooser::default(),
+            enters: false,
+            compare: CompareControls::default(),
             map: MapChoice::default(),
             // In order of index the picture is that of `render`, to the byte.
             follow_light: args.display.exposure.is_none() && !args.deterministic,
@@ -150,7 +173,7 @@ impl ViewerApp {
             tracers,
             name: source.name(),
         };
-        let loading = LoadingWindow::start(source, options, controls)?;
+        let loading = LoadingWindow::start(source, options, controls, preferences, proxy)?;
         Ok(Self { stage: Stage::Loading(Box::new(loading)) })
     }
 
@@ -242,7 +265,7 @@ fn scene(args: &ViewArgs, tracers: &[TracerAddress]) -> Result<SceneArgs> {
 
 /// Starts the tracer, and the first epoch in the window that is open.
 fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
-    let LoadingWindow { mut options, mut controls, loader, open, .. } = loading;
+    let LoadingWindow { mut options, mut controls, mut preferences, loader, open, .. } = loading;
     let Some(OpenWindow { screen, host, rate }) = open else {
         return Err(miette::miette!("there is no window for the scene"));
     };
@@ -253,12 +276,12 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     // Another scene may have been dropped onto the window meanwhile.
     options.name = loader.source.name();
     window.set_title(&title(&options.name));
-    let wanted = PhysicalSize::<u32>::from(size);
+    let panel = ViewerPanel::new(host, controls, size);
+    let wanted = PhysicalSize::new(size[0] + panel.dock_pixels(&window), size[1]);
     if window.inner_size() != wanted {
         // It was opened before the size of the picture was known.
         let _ = window.request_inner_size(wanted);
     }
-    let panel = ViewerPanel::new(host, controls, size);
     let threads = loader.source.args.threads();
     let mut picture = LivePicture::new(&run, options.budget, panel.target(), threads)?;
     let (tracers, lanes) = match options.tracers.is_empty() {
@@ -278,6 +301,8 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     }
     picture.open(screen, rate);
     picture.refit(session.run_spec()).into_diagnostic()?;
+    preferences.opened(&loader.source.args.scene, &panel.controls.layout);
+    let (views, no_views) = KeptViews::beside(&loader.source.args.scene);
     let (mut watch, problem) = FileWatch::new();
     let unseen = watch.follow(loader.files());
     let now = Instant::now();
@@ -298,10 +323,18 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         due: now,
         ended: now,
         tick: now,
+        paused: None,
+        inspector: Inspector::default(),
+        outline: Outline::default(),
+        comparison: Comparison::default(),
+        histogram: HistogramCache::default(),
+        views,
+        preferences,
+        resizing_until: None,
         quit: false,
         outcome: Ok(()),
     };
-    problem.into_iter().chain(unseen).for_each(|message| viewer.say(message));
+    problem.into_iter().chain(unseen).chain(no_views).for_each(|message| viewer.say(message));
     viewer.choose_method()?;
     viewer.restart()?;
     Ok(viewer)

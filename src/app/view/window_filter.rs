@@ -7,7 +7,7 @@ use crate::app::filtered_picture::FilteredPicture;
 use crate::app::noise_filter::{EpochView, FilteredFrame, NoiseFilter};
 use crate::app::run_spec::RunSpec;
 use crate::client::retained::RetainedSamples;
-use crate::client::{Denoise, DisplayView, FilmData, Settings};
+use crate::client::{Denoise, FilmData, Settings};
 use crate::gpu::Gpu;
 
 /// The filter of the window. Its thread starts with the first picture that asks for it, and stays.
@@ -168,5 +168,5 @@ impl WindowFilter {
 
 /// Whether these settings show the picture of a render through the filter, which needs both randomisations.
 fn is_asked_for(run: &RunSpec, settings: &Settings) -> bool {
-    run.replicated && settings.view == DisplayView::Picture && settings.denoise != Denoise::Off
+    run.replicated && !settings.view.is_error() && settings.denoise != Denoise::Off
 }

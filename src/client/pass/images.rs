@@ -264,12 +264,14 @@ pub struct PictureImages {
     xyz: [Option<Image>; DETAILS.len()],
     /// Encoded R, G, B of full size, made when it is asked for first.
     encoded: Option<Image>,
+    /// Which of [`DETAILS`] was asked for last.
+    last: usize,
 }
 
 impl PictureImages {
     /// Images of this extent in picture pixels, without padding.
     pub fn new(extent: [u32; 2]) -> Self {
-        Self { extent, xyz: [const { None }; DETAILS.len()], encoded: None }
+        Self { extent, xyz: [const { None }; DETAILS.len()], encoded: None, last: 0 }
     }
 
     /// The encoded picture that was asked for last.
@@ -277,9 +279,15 @@ impl PictureImages {
         self.encoded.as_mut()
     }
 
+    /// What was drawn last: scene-linear XYZ, picture pixels per texel of it and axis, and the encoded picture.
+    pub fn shown(&mut self) -> Option<(&mut Image, u32, &mut Image)> {
+        Some((self.xyz[self.last].as_mut()?, DETAILS[self.last], self.encoded.as_mut()?))
+    }
+
     /// Scene-linear XYZ and the encoded picture for these effects; an encoded picture of another format is retired.
     pub fn get(&mut self, gpu: &Arc<Gpu>, effects: &Effects) -> Result<(&mut Image, &mut Image), GpuError> {
         let at = DETAILS.iter().position(|d| *d == effects.detail).unwrap_or(0);
+        self.last = at;
         let format = effects.encoded_format();
         let xyz = match &mut self.xyz[at] {
             Some(image) => image,

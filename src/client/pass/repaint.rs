@@ -131,6 +131,30 @@ impl Repaint {
         self.picture.painted()
     }
 
+    /// What the last repaint shows within a rectangle; `None` before the first. Waits for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`].
+    pub fn shown(&mut self, region: Region) -> Result<Option<ShownTexels>, ClientError> {
+        let gpu = self.gpu.clone();
+        let Some((xyz, detail, encoded)) = self.picture.shown() else { return Ok(None) };
+        let Region { origin: [x, y], extent: [width, height] } = region;
+        let first = [x / detail, y / detail];
+        let last = [(x + width - 1) / detail, (y + height - 1) / detail];
+        let coarse = [last[0] - first[0] + 1, last[1] - first[1] + 1];
+        let texels = floats(&read_image(&gpu, xyz, Region { origin: first, extent: coarse })?);
+        let texel = |x: u32, y: u32| {
+            let at = 4 * ((y / detail - first[1]) * coarse[0] + x / detail - first[0]) as usize;
+            [texels[at], texels[at + 1], texels[at + 2]]
+        };
+        let rows = y..y + height;
+        let xyz = rows.flat_map(|y| (x..x + width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
+        let format = encoded.format();
+        let displayed = decoded(format, &read_image(&gpu, encoded, region)?);
+        Ok(Some(ShownTexels { xyz, displayed }))
+    }
+
     /// The encoded picture in 8 bits, whatever the window shows; waits for the GPU.
     ///
     /// # Errors
@@ -194,7 +218,9 @@ impl Repaint {
         }
         let (target, _) = self.picture.get(&self.gpu, effects)?;
         let shown = match effects.view {
-            DisplayView::Picture => sums.streams.iter().flatten().next(),
+            DisplayView::Picture | DisplayView::FalseColor | DisplayView::Clipping => {
+                sums.streams.iter().flatten().next()
+            }
             DisplayView::CameraVariance => sums.streams[0].as_ref(),
             DisplayView::LightVariance => sums.streams[1].as_ref(),
         };
@@ -215,7 +241,7 @@ impl Repaint {
             detail: effects.detail as f32,
             ..ReconstructPush::default()
         };
-        if effects.view != DisplayView::Picture {
+        if effects.view.is_error() {
             let light = effects.view == DisplayView::LightVariance;
             if let Some((images, lod)) = &sums.streams[usize::from(light)] {
                 self.error_view.record(cmd, images, *lod, light, push, target)?;
@@ -267,6 +293,30 @@ fn coarse_texels(picture: &Grid<Vec3>, detail: usize) -> Vec<[f32; 4]> {
     };
     let row = |y| (0..width).step_by(detail).map(move |x| texel(x, y));
     (0..height).step_by(detail).flat_map(row).collect()
+}
+
+/// A rectangle of the picture that is shown, in rows from the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShownTexels {
+    /// Scene-linear X, Y, Z before the tone curve.
+    pub xyz: Vec<[f32; 3]>,
+    /// What the display gets: R, G, B as they are encoded, 1 for the largest code of integers.
+    pub displayed: Vec<[f32; 3]>,
+}
+
+/// The colours of an encoded picture.
+fn decoded(format: TexelFormat, bytes: &[u8]) -> Vec<[f32; 3]> {
+    let texel = |bytes: &[u8]| match format {
+        TexelFormat::Rgb10A2 => {
+            let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+            [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0)
+        }
+        TexelFormat::Rgba16F => {
+            [0, 2, 4].map(|i| half::f16::from_le_bytes([bytes[i], bytes[i + 1]]).to_f32())
+        }
+        _ => [0, 1, 2].map(|i| f32::from(bytes[i]) / 255.0),
+    };
+    bytes.chunks_exact(format.bytes()).map(texel).collect()
 }
 
 /// The numbers that the GPU has written.

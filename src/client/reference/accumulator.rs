@@ -224,6 +224,11 @@ impl Accumulator {
         self.crop(&self.hi, pad).map(|v| v.to_array()).collect()
     }
 
+    /// The sums X, Y, Z and weight of one texel.
+    pub fn color_at(&self, [x, y]: [u32; 2]) -> Option<[f32; 4]> {
+        self.hi.get(y as usize * self.width + x as usize).map(|v| v.to_array())
+    }
+
     /// The same of the variance.
     pub fn variance_rows(&self, pad: u32) -> Vec<f32> {
         self.crop(&self.variance_hi, pad).collect()

@@ -129,7 +129,9 @@ impl Film for ReferenceFilm {
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = match settings.view {
-                DisplayView::Picture => masked(&p, &effects, [camera, light]),
+                DisplayView::Picture | DisplayView::FalseColor | DisplayView::Clipping => {
+                    masked(&p, &effects, [camera, light])
+                }
                 DisplayView::CameraVariance => error_view(&p, camera.as_ref()),
                 DisplayView::LightVariance => error_view(&p, light.as_ref()),
             };

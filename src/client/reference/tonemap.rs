@@ -9,6 +9,7 @@ use crate::client::dither::thresholds;
 use crate::client::effects;
 use crate::client::reference::curves::{MAX_TONE_INPUT, agx, pbr_neutral};
 use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, Settings, ToneCurve};
+use crate::client::zones;
 use crate::color::pq;
 use crate::color::profile::{rec709_from_xyz, rec709_luminance};
 use crate::image::Grid;
@@ -40,16 +41,30 @@ impl<'a> ToneMapper<'a> {
 
     /// Display-linear RGB of a pixel, 1 being diffuse white.
     pub fn linear(&self, xyz: Vec3) -> Vec3 {
-        // The error views are greys that are shown without a curve.
-        if self.settings.view != DisplayView::Picture {
-            return Vec3::splat(xyz.y.clamp(0.0, 1.0));
+        match self.settings.view {
+            // Greys that are shown without a curve.
+            DisplayView::CameraVariance | DisplayView::LightVariance => Vec3::splat(xyz.y.clamp(0.0, 1.0)),
+            DisplayView::FalseColor => zones::ZONE_COLORS[zones::zone(self.settings.exposure * xyz.y)].into(),
+            DisplayView::Picture | DisplayView::Clipping => self.curved(xyz),
         }
-        self.curved(xyz)
+    }
+
+    /// The same at a pixel of the picture, with stripes where it is clipped or black, if these are asked for.
+    fn marked(&self, xyz: Vec3, [x, y]: [usize; 2]) -> Vec3 {
+        let rgb = self.linear(xyz);
+        let stripe = (x + y) >> 2 & 1 == 0;
+        match self.settings.view {
+            DisplayView::Clipping if stripe && rgb.max_element() >= zones::CLIPPED * self.ceiling() => {
+                zones::CLIPPED_MARK.into()
+            }
+            DisplayView::Clipping if stripe && rgb.max_element() <= zones::BLACK => zones::BLACK_MARK.into(),
+            _ => rgb,
+        }
     }
 
     /// The encoded value of a pixel before rounding: 0 … 1, or any positive number for [`ColorOutput::ScRgb`].
-    pub fn signal(&self, xyz: Vec3) -> Vec3 {
-        let rgb = self.linear(xyz);
+    pub fn signal(&self, xyz: Vec3, pixel: [usize; 2]) -> Vec3 {
+        let rgb = self.marked(xyz, pixel);
         match (self.settings.output, &self.settings.profile.transfer) {
             (ColorOutput::ScRgb, _) => rgb * (pq::DIFFUSE_WHITE / pq::SCRGB_WHITE),
             (ColorOutput::Hdr10, _) => {
@@ -91,7 +106,7 @@ pub fn tonemap(picture: &Grid<Vec3>, settings: &Settings) -> DisplayImage {
     rgb.par_chunks_mut(width).zip(rows).enumerate().for_each(|(y, (out, row))| {
         for (x, (out, &xyz)) in out.iter_mut().zip(row).enumerate() {
             let t = Vec3::from(thresholds(settings.dither, x, y));
-            *out = (mapper.signal(xyz) * 255.0 + t).floor().to_array().map(|c| c as u8);
+            *out = (mapper.signal(xyz, [x, y]) * 255.0 + t).floor().to_array().map(|c| c as u8);
         }
     });
     DisplayImage { width: picture.width() as u32, height: picture.height() as u32, rgb }

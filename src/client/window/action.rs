@@ -1,7 +1,9 @@
 //! What the user asks for, with the mouse, a key or a button of the panel.
 
+use std::path::PathBuf;
+
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::ParameterValue;
+use crate::client::window::panel::{PanelTab, ParameterValue};
 
 /// One wish of the user. Positions are physical pixels of the window.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +16,16 @@ pub enum Action {
     Pick([f64; 2]),
     /// Focuses the camera on the point that is seen here.
     FocusAt([f64; 2]),
+    /// Exposes the picture for the light that is seen here.
+    MeterAt([f64; 2]),
+    /// Changes the exposure by steps of a sixth of a stop.
+    Expose(f64),
+    /// Zooms the picture that is shown in or out by steps of the wheel; the place here stays where it is.
+    ZoomAt([f64; 2], f64),
+    /// Moves the magnified picture by pixels of the window.
+    PanView([f64; 2]),
+    /// Shows the whole picture.
+    ResetView,
     /// Selects nothing.
     Deselect,
     /// Takes the last camera move back.
@@ -52,6 +64,40 @@ pub enum Action {
     SaveScene,
     /// Copies the command line that repeats this picture.
     CopyCommand,
+    /// Asks for a scene or a model to open.
+    OpenDialog,
+    /// Opens this scene or model.
+    Open(PathBuf),
+    /// Asks for a name under which to save.
+    SaveDialog,
+    /// Saves under this name, which the user has chosen: by its ending the displayed picture, the sums or the scene.
+    SaveAs(PathBuf),
+    /// Keeps the view under a number, 1 to 9.
+    KeepView(u8),
+    /// Goes to the view that is kept under a number.
+    GoToView(u8),
+    /// Keeps the present picture as a snapshot.
+    KeepSnapshot,
+    /// Asks for an EXR file to compare with.
+    CompareDialog,
+    /// Compares with this EXR file.
+    CompareWith(PathBuf),
+    /// Forgets a snapshot.
+    ForgetSnapshot(usize),
+    /// Shows the chosen snapshot, or the present picture again.
+    ToggleSnapshot,
+    /// Stops tracing until it is asked for again, or goes on.
+    TogglePause,
+    /// Fills the screen with the window, or leaves it.
+    ToggleFullscreen,
+    /// Makes all text larger or smaller by steps.
+    ScaleText(i8),
+    /// Brings a tab of the panel to the front.
+    ShowTab(PanelTab),
+    /// Gives the keyboard to the panel.
+    EnterPanel,
+    /// Shows or hides the palette of commands.
+    TogglePalette,
     /// Shows or hides the panel.
     TogglePanel,
     /// Shows or hides the list of keys.

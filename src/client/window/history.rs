@@ -91,6 +91,16 @@ impl CameraHistory {
         Some(self.pose())
     }
 
+    /// Takes this pose, as an entry that can be undone; returns whether it is another one.
+    pub fn go_to(&mut self, pose: Pose) -> bool {
+        self.open = None;
+        if pose == self.pose() || !pose.is_usable() {
+            return false;
+        }
+        self.push(pose);
+        true
+    }
+
     /// Returns to the file's pose, as an entry that can be undone; `None` when the camera is there already.
     pub fn reset(&mut self) -> Option<Pose> {
         self.open = None;

@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use egui_winit::accesskit_winit;
 use winit::event::{ElementState, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
 use crate::client::window::action::Action;
@@ -25,6 +27,9 @@ pub struct PanelDrawing {
     pub pixels_per_point: f32,
 }
 
+/// What a screen reader asks for, as an event of the loop.
+pub use accesskit_winit::Event as ReaderEvent;
+
 /// egui in one window, which may not be open yet.
 pub struct EguiHost {
     context: egui::Context,
@@ -33,6 +38,10 @@ pub struct EguiHost {
     drawing: PanelDrawing,
     /// The pointer, in points.
     pointer: Option<egui::Pos2>,
+    /// Width of the window that the dock leaves to the picture, points.
+    picture_width: f32,
+    /// Factor on the size of text.
+    text_scale: f32,
     /// egui must run again by then.
     due: Instant,
     /// The last message for the user, and until when it stands over the picture; `None` is until the next one.
@@ -48,6 +57,8 @@ impl Default for EguiHost {
             state: None,
             drawing: PanelDrawing::default(),
             pointer: None,
+            picture_width: f32::INFINITY,
+            text_scale: 1.0,
             due: Instant::now(),
             message: None,
             message_drawn: false,
@@ -56,30 +67,61 @@ impl Default for EguiHost {
 }
 
 impl EguiHost {
-    /// Begins to work in this window.
-    pub fn open(&mut self, window: &Window) {
+    /// Begins to work in this window, which is not visible yet. Screen readers are answered through `proxy`, and what they ask for
+    /// comes to [`hear_reader`](Self::hear_reader).
+    pub fn open(&mut self, window: &Window, events: &ActiveEventLoop, proxy: EventLoopProxy<ReaderEvent>) {
         let (context, id) = (self.context.clone(), egui::ViewportId::ROOT);
+        context.options_mut(|options| options.zoom_with_keyboard = false);
         let scale = Some(window.scale_factor() as f32);
-        self.state = Some(egui_winit::State::new(context, id, window, scale, window.theme(), Some(4096)));
+        let mut state = egui_winit::State::new(context, id, window, scale, window.theme(), Some(4096));
+        state.init_accesskit(events, window, proxy);
+        self.state = Some(state);
         self.refresh();
     }
 
+    /// Hears what a screen reader asks for.
+    pub fn hear_reader(&mut self, event: ReaderEvent) {
+        match event.window_event {
+            accesskit_winit::WindowEvent::InitialTreeRequested => self.context.enable_accesskit(),
+            accesskit_winit::WindowEvent::ActionRequested(request) => {
+                if let Some(state) = &mut self.state {
+                    state.on_accesskit_action_request(request);
+                }
+            }
+            accesskit_winit::WindowEvent::AccessibilityDeactivated => self.context.disable_accesskit(),
+        }
+        self.refresh();
+    }
+
+    /// Makes all text this much larger than usual.
+    pub fn scale_text(&mut self, factor: f32) {
+        self.context.set_zoom_factor(factor);
+        self.text_scale = factor;
+        self.refresh();
+    }
+
+    /// Physical pixels per point in this window.
+    pub fn pixels_per_point(&self, window: &Window) -> f32 {
+        window.scale_factor() as f32 * self.text_scale
+    }
+
     /// Gives an event to egui. Returns true when the panel has used it, so that the picture must not react. `active` is false
-    /// while the panel is hidden or the picture is dragged: egui then gets only the events that keep its state valid.
-    pub fn on_event(&mut self, window: &Window, event: &WindowEvent, active: bool) -> bool {
+    /// while the panel is hidden or the picture is dragged: egui then gets only the events that keep its state valid. While
+    /// something is open that is `modal`, such as a dialog, all keys are its.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent, active: bool, modal: bool) -> bool {
         if keeps_state(event) {
             let _ = self.handle(window, event);
             return false; // None of these starts anything.
+        }
+        if matches!(event, WindowEvent::KeyboardInput { .. }) {
+            // Without a widget that has the keyboard, egui would take Tab for moving its focus.
+            let wanted = modal || active && self.context.egui_wants_keyboard_input();
+            return wanted && (self.handle(window, event) || modal);
         }
         active && self.handle(window, event)
     }
 
     fn handle(&mut self, window: &Window, event: &WindowEvent) -> bool {
-        let keyboard = matches!(event, WindowEvent::KeyboardInput { .. });
-        if keyboard && !self.context.egui_wants_keyboard_input() {
-            // egui would take Tab for moving its focus.
-            return false;
-        }
         match event {
             WindowEvent::CursorMoved { position, .. } => {
                 let scale = f64::from(egui_winit::pixels_per_point(&self.context, window));
@@ -99,10 +141,16 @@ impl EguiHost {
         response.consumed || (pressed && self.is_under_pointer())
     }
 
-    /// Whether the pointer is over the panel, the list of keys or an open menu.
+    /// Whether the pointer is over the dock, the list of keys or an open menu.
     fn is_under_pointer(&self) -> bool {
         let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
         layer.is_some_and(|layer| layer.order != egui::Order::Background)
+            || self.pointer.is_some_and(|at| at.x >= self.picture_width)
+    }
+
+    /// Whether the pointer drags something of the panel, such as its edge.
+    pub fn is_dragging(&self) -> bool {
+        self.context.egui_is_using_pointer()
     }
 
     /// Puts text on the clipboard.
@@ -152,6 +200,8 @@ impl EguiHost {
         self.message_drawn = data.message.is_some();
         let mut actions = Vec::new();
         self.draw(window, |ui| actions.extend(panel::show(ui, data, controls)));
+        let width = self.context.content_rect().width();
+        self.picture_width = width - controls.layout.width_in(width);
         actions
     }
 

@@ -8,7 +8,7 @@ use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{Key, KeyCode, PhysicalKey};
 
 use crate::client::window::action::Action;
-use crate::client::window::keys::{self, BoundAction, Held};
+use crate::client::window::keys::{self, BoundAction, CursorAction, Held};
 use crate::client::window::navigation::Gesture;
 
 /// Physical pixels that the cursor may move between press and release of a click.
@@ -41,13 +41,15 @@ pub enum InputEvent {
     Button(MouseButton, bool),
     /// Steps of the wheel, or touchpad pixels ÷ `PIXELS_PER_STEP`; positive is away from the user.
     Wheel(f64),
+    /// The same sideways, as some systems turn the wheel with Shift.
+    SideWheel(f64),
     /// A key went down or up (not its repetitions): its place, and the layout's character.
     Key(Option<KeyCode>, Option<char>, bool),
     /// Whether Ctrl and Shift are held.
     Modifiers(bool, bool),
     /// The window has lost the keyboard.
     FocusLost,
-    /// The window's size.
+    /// The size of the picture's area of the window.
     Size(DVec2),
 }
 
@@ -58,6 +60,8 @@ struct Press {
     from: DVec2,
     /// Shift was held when the button went down.
     shift: bool,
+    /// Ctrl was.
+    ctrl: bool,
     /// The cursor has moved too far for a click.
     dragging: bool,
 }
@@ -65,6 +69,7 @@ struct Press {
 /// State of mouse and keyboard: which buttons and keys are held, and where the cursor is.
 #[derive(Clone, Debug)]
 pub struct InputState {
+    /// Size of the picture's area of the window.
     size: DVec2,
     cursor: Option<DVec2>,
     press: Option<Press>,
@@ -89,7 +94,7 @@ const FLYING: [(KeyCode, DVec3); 6] = [
 ];
 
 impl InputState {
-    /// Nothing is held, in a window of this size in physical pixels.
+    /// Nothing is held, in a window whose picture has an area of this size in physical pixels.
     pub fn new(size: [u32; 2]) -> Self {
         Self {
             size: DVec2::from(size.map(f64::from)).max(DVec2::ONE),
@@ -110,7 +115,10 @@ impl InputState {
         let Some(signal) = translate(event) else { return Vec::new() };
         let starts = matches!(
             signal,
-            InputEvent::Button(_, true) | InputEvent::Wheel(_) | InputEvent::Key(_, _, true)
+            InputEvent::Button(_, true)
+                | InputEvent::Wheel(_)
+                | InputEvent::SideWheel(_)
+                | InputEvent::Key(_, _, true)
         );
         if captured && starts { Vec::new() } else { self.take(signal, Instant::now()) }
     }
@@ -129,6 +137,8 @@ impl InputState {
             InputEvent::Button(button, true) => self.press(button),
             InputEvent::Button(button, false) => self.release(button, now),
             InputEvent::Wheel(steps) => self.wheel(steps, now),
+            InputEvent::SideWheel(steps) if self.shift => self.wheel(steps, now),
+            InputEvent::SideWheel(_) => Vec::new(),
             InputEvent::Key(code, text, pressed) => self.key(code, text, pressed, now),
             InputEvent::Modifiers(ctrl, shift) => {
                 (self.ctrl, self.shift) = (ctrl, shift);
@@ -174,6 +184,11 @@ impl InputState {
         self.press.is_some()
     }
 
+    /// The cursor, physical pixels; `None` outside the window.
+    pub fn cursor(&self) -> Option<DVec2> {
+        self.cursor
+    }
+
     /// Flying speed, distances to the target per second.
     pub fn speed(&self) -> f64 {
         self.speed
@@ -193,6 +208,9 @@ impl InputState {
         if !press.dragging || by == DVec2::ZERO {
             return Vec::new();
         }
+        if press.ctrl && press.button == MouseButton::Left {
+            return vec![Action::PanView((at - from).to_array())];
+        }
         vec![Action::Gesture(match press.button {
             MouseButton::Right => Gesture::Look(by),
             MouseButton::Left if !press.shift => Gesture::Orbit(by),
@@ -204,7 +222,8 @@ impl InputState {
         let known = matches!(button, MouseButton::Left | MouseButton::Middle | MouseButton::Right);
         // The first button decides; a press without a cursor can only be a touch that we do not know.
         if let (true, None, Some(from)) = (known, self.press, self.cursor) {
-            self.press = Some(Press { button, from, shift: self.shift, dragging: false });
+            let (shift, ctrl) = (self.shift, self.ctrl);
+            self.press = Some(Press { button, from, shift, ctrl, dragging: false });
             return vec![Action::EndMove];
         }
         Vec::new()
@@ -215,7 +234,7 @@ impl InputState {
         if press.dragging {
             return vec![Action::EndMove];
         }
-        if button != MouseButton::Left || press.shift {
+        if button != MouseButton::Left || press.shift || press.ctrl {
             return Vec::new();
         }
         let again = self.last_click.take().is_some_and(|(when, at)| {
@@ -236,8 +255,13 @@ impl InputState {
             self.speed = (self.speed * WHEEL_SPEED.powf(steps)).clamp(SPEEDS.0, SPEEDS.1);
             return Vec::new();
         }
-        let gesture = if self.ctrl { Gesture::Fov(-keys::FOV_STEP * steps) } else { Gesture::Dolly(steps) };
-        self.step(gesture, now)
+        match (self.ctrl, self.shift, self.cursor) {
+            (true, true, _) => vec![Action::Expose(steps)],
+            (true, false, Some(at)) => vec![Action::ZoomAt(at.to_array(), steps)],
+            (true, false, None) => Vec::new(),
+            (false, true, _) => self.step(Gesture::Fov(-keys::FOV_STEP * steps), now),
+            (false, false, _) => self.step(Gesture::Dolly(steps), now),
+        }
     }
 
     /// One step of a run of steps; after a rest a new entry of the history begins.
@@ -257,12 +281,25 @@ impl InputState {
             return Vec::new();
         }
         let held = Held { ctrl: self.ctrl, shift: self.shift, flying };
+        let number = text.and_then(|text| text.to_digit(10)).map(|digit| digit as u8);
         match (keys::lookup(code, text, held), self.cursor) {
             (Some(BoundAction::Action(Action::Gesture(gesture))), _) => self.step(*gesture, now),
             (Some(BoundAction::Action(action)), _) => vec![action.clone()],
-            (Some(BoundAction::FocusAtCursor), Some(at)) => vec![Action::FocusAt(at.to_array())],
+            (Some(BoundAction::AtCursor(action)), Some(at)) => vec![at_cursor(*action, at.to_array())],
+            (Some(BoundAction::KeepView), _) => number.map(Action::KeepView).into_iter().collect(),
+            (Some(BoundAction::GoToView), _) => number.map(Action::GoToView).into_iter().collect(),
             _ => Vec::new(),
         }
+    }
+}
+
+/// What a key does at a position of the window.
+fn at_cursor(action: CursorAction, at: [f64; 2]) -> Action {
+    match action {
+        CursorAction::Focus => Action::FocusAt(at),
+        CursorAction::Meter => Action::MeterAt(at),
+        CursorAction::ZoomIn => Action::ZoomAt(at, 1.0),
+        CursorAction::ZoomOut => Action::ZoomAt(at, -1.0),
     }
 }
 
@@ -274,11 +311,12 @@ fn translate(event: &WindowEvent) -> Option<InputEvent> {
         WindowEvent::MouseInput { state, button, .. } => {
             InputEvent::Button(*button, *state == ElementState::Pressed)
         }
-        WindowEvent::MouseWheel { delta: MouseScrollDelta::LineDelta(_, y), .. } => {
-            InputEvent::Wheel(f64::from(*y))
-        }
-        WindowEvent::MouseWheel { delta: MouseScrollDelta::PixelDelta(by), .. } => {
-            InputEvent::Wheel(by.y / PIXELS_PER_STEP)
+        WindowEvent::MouseWheel { delta, .. } => {
+            let (x, y) = match delta {
+                MouseScrollDelta::LineDelta(x, y) => (f64::from(*x), f64::from(*y)),
+                MouseScrollDelta::PixelDelta(by) => (by.x / PIXELS_PER_STEP, by.y / PIXELS_PER_STEP),
+            };
+            if y == 0.0 { InputEvent::SideWheel(x) } else { InputEvent::Wheel(y) }
         }
         WindowEvent::KeyboardInput { event, .. } if !event.repeat => {
             let code = match event.physical_key {
@@ -296,9 +334,6 @@ fn translate(event: &WindowEvent) -> Option<InputEvent> {
             InputEvent::Modifiers(state.control_key(), state.shift_key())
         }
         WindowEvent::Focused(false) => InputEvent::FocusLost,
-        WindowEvent::Resized(size) => {
-            InputEvent::Size(DVec2::new(f64::from(size.width), f64::from(size.height)))
-        }
         _ => return None,
     })
 }

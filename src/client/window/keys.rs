@@ -1,9 +1,11 @@
-//! What keys and mouse buttons do: one table, which maps keys to actions and from which the window's list of keys is drawn.
+//! What keys and mouse buttons do: one table, which maps keys to actions and from which the window's list of keys and its palette
+//! of commands are drawn.
 
 use winit::keyboard::KeyCode;
 
 use crate::client::window::action::Action;
 use crate::client::window::navigation::Gesture;
+use crate::client::window::panel::PanelTab;
 
 /// Degrees by which a key or a step of the wheel changes the field of view.
 pub const FOV_STEP: f64 = 2.0;
@@ -24,16 +26,33 @@ pub enum Trigger {
 pub enum BoundAction {
     /// Performs this action.
     Action(Action),
-    /// Focuses on the point under the cursor.
-    FocusAtCursor,
+    /// Does something at the place under the cursor.
+    AtCursor(CursorAction),
+    /// Keeps the view under the number that was pressed.
+    KeepView,
+    /// Goes to the view that is kept under the number that was pressed.
+    GoToView,
     /// Describes mouse buttons and held keys, which [`input`](crate::client::window::input) interprets.
     Described,
+}
+
+/// What can be done at the place under the cursor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CursorAction {
+    /// Focuses the camera there.
+    Focus,
+    /// Exposes the picture for the light there.
+    Meter,
+    /// Zooms the picture in by a step.
+    ZoomIn,
+    /// Zooms it out by a step.
+    ZoomOut,
 }
 
 /// One line of the table.
 #[derive(Clone, Debug)]
 pub struct KeyBinding {
-    /// Keys as the user reads them.
+    /// Keys as the user reads them; empty for a command that has none.
     pub keys: &'static str,
     /// What they do, as the user reads it.
     pub meaning: &'static str,
@@ -65,13 +84,28 @@ const fn key(
     KeyBinding { keys, meaning, triggers, action: BoundAction::Action(action) }
 }
 
+const fn at_cursor(
+    keys: &'static str,
+    meaning: &'static str,
+    triggers: &'static [Trigger],
+    action: CursorAction,
+) -> KeyBinding {
+    KeyBinding { keys, meaning, triggers, action: BoundAction::AtCursor(action) }
+}
+
+/// A command without a key, for the palette alone.
+const fn command(meaning: &'static str, action: Action) -> KeyBinding {
+    KeyBinding { keys: "", meaning, triggers: &[], action: BoundAction::Action(action) }
+}
+
 use Trigger::{Char, Ctrl, Key};
 
 /// All lines.
 pub const GROUPS: &[KeyGroup] = &[
     KeyGroup { title: "Camera", bindings: CAMERA },
-    KeyGroup { title: "Camera moves", bindings: MOVES },
+    KeyGroup { title: "Changes", bindings: CHANGES },
     KeyGroup { title: "Picture", bindings: PICTURE },
+    KeyGroup { title: "Files", bindings: FILES },
     KeyGroup { title: "Window", bindings: WINDOW },
 ];
 
@@ -82,27 +116,69 @@ const CAMERA: &[KeyBinding] = &[
     mouse("Right drag", "look around"),
     mouse("Right held + W A S D Q E", "fly; Q down, E up, Shift faster"),
     mouse("Right held + wheel", "flying speed"),
-    mouse("Ctrl+wheel", "field of view"),
+    mouse("Shift+wheel", "field of view"),
     key("[", "narrower field of view", &[Char('[')], Action::Gesture(Gesture::Fov(-FOV_STEP))),
     key("]", "wider field of view", &[Char(']')], Action::Gesture(Gesture::Fov(FOV_STEP))),
+    at_cursor("F, double click", "focus on the point under the cursor", &[Char('f')], CursorAction::Focus),
+    key("R, Home", "the file's camera", &[Char('r'), Key(KeyCode::Home)], Action::ResetCamera),
     KeyBinding {
-        keys: "F, double click",
-        meaning: "focus on the point under the cursor",
-        triggers: &[Char('f')],
-        action: BoundAction::FocusAtCursor,
+        keys: "Ctrl+1 … Ctrl+9",
+        meaning: "keep this view under a number, beside the scene",
+        triggers: &[
+            Ctrl('1', false),
+            Ctrl('2', false),
+            Ctrl('3', false),
+            Ctrl('4', false),
+            Ctrl('5', false),
+            Ctrl('6', false),
+            Ctrl('7', false),
+            Ctrl('8', false),
+            Ctrl('9', false),
+        ],
+        action: BoundAction::KeepView,
+    },
+    KeyBinding {
+        keys: "1 … 9",
+        meaning: "go to the view of this number",
+        triggers: &[
+            Char('1'),
+            Char('2'),
+            Char('3'),
+            Char('4'),
+            Char('5'),
+            Char('6'),
+            Char('7'),
+            Char('8'),
+            Char('9'),
+        ],
+        action: BoundAction::GoToView,
     },
 ];
 
-const MOVES: &[KeyBinding] = &[
+const CHANGES: &[KeyBinding] = &[
+    mouse("Click", "select an object"),
+    key("X", "select nothing", &[Char('x')], Action::Deselect),
     key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
     key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
-    key("R, Home", "the file's camera", &[Char('r'), Key(KeyCode::Home)], Action::ResetCamera),
 ];
 
 const PICTURE: &[KeyBinding] = &[
-    mouse("Click", "select an object"),
-    key("X", "select nothing", &[Char('x')], Action::Deselect),
+    mouse("Ctrl+wheel", "zoom into the picture"),
+    mouse("Ctrl+left drag", "move the magnified picture"),
+    at_cursor("+", "zoom in at the cursor", &[Char('+'), Char('=')], CursorAction::ZoomIn),
+    at_cursor("-", "zoom out", &[Char('-')], CursorAction::ZoomOut),
+    key("0", "the whole picture", &[Char('0')], Action::ResetView),
+    mouse("Ctrl+Shift+wheel", "brightness"),
+    at_cursor("M", "expose for the light under the cursor", &[Char('m')], CursorAction::Meter),
     key("B", "fix the brightness, or let it follow the light", &[Char('b')], Action::ToggleFollowLight),
+    key("Space", "pause the render, or go on", &[Key(KeyCode::Space)], Action::TogglePause),
+    key("K", "keep a snapshot to compare with", &[Char('k')], Action::KeepSnapshot),
+    key("T", "show the snapshot, or the picture again", &[Char('t')], Action::ToggleSnapshot),
+];
+
+const FILES: &[KeyBinding] = &[
+    key("Ctrl+O", "open a scene or a model", &[Ctrl('o', false)], Action::OpenDialog),
+    key("Ctrl+Shift+S", "save picture or scene as …", &[Ctrl('s', true)], Action::SaveDialog),
     key("P", "save the picture as PNG", &[Char('p')], Action::SavePng),
     key("E", "save the sums as EXR", &[Char('e')], Action::SaveExr),
     key("Ctrl+S", "save the scene's changes", &[Ctrl('s', false)], Action::SaveScene),
@@ -111,6 +187,23 @@ const PICTURE: &[KeyBinding] = &[
 
 const WINDOW: &[KeyBinding] = &[
     key("Tab", "show or hide the panel", &[Key(KeyCode::Tab)], Action::TogglePanel),
+    key("F6", "go to the panel by keyboard; Escape leaves it", &[Key(KeyCode::F6)], Action::EnterPanel),
+    key("I", "inspect the pixel under the cursor", &[Char('i')], Action::ShowTab(PanelTab::Inspect)),
+    command("show the tab Render", Action::ShowTab(PanelTab::Render)),
+    command("show the tab Look", Action::ShowTab(PanelTab::Look)),
+    command("show the tab Scene", Action::ShowTab(PanelTab::Scene)),
+    command("show the tab Compare", Action::ShowTab(PanelTab::Compare)),
+    command("show the tab Files", Action::ShowTab(PanelTab::Files)),
+    command("measure what the effects cost", Action::MeasureCosts),
+    key("Ctrl+K", "find a command by its name", &[Ctrl('k', false)], Action::TogglePalette),
+    key("F11", "full screen", &[Key(KeyCode::F11)], Action::ToggleFullscreen),
+    key(
+        "Ctrl+Plus",
+        "larger text",
+        &[Ctrl('+', false), Ctrl('=', false), Ctrl('+', true)],
+        Action::ScaleText(1),
+    ),
+    key("Ctrl+Minus", "smaller text", &[Ctrl('-', false)], Action::ScaleText(-1)),
     key("?, F1", "this list", &[Char('?'), Key(KeyCode::F1)], Action::ToggleHelp),
     key("Esc", "close the list, select nothing", &[Key(KeyCode::Escape)], Action::Cancel),
     key("Ctrl+Q", "quit", &[Ctrl('q', false)], Action::Quit),

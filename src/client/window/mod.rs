@@ -8,8 +8,8 @@
 //! ```
 //!
 //! [`action`] lists what the user can ask for; [`keys`] is the one table of keys; [`input`] turns mouse and keys into actions;
-//! [`host`] runs egui in the window, and [`panel`] is what it draws; [`statistics`] has the
-//! percentiles of recent values.
+//! [`host`] runs egui in the window, and [`panel`] is what it draws; [`viewport`] knows which part of the picture is shown where;
+//! [`statistics`] has the percentiles of recent values.
 
 pub mod action;
 pub mod history;
@@ -20,3 +20,4 @@ pub mod navigation;
 pub mod panel;
 pub mod panel_renderer;
 pub mod statistics;
+pub mod viewport;

@@ -22,7 +22,7 @@ const DOLLY: f64 = 0.9;
 const NEAREST: f64 = 1e-9;
 
 /// Position and orientation of the camera, in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// Position.
     pub eye: DVec3,

@@ -136,25 +136,76 @@ impl WindowImage {
     }
 }
 
+/// A rectangle of a picture, and the one of a window that shows it: left top corner, and right bottom corner exclusively, in texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CopyRegion {
+    /// In the picture.
+    pub from: [[i32; 2]; 2],
+    /// In the window.
+    pub to: [[i32; 2]; 2],
+}
+
+impl CopyRegion {
+    /// A whole picture of this extent at the left top, without scaling.
+    pub fn whole([width, height]: [u32; 2]) -> Self {
+        let corners = [[0, 0], [width as i32, height as i32]];
+        Self { from: corners, to: corners }
+    }
+
+    /// The part of a copy that images of these extents have room for; a copy that scales must fit as it is. `None` for nothing.
+    fn within(self, picture: [u32; 2], window: [u32; 2]) -> Option<Self> {
+        let Self { mut from, mut to } = self;
+        let size = |corners: [[i32; 2]; 2], i: usize| corners[1][i] - corners[0][i];
+        for i in 0..2 {
+            let (of_picture, of_window) = (picture[i] as i32, window[i] as i32);
+            if size(from, i) == size(to, i) {
+                let fits = size(from, i).min(of_picture - from[0][i]).min(of_window - to[0][i]);
+                (from[1][i], to[1][i]) = (from[0][i] + fits, to[0][i] + fits);
+            }
+            let fits = |[a, b]: [[i32; 2]; 2], most: i32| a[i] >= 0 && b[i] > a[i] && b[i] <= most;
+            if !fits(from, of_picture) || !fits(to, of_window) {
+                return None;
+            }
+        }
+        Some(Self { from, to })
+    }
+
+    fn blit(self) -> vk::ImageBlit {
+        let corners = |[a, b]: [[i32; 2]; 2]| {
+            [vk::Offset3D { x: a[0], y: a[1], z: 0 }, vk::Offset3D { x: b[0], y: b[1], z: 1 }]
+        };
+        vk::ImageBlit::default()
+            .src_subresource(level(0))
+            .src_offsets(corners(self.from))
+            .dst_subresource(level(0))
+            .dst_offsets(corners(self.to))
+    }
+}
+
 impl Cmd<'_> {
-    /// Copies level 0 of `picture`, texel by texel from the left top, and clears what it does not cover.
+    /// Copies rectangles of level 0 of `picture`, as far as both images have them, and clears the rest.
     ///
-    /// A blit without scaling: the channels find their places, and the values of equal formats stay the same bits.
-    pub(in crate::gpu) fn show(&mut self, picture: &mut Image, shown: &mut WindowImage) {
+    /// A blit: the channels find their places, and where it does not scale the values of equal formats stay the same bits. Texels
+    /// are magnified as they are.
+    pub(in crate::gpu) fn show(
+        &mut self,
+        picture: &mut Image,
+        shown: &mut WindowImage,
+        regions: &[CopyRegion],
+    ) {
         let (from, to) = (picture.extent(0), shown.extent);
-        let both = [from[0].min(to[0]), from[1].min(to[1])];
-        if both != to {
+        let regions: Vec<CopyRegion> = regions.iter().filter_map(|region| region.within(from, to)).collect();
+        let whole = [[0, 0], to.map(|n| n as i32)];
+        if regions.iter().all(|region| region.to != whole) {
             self.clear_shown(shown);
         }
+        if regions.is_empty() {
+            return;
+        }
+        let blits: Vec<vk::ImageBlit> = regions.into_iter().map(CopyRegion::blit).collect();
         self.access_levels(picture, 0..1, Access::TransferRead);
         self.access_shown(shown.raw, &mut shown.access, Access::TransferWrite);
-        let corners = [vk::Offset3D::default(), vk::Offset3D { x: both[0] as i32, y: both[1] as i32, z: 1 }];
-        let blit = vk::ImageBlit::default()
-            .src_subresource(level(0))
-            .src_offsets(corners)
-            .dst_subresource(level(0))
-            .dst_offsets(corners);
-        // SAFETY: the rectangle lies within both images, whose layouts were set above.
+        // SAFETY: the rectangles lie within both images, whose layouts were set above.
         unsafe {
             self.gpu.device.cmd_blit_image(
                 self.raw,
@@ -162,7 +213,7 @@ impl Cmd<'_> {
                 Access::TransferRead.layout(),
                 shown.raw,
                 Access::TransferWrite.layout(),
-                &[blit],
+                &blits,
                 vk::Filter::NEAREST,
             );
         }
@@ -220,7 +271,7 @@ mod tests {
             let mut cmd = frame.cmd();
             cmd.copy_from_buffer(&buffer, &mut picture);
             let mut shown = WindowImage::of(&window);
-            cmd.show(&mut picture, &mut shown);
+            cmd.show(&mut picture, &mut shown, &[CopyRegion::whole(from)]);
             window.access[0] = shown.access;
             gpu.wait(frame.submit().expect("submit")).expect("wait");
             let read = read_image(&gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");

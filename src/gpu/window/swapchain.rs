@@ -18,7 +18,7 @@ use crate::gpu::device::physical::DeviceChoice;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::Access;
-use crate::gpu::window::images::{ImagesDesc, SwapchainImage, SwapchainImages, WindowImage};
+use crate::gpu::window::images::{CopyRegion, ImagesDesc, SwapchainImage, SwapchainImages, WindowImage};
 use crate::gpu::window::surface::{ColorOutput, Surface};
 
 /// The outcome of an attempt to acquire an image.
@@ -187,11 +187,11 @@ impl Swapchain {
         self.planned = Some(vk::Result::ERROR_OUT_OF_DATE_KHR);
     }
 
-    /// Copies `picture` into the acquired image, texel by texel from the left top, and clears what it does not cover.
-    pub fn draw(&mut self, frame: &mut GpuFrame<'_>, picture: &mut Image) {
+    /// Copies rectangles of `picture` into the acquired image, and clears what they do not cover.
+    pub fn draw(&mut self, frame: &mut GpuFrame<'_>, picture: &mut Image, regions: &[CopyRegion]) {
         if let Some(acquired) = &mut self.acquired {
             acquired.claim(frame);
-            frame.cmd().scope("show").show(picture, &mut acquired.image);
+            frame.cmd().scope("show").show(picture, &mut acquired.image, regions);
         }
     }
 

@@ -15,7 +15,7 @@ pub(crate) mod target;
 
 use crate::scene::desc::{CameraDesc, SceneDesc};
 
-pub use objects::{Editable, editable, light_name, lights, shape_name};
+pub use objects::{Editable, editable, light_name, lights, material_name, shape_name};
 pub use save::SaveError;
 pub use target::{EditError, NewValue, Target};
 

@@ -120,6 +120,19 @@ pub fn name_of(desc: &SceneDesc, shape: &ShapeDesc) -> String {
     named(desc, shape.id.as_deref(), shape_kind(&shape.kind), shape.place)
 }
 
+/// Names the material of a shape: by its `id`, else by its kind with file and line; `None` for an instance, which may have several.
+pub fn material_name(desc: &SceneDesc, shape: u32) -> Option<String> {
+    let shape = desc.shapes.get(shape as usize)?;
+    if matches!(shape.kind, ShapeKind::Instance(_)) {
+        return None;
+    }
+    let (bsdf, at) = (desc.bsdfs.get(shape.bsdf.0 as usize)?, shape.bsdf.0 as usize);
+    Some(match id_of(&desc.names.bsdfs, at) {
+        Some(id) => format!("{id} ({})", bsdf.plugin()),
+        None => bsdf.plugin().to_owned(),
+    })
+}
+
 /// Names a light that is not a shape for the panel.
 pub fn light_name(desc: &SceneDesc, light: u32) -> String {
     match desc.lights.get(light as usize) {

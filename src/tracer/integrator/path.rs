@@ -185,6 +185,7 @@ impl Integrator for PathTracer {
             MaterialClass::Recorded => {
                 record(PathEvent::Begins((&path).into()));
                 self.follow::<Recorded>(&mut path, ray, &sampler);
+                record(PathEvent::Estimate { lambda, radiance: path.radiance });
             }
         }
         out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), start.weight);

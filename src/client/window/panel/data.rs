@@ -1,9 +1,14 @@
 //! What the panel shows: plain data, which the viewer fills in anew for every frame.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::settings::FilmCounts;
+use crate::client::window::panel::compare::ComparisonData;
+use crate::client::window::panel::inspect::{PixelPaths, PixelReading};
+use crate::client::window::panel::look::Histogram;
+use crate::client::window::viewport::Viewport;
 
 /// Everything that the panel shows.
 #[derive(Clone, Debug, Default)]
@@ -20,8 +25,10 @@ pub struct PanelData {
     pub reason: String,
     /// How tracer and display share the processor, in words.
     pub plan: String,
-    /// Window size in physical pixels.
+    /// Size of the picture in pixels.
     pub extent: [u32; 2],
+    /// Which part of it is shown, and where.
+    pub view: PictureView,
     /// Internal resolution: picture pixels per reconstructed pixel and axis.
     pub detail: u32,
     /// Samples and paths that the film has received.
@@ -70,10 +77,43 @@ pub struct PanelData {
     pub left_out: Vec<&'static str>,
     /// Values that the tracer has rejected since the last edit.
     pub rejected: RejectedList,
+    /// The pixel under the pointer, where it is inspected.
+    pub pixel: Option<PixelReading>,
+    /// The outline of the selected object: lines between places in pixels of the picture.
+    pub outline: Option<Arc<Vec<[[f32; 2]; 2]>>>,
+    /// The paths of the pixel that was clicked at.
+    pub paths: Option<Arc<PixelPaths>>,
+    /// They are being traced.
+    pub traces_paths: bool,
+    /// The histogram of the picture, where the tab of the display is seen.
+    pub histogram: Option<Arc<Histogram>>,
+    /// Pictures to compare with.
+    pub comparison: ComparisonData,
+    /// Views that are kept, by number.
+    pub views: Vec<u8>,
+    /// Scenes that were open lately, the last first.
+    pub recent: Vec<PathBuf>,
+    /// Tracing is paused.
+    pub is_paused: bool,
     /// Camera in words: position, target, field of view.
     pub camera: String,
     /// Field of view in degrees, 0 when not known.
     pub fov: f64,
+}
+
+/// Which part of the picture is shown, and how large.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureView {
+    /// The part.
+    pub viewport: Viewport,
+    /// Physical pixels per point.
+    pub pixels_per_point: f32,
+}
+
+impl Default for PictureView {
+    fn default() -> Self {
+        Self { viewport: Viewport::new([1, 1]), pixels_per_point: 1.0 }
+    }
 }
 
 /// One tracer on another machine.
@@ -189,6 +229,8 @@ pub struct ErrorSummary {
     pub warning: Option<String>,
     /// Seconds since the render began.
     pub seconds: f64,
+    /// Seconds and error of the checkpoints of the picture that this one is compared with.
+    pub compared: Vec<[f64; 2]>,
 }
 
 /// The map that the user wants to see over the picture.
@@ -201,6 +243,10 @@ pub enum MapChoice {
     Error,
     /// Time that paths take, by region.
     Cost,
+    /// Relative difference of luminance from another picture.
+    Difference,
+    /// What is noticed of the difference from another picture.
+    Flip,
 }
 
 /// What is drawn over the picture.

@@ -26,6 +26,9 @@ const TIMES: [(f64, &str); 14] = [
     (864e6, "10 kd"),
 ];
 
+/// Colour of the curve of the picture that is compared with.
+const COMPARED: egui::Color32 = egui::Color32::from_rgb(110, 170, 220);
+
 /// Draws the section; the user chooses the target.
 pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64) {
     let Some(error) = error else {
@@ -101,6 +104,7 @@ fn plot(ui: &mut Ui, error: &ErrorSummary, target: f64) {
 fn draw(plot: &mut PlotUi<'_>, error: &ErrorSummary, target: f64) {
     let line = |points: &[[f64; 2]]| -> PlotPoints<'static> { logs(points).collect() };
     plot.hline(HLine::new("target", target.log10()).color(style::ACCENT.gamma_multiply(0.7)).width(1.0));
+    plot.line(Line::new("compared", line(&error.compared)).color(COMPARED).width(1.0));
     plot.line(Line::new("fit", line(&error.fit)).color(style::DIM).width(1.0));
     plot.line(Line::new("error", line(&error.checkpoints)).color(style::BRIGHT).width(1.0));
     plot.points(Points::new("checkpoints", line(&error.checkpoints)).color(style::BRIGHT).radius(1.5));
@@ -128,7 +132,8 @@ fn empty(target: f64) -> [[f64; 2]; 2] {
 fn bounds(error: &ErrorSummary, target: f64) -> Option<[[f64; 2]; 2]> {
     let due = error.prediction.map(|[_, _, high]| [high, target]);
     let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for point in logs(&error.checkpoints).chain(logs(due.as_slice()).collect::<Vec<_>>()) {
+    let seen = logs(&error.checkpoints).chain(logs(&error.compared));
+    for point in seen.chain(logs(due.as_slice()).collect::<Vec<_>>()) {
         for (range, value) in range.iter_mut().zip(point) {
             *range = [range[0].min(value), range[1].max(value)];
         }

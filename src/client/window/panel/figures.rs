@@ -109,6 +109,9 @@ fn method(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
 /// What keeps the picture from getting better faster.
 fn limit(data: &PanelData) -> String {
     let (used, size) = data.ring;
+    if data.is_paused {
+        return "paused: Space goes on".to_owned();
+    }
     let drawing = (100.0 * data.drawing).round().min(100.0);
     match 10 * used > 9 * size {
         true => format!("display, at work {drawing} %: the tracer waits"),

@@ -7,7 +7,8 @@ use egui::{
     pos2, vec2,
 };
 
-use crate::client::window::panel::{FalseColorMap, MapChoice, PictureOverlay, corner, style, trimmed};
+use crate::client::window::panel::dock::corner;
+use crate::client::window::panel::{FalseColorMap, MapChoice, PictureArea, PictureOverlay, style, trimmed};
 use crate::color::palette;
 
 /// Opacity of a map over the picture.
@@ -17,24 +18,24 @@ const OPACITY: f32 = 0.85;
 const BAR: Vec2 = vec2(200.0, 10.0);
 
 /// Draws the map over the picture, below the panel.
-pub(super) fn show(ctx: &Context, overlay: &PictureOverlay) {
+pub(super) fn show(ctx: &Context, picture: PictureArea, overlay: &PictureOverlay) {
     match overlay {
         PictureOverlay::None => {
             // This frees the texture.
             ctx.data_mut(|data| data.remove::<Drawn>(Id::new("map")));
         }
         PictureOverlay::Map(map) => {
-            cover(ctx, map);
-            upper_right(ctx, |ui| legend(ui, map));
+            cover(ctx, picture, map);
+            upper_right(ctx, picture, |ui| legend(ui, picture, map));
         }
-        PictureOverlay::Missing(why) => upper_right(ctx, |ui| {
+        PictureOverlay::Missing(why) => upper_right(ctx, picture, |ui| {
             ui.colored_label(style::BRIGHT, why);
         }),
     }
 }
 
-fn upper_right(ctx: &Context, contents: impl FnOnce(&mut Ui)) {
-    corner(ctx, "legend", Align2::RIGHT_TOP, |ui, room| {
+fn upper_right(ctx: &Context, picture: PictureArea, contents: impl FnOnce(&mut Ui)) {
+    corner(ctx, picture.area, "legend", Align2::RIGHT_TOP, |ui, room| {
         ui.set_max_width(BAR.x.min(room.x - 16.0));
         contents(ui);
     });
@@ -44,7 +45,7 @@ fn upper_right(ctx: &Context, contents: impl FnOnce(&mut Ui)) {
 type Drawn = (Arc<FalseColorMap>, TextureHandle);
 
 /// Draws the map itself.
-fn cover(ctx: &Context, map: &Arc<FalseColorMap>) {
+fn cover(ctx: &Context, picture: PictureArea, map: &Arc<FalseColorMap>) {
     let [columns, rows] = map.grid;
     if columns * rows == 0 || map.values.len() != columns * rows || map.cells.iter().any(|n| *n <= 0.0) {
         return;
@@ -58,12 +59,12 @@ fn cover(ctx: &Context, map: &Arc<FalseColorMap>) {
             texture
         }
     };
-    let window = ctx.content_rect();
     let extent = vec2(columns as f32 / map.cells[0] as f32, rows as f32 / map.cells[1] as f32);
-    let place = Rect::from_min_size(window.min, window.size() * extent);
+    let place = Rect::from_min_size(picture.whole().min, picture.whole().size() * extent);
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     let tint = Color32::WHITE.gamma_multiply(OPACITY);
-    ctx.layer_painter(LayerId::background()).with_clip_rect(window).image(texture.id(), place, whole, tint);
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
+    painter.image(texture.id(), place, whole, tint);
 }
 
 /// Errors belong to single cells; costs are samples of a smooth function, so they are interpolated.
@@ -79,10 +80,12 @@ fn image(map: &FalseColorMap) -> ColorImage {
     ColorImage::new(map.grid, map.values.iter().map(color).collect())
 }
 
-fn legend(ui: &mut Ui, map: &FalseColorMap) {
+fn legend(ui: &mut Ui, picture: PictureArea, map: &FalseColorMap) {
     let title = match map.kind {
         MapChoice::Cost => "Time of a path, µs",
-        _ => "Relative error of 8×8 pixels",
+        MapChoice::Difference => "Relative difference of luminance",
+        MapChoice::Flip => "FLIP: what is noticed",
+        MapChoice::Error | MapChoice::None => "Relative error of 8×8 pixels",
     };
     ui.colored_label(style::BRIGHT, title);
     let (bar, _) = ui.allocate_exact_size(vec2(BAR.x.min(ui.available_width()), BAR.y), egui::Sense::hover());
@@ -104,7 +107,7 @@ fn legend(ui: &mut Ui, map: &FalseColorMap) {
     for (at, align, value) in ends {
         ui.painter().text(at, align, words(value), font.clone(), style::BRIGHT);
     }
-    if let Some((value, share)) = under_pointer(ui.ctx(), map) {
+    if let Some((value, share)) = under_pointer(ui.ctx(), picture, map) {
         let mut line = format!("here {}", words(value));
         if let Some(share) = share {
             line += &format!(", {} of the time", percent(share));
@@ -125,12 +128,13 @@ fn range(shares: &[f64]) -> Option<String> {
 }
 
 /// Value and share of the cell under the pointer.
-fn under_pointer(ctx: &Context, map: &FalseColorMap) -> Option<(f64, Option<f64>)> {
-    let (window, at) = (ctx.content_rect(), ctx.pointer_latest_pos()?);
-    if !window.contains(at) || ctx.layer_id_at(at).is_some_and(|layer| layer.order != Order::Background) {
+fn under_pointer(ctx: &Context, picture: PictureArea, map: &FalseColorMap) -> Option<(f64, Option<f64>)> {
+    let at = ctx.pointer_latest_pos()?;
+    if !picture.area.contains(at) || ctx.layer_id_at(at).is_some_and(|layer| layer.order != Order::Background)
+    {
         return None;
     }
-    let place = (at - window.min) / window.size();
+    let place = (at - picture.whole().min) / picture.whole().size();
     let cell = |place: f32, i: usize| {
         ((f64::from(place) * map.cells[i]) as usize).min(map.grid[i].saturating_sub(1))
     };
@@ -142,6 +146,7 @@ fn under_pointer(ctx: &Context, map: &FalseColorMap) -> Option<(f64, Option<f64>
 fn figure(kind: MapChoice, value: f64) -> String {
     match kind {
         MapChoice::Cost => format!("{} µs", significant(value)),
+        MapChoice::Flip => significant(value),
         _ => percent(value),
     }
 }

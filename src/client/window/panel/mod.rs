@@ -1,21 +1,34 @@
-//! The panel: display controls, figures, the selected object, and buttons. Pure egui over plain data: [`show`] draws
-//! [`PanelData`], changes [`PanelControls`] in place and returns the [`Action`]s that the user asks for.
+//! The panel: display controls, figures, the selected object, and buttons, in a dock beside the picture. Pure egui over plain data:
+//! [`show`] draws [`PanelData`], changes [`PanelControls`] in place and returns the [`Action`]s that the user asks for.
 
+mod compare;
 mod controls;
 mod data;
+mod dialog;
+mod dock;
 mod error;
 mod figures;
+mod inspect;
 mod loading;
+mod look;
 mod maps;
+mod over_picture;
+mod palette;
 mod sections;
 pub mod style;
+mod tabs;
 
+pub use compare::{CompareControls, CompareMode, ComparisonData, SmallPicture, SnapshotRow, THUMBNAIL};
 pub use data::*;
+pub use dialog::FileChooser;
+pub use dock::{PanelLayout, PanelTab, WIDTH};
+pub use inspect::{LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS};
 pub use loading::{LoadingData, show_loading};
+pub use look::{BINS_PER_STOP, DISPLAY_BINS, Histogram, STOPS};
+pub use over_picture::PictureArea;
+pub use palette::CommandPalette;
 
-use egui::{
-    Align2, Area, CollapsingHeader, Context, Frame, Id, Margin, Order, RichText, ScrollArea, Ui, Vec2,
-};
+use egui::{Align2, Ui, Vec2};
 
 use egui_plot::Plot;
 
@@ -24,7 +37,7 @@ use crate::client::window::action::Action;
 use crate::color::Profile;
 
 /// What the user changes in the panel.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct PanelControls {
     /// Display settings; a change of them never restarts the server.
     pub settings: Settings,
@@ -34,19 +47,25 @@ pub struct PanelControls {
     pub filter: SplatFilter,
     /// The profile that was read from a file, so that it can be chosen again after another one.
     pub own_profile: Option<Profile>,
-    /// Whether the panel is shown.
-    pub visible: bool,
+    /// The dock: whether it is open, how wide, which tabs.
+    pub layout: PanelLayout,
     /// Whether the list of keys is shown.
     pub help: bool,
+    /// The palette of commands.
+    pub palette: CommandPalette,
+    /// The dialog that asks for a file.
+    pub dialog: FileChooser,
+    /// The keyboard is given to the panel with the next run.
+    pub enters: bool,
+    /// The comparison with another picture.
+    pub compare: CompareControls,
     /// The map that is shown over the picture.
     pub map: MapChoice,
     /// Target error: the relative error that 95 % of the picture shall stay below.
     pub target: f64,
 }
 
-/// Width of the contents, points.
-const WIDTH: f32 = 292.0;
-/// Distance from the window's edge, points.
+/// Distance of what stands over the picture from the edges, points.
 const GAP: f32 = 8.0;
 
 /// Draws the panel; returns the actions that the user asks for, in order.
@@ -56,9 +75,11 @@ pub fn show(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<
     let ctx = ui.ctx().clone();
     style::apply(&ctx);
     let mut actions = Vec::new();
-    maps::show(&ctx, &data.overlay);
+    let picture = PictureArea { area: dock::show(ui, data, controls, &mut actions), view: data.view };
+    maps::show(&ctx, picture, &data.overlay);
+    over_picture::show(&ctx, picture, data, controls);
     if let Some(message) = &data.message {
-        corner(&ctx, "message", Align2::CENTER_BOTTOM, |ui, room| {
+        dock::corner(&ctx, picture.area, "message", Align2::CENTER_BOTTOM, |ui, room| {
             ui.set_max_width(room.x - 2.0 * GAP);
             ui.colored_label(style::BRIGHT, message);
         });
@@ -66,83 +87,9 @@ pub fn show(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<
     if controls.help {
         sections::keys(&ctx, &mut controls.help);
     }
-    if !controls.visible {
-        return actions;
-    }
-    let settled = figures::settled(&ctx, data);
-    sheet(&ctx, |ui| {
-        if let Some(selection) = &data.selection {
-            section(ui, "Selection", true, |ui| sections::selection(ui, selection, &mut actions));
-        }
-        section(ui, "Error", true, |ui| error::show(ui, data.error.as_deref(), &mut controls.target));
-        section(ui, "Figures", true, |ui| figures::show(ui, &settled, &mut actions));
-        section(ui, "Display", true, |ui| controls::show(ui, controls));
-        section(ui, "Effects", false, |ui| {
-            sections::effects(ui, &data.effects, data.costs, &mut actions);
-        });
-        sections::left_out(ui, &data.left_out);
-        if data.rejected.total > 0 {
-            section(ui, &format!("Rejected: {}", data.rejected.total), false, |ui| {
-                sections::rejected(ui, &data.rejected);
-            });
-        }
-        section(ui, "Frame times", true, |ui| figures::frame_times(ui, &settled));
-        section(ui, "Camera and files", true, |ui| {
-            sections::camera_and_files(ui, data, controls, &mut actions);
-        });
-        section(ui, "Passes", false, |ui| figures::passes(ui, &settled));
-    });
+    actions.extend(controls.dialog.show(&ctx));
+    actions.extend(palette::show(&ctx, &mut controls.palette));
     actions
-}
-
-/// The size that is left inside the window's edge; `None` where the window is too small to draw into.
-fn room(ctx: &Context, margin: Vec2) -> Option<Vec2> {
-    let room = ctx.content_rect().shrink(GAP).size() - margin;
-    (room.x >= 60.0 && room.y >= 40.0).then_some(room)
-}
-
-/// Draws a sheet at the window's left edge, which scrolls when the window is too low.
-fn sheet(ctx: &Context, contents: impl FnOnce(&mut Ui)) {
-    let frame = Frame::new().fill(style::BACK).inner_margin(Margin::same(8));
-    let Some(room) = room(ctx, frame.total_margin().sum()) else { return };
-    let space = ctx.content_rect().shrink(GAP);
-    let area = Area::new(Id::new("panel")).order(Order::Middle).fixed_pos(space.min).fade_in(false);
-    area.show(ctx, |ui| {
-        // An area offers only what it used last; sections may have been opened since.
-        ui.set_max_size(space.size());
-        frame.show(ui, |ui| {
-            let width = WIDTH.min(room.x);
-            ui.set_width(width);
-            ScrollArea::vertical().max_height(room.y).min_scrolled_height(0.0).show(ui, |ui| {
-                // Room for the scroll bar, which floats over the contents.
-                ui.set_width(width - 8.0);
-                contents(ui);
-            });
-        });
-    });
-}
-
-/// Draws a small sheet at an edge of the window, over the picture; `contents` is told the room that there is.
-fn corner(ctx: &Context, id: &str, align: Align2, contents: impl FnOnce(&mut Ui, Vec2)) {
-    let Some(room) = room(ctx, Vec2::ZERO) else { return };
-    let order = if id == "message" { Order::Foreground } else { Order::Middle };
-    let area = Area::new(Id::new(id)).order(order).fade_in(false).interactable(false);
-    area.anchor(align, align.to_sign() * -GAP).show(ctx, |ui| {
-        Frame::new().fill(style::BACK).inner_margin(Margin::same(8)).show(ui, |ui| contents(ui, room));
-    });
-}
-
-/// Draws a section that folds.
-fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
-    // What follows a colon may change while the section stays open.
-    let name = title.split(':').next();
-    CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())
-        .id_salt(name)
-        .default_open(open)
-        .show_unindented(ui, |ui| {
-            contents(ui);
-            ui.add_space(4.0);
-        });
 }
 
 /// A plot of this height, in points, with bounds of its own that the pointer does not move.

@@ -9,8 +9,7 @@ use crate::client::window::action::Action;
 use crate::client::window::keys::GROUPS;
 use crate::client::window::navigation::FOV;
 use crate::client::window::panel::{
-    CostState, EffectCost, EffectRow, PanelControls, PanelData, ParameterValue, RejectedList, Selection,
-    style,
+    CostState, EffectCost, EffectRow, PanelData, ParameterValue, RejectedList, Selection, style,
 };
 
 /// Draws the selected object's values, and asks for an edit for every change.
@@ -118,13 +117,8 @@ pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
     }
 }
 
-/// Draws the camera and the buttons.
-pub(super) fn camera_and_files(
-    ui: &mut Ui,
-    data: &PanelData,
-    controls: &mut PanelControls,
-    actions: &mut Vec<Action>,
-) {
+/// Draws the camera.
+pub(super) fn camera(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     if data.fov > 0.0 {
         ui.horizontal(|ui| {
             let mut fov = data.fov;
@@ -142,34 +136,58 @@ pub(super) fn camera_and_files(
     if !data.camera.is_empty() {
         ui.small(&data.camera);
     }
-    let mut row = |ui: &mut Ui, buttons: &[(&str, &str, Action)]| {
-        ui.horizontal_wrapped(|ui| {
-            for (text, hint, action) in buttons {
-                if ui.button(*text).on_hover_text(*hint).clicked() {
-                    actions.push(action.clone());
-                }
-            }
-        });
-    };
-    let moves = [
-        ("Undo", "Takes the last camera move back  Ctrl+Z", Action::Undo),
-        ("Redo", "Makes it again  Ctrl+Shift+Z", Action::Redo),
-        ("Reset", "Back to the file's camera  R", Action::ResetCamera),
-    ];
+    button_row(ui, &[("Reset", "Back to the file's camera  R", Action::ResetCamera)], actions);
+}
+
+/// Draws the buttons that write files under names of their own.
+pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     let files = [
         ("PNG", "Saves the picture as it is shown, without the panel  P", Action::SavePng),
         ("EXR", "Saves the sums of both streams  E", Action::SaveExr),
-        ("Scene", "Saves camera and changes as XML that includes the original  Ctrl+S", Action::SaveScene),
+        (
+            "Save scene",
+            "Saves camera and changes as XML that includes the original  Ctrl+S",
+            Action::SaveScene,
+        ),
         ("Copy command", "Copies the command line that repeats this picture  C", Action::CopyCommand),
     ];
-    row(ui, &moves);
-    row(ui, &files);
-    ui.horizontal(|ui| {
-        if ui.button("Keys").on_hover_text("Lists the keys  ?").clicked() {
-            controls.help = !controls.help;
+    ui.colored_label(style::DIM, "Save in the working folder, under the next free name:");
+    button_row(ui, &files, actions);
+    ui.separator();
+    ui.colored_label(style::DIM, "Views of the camera (Ctrl+1 … 9 keep one):");
+    ui.horizontal_wrapped(|ui| {
+        for number in 1..=9 {
+            let button = Button::new(number.to_string());
+            if ui
+                .add_enabled(data.views.contains(&number), button)
+                .on_hover_text("Goes to this view")
+                .clicked()
+            {
+                actions.push(Action::GoToView(number));
+            }
         }
-        if ui.button("Hide").on_hover_text("Hides the panel  Tab").clicked() {
-            controls.visible = false;
+    });
+    ui.separator();
+    ui.colored_label(style::DIM, "Recent scenes:");
+    if data.recent.is_empty() {
+        ui.colored_label(style::DIM, "none yet");
+    }
+    for path in &data.recent {
+        let name =
+            path.file_name().map_or_else(|| path.as_os_str(), |name| name).to_string_lossy().into_owned();
+        if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+            actions.push(Action::Open(path.clone()));
+        }
+    }
+}
+
+/// Draws buttons, each with its hint and what it asks for.
+fn button_row(ui: &mut Ui, buttons: &[(&str, &str, Action)], actions: &mut Vec<Action>) {
+    ui.horizontal_wrapped(|ui| {
+        for (text, hint, action) in buttons {
+            if ui.button(*text).on_hover_text(*hint).clicked() {
+                actions.push(action.clone());
+            }
         }
     });
 }
@@ -185,7 +203,7 @@ pub(super) fn keys(ctx: &egui::Context, open: &mut bool) {
             for group in GROUPS {
                 ui.colored_label(style::BRIGHT, group.title);
                 Grid::new(group.title).num_columns(2).min_col_width(170.0).show(ui, |ui| {
-                    for binding in group.bindings {
+                    for binding in group.bindings.iter().filter(|binding| !binding.keys.is_empty()) {
                         ui.colored_label(style::ACCENT, binding.keys);
                         ui.label(binding.meaning);
                         ui.end_row();

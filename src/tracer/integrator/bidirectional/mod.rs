@@ -99,6 +99,7 @@ impl BidirectionalTracer {
             camera.clear();
             let specular = self.trace_camera_subpath(&mut path, uv, &sampler, merge.is_some(), camera);
             self.add_connections(&mut path, camera, light, candidates, numbers.connection);
+            B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
             let mut value = lambda.to_xyz(path.radiance);
             if specular && let Some(merge) = &mut merge {
                 value += merge(&sampler);

@@ -1,0 +1,172 @@
+//! The outline of the selected object: where the picture changes from it to anything else, by rays of a thread of its own.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{Builder, JoinHandle};
+
+use crate::stream::Epoch;
+use crate::tracer::{Camera, Scene};
+
+/// Most cells of the grid along the longer side of the picture.
+const CELLS: u32 = 512;
+
+/// Lens numbers of the ray through the centre of the lens.
+const CENTER: [f32; 2] = [0.5; 2];
+
+/// Lines between places in pixels of the picture.
+pub type OutlineLines = Vec<[[f32; 2]; 2]>;
+
+/// What is outlined: a shape of the scene of an epoch, in a picture of this size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutlineKey {
+    pub shape: u32,
+    pub epoch: Epoch,
+    pub size: [u32; 2],
+}
+
+/// An outline that is being traced.
+struct OutlineThread {
+    key: OutlineKey,
+    thread: JoinHandle<OutlineLines>,
+    is_over: Arc<AtomicBool>,
+}
+
+/// The outline of the selected object.
+#[derive(Default)]
+pub struct Outline {
+    thread: Option<OutlineThread>,
+    drawn: Option<(OutlineKey, Arc<OutlineLines>)>,
+}
+
+impl Outline {
+    /// Whether this is outlined, or will be.
+    pub fn follows(&self, key: Option<OutlineKey>) -> bool {
+        let traced = self.thread.as_ref().map(|thread| thread.key);
+        traced.or(self.drawn.as_ref().map(|(key, _)| *key)) == key
+    }
+
+    /// Forgets the outline.
+    pub fn clear(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            thread.is_over.store(true, Ordering::Relaxed);
+        }
+        self.drawn = None;
+    }
+
+    /// Begins to trace an outline, in place of the present one.
+    pub fn begin(&mut self, key: OutlineKey, scene: Arc<Scene>, camera: Camera) {
+        self.clear();
+        let is_over = Arc::new(AtomicBool::new(false));
+        let seen = is_over.clone();
+        let trace = move || outline(&scene, &camera, key, &seen);
+        // Without a thread there is no outline: the selection is told in the panel.
+        if let Ok(thread) = Builder::new().name("outline".into()).spawn(trace) {
+            self.thread = Some(OutlineThread { key, thread, is_over });
+        }
+    }
+
+    /// Takes over what was traced; true when there is something new.
+    pub fn take(&mut self) -> bool {
+        let Some(traced) = self.thread.take_if(|traced| traced.thread.is_finished()) else { return false };
+        self.drawn = traced.thread.join().ok().map(|lines| (traced.key, Arc::new(lines)));
+        true
+    }
+
+    /// Whether an outline is being traced.
+    pub fn is_busy(&self) -> bool {
+        self.thread.is_some()
+    }
+
+    /// The lines of this outline; none while they are not known.
+    pub fn lines(&self, epoch: Epoch) -> Option<Arc<OutlineLines>> {
+        self.drawn.as_ref().filter(|(key, _)| key.epoch == epoch).map(|(_, lines)| lines.clone())
+    }
+}
+
+/// Traces a ray through every cell of a grid, and follows the border of those that see the shape.
+fn outline(scene: &Scene, camera: &Camera, key: OutlineKey, is_over: &AtomicBool) -> OutlineLines {
+    let [width, height] = key.size;
+    let step = width.max(height).div_ceil(CELLS).max(1);
+    let [columns, rows] = [width, height].map(|n| n.div_ceil(step));
+    let place = |i: u32, of: u32| (f64::from(i * step) + 0.5 * f64::from(step)) / f64::from(of);
+    let mut seen = vec![false; (columns * rows) as usize];
+    for y in 0..rows {
+        if is_over.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
+        for x in 0..columns {
+            let ray = camera.ray([place(x, width), place(y, height)], CENTER);
+            seen[(y * columns + x) as usize] = scene.pick(&ray).is_some_and(|pick| pick.shape == key.shape);
+        }
+    }
+    border(&seen, columns as usize, step as f32)
+}
+
+/// The border between cells of either kind, by marching squares over the cells' middles; cells outside the grid are not seen.
+fn border(seen: &[bool], columns: usize, step: f32) -> OutlineLines {
+    let rows = seen.len() / columns.max(1);
+    let cell = |x: i64, y: i64| {
+        let inside = x >= 0 && y >= 0 && x < columns as i64 && y < rows as i64;
+        inside && seen[y as usize * columns + x as usize]
+    };
+    let mut lines = Vec::new();
+    for y in -1..rows as i64 {
+        for x in -1..columns as i64 {
+            let at = |dx: f32, dy: f32| [(x as f32 + 0.5 + dx) * step, (y as f32 + 0.5 + dy) * step];
+            let [top, right, bottom, left] = [at(0.5, 0.0), at(1.0, 0.5), at(0.5, 1.0), at(0.0, 0.5)];
+            let corners = [cell(x, y), cell(x + 1, y), cell(x + 1, y + 1), cell(x, y + 1)];
+            let pairs: &[[[f32; 2]; 2]] = match corners.map(u8::from) {
+                [0, 0, 0, 0] | [1, 1, 1, 1] => &[],
+                [1, 0, 0, 0] | [0, 1, 1, 1] => &[[left, top]],
+                [0, 1, 0, 0] | [1, 0, 1, 1] => &[[top, right]],
+                [0, 0, 1, 0] | [1, 1, 0, 1] => &[[right, bottom]],
+                [0, 0, 0, 1] | [1, 1, 1, 0] => &[[bottom, left]],
+                [1, 1, 0, 0] | [0, 0, 1, 1] => &[[left, right]],
+                [1, 0, 0, 1] | [0, 1, 1, 0] => &[[top, bottom]],
+                [1, 0, 1, 0] => &[[left, top], [right, bottom]],
+                _ => &[[top, right], [bottom, left]],
+            };
+            lines.extend_from_slice(pairs);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn borders_are_closed() {
+        // Every end of a line is the end of another one.
+        let mut random = crate::math::random::Random(3);
+        let seen: Vec<bool> = (0..15 * 11).map(|_| random.f64() < 0.5).collect();
+        let lines = border(&seen, 15, 2.0);
+        let mut ends = std::collections::HashMap::new();
+        for end in lines.iter().flatten() {
+            *ends.entry(end.map(f32::to_bits)).or_insert(0) += 1;
+        }
+        assert!(!lines.is_empty() && ends.values().all(|count| *count == 2), "{ends:?}");
+        assert_eq!(border(&[true], 1, 1.0).len(), 4);
+        assert!(border(&[false; 6], 3, 1.0).is_empty());
+    }
+
+    #[test]
+    fn a_ball_has_a_circle() {
+        let text = "<scene version=\"3.0.0\"><sensor type=\"orthographic\"><transform name=\"to_world\">\
+                    <lookat origin=\"0,0,5\" target=\"0,0,0\" up=\"0,1,0\"/></transform>\
+                    <film type=\"hdrfilm\"><integer name=\"width\" value=\"300\"/>\
+                    <integer name=\"height\" value=\"300\"/></film></sensor>\
+                    <shape type=\"sphere\"><float name=\"radius\" value=\"0.5\"/></shape><emitter type=\"constant\"/></scene>";
+        let desc = crate::scene::load_str("t.xml", text, &[]).expect("valid").desc;
+        let (scene, camera) = (Scene::prepare(&desc).expect("valid"), Camera::of(&desc).expect("valid"));
+        let key = OutlineKey { shape: 0, epoch: Epoch(1), size: [300, 300] };
+        let lines = outline(&scene, &camera, key, &AtomicBool::new(false));
+        assert!(lines.len() > 100);
+        for [x, y] in lines.iter().flatten() {
+            let radius = (x - 150.0).hypot(y - 150.0);
+            // The picture shows −1 to 1.
+            assert!((radius - 75.0).abs() < 1.5, "{radius}");
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! The tab of comparisons: snapshots and other pictures, and how the chosen one is shown beside the present one.
+
+use std::sync::Arc;
+
+use egui::{
+    Area, Color32, ColorImage, ComboBox, Context, CursorIcon, Id, LayerId, Order, Rect, RichText, Sense,
+    Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
+};
+
+use crate::client::window::action::Action;
+use crate::client::window::panel::{PictureArea, style};
+
+/// Size of a thumbnail, pixels.
+pub const THUMBNAIL: [u32; 2] = [96, 54];
+
+/// Width of the handle that moves the split, points.
+const HANDLE: f32 = 9.0;
+
+/// How the chosen picture is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CompareMode {
+    /// In the place of the present one.
+    #[default]
+    Whole,
+    /// At the left of a line that the user moves.
+    Split,
+    /// The relative difference of luminance.
+    Difference,
+    /// What an eye would notice.
+    Flip,
+}
+
+impl CompareMode {
+    const ALL: [(Self, &str, &str); 4] = [
+        (Self::Whole, "In its place", "T changes between the two"),
+        (Self::Split, "Split", "Drag the line over the picture"),
+        (Self::Difference, "Difference", "Relative difference of luminance, pixel by pixel"),
+        (Self::Flip, "FLIP", "What is noticed when the two alternate (Andersson et al. 2020)"),
+    ];
+}
+
+/// What the user has chosen to compare with.
+#[derive(Clone, Debug)]
+pub struct CompareControls {
+    /// Whether the comparison is shown.
+    pub is_shown: bool,
+    /// How.
+    pub mode: CompareMode,
+    /// The picture: its place in the list.
+    pub chosen: usize,
+    /// Where the line of the split stands, 0 at the left edge of the picture and 1 at its right.
+    pub split: f32,
+}
+
+impl Default for CompareControls {
+    fn default() -> Self {
+        Self { is_shown: false, mode: CompareMode::Whole, chosen: 0, split: 0.5 }
+    }
+}
+
+/// A picture in 8 bits, in rows from the top.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SmallPicture {
+    /// Width and height.
+    pub size: [usize; 2],
+    /// R, G, B.
+    pub rgb: Vec<[u8; 3]>,
+}
+
+/// One line of the list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SnapshotRow {
+    /// Its name.
+    pub name: String,
+    /// Samples, time and error when it was kept; where a file has none of these, its size.
+    pub words: String,
+    /// A small picture of it.
+    pub thumbnail: Arc<SmallPicture>,
+}
+
+/// What the comparison shows.
+#[derive(Clone, Debug, Default)]
+pub struct ComparisonData {
+    /// The pictures that can be chosen.
+    pub rows: Vec<SnapshotRow>,
+    /// The chosen one as it is displayed with the present settings, where it is drawn over the present one.
+    pub picture: Option<Arc<SmallPicture>>,
+    /// The difference in figures, or why there is none.
+    pub summary: String,
+}
+
+/// Draws the tab.
+pub(super) fn show(
+    ui: &mut Ui,
+    data: &ComparisonData,
+    controls: &mut CompareControls,
+    actions: &mut Vec<Action>,
+) {
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Keep snapshot").on_hover_text("Keeps the present picture  K").clicked() {
+            actions.push(Action::KeepSnapshot);
+        }
+        let hint = "Compares with a picture from a file, such as a reference";
+        if ui.button("Open EXR…").on_hover_text(hint).clicked() {
+            actions.push(Action::CompareDialog);
+        }
+    });
+    if data.rows.is_empty() {
+        let hint = "Keep a snapshot, change something, and look at both: here or with T.";
+        ui.add(egui::Label::new(RichText::new(hint).color(style::DIM)).wrap());
+        return;
+    }
+    ui.horizontal(|ui| {
+        let words = if controls.is_shown { "Showing" } else { "Show" };
+        ui.toggle_value(&mut controls.is_shown, words)
+            .on_hover_text("The chosen picture beside the present one  T");
+        let name = CompareMode::ALL.iter().find(|(mode, ..)| *mode == controls.mode).map_or("", |all| all.1);
+        ComboBox::from_id_salt("compare mode").selected_text(name).show_ui(ui, |ui| {
+            for (mode, name, hint) in CompareMode::ALL {
+                if ui.selectable_value(&mut controls.mode, mode, name).on_hover_text(hint).clicked() {
+                    controls.is_shown = true;
+                }
+            }
+        });
+    });
+    // The line is there without words too, so that nothing moves away from the pointer.
+    ui.colored_label(style::ACCENT, if controls.is_shown { data.summary.as_str() } else { "" });
+    for (i, row) in data.rows.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let texture = thumbnail(ui.ctx(), i, &row.thumbnail);
+            let size = vec2(THUMBNAIL[0] as f32, THUMBNAIL[1] as f32);
+            let image = egui::Image::new((texture.id(), texture.size_vec2()))
+                .fit_to_exact_size(size)
+                .maintain_aspect_ratio(true);
+            let chosen = controls.chosen == i;
+            ui.add(image);
+            ui.vertical(|ui| {
+                if ui.selectable_label(chosen, &row.name).clicked() {
+                    controls.chosen = i;
+                }
+                ui.label(RichText::new(&row.words).small().color(style::DIM));
+                if ui.small_button("Forget").clicked() {
+                    actions.push(Action::ForgetSnapshot(i));
+                }
+            });
+        });
+    }
+}
+
+/// The texture of a small picture, made anew when the picture is another one.
+fn texture(ctx: &Context, id: Id, picture: &Arc<SmallPicture>) -> TextureHandle {
+    type Kept = (Arc<SmallPicture>, TextureHandle);
+    let kept = ctx.data(|data| data.get_temp::<Kept>(id));
+    if let Some((known, texture)) = kept
+        && Arc::ptr_eq(&known, picture)
+    {
+        return texture;
+    }
+    let pixels = picture.rgb.iter().map(|[r, g, b]| Color32::from_rgb(*r, *g, *b)).collect();
+    let texture = ctx.load_texture("picture", ColorImage::new(picture.size, pixels), TextureOptions::NEAREST);
+    ctx.data_mut(|data| data.insert_temp::<Kept>(id, (picture.clone(), texture.clone())));
+    texture
+}
+
+fn thumbnail(ctx: &Context, place: usize, picture: &Arc<SmallPicture>) -> TextureHandle {
+    texture(ctx, Id::new(("thumbnail", place)), picture)
+}
+
+/// Draws the chosen picture over the present one, with the line between them where there is one.
+pub(super) fn draw(
+    ctx: &Context,
+    picture: PictureArea,
+    data: &ComparisonData,
+    controls: &mut CompareControls,
+) {
+    let Some(other) = data.picture.as_ref().filter(|_| controls.is_shown) else { return };
+    let whole = picture.whole();
+    let split = (controls.mode == CompareMode::Split).then(|| handle(ctx, picture, controls));
+    let clip = match split {
+        Some(x) => Rect::from_min_max(picture.area.min, pos2(x, picture.area.bottom())),
+        None => picture.area,
+    };
+    let texture = texture(ctx, Id::new("compared picture"), other);
+    let all = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    let painter = ctx.layer_painter(LayerId::background());
+    painter.with_clip_rect(clip.intersect(picture.area)).image(texture.id(), whole, all, Color32::WHITE);
+    if let Some(x) = split {
+        let stroke = Stroke::new(1.0, style::ACCENT);
+        painter.with_clip_rect(picture.area).vline(x, picture.area.y_range(), stroke);
+    }
+}
+
+/// The handle over the picture that moves the line; returns where the line is.
+fn handle(ctx: &Context, picture: PictureArea, controls: &mut CompareControls) -> f32 {
+    let (whole, area) = (picture.whole(), picture.area);
+    let x = |split: f32| (whole.left() + split * whole.width()).clamp(area.left(), area.right());
+    let corner = pos2(x(controls.split) - 0.5 * HANDLE, area.top());
+    let handle =
+        Area::new(Id::new("split")).order(Order::Middle).fixed_pos(corner).constrain(false).fade_in(false);
+    handle.show(ctx, |ui| {
+        let (_, response) = ui.allocate_exact_size(vec2(HANDLE, area.height()), Sense::drag());
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+            controls.split = ((at.x - whole.left()) / whole.width().max(1.0)).clamp(0.0, 1.0);
+        }
+        response.on_hover_cursor(CursorIcon::ResizeHorizontal);
+    });
+    x(controls.split)
+}

@@ -1,0 +1,81 @@
+//! What is drawn over the picture itself, pixel by pixel in its place.
+
+use egui::{Color32, Context, LayerId, Pos2, Rect, Stroke, pos2, vec2};
+use glam::DVec2;
+
+use crate::client::window::panel::{
+    PanelControls, PanelData, PanelTab, PictureView, compare, inspect, style,
+};
+use crate::client::window::viewport::GRID_ZOOM;
+
+/// Where the picture is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureArea {
+    /// The part of the window beside the dock, points.
+    pub area: Rect,
+    /// Which part of the picture it shows.
+    pub view: PictureView,
+}
+
+impl PictureArea {
+    /// The point of the window where a place in the picture is shown, in pixels of the picture.
+    pub fn point(&self, place: DVec2) -> Pos2 {
+        let at = self.view.viewport.to_window(place) / f64::from(self.view.pixels_per_point);
+        self.area.min + vec2(at.x as f32, at.y as f32)
+    }
+
+    /// The place in the picture that is shown at a point of the window.
+    pub fn place(&self, point: Pos2) -> DVec2 {
+        let at = (point - self.area.min) * self.view.pixels_per_point;
+        self.view.viewport.to_picture(DVec2::new(f64::from(at.x), f64::from(at.y)))
+    }
+
+    /// The rectangle of the window where the whole picture lies; it may be larger than the area.
+    pub fn whole(&self) -> Rect {
+        let size = self.view.viewport.picture();
+        Rect::from_min_max(self.point(DVec2::ZERO), self.point(size))
+    }
+}
+
+/// Draws it.
+pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, controls: &mut PanelControls) {
+    compare::draw(ctx, picture, &data.comparison, &mut controls.compare);
+    if let Some(lines) = &data.outline {
+        outline(ctx, picture, lines);
+    }
+    if let Some(paths) = data.paths.as_ref().filter(|_| controls.layout.shows(PanelTab::Inspect)) {
+        inspect::draw_paths(ctx, picture, paths);
+    }
+    if picture.view.viewport.zoom() >= GRID_ZOOM {
+        grid(ctx, picture);
+    }
+}
+
+/// The outline of the selected object, dark beneath so that it is seen on any picture.
+fn outline(ctx: &Context, picture: PictureArea, lines: &[[[f32; 2]; 2]]) {
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
+    let point = |[x, y]: [f32; 2]| picture.point(DVec2::new(f64::from(x), f64::from(y)));
+    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.2, style::ACCENT)] {
+        for line in lines {
+            painter.line_segment(line.map(point), Stroke::new(width, color));
+        }
+    }
+}
+
+/// Lines between the pixels.
+fn grid(ctx: &Context, picture: PictureArea) {
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
+    let size = picture.view.viewport.picture();
+    let (first, last) = (picture.place(picture.area.min), picture.place(picture.area.max));
+    let (first, last) = (first.floor().max(DVec2::ZERO), last.ceil().min(size));
+    let stroke = Stroke::new(1.0 / picture.view.pixels_per_point, Color32::from_white_alpha(40));
+    let (from, to) = (picture.point(first), picture.point(last));
+    for x in first.x as i64..=last.x as i64 {
+        let x = picture.point(DVec2::new(x as f64, 0.0)).x;
+        painter.line_segment([pos2(x, from.y), pos2(x, to.y)], stroke);
+    }
+    for y in first.y as i64..=last.y as i64 {
+        let y = picture.point(DVec2::new(0.0, y as f64)).y;
+        painter.line_segment([pos2(from.x, y), pos2(to.x, y)], stroke);
+    }
+}

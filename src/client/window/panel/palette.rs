@@ -1,0 +1,131 @@
+//! The palette of commands: every line of the table of keys that is a command, found by parts of its words.
+
+use egui::{Align2, Context, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, Window};
+
+use crate::client::window::action::Action;
+use crate::client::window::keys::{BoundAction, GROUPS, KeyBinding};
+use crate::client::window::panel::style;
+
+/// Width of the palette, points.
+const WIDTH: f32 = 340.0;
+
+/// Commands that are seen at once.
+const ROWS: f32 = 12.0;
+
+/// The palette: what was typed, and which command is chosen.
+#[derive(Clone, Debug, Default)]
+pub struct CommandPalette {
+    /// Whether it is shown.
+    pub is_open: bool,
+    /// What was typed so far.
+    query: String,
+    /// The chosen one among the commands that match.
+    chosen: usize,
+}
+
+impl CommandPalette {
+    /// Opens the palette, empty, or closes it.
+    pub fn toggle(&mut self) {
+        *self = Self { is_open: !self.is_open, ..Self::default() };
+    }
+}
+
+/// The commands that match what was typed, the best first.
+fn matches(query: &str) -> Vec<(&'static KeyBinding, &'static Action)> {
+    let commands =
+        GROUPS.iter().flat_map(|group| group.bindings).filter_map(|binding| match &binding.action {
+            BoundAction::Action(action) => Some((binding, action)),
+            _ => None,
+        });
+    let mut found: Vec<_> = commands
+        .filter_map(|(binding, action)| Some((rank(binding.meaning, query)?, binding, action)))
+        .collect();
+    found.sort_by_key(|(rank, ..)| *rank);
+    found.into_iter().map(|(_, binding, action)| (binding, action)).collect()
+}
+
+/// How well a command matches, smaller is better: every word of the query begins a word of it, or stands within it; `None` where one does
+/// not.
+fn rank(meaning: &str, query: &str) -> Option<usize> {
+    let meaning = meaning.to_lowercase();
+    let word = |word: &str| {
+        let begins = meaning.split(|c: char| !c.is_alphanumeric()).position(|w| w.starts_with(word));
+        begins.or_else(|| meaning.contains(word).then_some(100))
+    };
+    query.to_lowercase().split_whitespace().try_fold(0, |sum, w| Some(sum + word(w)?))
+}
+
+/// Draws the palette where it is open; returns the action that was chosen.
+pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action> {
+    if !palette.is_open {
+        return None;
+    }
+    let found = matches(&palette.query);
+    let pressed = |key: Key| ctx.input_mut(|input| input.consume_key(Modifiers::NONE, key));
+    if pressed(Key::ArrowDown) {
+        palette.chosen += 1;
+    }
+    if pressed(Key::ArrowUp) {
+        palette.chosen = palette.chosen.saturating_sub(1);
+    }
+    palette.chosen = palette.chosen.min(found.len().saturating_sub(1));
+    let (enter, escape) = (pressed(Key::Enter), pressed(Key::Escape));
+    let mut action = found.get(palette.chosen).filter(|_| enter).map(|(_, action)| (*action).clone());
+    let window =
+        Window::new("Commands").collapsible(false).resizable(false).title_bar(false).order(Order::Foreground);
+    let window = window.fade_in(false).fade_out(false).anchor(Align2::CENTER_TOP, [0.0, 40.0]);
+    window.show(ctx, |ui| {
+        ui.set_width(WIDTH.min(ctx.content_rect().width() - 32.0));
+        let field =
+            TextEdit::singleline(&mut palette.query).id(Id::new("command")).desired_width(f32::INFINITY);
+        let field = ui.add(field.hint_text("Type a part of a command"));
+        field.request_focus();
+        if field.changed() {
+            palette.chosen = 0;
+        }
+        let height = ROWS * (ui.spacing().interact_size.y + ui.spacing().item_spacing.y);
+        ScrollArea::vertical().max_height(height).show(ui, |ui| {
+            ui.set_min_width(ui.available_width());
+            if found.is_empty() {
+                ui.colored_label(style::DIM, "No command has these words.");
+            }
+            for (i, (binding, bound)) in found.iter().enumerate() {
+                ui.horizontal(|ui| {
+                    let row = ui.selectable_label(i == palette.chosen, capitalised(binding.meaning));
+                    if i == palette.chosen {
+                        row.scroll_to_me(None);
+                    }
+                    if row.clicked() {
+                        action = Some((*bound).clone());
+                    }
+                    ui.label(RichText::new(binding.keys).small().color(style::ACCENT));
+                });
+            }
+        });
+    });
+    if action.is_some() || enter || escape {
+        palette.toggle();
+    }
+    action.filter(|action| *action != Action::TogglePalette)
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_found_by_parts_of_their_words() {
+        let first = |query: &str| matches(query).first().map(|(_, action)| (*action).clone());
+        assert_eq!(first("open"), Some(Action::OpenDialog));
+        assert_eq!(first("save png"), Some(Action::SavePng));
+        assert_eq!(first("PNG sav"), Some(Action::SavePng));
+        assert_eq!(first("full"), Some(Action::ToggleFullscreen));
+        assert_eq!(first("no such thing"), None);
+        assert!(matches("").len() > 20);
+    }
+}

@@ -1,0 +1,66 @@
+//! What stands on each tab of the dock, section by section.
+
+use egui::{CollapsingHeader, RichText, Ui};
+
+use crate::client::window::action::Action;
+use crate::client::window::panel::{
+    PanelControls, PanelData, PanelTab, compare, error, figures, inspect, look, sections, style,
+};
+
+/// Draws the contents of a tab.
+pub(super) fn show(
+    ui: &mut Ui,
+    tab: PanelTab,
+    data: &PanelData,
+    controls: &mut PanelControls,
+    actions: &mut Vec<Action>,
+) {
+    match tab {
+        PanelTab::Render => render(ui, data, controls, actions),
+        PanelTab::Look => look::show(ui, data, controls, actions),
+        PanelTab::Scene => scene(ui, data, actions),
+        PanelTab::Inspect => inspect::show(ui, data.pixel.as_ref(), data.paths.as_ref(), data.traces_paths),
+        PanelTab::Compare => compare::show(ui, &data.comparison, &mut controls.compare, actions),
+        PanelTab::Files => sections::files(ui, data, actions),
+    }
+}
+
+fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: &mut Vec<Action>) {
+    let settled = figures::settled(ui.ctx(), data);
+    section(ui, "Error", true, |ui| error::show(ui, data.error.as_deref(), &mut controls.target));
+    section(ui, "Figures", true, |ui| figures::show(ui, &settled, actions));
+    section(ui, "Effects", false, |ui| sections::effects(ui, &data.effects, data.costs, actions));
+    sections::left_out(ui, &data.left_out);
+    if data.rejected.total > 0 {
+        section(ui, &format!("Rejected: {}", data.rejected.total), false, |ui| {
+            sections::rejected(ui, &data.rejected);
+        });
+    }
+    section(ui, "Frame times", true, |ui| figures::frame_times(ui, &settled));
+    section(ui, "Passes", false, |ui| figures::passes(ui, &settled));
+}
+
+fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
+    match &data.selection {
+        Some(selection) => {
+            section(ui, "Selection", true, |ui| sections::selection(ui, selection, actions));
+        }
+        None => {
+            ui.colored_label(style::DIM, "Click an object in the picture to change it.");
+        }
+    }
+    section(ui, "Camera", true, |ui| sections::camera(ui, data, actions));
+}
+
+/// Draws a section that folds.
+fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+    // What follows a colon may change while the section stays open.
+    let name = title.split(':').next();
+    CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())
+        .id_salt(name)
+        .default_open(open)
+        .show_unindented(ui, |ui| {
+            contents(ui);
+            ui.add_space(4.0);
+        });
+}

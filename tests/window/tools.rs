@@ -1,0 +1,188 @@
+//! The tools of the panel, found by what a screen reader would say of them and used by mouse and keyboard, without a display.
+
+use egui::{Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use pointillist::client::window::action::Action;
+use pointillist::client::window::panel::{
+    self, CompareMode, Histogram, PanelControls, PanelData, PanelTab, PixelReading, SmallPicture, SnapshotRow,
+};
+
+use crate::headless_panel::{controls, controls_of, readout};
+
+/// The panel with its data, and the actions that it asked for.
+struct Tools {
+    data: PanelData,
+    controls: PanelControls,
+    actions: Vec<Action>,
+}
+
+fn harness(data: PanelData, controls: PanelControls) -> Harness<'static, Tools> {
+    let tools = Tools { data, controls, actions: Vec::new() };
+    let draw = |ui: &mut egui::Ui, tools: &mut Tools| {
+        tools.actions.extend(panel::show(ui, &tools.data, &mut tools.controls));
+    };
+    let mut harness = Harness::builder().with_size([900.0, 900.0]).build_ui_state(draw, tools);
+    harness.run_steps(3);
+    harness
+}
+
+fn taken(harness: &mut Harness<'static, Tools>) -> Vec<Action> {
+    harness.run_steps(2);
+    std::mem::take(&mut harness.state_mut().actions)
+}
+
+#[test]
+fn tabs_are_brought_to_the_front_by_their_names() {
+    let mut harness = harness(readout(), controls());
+    for tab in PanelTab::ALL {
+        harness.get_by_label(tab.title()).click();
+        harness.run_steps(2);
+        assert!(harness.state().controls.layout.shows(tab), "{tab:?}");
+        let others = PanelTab::ALL.into_iter().filter(|other| *other != tab);
+        assert!(others.into_iter().all(|other| !harness.state().controls.layout.shows(other)));
+    }
+}
+
+#[test]
+fn commands_are_found_and_run_by_keyboard_alone() {
+    let mut harness = harness(readout(), controls());
+    harness.state_mut().controls.palette.toggle();
+    harness.run_steps(2);
+    harness.event(egui::Event::Text("save png".to_owned()));
+    harness.run_steps(2);
+    harness.get_by_label("Save the picture as PNG");
+    harness.key_press(Key::Enter);
+    assert_eq!(taken(&mut harness), [Action::SavePng]);
+    assert!(!harness.state().controls.palette.is_open);
+    // Escape runs nothing.
+    harness.state_mut().controls.palette.toggle();
+    harness.run_steps(2);
+    harness.key_press(Key::Escape);
+    assert_eq!(taken(&mut harness), []);
+    assert!(!harness.state().controls.palette.is_open);
+    // The arrows choose.
+    harness.state_mut().controls.palette.toggle();
+    harness.run_steps(2);
+    harness.event(egui::Event::Text("field of view".to_owned()));
+    harness.run_steps(2);
+    harness.key_press(Key::ArrowDown);
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    let [Action::Gesture(_)] = taken(&mut harness)[..] else {
+        panic!("the second command is the wider view")
+    };
+}
+
+#[test]
+fn the_panel_is_entered_and_used_by_keyboard() {
+    let mut harness = harness(readout(), controls());
+    harness.state_mut().controls.enters = true;
+    harness.run_steps(2);
+    // The first button of the bar has the keyboard.
+    harness.key_press(Key::Enter);
+    assert_eq!(taken(&mut harness), [Action::OpenDialog]);
+    harness.key_press(Key::Tab);
+    harness.run_steps(2);
+    harness.key_press(Key::Tab);
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    assert_eq!(taken(&mut harness), [Action::Undo]);
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::Tab);
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    assert_eq!(taken(&mut harness), [Action::SaveDialog]);
+}
+
+#[test]
+fn recent_scenes_and_views_are_opened() {
+    let data = PanelData {
+        recent: vec!["/scenes/kitchen.xml".into(), "/scenes/hall.xml".into()],
+        views: vec![2],
+        ..readout()
+    };
+    let mut harness = harness(data, controls_of(PanelTab::Files));
+    harness.get_by_label("hall.xml").click();
+    assert_eq!(taken(&mut harness), [Action::Open("/scenes/hall.xml".into())]);
+    harness.get_by_label("2").click();
+    harness.get_by_label("3").click();
+    assert_eq!(taken(&mut harness), [Action::GoToView(2)], "nothing is kept under 3");
+}
+
+#[test]
+fn snapshots_are_chosen_shown_and_forgotten() {
+    let row = |name: &str| SnapshotRow {
+        name: name.to_owned(),
+        words: "12 s, 64.0 paths per pixel, error 3.1 %".to_owned(),
+        thumbnail: SmallPicture { size: [2, 1], rgb: vec![[9; 3]; 2] }.into(),
+    };
+    let mut data = readout();
+    data.comparison.rows = vec![row("Snapshot 1"), row("before.exr")];
+    let mut harness = harness(data, controls_of(PanelTab::Compare));
+    harness.get_by_label("before.exr").click();
+    harness.run_steps(2);
+    harness.get_by_label("Show").click();
+    harness.run_steps(2);
+    let compare = &harness.state().controls.compare;
+    assert!((compare.chosen, compare.is_shown, compare.mode) == (1, true, CompareMode::Whole));
+    harness.get_all_by_label("Forget").next().expect("one for each").click();
+    assert_eq!(taken(&mut harness), [Action::ForgetSnapshot(0)]);
+}
+
+/// The line of the split is dragged over the picture, and stops at its edges.
+#[test]
+fn the_split_is_dragged() {
+    let mut data = readout();
+    let picture = SmallPicture { size: [4, 4], rgb: vec![[200; 3]; 16] };
+    data.comparison.picture = Some(picture.into());
+    let mut controls = controls_of(PanelTab::Compare);
+    (controls.compare.is_shown, controls.compare.mode) = (true, CompareMode::Split);
+    let width = 900.0 - controls.layout.width_in(900.0);
+    data.view.viewport = pointillist::client::window::viewport::Viewport::new([width as u32, 900]);
+    let mut harness = harness(data, controls);
+    let at = |x: f32| egui::pos2(x, 450.0);
+    harness.drag_at(at(0.5 * width));
+    harness.run_steps(2);
+    harness.hover_at(at(0.25 * width));
+    harness.run_steps(2);
+    let split = harness.state().controls.compare.split;
+    assert!((split - 0.25).abs() < 0.02, "{split}");
+    harness.hover_at(at(-50.0));
+    harness.run_steps(2);
+    assert_eq!(harness.state().controls.compare.split, 0.0);
+    harness.drop_at(at(-50.0));
+}
+
+#[test]
+fn the_pixel_is_told() {
+    let reading = PixelReading {
+        pixel: [12, 34],
+        xyz: [0.123_456, 2.5, 0.0],
+        displayed: [1.0, 0.5, 0.0],
+        samples: 64.0,
+        error: Some(0.0231),
+        object: Some("ball".to_owned()),
+        material: Some("gold (roughconductor)".to_owned()),
+        distance: Some(3.25),
+        ..PixelReading::default()
+    };
+    let harness = harness(PanelData { pixel: Some(reading), ..readout() }, controls_of(PanelTab::Inspect));
+    for words in
+        ["12, 34", "0.1235  2.500  0", "255  128  0", "2.31 %", "ball", "gold (roughconductor)", "3.250"]
+    {
+        harness.get_by_label(words);
+    }
+}
+
+#[test]
+fn the_histogram_is_told() {
+    let histogram = Histogram {
+        luminance: vec![0.01; 72],
+        displayed: std::array::from_fn(|_| vec![0.015; 64]),
+        clipped: 0.031,
+        black: 0.0,
+    };
+    let data = PanelData { histogram: Some(histogram.into()), ..readout() };
+    let harness = harness(data, controls_of(PanelTab::Look));
+    harness.get_by_label("3.1 % white, 0.0 % black");
+}
