@@ -63,6 +63,7 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::app::outputs::Outputs;
+use crate::app::tev::TevLink;
 use crate::app::timings::TimingCapture;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::exposure::FollowedLight;
@@ -93,6 +94,8 @@ struct ViewOptions {
     losses: SimulatedLosses,
     /// Camera paths of a render; `None` is no end.
     samples: Option<u64>,
+    /// Shows the picture in tev, too.
+    tev: Option<TevLink>,
     /// Tracers on other machines; none are threads of this process.
     tracers: Vec<TracerAddress>,
     /// Length of a frame; otherwise the display's.
