@@ -37,4 +37,4 @@ pub use mitsuba::{
     LoadOptions, Loaded, ParameterDoc, PluginDoc, PluginKind, load, load_str, load_str_with, load_telling,
     load_with, plugins,
 };
-pub use rendering_space::RenderingSpace;
+pub use rendering_space::{RenderingSpace, transformed_box};

@@ -12,7 +12,6 @@ use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
 use crate::client::Settings;
 use crate::client::window::action::Action;
-use crate::client::window::history::CameraHistory;
 use crate::client::window::navigation::Gesture;
 use crate::tracer::effects::Effect;
 
@@ -28,6 +27,7 @@ impl Viewer {
         for message in self.saves.done() {
             self.say(message);
         }
+        self.take_prepared();
         for action in self.panel.take_actions() {
             let camera = matches!(action, Action::Gesture(_) | Action::EndMove | Action::FocusAt(_));
             match self.perform(action) {
@@ -46,26 +46,41 @@ impl Viewer {
         let size = self.session.size();
         match action {
             Action::Gesture(gesture) => self.gesture(gesture),
-            Action::EndMove => self.editor.history.end_move(),
+            Action::EndMove => self.editor.end_change(),
             Action::Pick(at) => {
                 let pick = self.editor.pick(self.on_picture(at), size);
                 self.editor.select(pick.map(|pick| pick.shape));
             }
             Action::FocusAt(at) => {
                 if let Some(pick) = self.editor.pick(self.on_picture(at), size) {
-                    self.editor.history.end_move();
+                    self.editor.end_change();
                     self.gesture(Gesture::Focus(pick.position));
-                    self.editor.history.end_move();
+                    self.editor.end_change();
                 }
             }
             Action::Deselect => self.editor.select(None),
-            Action::Undo => self.moved(|history| history.undo().is_some()),
-            Action::Redo => self.moved(|history| history.redo().is_some()),
-            Action::ResetCamera => self.moved(|history| history.reset().is_some()),
-            Action::SetFov(fov) => self.moved(|history| history.set_fov(fov)),
+            Action::Undo => {
+                let undone = self.editor.undo().map(|change| format!("Undo {change}"));
+                return self.restored().map(|()| undone);
+            }
+            Action::Redo => {
+                let redone = self.editor.redo().map(|change| format!("Redo {change}"));
+                return self.restored().map(|()| redone);
+            }
+            Action::ResetCamera => {
+                if self.editor.reset_camera() {
+                    self.edited();
+                }
+            }
+            Action::SetFov(fov) => {
+                if self.editor.set_fov(fov) {
+                    self.edited();
+                }
+            }
             Action::Edit { index, value } => {
-                self.editor.edit(index, value)?;
-                self.edited();
+                if self.editor.edit(index, value)? {
+                    self.edited();
+                }
             }
             Action::SetEffect { name, on } => self.set_effect(name, on)?,
             Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
@@ -108,9 +123,27 @@ impl Viewer {
         }
     }
 
-    fn moved(&mut self, change: impl FnOnce(&mut CameraHistory) -> bool) {
-        if change(&mut self.editor.history) {
-            self.edited();
+    /// Shows another state of the history.
+    fn restored(&mut self) -> Result<()> {
+        self.editor.follow()?;
+        self.session.set_effects(&self.editor);
+        self.edited();
+        Ok(())
+    }
+
+    /// Shows the changed scene that another thread has prepared, if it is ready.
+    fn take_prepared(&mut self) {
+        if !self.editor.is_preparing() {
+            return;
+        }
+        match self.editor.follow() {
+            Ok(false) => {}
+            Ok(true) => {
+                self.session.set_effects(&self.editor);
+                self.edited();
+                self.refresh();
+            }
+            Err(error) => self.say(error.to_string()),
         }
     }
 

@@ -134,6 +134,7 @@ impl Viewer {
             && self.session.is_through()
             && !self.session.is_stale()
             && self.saves.is_empty()
+            && !self.editor.is_preparing()
             && self.picture.is_settled()
             && !self.light.is_changing()
             && !self.panel.is_busy();

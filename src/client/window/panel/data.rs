@@ -156,6 +156,15 @@ pub enum ParameterValue {
         /// Greatest value.
         max: f64,
     },
+    /// On or off.
+    Switch(bool),
+    /// A point or a direction in world space.
+    Vector {
+        /// Present value.
+        value: [f64; 3],
+        /// A small change of it.
+        step: f64,
+    },
 }
 
 /// Target errors that the panel offers, with their labels.
