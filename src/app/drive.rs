@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::film_writer::FilmWriter;
+use super::live_outputs::LiveOutputs;
 use super::observer::Observer;
 use super::process;
 use super::progress::Progress;
@@ -53,7 +54,7 @@ pub struct DriveOutcome {
 }
 
 /// What is updated while a render is drained.
-pub struct DriveObservers<'a> {
+pub struct DriveObservers<'a, 'r> {
     pub bar: &'a Progress,
     /// The capture of `--gpu-timings`, if it is asked for.
     pub timings: &'a mut Option<TimingCapture>,
@@ -61,6 +62,8 @@ pub struct DriveObservers<'a> {
     pub observer: Option<&'a Observer>,
     /// What keeps the state of the render on disk, if anything does. The order must then be that of the indices.
     pub recorder: Option<&'a mut Recorder>,
+    /// What shows and saves the picture meanwhile, if anything does.
+    pub live: Option<&'a mut LiveOutputs<'r>>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -74,7 +77,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut dyn Film,
-    DriveObservers { bar, timings, observer, mut recorder }: DriveObservers<'_>,
+    DriveObservers { bar, timings, observer, mut recorder, mut live }: DriveObservers<'_, '_>,
 ) -> Result<DriveOutcome> {
     let start = Instant::now();
     let mut driven = DriveOutcome::default();
@@ -92,6 +95,9 @@ pub fn drive(
         driven.rasterise += rasterise.elapsed();
         if let Some(recorder) = recorder.as_mut().filter(|recorder| recorder.is_due()) {
             recorder.save(client, observer)?;
+        }
+        if let Some(live) = &mut live {
+            live.update(client, observer, server)?;
         }
         if let Some(timings) = timings {
             if drained.blocks > 0 {

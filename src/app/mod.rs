@@ -10,7 +10,8 @@
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
 //! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; figures; rejected values in words |
 //! | `denoise.rs`, `filtered_picture.rs`, `noise_filter.rs`, `reprojection.rs` | the noise filter of a view, with its rays; what it makes of samples; its thread in the window; what another view has shown |
-//! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; Ctrl-C and standard error |
+//! | `live_outputs.rs`, `tev.rs` | snapshots of a render on its way; the same picture in the viewer tev |
+//! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; signals and standard error |
 //!
 //! # Rendering from another program
 //!
@@ -81,6 +82,7 @@ mod film_writer;
 mod filtered_picture;
 mod info;
 mod layers;
+mod live_outputs;
 mod load;
 mod merge;
 mod method;
@@ -103,6 +105,7 @@ mod serve;
 mod shard;
 mod state;
 mod study;
+mod tev;
 mod timings;
 mod trace;
 mod view;

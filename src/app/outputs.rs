@@ -12,7 +12,6 @@ use super::layers::Channel;
 use super::report::{Seconds, is_special};
 use super::run_spec::{RunEnd, RunSpec, display_options};
 use crate::client::effects::Effects;
-use crate::client::film::VulkanFilm;
 use crate::client::{Denoise, DisplayImage, Film, FilmData, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{PngPicture, Transfer};
@@ -138,7 +137,7 @@ impl FilmSnapshot {
     /// Takes the picture; the ending of `path` says which. `filtered` is what is displayed instead of the film, if anything is.
     pub fn take(
         path: &Path,
-        film: &mut VulkanFilm,
+        film: &mut dyn Film,
         settings: &Settings,
         filtered: Option<DisplayImage>,
     ) -> Result<Self> {

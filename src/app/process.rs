@@ -1,4 +1,4 @@
-//! What the process asks of the system: Ctrl-C, memory in use, standard error.
+//! What the process asks of the system: signals, memory in use, standard error.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,6 +21,31 @@ pub fn listen_for_interrupt() {
 /// True once Ctrl-C was pressed.
 pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
+}
+
+/// A snapshot was asked for.
+#[cfg(unix)]
+static SNAPSHOT: std::sync::OnceLock<std::sync::Arc<AtomicBool>> = std::sync::OnceLock::new();
+
+/// Takes SIGUSR1, which would end the process otherwise, as the wish for a snapshot.
+#[cfg(unix)]
+pub fn listen_for_snapshots() {
+    use signal_hook::{consts::SIGUSR1, flag};
+    if let Err(error) = flag::register(SIGUSR1, SNAPSHOT.get_or_init(Default::default).clone()) {
+        tracing::warn!("SIGUSR1 will end the program instead of saving a snapshot: {error}");
+    }
+}
+
+/// There is no such signal here.
+#[cfg(not(unix))]
+pub fn listen_for_snapshots() {}
+
+/// True if a snapshot was asked for since the last call.
+pub fn take_snapshot_request() -> bool {
+    #[cfg(unix)]
+    return SNAPSHOT.get().is_some_and(|request| request.swap(false, Ordering::SeqCst));
+    #[cfg(not(unix))]
+    false
 }
 
 /// Largest resident memory so far in bytes, from `/proc/self/status`; `None` on systems other than Linux.

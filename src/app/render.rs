@@ -13,6 +13,7 @@ use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use super::filtered_picture::FilteredView;
+use super::live_outputs::{LiveOutputs, LiveRender};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
 use super::observer::{Beside, Observer};
@@ -53,8 +54,9 @@ pub fn render(mut args: RenderArgs) -> Result<()> {
 pub fn run(args: &RenderArgs, outputs: &Outputs, kept: Option<KeptState>) -> Result<()> {
     let start = Instant::now();
     process::listen_for_interrupt();
+    process::listen_for_snapshots();
     let mut batch = BatchRender::set_up(args, outputs, kept)?;
-    let traced = batch.trace()?;
+    let traced = batch.trace(outputs)?;
     batch.write(outputs, &traced)?;
     batch.seconds.total = start.elapsed().as_secs_f64();
     let report = batch.report(outputs, &traced);
@@ -225,7 +227,7 @@ impl<'a> BatchRender<'a> {
     }
 
     /// Traces until the sample count, the time, the error or Ctrl-C.
-    fn trace(&mut self) -> Result<Traced> {
+    fn trace(&mut self, outputs: &Outputs) -> Result<Traced> {
         let (args, run, goal) = (self.args, &self.run, &self.goal);
         let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
             (Some(sums), Some(recorder)) => {
@@ -262,6 +264,13 @@ impl<'a> BatchRender<'a> {
         };
         let (mut driven, mut tally, mut photons) = (DriveOutcome::new(missing.count() == 0), None, None);
         let (mut stats, mut adaptive) = (Stats::default(), None);
+        let mut live = LiveOutputs::start(LiveRender {
+            args,
+            outputs,
+            run,
+            desc: &self.loaded.desc,
+            scene: &self.scene,
+        })?;
         for (number, RenderStage { part, indices: range, until }) in (1..).zip(stages) {
             let time = until.map(|until| until.saturating_sub(before + driven.wall));
             if part != StagePart::Even && time == Some(Duration::ZERO) {
@@ -303,6 +312,7 @@ impl<'a> BatchRender<'a> {
                 timings: &mut self.timings,
                 observer: observer.as_ref(),
                 recorder: self.recorder.as_mut(),
+                live: Some(&mut live),
             };
             driven.add(drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?);
             let done = self.server.stats();
@@ -315,6 +325,7 @@ impl<'a> BatchRender<'a> {
             }
         }
         bar.finish();
+        live.finish(&mut *self.client)?;
         if run.adaptive && adaptive.is_none() && !driven.interrupted {
             tell(
                 "note: --adaptive: the render has ended before its pilot, so that the screen was sampled evenly",

@@ -17,7 +17,6 @@ use super::{process, tell};
 use crate::client::FilmSpec;
 use crate::remote::{Host, Request, Service, Tracing, Welcome, listen};
 use crate::scene::LoadProgress;
-use crate::scene::edit::Edits;
 use crate::server::{Priority, Server};
 use crate::stream::{Epoch, Event, Lanes};
 use crate::tracer::Scene;
@@ -186,9 +185,9 @@ impl ServedTracer {
             None => self.scene_of(&order)?,
         };
         let RemoteOrder { edits, forced, size, window, .. } = order;
-        let values = Edits { camera: None, values: edits.values };
-        if *scene.edited.edits() != values || scene.edited.forced() != forced {
-            scene.edited.change(values, forced.clone()).map_err(words)?;
+        let without_pose = scene.edited.without_pose(edits.clone());
+        if *scene.edited.edits() != without_pose || scene.edited.forced() != forced {
+            scene.edited.change(without_pose, forced.clone()).map_err(words)?;
         }
         let camera = edits.camera.unwrap_or_else(|| scene.edited.original().camera.clone());
         let camera = scene.edited.camera(camera, size).map_err(words)?;

@@ -195,6 +195,11 @@ impl Film for CascadeFilm {
         self.waiting.iter_mut().for_each(Vec::clear);
     }
 
+    fn keep_batch(&mut self, keep: bool) {
+        self.plain.keep_batch(keep);
+        self.films.iter_mut().flatten().for_each(|film| film.keep_batch(keep));
+    }
+
     fn counts(&self) -> FilmCounts {
         self.plain.counts()
     }

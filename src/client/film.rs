@@ -77,12 +77,6 @@ impl VulkanFilm {
         self.state.spec()
     }
 
-    /// Whether [`display`](Self::display), [`develop`](Self::develop) and the like leave a batch that is not full where it is,
-    /// so that the sums stay those of whole batches; it is then not in the picture.
-    pub fn keep_batch(&mut self, keep: bool) {
-        self.keep_batch = keep;
-    }
-
     /// Samples of the batch, which [`flush`](Self::flush) would rasterise.
     pub fn waiting(&self) -> usize {
         self.state.waiting()
@@ -300,6 +294,10 @@ impl Film for VulkanFilm {
         self.damaged = false;
         self.streams.iter_mut().flatten().for_each(StreamImages::forget);
         self.state.clear();
+    }
+
+    fn keep_batch(&mut self, keep: bool) {
+        self.keep_batch = keep;
     }
 
     fn counts(&self) -> FilmCounts {

@@ -90,6 +90,10 @@ pub trait Film {
     /// Forgets everything: a new epoch.
     fn clear(&mut self);
 
+    /// Whether [`display`](Self::display) and [`develop`](Self::develop) leave a batch that is not full where it is, so that the sums
+    /// stay those of whole batches; it is then not in the picture. A film whose sums do not depend on batches ignores it.
+    fn keep_batch(&mut self, _keep: bool) {}
+
     /// The numbers of samples and paths received since the last [`clear`](Self::clear).
     fn counts(&self) -> FilmCounts;
 

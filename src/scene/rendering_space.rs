@@ -155,6 +155,16 @@ impl SceneDesc {
         moved
     }
 
+    /// A box around a shape (an index into [`SceneDesc::shapes`]) in object space, or around what an instance shows; `None` where it is empty.
+    pub fn object_bounds(&self, shape: u32) -> Option<[DVec3; 2]> {
+        let shape = self.shapes.get(shape as usize)?;
+        let groups = match shape.kind {
+            ShapeKind::Instance(_) => self.boxes_of_groups(),
+            _ => Vec::new(),
+        };
+        self.bounds_of(&ShapeDesc { to_world: DAffine3::IDENTITY, ..shape.clone() }, &groups)
+    }
+
     /// A box around the shapes of each group, in the space of the group.
     fn boxes_of_groups(&self) -> Vec<Option<[DVec3; 2]>> {
         let around = |shapes: &[ShapeDesc]| enclosing(shapes.iter().filter_map(|s| self.bounds_of(s, &[])));
@@ -175,7 +185,7 @@ impl SceneDesc {
             ShapeKind::Curves(curves) => of_points(curves.points.iter().map(|p| p.truncate()))?,
             ShapeKind::Instance(id) => (*groups.get(id.0 as usize)?)?,
         };
-        transformed(shape.to_world, boxed)
+        transformed_box(shape.to_world, boxed)
     }
 }
 
@@ -213,7 +223,7 @@ fn enclosing(boxes: impl Iterator<Item = [DVec3; 2]>) -> Option<[DVec3; 2]> {
 }
 
 /// A box around the image of a box, if that is finite.
-fn transformed(to_world: DAffine3, [low, high]: [DVec3; 2]) -> Option<[DVec3; 2]> {
+fn transformed_box(to_world: DAffine3, [low, high]: [DVec3; 2]) -> Option<[DVec3; 2]> {
     let center = to_world.transform_point3(0.5 * (low + high));
     let half = to_world.matrix3.abs() * (0.5 * (high - low));
     (center.is_finite() && half.is_finite()).then(|| [center - half, center + half])

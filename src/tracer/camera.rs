@@ -233,6 +233,13 @@ impl Camera {
         }
     }
 
+    /// The screen position of a place in the space of this camera, which may lie outside the picture; `None` where it is not in front.
+    pub fn screen_position(&self, place: DVec3) -> Option<DVec2> {
+        let local = self.from_world * (place - self.position);
+        let depth = if self.projection == Projection::Orthographic { 1.0 } else { local.z };
+        (local.z > 0.0).then(|| (local.truncate() / depth - self.offset) / self.scale)
+    }
+
     /// The camera of a scene in its rendering space, with the film size that its file specifies. It fails as [`Camera::new`] does.
     pub fn of(desc: &SceneDesc) -> Result<Self, PrepareError> {
         let camera = Self::new(&desc.camera, &desc.film, &PrepareOptions::from_film(&desc.film))?;

@@ -27,7 +27,7 @@ impl SampleSink for Bits {
 }
 
 /// The first samples of a scene, to the bit.
-fn samples(scene: &Arc<Scene>, desc: &SceneDesc) -> Vec<[u32; 3]> {
+pub fn samples(scene: &Arc<Scene>, desc: &SceneDesc) -> Vec<[u32; 3]> {
     let camera = Camera::of(desc).unwrap();
     let mut all = Bits::default();
     for hide_emitters in [false, true] {
@@ -123,7 +123,13 @@ fn what_can_be_changed_and_what_it_is_called() {
     let labels = |i| editable(&desc, i).into_iter().map(|e| (e.label, e.target)).collect::<Vec<_>>();
     assert_eq!(labels(0), [("reflectance".to_owned(), Target::Reflectance(BsdfId(0)))]);
     assert_eq!(labels(1), [("reflectance (shared by 2 shapes)".to_owned(), Target::Reflectance(BsdfId(2)))]);
-    assert_eq!(labels(3), [("index of refraction".to_owned(), Target::IntIor(BsdfId(3)))]);
+    let glass = BsdfId(3);
+    let of_glass = [
+        ("index of refraction".to_owned(), Target::IntIor(glass)),
+        ("specular reflectance".to_owned(), Target::SpecularReflectance(glass)),
+        ("specular transmittance".to_owned(), Target::SpecularTransmittance(glass)),
+    ];
+    assert_eq!(labels(3), of_glass);
     assert_eq!(labels(4)[0], ("emission".to_owned(), Target::Emission(4)));
     assert!(labels(99).is_empty());
     let NewValue::Rgb(rgb) = editable(&desc, 1)[0].value else { panic!("a colour") };
@@ -134,8 +140,13 @@ fn what_can_be_changed_and_what_it_is_called() {
     let all: Vec<String> = lights(&desc).into_iter().map(|e| e.label).collect();
     let [sky, bulb] = ["constant, example.xml:18", "bulb"];
     let of = |what: &str, light: &str| format!("{what} of {light}");
-    let expected =
-        [(sky, "emission"), (sky, "emission colour"), (bulb, "emission"), (bulb, "emission colour")];
+    let expected = [
+        (sky, "emission"),
+        (sky, "emission colour"),
+        (bulb, "emission"),
+        (bulb, "emission colour"),
+        (bulb, "position"),
+    ];
     assert_eq!(all, expected.map(|(light, what)| of(what, light)));
     // Every target has its line in the table, and bounds that it accepts.
     let of_shapes = (0..desc.shapes.len() as u32).flat_map(|i| editable(&desc, i));
@@ -187,8 +198,8 @@ fn faults_of_edits_have_a_place() {
     let cases = [
         (format!(r#"<edit {lamp} value="nan"/>"#), "not a finite number"),
         (format!(r#"<edit {lamp} value="1e999"/>"#), "not a finite number"),
-        (format!(r#"<edit {lamp} value=""/>"#), "cannot have 0 numbers"),
-        (format!(r#"<edit {lamp} value="1 2"/>"#), "cannot have 2 numbers"),
+        (format!(r#"<edit {lamp} value=""/>"#), "cannot have these numbers: it is a factor"),
+        (format!(r#"<edit {lamp} value="1 2"/>"#), "cannot have these numbers: it is a factor"),
         (format!(r#"<edit {lamp} value="-1"/>"#), "it is a factor"),
         (format!(r#"<edit {lamp} value="1" index="4"/>"#), "names its object"),
         (format!(r#"<edit {lamp} value="1"/><edit {lamp} value="2"/>"#), "edited twice"),
@@ -201,6 +212,13 @@ fn faults_of_edits_have_a_place() {
         (r#"<edit object="shape" id="floor" name="emission_scale" value="1"/>"#.into(), "has no emission"),
         (r#"<edit object="bsdf" id="white" name="reflectance" value="1 1 1"/>"#.into(), "has no reflectance"),
         (r#"<edit object="bsdf" id="red" name="reflectance" value="1 1 2"/>"#.into(), "from 0 to 1"),
+        (r#"<edit object="shape" id="floor" name="to_world" value="1 0 0 0 0 1 0 0 0 0 1 0"/>"#.into(), "sixteen"),
+        (
+            r#"<edit object="shape" id="floor" name="to_world" value="1 0 0 0  0 1 0 0  0 0 0 0  0 0 0 1"/>"#.into(),
+            "invertible",
+        ),
+        (r#"<edit object="emitter" id="bulb" name="position" value="1 2"/>"#.into(), "three finite numbers"),
+        (r#"<edit object="bsdf" id="red" name="alpha" value="0.1"/>"#.into(), "has no roughness"),
         (r#"<edit object="bsdf" index="3" name="int_ior" value="1"/>"#.into(), "says its `count`"),
         (r#"<edit object="bsdf" index="3" count="5" name="int_ior" value="1"/>"#.into(), "and `type`"),
         (r#"<edit object="bsdf" index="3" count="6" type="dielectric" name="int_ior" value="1"/>"#.into(), "has 5 of"),

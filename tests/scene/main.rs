@@ -16,6 +16,7 @@ mod instances;
 mod load;
 mod mixed;
 mod models;
+mod moved;
 mod rough;
 mod save;
 mod shapes;

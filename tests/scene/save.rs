@@ -180,6 +180,8 @@ fn every_object_is_found_again() {
             NewValue::Scale(_) => NewValue::Scale(v),
             NewValue::Rgb(_) => NewValue::Rgb([v, 1.0 - v, 0.5]),
             NewValue::Number(_) => NewValue::Number(1.0 + v),
+            NewValue::Vector(_) => NewValue::Vector([v, 1.0 - v, 0.1 + 0.2]),
+            other => other,
         };
         edits.set(e.target, value).unwrap();
     }

@@ -14,6 +14,7 @@ mod after_edit;
 mod client;
 mod common;
 mod edges;
+mod edits;
 mod energy;
 mod fireflies;
 mod largest;
@@ -62,6 +63,8 @@ enum Part {
     Fireflies(fireflies::Arguments),
     /// Rays at the edges of closed meshes, and rays that leave surfaces: how many of 10^7 go where no ray can
     Edges(edges::Arguments),
+    /// Milliseconds from an edit of a colour or of a place to a scene that can be traced
+    Edits(edits::Arguments),
     /// The energy audit of every scene of `scenes/` by every method: what is emitted is absorbed or escapes
     Energy(energy::Arguments),
     /// The share of the largest sample of a pixel in its sum, by method
@@ -111,6 +114,7 @@ fn main() -> ExitCode {
         Part::Client(arguments) => client::run(&arguments),
         Part::Fireflies(arguments) => fireflies::run(&arguments),
         Part::Edges(arguments) => edges::run(&arguments),
+        Part::Edits(arguments) => edits::run(&arguments),
         Part::Energy(arguments) => energy::run(&arguments),
         Part::Largest(arguments) => largest::run(&arguments),
         Part::Late(arguments) => late::run(&arguments),

@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args};
 
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
-use super::values::{AovArg, aov, count, error, positive, seconds, share};
+use super::values::{AovArg, aov, count, error, host_port, positive, seconds, share};
 use crate::client::Denoise;
 use crate::study::ErrorQuantile;
 
@@ -112,6 +112,8 @@ pub struct RenderArgs {
     pub state_every: Duration,
 
     /// Write the picture to this .exr or .png file; may be given several times [default: the scene's name as .png].
+    ///
+    /// On SIGUSR1 the picture so far is written beside it, to FILE-0012spp.exr after 12 samples per pixel, and the render goes on.
     #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]
     pub outputs: Vec<PathBuf>,
 
@@ -121,6 +123,12 @@ pub struct RenderArgs {
     /// Mitsuba's integrator `aov` gives them. Each is the mean of what camera rays see first, weighted by the splat filter.
     #[arg(long, value_name = "LIST", value_parser = aov, help_heading = "Output")]
     pub aov: Option<AovArg>,
+
+    /// Show the picture on its way in the image viewer tev, which listens at 127.0.0.1:14158 unless told otherwise.
+    ///
+    /// Once a second and at the end, in linear Rec.709. The render goes on where there is no tev.
+    #[arg(long, value_name = "HOST:PORT", value_parser = host_port, help_heading = "Output")]
+    pub tev: Option<String>,
 
     /// Write a report of the run as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]

@@ -47,6 +47,14 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), &'static str> {
     }
 }
 
+/// The address of a program that listens.
+pub(super) fn host_port(text: &str) -> Result<String, &'static str> {
+    match text.rsplit_once(':') {
+        Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => Ok(text.to_string()),
+        _ => Err("expected HOST:PORT, such as 127.0.0.1:14158"),
+    }
+}
+
 /// Reads a positive count with an optional decimal suffix k, M or G.
 pub fn count(text: &str) -> Result<u64, &'static str> {
     let (digits, factor) = match text.trim().char_indices().last() {

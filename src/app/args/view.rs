@@ -7,7 +7,7 @@ use clap::Args;
 use super::display::DisplayArgs;
 use super::remote::{ConnectArgs, OF_TRACER};
 use super::scene::SceneArgs;
-use super::values::{count, positive};
+use super::values::{count, host_port, positive};
 use crate::client::{ColorOutput, Denoise};
 
 /// Options of `pointillist view`.
@@ -66,6 +66,10 @@ pub struct ViewArgs {
     /// Write the picture to this .exr or .png file when the window closes, however it closes; may be given several times.
     #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]
     pub outputs: Vec<PathBuf>,
+
+    /// Show the picture in the image viewer tev, too, as `render --tev` does.
+    #[arg(long, value_name = "HOST:PORT", value_parser = host_port, help_heading = "Output")]
+    pub tev: Option<String>,
 
     /// Write a report of the session as JSON when the window closes; `-` is standard output.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]

@@ -14,7 +14,6 @@ use crate::app::view::{Viewer, inspector, preferences};
 use crate::client::Settings;
 use crate::client::light_meter::exposure_for;
 use crate::client::window::action::Action;
-use crate::client::window::history::CameraHistory;
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay};
 use crate::gpu::Region;
@@ -39,6 +38,7 @@ impl Viewer {
         for message in self.saves.done() {
             self.say(message);
         }
+        self.take_prepared();
         for action in self.panel.take_actions() {
             let camera = matches!(action, Action::Gesture(_) | Action::EndMove | Action::FocusAt(_));
             match self.perform(action) {
@@ -57,7 +57,7 @@ impl Viewer {
         let size = self.session.size();
         match action {
             Action::Gesture(gesture) => self.gesture(gesture),
-            Action::EndMove => self.editor.history.end_move(),
+            Action::EndMove => self.editor.end_change(),
             Action::Pick(at) => {
                 let place = self.on_picture(at);
                 let pick = self.editor.pick(place, size);
@@ -69,20 +69,37 @@ impl Viewer {
             }
             Action::FocusAt(at) => {
                 if let Some(pick) = self.editor.pick(self.on_picture(at), size) {
-                    self.editor.history.end_move();
+                    self.editor.end_change();
                     self.gesture(Gesture::Focus(pick.position));
-                    self.editor.history.end_move();
+                    self.editor.end_change();
                 }
             }
             Action::Deselect => self.editor.select(None),
-            Action::Undo => self.moved(|history| history.undo().is_some()),
-            Action::Redo => self.moved(|history| history.redo().is_some()),
-            Action::ResetCamera => self.moved(|history| history.reset().is_some()),
-            Action::SetFov(fov) => self.moved(|history| history.set_fov(fov)),
-            Action::Edit { index, value } => {
-                self.editor.edit(index, value)?;
-                self.edited();
+            Action::Undo => {
+                let undone = self.editor.undo().map(|change| format!("Undo {change}"));
+                return self.restored().map(|()| undone);
             }
+            Action::Redo => {
+                let redone = self.editor.redo().map(|change| format!("Redo {change}"));
+                return self.restored().map(|()| redone);
+            }
+            Action::ResetCamera => {
+                if self.editor.reset_camera() {
+                    self.edited();
+                }
+            }
+            Action::SetFov(fov) => {
+                if self.editor.set_fov(fov) {
+                    self.edited();
+                }
+            }
+            Action::Edit { index, value } => {
+                if self.editor.edit(index, value)? {
+                    self.edited();
+                }
+            }
+            Action::SetGizmo(mode) => self.gizmo.mode = mode,
+            Action::NextGizmo => self.gizmo.mode = self.gizmo.mode.next(),
             Action::SetEffect { name, on } => self.set_effect(name, on)?,
             Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
             Action::ToggleFollowLight => self.panel.controls.follow_light ^= true,
@@ -128,10 +145,12 @@ impl Viewer {
                 self.compare_with_last();
                 return Ok(Some(format!("comparing with {name}")));
             }
-            Action::KeepView(number) => return self.views.keep(number, self.editor.history.pose()).map(Some),
+            Action::KeepView(number) => return self.views.keep(number, self.editor.pose()).map(Some),
             Action::GoToView(number) => {
                 let pose = self.views.get(number)?;
-                self.moved(|history| history.go_to(pose));
+                if self.editor.go_to(pose) {
+                    self.edited();
+                }
             }
             Action::KeepSnapshot => {
                 let name = self.comparison.keep(&self.session, &mut self.picture)?;
@@ -242,18 +261,44 @@ impl Viewer {
         }
     }
 
-    fn moved(&mut self, change: impl FnOnce(&mut CameraHistory) -> bool) {
-        if change(&mut self.editor.history) {
-            self.edited();
+    /// Shows another state of the history.
+    fn restored(&mut self) -> Result<()> {
+        self.editor.follow()?;
+        self.session.set_effects(&self.editor);
+        self.edited();
+        Ok(())
+    }
+
+    /// Shows the changed scene that another thread has prepared, if it is ready.
+    fn take_prepared(&mut self) {
+        if !self.editor.is_preparing() {
+            return;
+        }
+        match self.editor.follow() {
+            Ok(false) => {}
+            Ok(true) => {
+                self.session.set_effects(&self.editor);
+                self.edited();
+                self.refresh();
+            }
+            Err(error) => self.say(error.to_string()),
         }
     }
 
     /// What the panel shows, with the readings of the tools.
     pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
+        let shows_gizmo = self.shows_gizmo();
         let Self { session, picture, editor, metrics, panel, .. } = self;
         let mut data = panel.data(session, picture, editor, metrics, now);
         let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
         data.pixel = cursor.and_then(|at| inspector::reading(at, session, picture, editor));
+        (data.undo, data.redo) =
+            (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
+        data.gizmo_mode = self.gizmo.mode;
+        if shows_gizmo {
+            let (size, zoom) = (session.size(), panel.viewport.zoom());
+            data.gizmo = self.gizmo.drawing(editor, panel.cursor(), size, zoom);
+        }
         data.outline = self.outline.lines(session.epoch());
         (data.paths, data.traces_paths) = (self.inspector.paths(), self.inspector.is_busy());
         if panel.controls.layout.shows(PanelTab::Look) {

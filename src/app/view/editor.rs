@@ -1,38 +1,96 @@
-//! The scene editor: the scene as the file has it, and what the user has changed of it: camera moves, values of objects,
-//! effects that are forced on or off. It saves the changes as a scene file.
+//! The scene editor: the scene as the file has it, and what the user has changed of it: camera moves, values of objects, transforms,
+//! effects that are forced on or off, all in one history. It saves the changes as a scene file.
+//!
+//! A change goes to the history at once. The scene with it is prepared on a thread ([`ScenePreparation`]); what takes longer than a few
+//! frames is traced later, and the scene before it until then. `transform` moves, turns and scales objects.
+
+mod transform;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::args::effects::Forced;
-use crate::app::edited_scene::EditedScene;
+use crate::app::edited_scene::{EditedScene, ScenePreparation};
 use crate::app::run_spec::RunSpec;
+use crate::app::view::gizmo::SightLine;
 use crate::app::view::saves::free_path;
-use crate::client::window::history::CameraHistory;
+use crate::client::window::history::UndoHistory;
 use crate::client::window::navigation::{Gesture, Pose};
 use crate::client::window::panel::{ParameterValue, SceneParameter, Selection};
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
-use crate::scene::edit::{Editable, Edits, NewValue, editable, lights, shape_name};
+use crate::scene::edit::{Edits, NewValue, Target, editable, lights, shape_name};
 use crate::tracer::effects::{Effect, decide};
 use crate::tracer::{Camera, Pick, Scene};
+
+use transform::TransformDrag;
+
+/// Everything that the user can change, and undo.
+#[derive(Clone, Debug, PartialEq)]
+struct EditorState {
+    pose: Pose,
+    /// Radius of the lens, where it is not the file's.
+    aperture: Option<f64>,
+    /// Changed values; their camera is not used.
+    edits: Arc<Edits>,
+    /// Effects that are forced on or off.
+    forced: Arc<Vec<Forced>>,
+}
+
+/// A shape that is selected.
+#[derive(Clone, Copy, Debug)]
+struct SelectedShape {
+    shape: u32,
+    /// The box around it in object space; `None` where it is empty.
+    bounds: Option<[DVec3; 2]>,
+}
+
+/// A value that the panel shows.
+#[derive(Clone, Copy, Debug)]
+enum EditedValue {
+    /// Of an object of the scene.
+    Of(Target),
+    /// The centre of the selected shape.
+    Position,
+    /// Radius of the lens.
+    Aperture,
+    /// Distance of the plane in focus.
+    Focus,
+}
 
 /// The scene as it is traced, and how it differs from the file's.
 pub struct SceneEditor {
     /// The scene with all edits of values and forced effects; the camera is the history's.
     edited: EditedScene,
-    /// Moves of the camera, to undo and redo them.
-    pub history: CameraHistory,
-    selected: Option<u32>,
+    /// The scene that will be traced next.
+    preparing: Option<ScenePreparation>,
+    /// How long the last one took.
+    took: Duration,
+    /// All changes, to undo and redo them.
+    history: UndoHistory<EditorState>,
+    /// The file's pose.
+    home: Pose,
+    selected: Option<SelectedShape>,
+    drag: Option<TransformDrag>,
     /// The changes that were saved last, and their file.
     saved: Option<(Edits, PathBuf)>,
 }
 
 /// Lens numbers of the ray through the centre of the lens.
 const CENTER: [f32; 2] = [0.5; 2];
+
+/// A change whose scene is ready after this long is traced without detour.
+const PATIENCE: Duration = Duration::from_millis(40);
+
+/// The widest lens that a slider offers, as a share of the distance to the target.
+const WIDEST: f64 = 0.25;
+
+/// The focus that a slider offers, in distances to the target.
+const FOCUS: [f64; 2] = [0.02, 10.0];
 
 impl SceneEditor {
     /// An editor of a scene without changes.
@@ -43,8 +101,17 @@ impl SceneEditor {
         let lens = original.camera.aperture_radius > 0.0;
         let ahead = if lens { original.camera.focus_distance } else { ahead };
         let home = Pose::of(&original.camera.to_world, pose_fov(&original.camera, ahead), ahead);
-        let history = CameraHistory::new(home);
-        Ok(Self { edited: EditedScene::new(original, scene), history, selected: None, saved: None })
+        let state = EditorState { pose: home, aperture: None, edits: Arc::default(), forced: Arc::default() };
+        Ok(Self {
+            edited: EditedScene::new(original, scene),
+            preparing: None,
+            took: Duration::ZERO,
+            history: UndoHistory::new(state),
+            home,
+            selected: None,
+            drag: None,
+            saved: None,
+        })
     }
 
     /// The scene that is traced.
@@ -61,18 +128,29 @@ impl SceneEditor {
         self.edited.original()
     }
 
-    /// The camera as a scene file says it: the file's own where it was not moved.
+    fn state(&self) -> &EditorState {
+        self.history.state()
+    }
+
+    /// Where the camera is.
+    pub fn pose(&self) -> Pose {
+        self.state().pose
+    }
+
+    /// The camera as a scene file says it: the file's own where it was not changed.
     fn camera_desc(&self) -> CameraDesc {
-        let (pose, camera) = (self.history.pose(), self.original().camera.clone());
-        if !self.is_moved() {
+        let (pose, camera) = (self.pose(), self.original().camera.clone());
+        let aperture_radius = self.aperture();
+        if !self.is_moved() && aperture_radius == camera.aperture_radius {
             return camera;
         }
         if camera.orthographic {
             return CameraDesc { to_world: self.parallel_to_world(pose), ..camera };
         }
-        let lens = camera.aperture_radius > 0.0;
-        let focus_distance = if lens { pose.distance() } else { camera.focus_distance };
-        CameraDesc { to_world: pose.to_world(), fov: pose.fov, focus_distance, ..camera }
+        // A lens is focused where the camera looks.
+        let focus_distance = if aperture_radius > 0.0 { pose.distance() } else { camera.focus_distance };
+        let to_world = if self.is_moved() { pose.to_world() } else { camera.to_world };
+        CameraDesc { to_world, fov: pose.fov, aperture_radius, focus_distance, ..camera }
     }
 
     /// The transform of a camera of parallel rays in this pose. It shows as much as a perspective camera of the pose's field of view does
@@ -82,7 +160,7 @@ impl SceneEditor {
         let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
         let width = (0.5 * pose.fov.to_radians()).tan() * pose.distance();
         let rigid = pose.to_world();
-        let eye = pose.target - rigid.matrix3.z_axis * self.history.home().distance();
+        let eye = pose.target - rigid.matrix3.z_axis * self.home.distance();
         let scale = DMat3::from_diagonal(DVec3::new(width, width * y / x, z));
         DAffine3::from_mat3_translation(rigid.matrix3 * scale, eye)
     }
@@ -94,18 +172,74 @@ impl SceneEditor {
 
     /// Field of view, degrees.
     pub fn fov(&self) -> f64 {
-        self.history.pose().fov
+        self.pose().fov
     }
 
-    /// Moves the camera in a window of this size; returns whether anything changed.
+    /// Radius of the lens.
+    fn aperture(&self) -> f64 {
+        self.state().aperture.unwrap_or(self.original().camera.aperture_radius)
+    }
+
+    /// Moves the camera in a window of this size; returns whether anything changed. Moves of one kind are one entry of the history until
+    /// [`end_change`](Self::end_change); flying and looking go together.
     pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
         let shape = shape(self.original().camera.fov_axis, size);
-        self.history.apply(gesture, shape)
+        let name = match gesture {
+            Gesture::Orbit(_) => "orbit of the camera",
+            Gesture::Pan(_) => "pan of the camera",
+            Gesture::Dolly(_) => "dolly of the camera",
+            Gesture::Fly(_) | Gesture::Look(_) => "flight of the camera",
+            Gesture::Fov(_) => "field of view",
+            Gesture::Focus(_) => "focus of the camera",
+        };
+        self.set_pose(name, self.pose().apply_in(gesture, shape))
+    }
+
+    /// Sets the field of view, in degrees; returns whether that changes anything.
+    pub fn set_fov(&mut self, fov: f64) -> bool {
+        self.gesture(Gesture::Fov(fov - self.fov()), [1, 1])
+    }
+
+    /// Moves the camera back to where the file puts it; returns whether it was elsewhere.
+    pub fn reset_camera(&mut self) -> bool {
+        self.end_change();
+        self.set_pose("reset of the camera", self.home)
+    }
+
+    /// Moves the camera to this pose; returns whether it was elsewhere.
+    pub fn go_to(&mut self, pose: Pose) -> bool {
+        self.end_change();
+        let moved = pose.is_usable() && self.set_pose("view of the camera", pose);
+        self.end_change();
+        moved
+    }
+
+    fn set_pose(&mut self, name: &str, pose: Pose) -> bool {
+        let state = EditorState { pose, ..self.state().clone() };
+        self.history.change(name, name, state)
+    }
+
+    /// Ends a drag or a run of steps: the next change is an entry of its own in the history.
+    pub fn end_change(&mut self) {
+        self.drag = None;
+        self.history.end();
+    }
+
+    /// Takes the last change back and names it. Call [`follow`](Self::follow) then.
+    pub fn undo(&mut self) -> Option<String> {
+        self.drag = None;
+        self.history.undo()
+    }
+
+    /// Repeats the change that was undone last and names it. Call [`follow`](Self::follow) then.
+    pub fn redo(&mut self) -> Option<String> {
+        self.drag = None;
+        self.history.redo()
     }
 
     /// Whether the camera is elsewhere than where the file puts it.
     fn is_moved(&self) -> bool {
-        self.history.pose() != self.history.home()
+        self.pose() != self.home
     }
 
     /// The surface that is seen at this position of a picture of this size, both in pixels.
@@ -118,97 +252,273 @@ impl SceneEditor {
 
     /// The selected shape.
     pub fn selected(&self) -> Option<u32> {
-        self.selected
+        self.selected.map(|selected| selected.shape)
+    }
+
+    /// The line of sight through a place of a picture of this size, in pixels; `None` where the camera cannot be used.
+    pub fn sight_line(&self, place: DVec2, size: [u32; 2]) -> Option<SightLine> {
+        let uv = (place / DVec2::from(size.map(f64::from))).to_array();
+        let ray = self.camera(size).ok()?.ray(uv, CENTER);
+        let direction = ray.direction.as_dvec3().normalize_or(DVec3::Z);
+        Some(SightLine { place, origin: self.original().space.world_point(ray.origin), direction })
+    }
+
+    /// Distance of a place in world space from the camera.
+    pub fn distance_to(&self, place: DVec3) -> f64 {
+        self.pose().eye.distance(place)
     }
 
     /// Selects a shape, or nothing.
     pub fn select(&mut self, shape: Option<u32>) {
-        self.selected = shape;
+        self.end_change();
+        self.selected =
+            shape.map(|shape| SelectedShape { shape, bounds: self.original().object_bounds(shape) });
     }
 
-    /// The values of the selected shape that can be changed, as they are now; where nothing is selected, those of the lights that
-    /// have no shape to click at.
-    fn editables(&self) -> Vec<Editable> {
-        let mut all = match self.selected {
-            Some(shape) => editable(self.original(), shape),
+    /// The values of the selected shape that can be changed, as they are now, with their labels; where nothing is selected, those of the
+    /// lights that have no shape to click at, and of the lens.
+    fn values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
+        let editables = match self.selected {
+            Some(SelectedShape { shape, .. }) => editable(self.original(), shape),
             None => lights(self.original()),
         };
-        for one in &mut all {
-            one.value = self.edited.edits().get(one.target).unwrap_or(one.value);
+        let step = 0.01 * self.pose().distance();
+        let of = |value, target: Target| match value {
+            NewValue::Scale(factor) => Some(ParameterValue::Scale(factor)),
+            NewValue::Rgb(rgb) => Some(ParameterValue::Color(rgb.map(|c| c as f32))),
+            NewValue::Number(value) => {
+                let [min, max] = target.bounds();
+                Some(ParameterValue::Number { value, min, max })
+            }
+            NewValue::Switch(on) => Some(ParameterValue::Switch(on)),
+            NewValue::Vector(value) => {
+                let step = if matches!(target, Target::LightDirection(_)) { 0.01 } else { step };
+                Some(ParameterValue::Vector { value, step })
+            }
+            NewValue::Transform(_) => None,
+        };
+        let edits = &self.state().edits;
+        let values = editables.into_iter().filter_map(|one| {
+            let value = edits.get(one.target).unwrap_or(one.value);
+            Some((one.label, EditedValue::Of(one.target), of(value, one.target)?))
+        });
+        let mut values: Vec<_> = values.collect();
+        match self.selected_pivot() {
+            Some(pivot) => {
+                let value = ParameterValue::Vector { value: pivot.to_array(), step };
+                values.push(("position".to_owned(), EditedValue::Position, value));
+            }
+            None if self.selected.is_none() && !self.original().camera.orthographic => {
+                let (distance, aperture) = (self.pose().distance(), self.aperture());
+                let max = (WIDEST * distance).max(aperture);
+                let value = ParameterValue::Number { value: aperture, min: 0.0, max };
+                values.push(("radius of the lens".to_owned(), EditedValue::Aperture, value));
+                if aperture > 0.0 {
+                    let [min, max] = FOCUS.map(|distances| distances * distance);
+                    let value = ParameterValue::Number { value: distance, min, max };
+                    values.push(("distance in focus".to_owned(), EditedValue::Focus, value));
+                }
+            }
+            None => {}
         }
-        all
+        values
     }
 
-    /// The selected shape, or the lights, for the panel.
+    /// The selected shape, or lights and lens, for the panel.
     pub fn selection(&self) -> Option<Selection> {
-        let parameters = self.editables().into_iter().map(|one| SceneParameter {
-            value: match one.value {
-                NewValue::Scale(factor) => ParameterValue::Scale(factor),
-                NewValue::Rgb(rgb) => ParameterValue::Color(rgb.map(|c| c as f32)),
-                NewValue::Number(value) => {
-                    let [min, max] = one.target.bounds();
-                    ParameterValue::Number { value, min, max }
-                }
-            },
-            label: one.label,
-        });
-        let parameters: Vec<SceneParameter> = parameters.collect();
+        let parameters: Vec<SceneParameter> =
+            self.values().into_iter().map(|(label, _, value)| SceneParameter { label, value }).collect();
         let name = match self.selected {
-            Some(shape) => shape_name(self.original(), shape),
+            Some(SelectedShape { shape, .. }) => shape_name(self.original(), shape),
             None if parameters.is_empty() => return None,
-            None => "Lights".to_owned(),
+            None => "Lights and lens".to_owned(),
         };
         Some(Selection { name, selected: self.selected.is_some(), parameters })
     }
 
-    /// Changes parameter `index` of the selected shape. On an error, such as a value out of range, the scene stays as it was.
-    pub fn edit(&mut self, index: usize, value: ParameterValue) -> Result<()> {
-        let Some(one) = self.editables().into_iter().nth(index) else { return Ok(()) };
-        let value = match value {
-            ParameterValue::Scale(factor) => NewValue::Scale(factor),
-            ParameterValue::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
-            ParameterValue::Number { value, .. } => NewValue::Number(value),
+    /// Changes parameter `index` of the selection. On an error, such as a value out of range, nothing is changed. Returns whether another
+    /// scene or camera is traced now; where not, [`follow`](Self::follow) will.
+    pub fn edit(&mut self, index: usize, value: ParameterValue) -> Result<bool> {
+        let Some((label, parameter, _)) = self.values().into_iter().nth(index) else { return Ok(false) };
+        let number = match value {
+            ParameterValue::Number { value, .. } => value,
+            _ => 0.0,
         };
-        let mut edits = self.edited.edits().clone();
-        edits.set(one.target, value).into_diagnostic()?;
-        self.edited.change(edits, self.forced().to_vec())
+        match parameter {
+            EditedValue::Of(target) => {
+                let value = match value {
+                    ParameterValue::Scale(factor) => NewValue::Scale(factor),
+                    ParameterValue::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
+                    ParameterValue::Number { value, .. } => NewValue::Number(value),
+                    ParameterValue::Switch(on) => NewValue::Switch(on),
+                    ParameterValue::Vector { value, .. } => NewValue::Vector(value),
+                };
+                let (what, object) = match self.selected {
+                    Some(SelectedShape { shape, .. }) => (target.label(), shape_name(self.original(), shape)),
+                    None => (label.as_str(), String::new()),
+                };
+                self.set_value(target, value, what, object)
+            }
+            EditedValue::Position => {
+                let (Some(SelectedShape { shape, .. }), ParameterValue::Vector { value, .. }) =
+                    (self.selected, value)
+                else {
+                    return Ok(false);
+                };
+                if self.drag.is_none() {
+                    self.begin_transform(shape);
+                }
+                let Some(TransformDrag { pivot, .. }) = self.drag else { return Ok(false) };
+                self.set_transform(DAffine3::from_translation(DVec3::from(value) - pivot))
+            }
+            EditedValue::Aperture => {
+                let same = number == self.original().camera.aperture_radius;
+                let state = EditorState { aperture: (!same).then_some(number), ..self.state().clone() };
+                let changed = self.history.change("lens", "radius of the lens", state);
+                Ok(self.follow()? || changed)
+            }
+            EditedValue::Focus => {
+                let pose = self.pose();
+                let ahead = (pose.target - pose.eye).normalize_or(DVec3::Z);
+                let pose = Pose { target: pose.eye + ahead * number, ..pose };
+                Ok(self.set_pose("distance in focus", pose))
+            }
+        }
     }
 
-    /// Forces an effect on or off. On an error the scene stays as it was.
+    /// Sets a value, as a change of `what` of an object. Returns whether another scene is traced now.
+    fn set_value(&mut self, target: Target, value: NewValue, what: &str, object: String) -> Result<bool> {
+        let mut edits = Edits::clone(&self.state().edits);
+        edits.set(target, value).into_diagnostic()?;
+        let change = if object.is_empty() { what.to_owned() } else { format!("{what} of `{object}`") };
+        let state = EditorState { edits: Arc::new(edits), ..self.state().clone() };
+        self.history.change(&format!("{target:?}"), &change, state);
+        self.follow()
+    }
+
+    /// The edits and the effects of the present state, as the scene is prepared with them.
+    fn wanted(&self) -> (Edits, Vec<Forced>) {
+        let EditorState { aperture, edits, forced, .. } = self.state();
+        let camera = self.original().camera.clone();
+        let camera = aperture.map(|aperture_radius| CameraDesc { aperture_radius, ..camera });
+        (Edits { camera, values: edits.values.clone() }, forced.to_vec())
+    }
+
+    /// Lets the scene that is traced follow the history; to be called after every change and again and again, because another thread
+    /// prepares it. Returns whether another scene is traced from now on.
+    ///
+    /// # Errors
+    ///
+    /// When the scene cannot be prepared: the last change is then taken back.
+    pub fn follow(&mut self) -> Result<bool> {
+        let followed = self.try_follow();
+        if followed.is_err() {
+            self.preparing = None;
+            self.history.undo();
+        }
+        followed
+    }
+
+    fn try_follow(&mut self) -> Result<bool> {
+        let mut adopted = false;
+        loop {
+            let patience = if self.took > PATIENCE { Duration::ZERO } else { PATIENCE };
+            let (preparation, patience) = match self.preparing.take() {
+                Some(preparation) => (preparation, Duration::ZERO),
+                None => {
+                    let (edits, forced) = self.wanted();
+                    if *self.edited.edits() == edits && self.edited.forced() == forced {
+                        return Ok(adopted);
+                    }
+                    (self.edited.begin(edits, forced)?, patience)
+                }
+            };
+            match preparation.wait(patience)? {
+                Ok(changed) => {
+                    self.took = changed.took;
+                    self.edited.adopt(changed);
+                    adopted = true;
+                }
+                Err(preparation) => {
+                    self.preparing = Some(preparation);
+                    return Ok(adopted);
+                }
+            }
+        }
+    }
+
+    /// Whether a changed scene is being prepared, which will be traced next.
+    pub fn is_preparing(&self) -> bool {
+        self.preparing.is_some()
+    }
+
+    /// Forces an effect on or off, as if the file had it so. On an error the scene stays as it was.
     pub fn force(&mut self, new: Forced) -> Result<()> {
         let others = self.forced().iter().filter(|forced| forced.effect != new.effect);
-        let forced = others.copied().chain([new]).collect();
-        self.edited.change(self.edited.edits().clone(), forced)
+        let forced: Vec<Forced> = others.copied().chain([new]).collect();
+        self.edited.change(self.edited.edits().clone(), forced.clone())?;
+        let forced = Arc::new(forced);
+        self.history = UndoHistory::new(EditorState { forced, ..self.state().clone() });
+        Ok(())
     }
 
-    /// Switches an effect: one that the scene calls for is forced off, any other is forced on, until it is switched back.
+    /// Switches an effect: one that the scene calls for is forced off, any other is forced on, until it is switched back. Waits for the
+    /// scene.
     pub fn switch(&mut self, effect: Effect) -> Result<()> {
-        let mut forced = self.forced().to_vec();
+        let mut forced = self.state().forced.to_vec();
         forced.retain(|forced| forced.effect != effect);
-        if forced.len() == self.forced().len() {
+        if forced.len() == self.state().forced.len() {
             let plan = decide(self.desc(), self.desc().integrator.kind);
             let is_on = plan.iter().any(|decision| decision.effect == effect && decision.on);
             forced.push(Forced { effect, on: !is_on });
         }
-        self.edited.change(self.edited.edits().clone(), forced)
+        let (edits, _) = self.wanted();
+        self.edited.change(edits, forced.clone())?;
+        self.preparing = None;
+        self.end_change();
+        let state = EditorState { forced: Arc::new(forced), ..self.state().clone() };
+        self.history.change("effects", &format!("switch of {}", effect.name()), state);
+        self.end_change();
+        Ok(())
     }
 
-    /// Takes over from another reading of the same scene: where the camera was moved to, the effects that are forced, and the edits,
-    /// by name. Returns the number of changes that have lost their object or have become impossible.
+    /// Takes over from another reading of the same scene: the history, with the edits by name. Returns the number of changes of the present
+    /// state that have lost their object or have become impossible.
     pub fn take_over(&mut self, old: Self) -> usize {
         let name = |desc: &SceneDesc, shape| shape_name(desc, shape);
-        self.selected = old.selected.filter(|s| name(old.original(), *s) == name(self.original(), *s));
-        let (edits, mut lost) = old.edited.edits().carried(old.original(), self.original());
-        let forced = old.forced().iter().filter(|forced| !self.forced().contains(forced));
-        let forced: Vec<Forced> = forced.copied().collect();
-        let changes = edits.values.len();
-        if !edits.is_empty() && self.edited.change(edits, self.forced().to_vec()).is_err() {
-            lost += changes;
+        let known = |s: &SelectedShape| name(old.original(), s.shape) == name(self.original(), s.shape);
+        let selected = old.selected.filter(known).map(|s| s.shape);
+        let (_, lost) = old.state().edits.carried(old.original(), self.original());
+        let initial = self.history.clone();
+        // Many states share their edits.
+        let mut carried: Option<[Arc<Edits>; 2]> = None;
+        let mut carry = |edits: Arc<Edits>| match &carried {
+            Some([from, to]) if Arc::ptr_eq(from, &edits) => to.clone(),
+            _ => {
+                let to = Arc::new(edits.carried(old.edited.original(), self.edited.original()).0);
+                carried = Some([edits, to.clone()]);
+                to
+            }
+        };
+        let home = self.home;
+        let history = old.history.clone().map(|state| EditorState {
+            pose: if state.pose == old.home { home } else { state.pose },
+            edits: carry(state.edits),
+            ..state
+        });
+        self.history = history;
+        self.select(selected);
+        let (edits, forced) = self.wanted();
+        let changes = edits.values.len() + forced.len();
+        match self.edited.change(edits, forced) {
+            Ok(()) => lost,
+            Err(_) => {
+                let pose = self.pose();
+                self.history = initial;
+                self.set_pose("camera", pose);
+                lost + changes
+            }
         }
-        if old.is_moved() {
-            self.history = old.history.with_home(self.history.home());
-        }
-        lost + forced.into_iter().filter(|forced| self.force(*forced).is_err()).count()
     }
 
     /// The effects that are forced on or off.
@@ -216,10 +526,11 @@ impl SceneEditor {
         self.edited.forced()
     }
 
-    /// All changes against the file.
+    /// All changes of what is traced against the file.
     pub fn edits(&self) -> Edits {
-        let camera = self.is_moved().then(|| self.camera_desc());
-        Edits { camera, ..self.edited.edits().clone() }
+        let camera = self.camera_desc();
+        let camera = (camera != self.original().camera).then_some(camera);
+        Edits { camera, values: self.edited.edits().values.clone() }
     }
 
     /// Saves camera and edits as a scene that includes the original, unless that was done already. `name` is the name of the
@@ -245,9 +556,23 @@ impl SceneEditor {
 
     /// The camera in words.
     pub fn camera_words(&self) -> String {
-        let pose = self.history.pose();
+        let pose = self.pose();
         let v = |v: glam::DVec3| format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z);
         format!("{} to {}, {:.1}°", v(pose.eye), v(pose.target), pose.fov)
+    }
+}
+
+/// What the captions of buttons need.
+#[allow(dead_code, reason = "the interface of the window")]
+impl SceneEditor {
+    /// The change that would be undone, such as `move of ball`.
+    pub fn undo_name(&self) -> Option<&str> {
+        self.history.undo_name()
+    }
+
+    /// The change that would be repeated.
+    pub fn redo_name(&self) -> Option<&str> {
+        self.history.redo_name()
     }
 }
 
@@ -275,71 +600,4 @@ fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shape_follows_the_axis() {
-        let wide = [200, 100];
-        assert_eq!(shape(FovAxis::X, wide), DVec2::new(1.0, 0.5));
-        assert_eq!(shape(FovAxis::Y, wide), DVec2::new(2.0, 1.0));
-        assert_eq!(shape(FovAxis::Smaller, wide), shape(FovAxis::Y, wide));
-        assert_eq!(shape(FovAxis::Larger, wide), shape(FovAxis::X, wide));
-        assert_eq!(shape(FovAxis::Smaller, [100, 200]), shape(FovAxis::X, [100, 200]));
-        assert!((shape(FovAxis::Diagonal, wide).length() - 1.0).abs() < 1e-12);
-    }
-
-    /// A camera of parallel rays turns, moves and zooms, and is saved as what it is.
-    #[test]
-    fn parallel_rays_stay_parallel() {
-        let text = "<scene version=\"3.0.0\"><sensor type=\"orthographic\"><transform name=\"to_world\"><scale x=\"2\" y=\"3\" z=\"0.5\"/>\
-                    <lookat origin=\"0,0,5\" target=\"0,0,0\" up=\"0,1,0\"/></transform></sensor>\
-                    <shape type=\"rectangle\"/><emitter type=\"constant\"/></scene>";
-        let desc = crate::scene::load_str("t.xml", text, &[]).expect("valid").desc;
-        let home = desc.camera.to_world;
-        let scene = Scene::prepare(&desc).expect("valid");
-        let mut user = SceneEditor::new(desc, scene).expect("a camera");
-        let lengths = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
-        assert!(user.gesture(Gesture::Dolly(1.0), [200, 100]));
-        let near = user.camera_desc().to_world;
-        let [x, y, z] = lengths(near.matrix3);
-        assert!((x - 1.8).abs() < 1e-9 && (y - 2.7).abs() < 1e-9 && (z - 0.5).abs() < 1e-9, "{x} {y} {z}");
-        assert!((near.translation - home.translation).length() < 1e-9, "the eye stays where it is");
-        assert!(user.pick([100.0, 50.0], [200, 100]).is_some_and(|pick| pick.shape == 0));
-        for gesture in [
-            Gesture::Orbit(DVec2::new(0.1, 0.2)),
-            Gesture::Pan(DVec2::new(0.1, 0.1)),
-            Gesture::Fly(DVec3::ONE),
-            Gesture::Look(DVec2::new(0.1, 0.0)),
-            Gesture::Fov(500.0),
-            Gesture::Fov(-500.0),
-        ] {
-            assert!(user.gesture(gesture, [200, 100]), "{gesture:?}");
-            assert!(user.camera([200, 100]).is_ok(), "{gesture:?}");
-        }
-        // What is panned by a tenth of the width moves by a tenth of what is seen.
-        while user.history.undo().is_some() {}
-        user.gesture(Gesture::Pan(DVec2::new(0.1, 0.0)), [200, 100]);
-        let moved = user.camera_desc().to_world.translation.distance(home.translation);
-        assert!((moved - 0.4).abs() < 1e-9, "{moved}");
-    }
-
-    /// A lens stays focused as in the file until the camera moves, and then on the target; a pinhole has no focus.
-    #[test]
-    fn a_lens_focuses_on_the_target() {
-        let focus_after = |sensor: &str, point: DVec3| {
-            let text = format!("<scene version=\"3.0.0\">{sensor}<emitter type=\"constant\"/></scene>");
-            let desc = crate::scene::load_str("t.xml", &text, &[]).expect("valid").desc;
-            let scene = Scene::prepare(&desc).expect("valid");
-            let mut user = SceneEditor::new(desc, scene).expect("a camera");
-            let before = user.camera_desc().focus_distance;
-            user.gesture(Gesture::Focus(point), [200, 100]);
-            (before, user.camera_desc().focus_distance)
-        };
-        let lens = "<sensor type=\"thinlens\"><float name=\"aperture_radius\" value=\"0.1\"/>\
-                    <float name=\"focus_distance\" value=\"2.5\"/></sensor>";
-        let (before, after) = focus_after(lens, DVec3::new(1.0, 2.0, 2.0));
-        assert!(before == 2.5 && (after - 3.0).abs() < 1e-12, "{before} {after}");
-        assert_eq!(focus_after("<sensor type=\"perspective\"/>", DVec3::new(1.0, 2.0, 2.0)), (0.0, 0.0));
-    }
-}
+mod tests;

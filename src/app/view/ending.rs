@@ -124,6 +124,9 @@ impl Viewer {
             // The film is lost; kept samples are not.
             tell(&format!("the last samples could not be rasterised: {error}"));
         }
+        if let Err(error) = self.send_to_tev(true) {
+            tell(&format!("tev does not show the last samples: {error}"));
+        }
         let report = self.report(lasted);
         self.preferences.write(&self.panel.controls.layout);
         self.saves.finish().iter().for_each(|message| tell(message));

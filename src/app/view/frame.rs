@@ -61,8 +61,19 @@ impl Viewer {
         if shows && self.picture.has_picture() {
             self.show(&plan)?;
         }
+        self.send_to_tev(false)?;
         self.measure(begin);
         Ok(())
+    }
+
+    /// Shows the picture in tev, where that is asked for: when it is due, or as the `last` one.
+    pub(super) fn send_to_tev(&mut self, last: bool) -> Result<(), ClientError> {
+        match &mut self.options.tev {
+            Some(tev) if last || tev.is_due(self.picture.counts()) => {
+                self.picture.send_to_tev(tev, &self.options.name, &self.session)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Lets the exposure follow the light of the scene, where it may.
@@ -150,6 +161,7 @@ impl Viewer {
             && (self.session.is_through() || self.paused.is_some())
             && !self.session.is_stale()
             && self.saves.is_empty()
+            && !self.editor.is_preparing()
             && self.picture.is_settled()
             && !self.light.is_changing()
             && !self.inspector.is_busy()

@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
+use glam::DVec2;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::WindowEvent;
+use winit::event::{ElementState, MouseButton, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
@@ -13,6 +14,7 @@ use crate::app::view::Viewer;
 use crate::app::view::screen::Screen;
 use crate::app::view::start::{Stage, ViewerApp};
 use crate::client::window::host::ReaderEvent;
+use crate::client::window::panel::PanelTab;
 use crate::gpu;
 
 impl ApplicationHandler<ReaderEvent> for ViewerApp {
@@ -65,8 +67,59 @@ impl Viewer {
             WindowEvent::DroppedFile(path) => self.open_file(path.clone()),
             _ => {}
         }
+        if self.takes_hold(&event) {
+            return;
+        }
         if self.panel.on_event(&window, &event) {
             self.act();
+        }
+        self.drag_gizmo(&event);
+    }
+
+    /// Whether the gizmo is shown: an object is selected, and the tab that changes it is seen.
+    pub(super) fn shows_gizmo(&self) -> bool {
+        self.editor.selected().is_some() && self.panel.controls.layout.shows(PanelTab::Scene)
+    }
+
+    /// Whether this is the press of a button on a handle of the gizmo, which is dragged from then on.
+    fn takes_hold(&mut self, event: &WindowEvent) -> bool {
+        let is_press = matches!(
+            event,
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Left, .. }
+        );
+        let panel = &self.panel;
+        let is_free =
+            !panel.host.is_under_pointer() && !panel.input.is_dragging() && !panel.input.is_ctrl_held();
+        if !is_press || !is_free || !self.shows_gizmo() {
+            return false;
+        }
+        let (size, zoom) = (self.session.size(), panel.viewport.zoom());
+        panel.cursor().is_some_and(|at| self.gizmo.press(&mut self.editor, at, size, zoom))
+    }
+
+    /// Transforms the selected object while a handle of the gizmo is dragged.
+    fn drag_gizmo(&mut self, event: &WindowEvent) {
+        if !self.gizmo.is_dragging() {
+            return;
+        }
+        match event {
+            WindowEvent::CursorMoved { position, .. } => {
+                let at = self.panel.viewport.to_picture(DVec2::new(position.x, position.y));
+                let by = self.gizmo.transform(&self.editor, at, self.session.size());
+                match by.map(|by| self.editor.set_transform(by)) {
+                    Some(Ok(true)) => self.edited(),
+                    Some(Ok(false)) | None => {}
+                    Some(Err(error)) => self.say(error.to_string()),
+                }
+                self.refresh();
+            }
+            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Left, .. }
+            | WindowEvent::Focused(false) => {
+                self.gizmo.release();
+                self.editor.end_change();
+                self.refresh();
+            }
+            _ => {}
         }
     }
 

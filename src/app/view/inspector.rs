@@ -1,6 +1,7 @@
 //! The inspector: what is shown at the pixel under the cursor, and after a click the paths that have made it, traced once more by
 //! the code that records them.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
@@ -191,22 +192,27 @@ struct PixelIndices {
 }
 
 /// Finds the indices behind a pixel among the samples that are kept: within a block the camera samples stand in the order of
-/// their paths.
+/// their paths. A block that was full in the middle of an index has its last samples at the beginning of the next one.
 fn indices(kept: &RetainedSamples, method: IntegratorKind, pixel: [u32; 2], size: [u32; 2]) -> PixelIndices {
     let per_index = method::paths_per_index(method);
     let mut found = PixelIndices::default();
+    // Camera samples of an index that stand in the block before, by that index.
+    let mut sent = HashMap::new();
     kept.each(|samples, first, paths| {
         let camera = || samples.iter().filter(|sample| sample.w > 0.0);
-        // One sample for each path; otherwise it is not known which is whose.
-        if camera().count() as u64 != paths.camera {
-            return;
+        let before = sent.remove(&first).unwrap_or(0);
+        let unfinished = (before + camera().count() as u64).checked_sub(paths.camera);
+        // One sample for each path; where some were rejected it is not known which is whose.
+        let Some(unfinished) = unfinished.filter(|unfinished| *unfinished <= per_index) else { return };
+        if unfinished > 0 {
+            sent.insert(first + paths.camera / per_index, unfinished);
         }
         for (rank, sample) in camera().enumerate() {
             let inside = (0..2).all(|i| (sample.uv[i] * size[i] as f32).floor() == pixel[i] as f32);
             if inside {
                 found.known += 1;
                 if found.list.len() < MOST_PATHS {
-                    let rank = rank as u64;
+                    let rank = before + rank as u64;
                     found.list.push((first + rank / per_index, (rank % per_index) as usize));
                 }
             }

@@ -28,6 +28,7 @@
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
 //! ├─ Inspector       inspector   the paths of the pixel that was clicked at
 //! ├─ Outline         outline     the outline of the selected object
+//! ├─ Gizmo           gizmo       handles that move, turn and scale it
 //! ├─ Comparison      comparison  snapshots and other pictures beside the present one
 //! ├─ HistogramCache  histogram   the histogram of the picture
 //! ├─ KeptViews       views       views of the camera by number, beside the scene
@@ -48,6 +49,7 @@ mod editor;
 mod ending;
 mod exposure;
 mod frame;
+mod gizmo;
 mod handler;
 mod histogram;
 mod inspector;
@@ -75,10 +77,12 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::app::outputs::Outputs;
+use crate::app::tev::TevLink;
 use crate::app::timings::TimingCapture;
 use crate::app::view::comparison::Comparison;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::exposure::FollowedLight;
+use crate::app::view::gizmo::Gizmo;
 use crate::app::view::histogram::HistogramCache;
 use crate::app::view::inspector::Inspector;
 use crate::app::view::loader::{SceneLoader, ViewSource};
@@ -111,6 +115,8 @@ struct ViewOptions {
     losses: SimulatedLosses,
     /// Camera paths of a render; `None` is no end.
     samples: Option<u64>,
+    /// Shows the picture in tev, too.
+    tev: Option<TevLink>,
     /// Tracers on other machines; none are threads of this process.
     tracers: Vec<TracerAddress>,
     /// Length of a frame; otherwise the display's.
@@ -145,6 +151,7 @@ struct Viewer {
     paused: Option<Instant>,
     inspector: Inspector,
     outline: Outline,
+    gizmo: Gizmo,
     comparison: Comparison,
     histogram: HistogramCache,
     views: KeptViews,

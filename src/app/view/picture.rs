@@ -14,6 +14,7 @@ use crate::app::noise_filter::EpochView;
 use crate::app::observer::{Beside, Observer};
 use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::RunSpec;
+use crate::app::tev::TevLink;
 use crate::app::view::screen::{PictureSource, Screen};
 use crate::app::view::session::RenderSession;
 use crate::app::view::window_filter::WindowFilter;
@@ -556,6 +557,20 @@ impl LivePicture {
     /// The sum of the weights of the camera samples at a pixel; 0 where it is not known.
     pub fn weight_at(&mut self, pixel: [u32; 2]) -> f32 {
         self.film_mut().and_then(|film| film.weight_at(pixel).ok()).unwrap_or(0.0)
+    }
+
+    /// Shows the film in tev, unless it is empty.
+    pub fn send_to_tev(
+        &mut self,
+        tev: &mut TevLink,
+        name: &str,
+        session: &RenderSession,
+    ) -> Result<(), ClientError> {
+        let Some(film) = self.film_mut().filter(|film| film.counts().paths() > 0) else { return Ok(()) };
+        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
+        let sent = tev.send(name, film);
+        film.keep_batch(false);
+        sent
     }
 
     /// Takes the film out of the window, for the files written at the end.

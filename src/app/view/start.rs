@@ -16,9 +16,11 @@ use crate::app::denoise::check as check_denoise;
 use crate::app::device::CPU;
 use crate::app::outputs::Outputs;
 use crate::app::remote_order::scene_digest;
+use crate::app::tev::TevLink;
 use crate::app::timings::{self, TimingCapture};
 use crate::app::view::comparison::Comparison;
 use crate::app::view::exposure::FollowedLight;
+use crate::app::view::gizmo::Gizmo;
 use crate::app::view::histogram::HistogramCache;
 use crate::app::view::inspector::Inspector;
 use crate::app::view::loader::{ReadyScene, ViewSource};
@@ -170,6 +172,7 @@ impl ViewerApp {
             },
             budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
             samples: args.samples,
+            tev: args.tev.as_deref().map(TevLink::start).transpose()?,
             tracers,
             name: source.name(),
         };
@@ -326,6 +329,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         paused: None,
         inspector: Inspector::default(),
         outline: Outline::default(),
+        gizmo: Gizmo::default(),
         comparison: Comparison::default(),
         histogram: HistogramCache::default(),
         views,

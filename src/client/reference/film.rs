@@ -29,6 +29,8 @@ pub struct ReferenceFilm {
     pub(super) pool: rayon::ThreadPool,
     pub(super) sums: HostSums,
     glare: ReferenceGlare,
+    /// Whether only full batches are rasterised.
+    keep_batch: bool,
 }
 
 impl ReferenceFilm {
@@ -44,7 +46,8 @@ impl ReferenceFilm {
             .thread_name(|i| format!("film {i}"))
             .build()
             .map_err(|e| ClientError::Threads { threads, reason: e.to_string() })?;
-        Ok(Self { state, pool, sums: HostSums::default(), glare: ReferenceGlare::default() })
+        let (sums, glare) = (HostSums::default(), ReferenceGlare::default());
+        Ok(Self { state, pool, sums, glare, keep_batch: false })
     }
 
     /// A scene-linear picture in XYZ as a viewer shows it, `width`×`height` as it is: glare, tone curve and encoding in 8 bits.
@@ -54,6 +57,11 @@ impl ReferenceFilm {
     pub fn show(picture: &Grid<Vec3>, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         Self::encode(picture, &settings, &mut ReferenceGlare::default())
+    }
+
+    /// Rasterises the batch, unless it is to be kept.
+    fn complete(&mut self) -> Result<(), ClientError> {
+        if self.keep_batch { Ok(()) } else { self.flush() }
     }
 
     fn encode(
@@ -102,12 +110,16 @@ impl Film for ReferenceFilm {
         self.state.clear();
     }
 
+    fn keep_batch(&mut self, keep: bool) {
+        self.keep_batch = keep;
+    }
+
     fn counts(&self) -> FilmCounts {
         self.state.counts()
     }
 
     fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
-        self.flush()?;
+        self.complete()?;
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let (spec, lods) = (self.state.spec(), self.state.lods());
         let p = ReconstructParameters {
@@ -141,7 +153,7 @@ impl Film for ReferenceFilm {
     }
 
     fn develop(&mut self) -> Result<FilmData, ClientError> {
-        self.flush()?;
+        self.complete()?;
         let pad = self.state.spec().pad();
         Ok(self.sums.develop(&self.state, pad))
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelTab, ParameterValue};
+use crate::client::window::panel::{GizmoMode, PanelTab, ParameterValue};
 
 /// One wish of the user. Positions are physical pixels of the window.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,12 +28,16 @@ pub enum Action {
     ResetView,
     /// Selects nothing.
     Deselect,
-    /// Takes the last camera move back.
+    /// Takes the last change or camera move back.
     Undo,
-    /// Repeats the camera move that was taken back last.
+    /// Repeats the change that was taken back last.
     Redo,
     /// Moves the camera back to where the scene file puts it.
     ResetCamera,
+    /// Lets the gizmo move, turn or scale.
+    SetGizmo(GizmoMode),
+    /// Lets it do the next of these.
+    NextGizmo,
     /// Sets the field of view, in degrees.
     SetFov(f64),
     /// Changes a parameter of the selected object.

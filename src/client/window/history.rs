@@ -1,217 +1,156 @@
-//! Undo and redo of camera moves. A drag, or a run of wheel steps, is one entry.
+//! Undo and redo of everything the user changes, by the states before and after. A drag, or a run of wheel steps, is one entry.
 
 use std::collections::VecDeque;
-use std::mem::{Discriminant, discriminant};
-
-use glam::DVec2;
-
-use crate::client::window::navigation::{Gesture, Pose};
 
 /// Most entries; beyond it the oldest is forgotten.
-const LONGEST: usize = 500;
+pub const LONGEST: usize = 2000;
 
-/// The poses of the camera that undo and redo walk through.
+/// A state, and the change that has led to it.
 #[derive(Clone, Debug)]
-pub struct CameraHistory {
-    home: Pose,
-    poses: VecDeque<Pose>,
-    /// Place of the present pose in `poses`.
-    at: usize,
-    /// Kind of the move that still extends the last entry.
-    open: Option<Discriminant<Gesture>>,
+struct HistoryEntry<S> {
+    /// The change in words, such as `move of ball`; empty for the first state.
+    change: String,
+    state: S,
 }
 
-impl CameraHistory {
-    /// Starts at the file's pose.
-    pub fn new(home: Pose) -> Self {
-        Self { home, poses: VecDeque::from([home]), at: 0, open: None }
+/// The states that undo and redo walk through. Those that share much of their data should be cheap to clone.
+#[derive(Clone, Debug)]
+pub struct UndoHistory<S> {
+    entries: VecDeque<HistoryEntry<S>>,
+    /// Place of the present state in `entries`.
+    at: usize,
+    /// What the last entry is a change of, while further changes of it still extend the entry.
+    open: Option<String>,
+}
+
+impl<S: Clone + PartialEq> UndoHistory<S> {
+    /// Starts in this state.
+    pub fn new(state: S) -> Self {
+        Self { entries: [HistoryEntry { change: String::new(), state }].into(), at: 0, open: None }
     }
 
-    /// The present pose.
-    pub fn pose(&self) -> Pose {
-        self.poses[self.at]
+    /// The present state.
+    pub fn state(&self) -> &S {
+        &self.entries[self.at].state
     }
 
-    /// The file's pose.
-    pub fn home(&self) -> Pose {
-        self.home
-    }
-
-    /// The same moves, with another pose of the file.
-    pub fn with_home(self, home: Pose) -> Self {
-        Self { home, ..self }
-    }
-
-    /// Moves the camera, in a window of this `shape` (see [`Pose::apply_in`]); returns whether anything changed. Moves of
-    /// one kind are one entry until [`CameraHistory::end_move`]; flying and looking go together.
-    pub fn apply(&mut self, gesture: Gesture, shape: DVec2) -> bool {
-        let next = self.pose().apply_in(gesture, shape);
-        if next == self.pose() {
+    /// Changes the state by `change`, in words; returns false where it stays the same. Changes of one `subject` are one entry until
+    /// [`end`](Self::end). Changes that were undone are forgotten.
+    pub fn change(&mut self, subject: &str, change: &str, state: S) -> bool {
+        if state == *self.state() {
             return false;
         }
-        // The same drag flies and looks around: both extend one entry.
-        let kind = match gesture {
-            Gesture::Fly(_) => discriminant(&Gesture::Look(DVec2::ZERO)),
-            other => discriminant(&other),
-        };
-        if self.open == Some(kind) {
-            self.poses[self.at] = next;
-        } else {
-            self.push(next);
-            self.open = Some(kind);
+        let entry = HistoryEntry { change: change.to_owned(), state };
+        self.entries.truncate(self.at + 1);
+        if self.at > 0 && self.open.as_deref() == Some(subject) {
+            self.entries[self.at] = entry;
+            return true;
         }
+        self.entries.push_back(entry);
+        if self.entries.len() > LONGEST + 1 {
+            self.entries.pop_front();
+        }
+        self.at = self.entries.len() - 1;
+        self.open = Some(subject.to_owned());
         true
     }
 
-    /// Ends the move: the next one is an entry of its own.
-    pub fn end_move(&mut self) {
+    /// Ends the change: the next one is an entry of its own.
+    pub fn end(&mut self) {
         self.open = None;
     }
 
-    /// Sets the field of view, in degrees; successive calls are one entry.
-    pub fn set_fov(&mut self, fov: f64) -> bool {
-        let by = fov - self.pose().fov;
-        self.apply(Gesture::Fov(by), DVec2::ONE)
+    /// The change that [`undo`](Self::undo) would take back.
+    pub fn undo_name(&self) -> Option<&str> {
+        (self.at > 0).then(|| self.entries[self.at].change.as_str())
     }
 
-    /// Returns to the pose before the last move; `None` at the beginning.
-    pub fn undo(&mut self) -> Option<Pose> {
-        self.open = None;
-        self.at = self.at.checked_sub(1)?;
-        Some(self.pose())
+    /// The change that [`redo`](Self::redo) would repeat.
+    pub fn redo_name(&self) -> Option<&str> {
+        self.entries.get(self.at + 1).map(|entry| entry.change.as_str())
     }
 
-    /// Repeats the move that was undone last; `None` when there is none.
-    pub fn redo(&mut self) -> Option<Pose> {
+    /// Returns to the state before the last change, and names that; `None` at the beginning.
+    pub fn undo(&mut self) -> Option<String> {
         self.open = None;
-        if self.at + 1 >= self.poses.len() {
-            return None;
-        }
+        let change = self.undo_name()?.to_owned();
+        self.at -= 1;
+        Some(change)
+    }
+
+    /// Repeats the change that was undone last, and names it; `None` when there is none.
+    pub fn redo(&mut self) -> Option<String> {
+        self.open = None;
+        let change = self.redo_name()?.to_owned();
         self.at += 1;
-        Some(self.pose())
+        Some(change)
     }
 
-    /// Takes this pose, as an entry that can be undone; returns whether it is another one.
-    pub fn go_to(&mut self, pose: Pose) -> bool {
-        self.open = None;
-        if pose == self.pose() || !pose.is_usable() {
-            return false;
-        }
-        self.push(pose);
-        true
-    }
-
-    /// Returns to the file's pose, as an entry that can be undone; `None` when the camera is there already.
-    pub fn reset(&mut self) -> Option<Pose> {
-        self.open = None;
-        if self.pose() == self.home {
-            return None;
-        }
-        self.push(self.home);
-        Some(self.home)
-    }
-
-    /// Adds an entry and forgets all moves that were undone.
-    fn push(&mut self, pose: Pose) {
-        self.poses.truncate(self.at + 1);
-        self.poses.push_back(pose);
-        if self.poses.len() > LONGEST {
-            self.poses.pop_front();
-        }
-        self.at = self.poses.len() - 1;
+    /// The same history of states that are translated.
+    pub fn map(self, translate: impl FnMut(S) -> S) -> Self {
+        let (mut translate, Self { entries, at, .. }) = (translate, self);
+        let translated = |HistoryEntry { change, state }| HistoryEntry { change, state: translate(state) };
+        Self { entries: entries.into_iter().map(translated).collect(), at, open: None }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
-
-    fn start() -> CameraHistory {
-        CameraHistory::new(Pose {
-            eye: DVec3::Z * 4.0,
-            target: DVec3::ZERO,
-            up: DVec3::Y,
-            fov: 40.0,
-            mirrored: false,
-        })
-    }
 
     #[test]
     fn a_drag_is_one_entry() {
-        let mut history = start();
-        let home = history.pose();
-        for _ in 0..20 {
-            assert!(history.apply(Gesture::Orbit(DVec2::new(0.01, 0.0)), DVec2::ONE));
+        let mut history = UndoHistory::new(0);
+        for step in 1..=20 {
+            assert!(history.change("camera", "orbit of the camera", step));
         }
-        history.end_move();
-        let first = history.pose();
-        history.apply(Gesture::Orbit(DVec2::new(0.01, 0.0)), DVec2::ONE);
-        assert_eq!(history.undo(), Some(first));
-        assert_eq!(history.undo(), Some(home));
-        assert_eq!(history.undo(), None);
-        assert_eq!(history.pose(), home);
-        assert_eq!(history.redo(), Some(first));
+        history.end();
+        history.change("camera", "orbit of the camera", 21);
+        history.change("ball", "move of `ball`", 22);
+        assert_eq!(history.undo_name(), Some("move of `ball`"));
+        let undone: Vec<String> = std::iter::from_fn(|| history.undo()).collect();
+        assert_eq!(undone, ["move of `ball`", "orbit of the camera", "orbit of the camera"]);
+        assert_eq!((*history.state(), history.undo_name()), (0, None));
+        assert_eq!((history.redo(), *history.state()), (Some("orbit of the camera".to_owned()), 20));
     }
 
     #[test]
-    fn kinds_are_told_apart_but_flying_and_looking() {
-        let mut history = start();
-        history.apply(Gesture::Dolly(1.0), DVec2::ONE);
-        history.apply(Gesture::Fov(1.0), DVec2::ONE);
-        assert_eq!(history.poses.len(), 3);
-        history.apply(Gesture::Fly(DVec3::Z), DVec2::ONE);
-        history.apply(Gesture::Look(DVec2::X * 0.1), DVec2::ONE);
-        history.apply(Gesture::Fly(DVec3::Z), DVec2::ONE);
-        assert_eq!(history.poses.len(), 4);
-    }
-
-    #[test]
-    fn a_new_move_forgets_what_was_taken_back() {
-        let mut history = start();
-        for step in [1.0, 2.0, 3.0] {
-            history.apply(Gesture::Dolly(step), DVec2::ONE);
-            history.end_move();
+    fn a_new_change_forgets_what_was_taken_back() {
+        let mut history = UndoHistory::new(0);
+        for step in 1..=3 {
+            history.change("a", "a", step);
+            history.end();
         }
         history.undo();
         history.undo();
-        assert_eq!((history.at, history.poses.len()), (1, 4));
-        history.apply(Gesture::Pan(DVec2::X), DVec2::ONE);
-        assert_eq!((history.at, history.poses.len()), (2, 3));
-        assert_eq!(history.redo(), None);
-        assert_eq!(history.poses.len(), 3);
+        assert_eq!(history.redo_name(), Some("a"));
+        assert!(history.change("a", "b", 9));
+        assert_eq!((history.redo(), history.undo()), (None, Some("b".to_owned())));
+        assert_eq!(*history.state(), 1);
     }
 
+    /// An entry that was undone is not extended, and what changes nothing is no entry.
     #[test]
-    fn reset_can_be_taken_back_and_is_idle_at_home() {
-        let mut history = start();
-        assert_eq!(history.reset(), None);
-        history.apply(Gesture::Dolly(3.0), DVec2::ONE);
-        let moved = history.pose();
-        assert_eq!(history.reset(), Some(history.home()));
-        assert_eq!(history.undo(), Some(moved));
-    }
-
-    #[test]
-    fn nothing_happens_for_moves_without_effect() {
-        let mut history = start();
-        assert!(!history.apply(Gesture::Dolly(f64::NAN), DVec2::ONE));
-        assert!(!history.apply(Gesture::Focus(DVec3::Z * 4.0), DVec2::ONE));
-        assert_eq!((history.at, history.poses.len()), (0, 1));
-        assert!(history.set_fov(50.0));
-        assert!(!history.set_fov(50.0));
-        assert_eq!(history.pose().fov, 50.0);
+    fn undoing_ends_a_change() {
+        let mut history = UndoHistory::new(0);
+        assert!(!history.change("a", "a", 0));
+        history.change("a", "a", 1);
+        history.undo();
+        assert!(history.change("a", "a", 2) && history.redo_name().is_none());
+        history.change("a", "a", 3);
+        assert_eq!((history.undo(), *history.state()), (Some("a".to_owned()), 0));
     }
 
     #[test]
     fn the_oldest_entries_go_first() {
-        let mut history = start();
-        for _ in 0..LONGEST + 50 {
-            history.apply(Gesture::Orbit(DVec2::X * 0.01), DVec2::ONE);
-            history.end_move();
+        let mut history = UndoHistory::new(0);
+        for step in 1..=LONGEST + 50 {
+            history.change("a", "a", step);
+            history.end();
         }
-        assert_eq!(history.poses.len(), LONGEST);
-        assert_eq!(std::iter::from_fn(|| history.undo()).count(), LONGEST - 1);
+        assert_eq!(std::iter::from_fn(|| history.undo()).count(), LONGEST);
+        assert_eq!(*history.state(), 50);
+        let doubled = history.map(|state| 2 * state);
+        assert_eq!((*doubled.state(), doubled.redo_name()), (100, Some("a")));
     }
 }

@@ -142,7 +142,7 @@ impl EguiHost {
     }
 
     /// Whether the pointer is over the dock, the list of keys or an open menu.
-    fn is_under_pointer(&self) -> bool {
+    pub fn is_under_pointer(&self) -> bool {
         let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
         layer.is_some_and(|layer| layer.order != egui::Order::Background)
             || self.pointer.is_some_and(|at| at.x >= self.picture_width)

@@ -189,6 +189,11 @@ impl InputState {
         self.cursor
     }
 
+    /// Whether Ctrl is held.
+    pub fn is_ctrl_held(&self) -> bool {
+        self.ctrl
+    }
+
     /// Flying speed, distances to the target per second.
     pub fn speed(&self) -> f64 {
         self.speed

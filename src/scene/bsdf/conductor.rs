@@ -66,6 +66,14 @@ impl BsdfPlugin for RoughConductorDesc {
         Some(self.roughness)
     }
 
+    fn number(&self, name: &str) -> Option<f32> {
+        self.roughness.number(name).filter(|_| self.alpha.is_none())
+    }
+
+    fn set_number(&mut self, name: &str, value: f32) {
+        self.roughness.set_number(name, value);
+    }
+
     fn alpha(&self) -> Option<&AlphaTexture> {
         self.alpha.as_deref()
     }

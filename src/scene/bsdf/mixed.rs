@@ -1,5 +1,6 @@
 //! `blendbsdf` and `mask`: materials made of other materials.
 
+use super::textures::uniform;
 use super::{BsdfDesc, BsdfPlugin, parts};
 use crate::scene::desc::BsdfId;
 use crate::scene::diagnostic::{FindingKind, SceneError};
@@ -41,6 +42,14 @@ impl BsdfPlugin for BlendDesc {
 
     parts! { share: weight }
 
+    fn number(&self, name: &str) -> Option<f32> {
+        uniform(&self.weight).filter(|_| name == "weight")
+    }
+
+    fn set_number(&mut self, _name: &str, value: f32) {
+        self.weight = Spectrum::Constant(value).into();
+    }
+
     fn nested(&self) -> Vec<BsdfId> {
         self.bsdfs.to_vec()
     }
@@ -69,6 +78,14 @@ impl BsdfPlugin for MaskDesc {
     }
 
     parts! { share: opacity }
+
+    fn number(&self, name: &str) -> Option<f32> {
+        uniform(&self.opacity).filter(|_| name == "opacity")
+    }
+
+    fn set_number(&mut self, _name: &str, value: f32) {
+        self.opacity = Spectrum::Constant(value).into();
+    }
 
     fn nested(&self) -> Vec<BsdfId> {
         vec![self.bsdf]

@@ -28,7 +28,6 @@ use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 pub use bump::BumpDesc;
-pub(crate) use dielectric::is_ior;
 pub use mixed::MOST_PARTS;
 pub(crate) use parts::BsdfParts;
 use parts::parts;
@@ -86,6 +85,14 @@ pub(crate) trait BsdfPlugin: Sized {
     fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
         self.alpha_mut().map_or_else(Vec::new, AlphaTexture::textures_mut)
     }
+
+    /// A number by its name in Mitsuba, where it is the same all over the surface.
+    fn number(&self, _name: &str) -> Option<f32> {
+        None
+    }
+
+    /// Changes a number that [`number`](Self::number) has.
+    fn set_number(&mut self, _name: &str, _value: f32) {}
 
     /// The materials that this one is made of.
     fn nested(&self) -> Vec<BsdfId> {
@@ -159,6 +166,20 @@ macro_rules! bsdfs {
             pub(crate) fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
                 match self {
                     $(Self::$kind(desc) => desc.scalars_mut(),)*
+                }
+            }
+
+            /// A number by its name in Mitsuba, such as `alpha` or `metallic`, where it is the same all over the surface.
+            pub(crate) fn number(&self, name: &str) -> Option<f32> {
+                match self {
+                    $(Self::$kind(desc) => desc.number(name),)*
+                }
+            }
+
+            /// Changes a number that [`number`](Self::number) has.
+            pub(crate) fn set_number(&mut self, name: &str, value: f32) {
+                match self {
+                    $(Self::$kind(desc) => desc.set_number(name, value),)*
                 }
             }
 

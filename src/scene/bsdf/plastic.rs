@@ -96,4 +96,12 @@ impl BsdfPlugin for RoughPlasticDesc {
     fn roughness(&self) -> Option<Roughness> {
         Some(self.roughness)
     }
+
+    fn number(&self, name: &str) -> Option<f32> {
+        self.roughness.number(name)
+    }
+
+    fn set_number(&mut self, name: &str, value: f32) {
+        self.roughness.set_number(name, value);
+    }
 }

@@ -1,6 +1,7 @@
 //! `principled`: diffuse, metallic, glassy and coated materials by one set of parameters, most of them from 0 to 1.
 
 use super::dielectric::is_ior;
+use super::textures::uniform;
 use super::{BsdfParts, BsdfPlugin, Facets, Number, Roughness, color, number};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
@@ -75,6 +76,9 @@ pub(super) const SHARED: &[(&str, LobeParameter)] = &[
     ("flatness", |lobes| &mut lobes.flatness),
 ];
 
+/// The index of refraction, which files give in several ways.
+pub(super) const ETA: &[(&str, LobeParameter)] = &[("eta", |lobes| &mut lobes.eta)];
+
 /// The others of `principled`.
 const COATED: &[(&str, LobeParameter)] = &[
     ("metallic", |lobes| &mut lobes.metallic),
@@ -118,6 +122,31 @@ impl PrincipledLobes {
             }
         }
         Ok(textures)
+    }
+
+    /// One of `parameters` by its name, unless it is one of `textures`.
+    pub(super) fn number(
+        &self,
+        parameters: &[(&'static str, LobeParameter)],
+        textures: &[LobeTexture],
+        name: &str,
+    ) -> Option<f32> {
+        let (_, parameter) = parameters.iter().find(|(known, _)| *known == name)?;
+        let mut fixed = *self;
+        textures.iter().for_each(|varying| *(varying.parameter)(&mut fixed) = f32::NAN);
+        Some(*parameter(&mut fixed)).filter(|value| !value.is_nan())
+    }
+
+    /// Changes one of `parameters`.
+    pub(super) fn set_number(
+        &mut self,
+        parameters: &[(&'static str, LobeParameter)],
+        name: &str,
+        value: f32,
+    ) {
+        if let Some((_, parameter)) = parameters.iter().find(|(known, _)| *known == name) {
+            *parameter(self) = value;
+        }
     }
 
     /// These at a point, where `textures` vary.
@@ -189,6 +218,21 @@ impl BsdfPlugin for PrincipledDesc {
 
     fn roughness(&self) -> Option<Roughness> {
         Some(self.lobes.facets(self.lobes.roughness))
+    }
+
+    fn number(&self, name: &str) -> Option<f32> {
+        if name == "spec_trans" {
+            // Without any it lets nothing through, and is another material.
+            return uniform(&self.spec_trans).filter(|share| *share > 0.0);
+        }
+        [SHARED, COATED, ETA].iter().find_map(|known| self.lobes.number(known, &self.textures, name))
+    }
+
+    fn set_number(&mut self, name: &str, value: f32) {
+        if name == "spec_trans" {
+            self.spec_trans = Spectrum::Constant(value).into();
+        }
+        [SHARED, COATED, ETA].iter().for_each(|known| self.lobes.set_number(known, name, value));
     }
 
     fn scalars(&self) -> Vec<&SpectrumTexture> {

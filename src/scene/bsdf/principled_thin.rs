@@ -1,7 +1,8 @@
 //! `principledthin`: leaves, paper and panes by parameters like those of `principled`.
 
 use super::dielectric::is_ior;
-use super::principled::{ONE, SHARED, share};
+use super::principled::{ETA, ONE, SHARED, share};
+use super::textures::uniform;
 use super::{BsdfParts, BsdfPlugin, LobeTexture, Number, PrincipledLobes, Roughness, color, number};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
@@ -79,6 +80,22 @@ impl BsdfPlugin for PrincipledThinDesc {
 
     fn roughness(&self) -> Option<Roughness> {
         Some(self.lobes.facets(self.lobes.roughness))
+    }
+
+    fn number(&self, name: &str) -> Option<f32> {
+        match name {
+            "spec_trans" => uniform(&self.spec_trans),
+            "diff_trans" => uniform(&self.diff_trans),
+            _ => [SHARED, ETA].iter().find_map(|known| self.lobes.number(known, &self.textures, name)),
+        }
+    }
+
+    fn set_number(&mut self, name: &str, value: f32) {
+        match name {
+            "spec_trans" => self.spec_trans = Spectrum::Constant(value).into(),
+            "diff_trans" => self.diff_trans = Spectrum::Constant(value).into(),
+            _ => [SHARED, ETA].iter().for_each(|known| self.lobes.set_number(known, name, value)),
+        }
     }
 
     fn scalars(&self) -> Vec<&SpectrumTexture> {

@@ -33,6 +33,27 @@ pub enum Facets {
     Ggx,
 }
 
+impl Roughness {
+    /// `alpha`, or `alpha_u` and `alpha_v` where they differ.
+    pub(super) fn number(&self, name: &str) -> Option<f32> {
+        let [u, v] = self.alpha;
+        match (name, u == v) {
+            ("alpha", true) | ("alpha_u", false) => Some(u),
+            ("alpha_v", false) => Some(v),
+            _ => None,
+        }
+    }
+
+    /// Changes one of them.
+    pub(super) fn set_number(&mut self, name: &str, value: f32) {
+        match name {
+            "alpha" => self.alpha = [value; 2],
+            "alpha_u" => self.alpha[0] = value,
+            _ => self.alpha[1] = value,
+        }
+    }
+}
+
 /// Roughness that varies over a surface; each value is at least 0.0001, as in Mitsuba.
 #[derive(Clone, Debug)]
 pub enum AlphaTexture {

@@ -43,6 +43,11 @@ pub(super) fn number(
     }))
 }
 
+/// The value of a number that does not vary.
+pub(super) fn uniform(number: &SpectrumTexture) -> Option<f32> {
+    (!number.varies()).then(|| number.mean_scalar())
+}
+
 impl BsdfDesc {
     /// All colours, factors and textures of numbers.
     pub(crate) fn textures(&self) -> Vec<&SpectrumTexture> {
@@ -57,6 +62,20 @@ impl BsdfDesc {
         let colors = [parts.albedo, parts.reflection, parts.transmission, parts.share].into_iter().flatten();
         colors.flat_map(SpectrumTexture::attributes_mut).for_each(&mut visit);
         self.scalars_mut().into_iter().flat_map(SpectrumTexture::attributes_mut).for_each(visit);
+    }
+
+    /// Replaces every texture by its mean.
+    pub(crate) fn flatten(&mut self) {
+        let parts = self.parts_mut();
+        for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
+            *texture = texture.mean().into();
+        }
+        if let Some(share) = parts.share {
+            *share = SpectrumTexture::from(share.mean()).grey();
+        }
+        for number in self.scalars_mut() {
+            *number = Spectrum::Constant(number.mean_scalar()).into();
+        }
     }
 
     /// True for a material with a texture.

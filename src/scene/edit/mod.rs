@@ -7,9 +7,11 @@
 //! ```
 //!
 //! Edits are always applied to the description as it was read, so that nothing drifts and undoing is removing. What can be edited is
-//! one table in `target.rs`: a [`Target`] is one variant and one line of it.
+//! one table in `parameters.rs`: a [`Target`] is one variant and one line of it. `target.rs` has types and ranges, `objects.rs` lists what an
+//! object has and names it, `save.rs` writes the file.
 
 pub(crate) mod objects;
+pub(crate) mod parameters;
 mod save;
 pub(crate) mod target;
 
@@ -17,7 +19,7 @@ use crate::scene::desc::{CameraDesc, SceneDesc};
 
 pub use objects::{Editable, editable, light_name, lights, material_name, shape_name};
 pub use save::SaveError;
-pub use target::{EditError, NewValue, Target};
+pub use target::{BsdfNumber, EditError, NewValue, Target};
 
 /// All changes relative to the file; at most one per target.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]

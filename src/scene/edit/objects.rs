@@ -6,7 +6,8 @@ use crate::scene::desc::{
 };
 use crate::scene::limits;
 
-use super::target::{NewValue, ObjectKind, PARAMETERS, Target};
+use super::parameters::parameters;
+use super::target::{NewValue, ObjectKind, Target};
 
 /// A value that can be changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +23,7 @@ pub struct Editable {
 /// The values of shape `shape` (an index into [`SceneDesc::shapes`]) that can be changed: those of its emission, and those of its
 /// material on either side; for an instance, those of the materials of its group. Empty for a shape that does not exist.
 ///
-/// A material that several shapes refer to is changed for all of them; the label says so.
+/// A material that several shapes refer to is changed for all of them; the label says so. Transforms are not listed: each shape has one.
 pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
     let Some(described) = desc.shapes.get(shape as usize) else { return Vec::new() };
     let mut all: Vec<Editable> = of(desc, ObjectKind::Shape, shape, "");
@@ -47,7 +48,7 @@ pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
     all
 }
 
-/// The materials that a material is made of in the end, with what to say of each.
+/// The materials that a material is made of and that have values, with what to say of each.
 fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
     let (mut all, mut open) = (Vec::new(), vec![(bsdf, "")]);
     // Deeper than any file can nest them: ends where materials form a circle.
@@ -61,9 +62,13 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
                 open.extend([(*back, " of the back"), (*front, " of the front")]);
             }
             Some(BsdfDesc::Blend(BlendDesc { bsdfs: [first, second], .. })) => {
+                all.push((id, what));
                 open.extend([(*second, " of the second part"), (*first, " of the first part")]);
             }
-            Some(BsdfDesc::Mask(MaskDesc { bsdf, .. })) => open.push((*bsdf, what)),
+            Some(BsdfDesc::Mask(MaskDesc { bsdf, .. })) => {
+                all.push((id, what));
+                open.push((*bsdf, what));
+            }
             Some(bsdf) if let Some(bump) = bsdf.bump() => open.push((bump.bsdf, what)),
             _ => all.push((id, what)),
         }
@@ -85,7 +90,8 @@ pub fn lights(desc: &SceneDesc) -> Vec<Editable> {
 }
 
 fn of(desc: &SceneDesc, object: ObjectKind, index: u32, note: &str) -> Vec<Editable> {
-    let found = PARAMETERS.iter().filter(|p| p.object == object).filter_map(|p| {
+    let listed = |target: &Target| !matches!(target, Target::ToWorld(_));
+    let found = parameters().filter(|p| p.object == object && listed(&(p.target)(index))).filter_map(|p| {
         let value = (p.get)(desc, index)?;
         Some(Editable { label: format!("{}{note}", p.label), target: (p.target)(index), value })
     });

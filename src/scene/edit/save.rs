@@ -145,10 +145,7 @@ fn edit(desc: &SceneDesc, target: Target, value: NewValue) -> Result<String, Sav
         Some(id) => format!("id=\"{}\"", attribute("the id", id)?),
         None => format!("index=\"{index}\" count=\"{}\" type=\"{}\"", found.count, found.kind),
     };
-    let value = match value {
-        NewValue::Scale(v) | NewValue::Number(v) => format!("{v:?}"),
-        NewValue::Rgb([r, g, b]) => format!("{r:?}, {g:?}, {b:?}"),
-    };
+    let value = value.numbers().iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(", ");
     Ok(format!("    <edit object=\"{object}\" {which} name=\"{}\" value=\"{value}\"/>\n", parameter.name))
 }
 

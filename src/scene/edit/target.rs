@@ -1,10 +1,11 @@
-//! The table of values that can be changed.
+//! Values that can be changed: which they are, their types and ranges.
 
-use glam::Vec4;
+use glam::{DAffine3, DMat3, DVec3};
 
-use crate::scene::desc::{BsdfId, LightDesc, ProjectorDesc, SceneDesc};
-use crate::spectrum::Spectrum;
-use crate::spectrum::dispersion::{Ior, SODIUM_D};
+use crate::scene::desc::{BsdfId, SceneDesc};
+
+pub use super::parameters::BsdfNumber;
+use super::parameters::parameters;
 
 /// One value of the scene, by place in the description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -21,6 +22,20 @@ pub enum Target {
     Reflectance(BsdfId),
     /// Interior index of refraction of a dielectric, smooth or rough, or of the coat of a plastic.
     IntIor(BsdfId),
+    /// Factor on the specular reflection of a material, linear Rec.709.
+    SpecularReflectance(BsdfId),
+    /// Factor on the specular transmission of a material, linear Rec.709.
+    SpecularTransmittance(BsdfId),
+    /// Whether the textures of a material are seen, or their means.
+    Textures(BsdfId),
+    /// A number of a material.
+    Number(BsdfId, BsdfNumber),
+    /// Position of a light that is not a shape, world space.
+    LightPosition(u32),
+    /// Direction in which a light that is not a shape shines, world space, of any length.
+    LightDirection(u32),
+    /// Transform of a shape or an instance, object space to world space.
+    ToWorld(u32),
 }
 
 /// A new value.
@@ -32,7 +47,31 @@ pub enum NewValue {
     Rgb([f64; 3]),
     /// A number.
     Number(f64),
+    /// On or off.
+    Switch(bool),
+    /// A point or a direction.
+    Vector([f64; 3]),
+    /// An invertible transform.
+    Transform(DAffine3),
 }
+
+impl NewValue {
+    /// Its numbers as a file has them: a switch is 0 or 1, a transform has the sixteen of Mitsuba's `matrix`, row by row.
+    pub(crate) fn numbers(self) -> Vec<f64> {
+        match self {
+            NewValue::Scale(v) | NewValue::Number(v) => vec![v],
+            NewValue::Rgb(numbers) | NewValue::Vector(numbers) => numbers.to_vec(),
+            NewValue::Switch(on) => vec![f64::from(u8::from(on))],
+            NewValue::Transform(DAffine3 { matrix3: m, translation: t }) => {
+                let rows = [0, 1, 2].map(|i| [m.x_axis[i], m.y_axis[i], m.z_axis[i], t[i]]);
+                [rows.as_flattened(), &LAST_ROW].concat()
+            }
+        }
+    }
+}
+
+/// The last row of the matrix of an affine transform.
+const LAST_ROW: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// The reason why a value cannot be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -86,15 +125,64 @@ impl ObjectKind {
 /// Largest factor on an emission: what a spectrum can hold.
 const BRIGHTEST: f64 = 1e30;
 
+/// Largest coordinate.
+const FARTHEST: f64 = 1e12;
+
+/// A range of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NumberRange {
+    /// Least and greatest number that is accepted.
+    accepted: [f64; 2],
+    /// Least and greatest number that a slider offers.
+    slider: [f64; 2],
+    /// The accepted numbers, in words.
+    wanted: &'static str,
+}
+
+impl NumberRange {
+    /// A share of light or of a surface.
+    pub(crate) const SHARE: Self =
+        Self { accepted: [0.0, 1.0], slider: [0.0, 1.0], wanted: "it is a number from 0 to 1" };
+    /// Twice a share.
+    pub(crate) const DOUBLE_SHARE: Self =
+        Self { accepted: [0.0, 2.0], slider: [0.0, 2.0], wanted: "it is a number from 0 to 2" };
+    /// A share that is not 0.
+    pub(crate) const SOME_SHARE: Self =
+        Self { accepted: [1e-3, 1.0], slider: [1e-3, 1.0], wanted: "it is a number from 0.001 to 1" };
+    /// Roughness of microfacets.
+    pub(crate) const ALPHA: Self =
+        Self { accepted: [1e-4, 1e4], slider: [1e-4, 1.0], wanted: "a roughness is from 0.0001 to 10000" };
+    /// An index of refraction. The reader's bound is above 0, which no slider can say.
+    pub(crate) const IOR: Self = Self {
+        accepted: [f32::MIN_POSITIVE as f64, 1e3],
+        slider: [1e-3, 1e3],
+        wanted: "an index of refraction is above 0 and not above 1000",
+    };
+    /// An index of refraction relative to what is outside, which differs from it.
+    pub(crate) const RELATIVE_IOR: Self = Self {
+        accepted: [1.001, 1e3],
+        slider: [1.001, 4.0],
+        wanted: "this index of refraction is from 1.001 to 1000",
+    };
+}
+
 /// The type of a value and its range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ValueKind {
     /// A factor from 0.
     Scale,
     /// Three shares of light.
     Reflectance,
-    /// An index of refraction.
-    Ior,
+    /// A number.
+    Number(NumberRange),
+    /// On or off.
+    Switch,
+    /// A point.
+    Point,
+    /// A direction of any length.
+    Direction,
+    /// An invertible transform.
+    Transform,
 }
 
 impl ValueKind {
@@ -103,17 +191,29 @@ impl ValueKind {
         match (self, numbers) {
             (ValueKind::Scale, [v]) => Some(NewValue::Scale(*v)),
             (ValueKind::Reflectance, [r, g, b]) => Some(NewValue::Rgb([*r, *g, *b])),
-            (ValueKind::Ior, [v]) => Some(NewValue::Number(*v)),
+            (ValueKind::Number(_), [v]) => Some(NewValue::Number(*v)),
+            (ValueKind::Switch, [v]) => Some(NewValue::Switch(*v != 0.0)),
+            (ValueKind::Point | ValueKind::Direction, [x, y, z]) => Some(NewValue::Vector([*x, *y, *z])),
+            (ValueKind::Transform, [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..]) if *last == LAST_ROW => {
+                let matrix3 = DMat3::from_cols_array(&[*a, *d, *g, *b, *e, *h, *c, *f, *i]);
+                Some(NewValue::Transform(DAffine3 { matrix3, translation: DVec3::new(*x, *y, *z) }))
+            }
             _ => None,
         }
     }
 
     /// The accepted values, in words.
-    fn wanted(self) -> &'static str {
+    pub(crate) fn wanted(self) -> &'static str {
         match self {
             ValueKind::Scale => "it is a factor from 0 to 1e30",
             ValueKind::Reflectance => "it is a colour of three numbers from 0 to 1",
-            ValueKind::Ior => "an index of refraction is above 0 and not above 1000",
+            ValueKind::Number(range) => range.wanted,
+            ValueKind::Switch => "it is 1 for on or 0 for off",
+            ValueKind::Point => "it is a point of three finite numbers",
+            ValueKind::Direction => "it is a direction of three finite numbers, not all 0",
+            ValueKind::Transform => {
+                "it is an invertible matrix of sixteen numbers, row by row, the last row 0 0 0 1"
+            }
         }
     }
 
@@ -121,18 +221,31 @@ impl ValueKind {
     fn bounds(self) -> [f64; 2] {
         match self {
             ValueKind::Scale => [0.0, BRIGHTEST],
-            ValueKind::Reflectance => [0.0, 1.0],
-            // The reader's bound is above 0, which no slider can say.
-            ValueKind::Ior => [1e-3, 1e3],
+            ValueKind::Reflectance | ValueKind::Switch => [0.0, 1.0],
+            ValueKind::Number(range) => range.slider,
+            ValueKind::Point | ValueKind::Direction | ValueKind::Transform => [-FARTHEST, FARTHEST],
         }
     }
 
     fn accepts(self, value: NewValue) -> bool {
         // None of these comparisons holds for what is not a number.
+        let near = |v: DVec3| v.abs().max_element() <= FARTHEST && v.is_finite();
         match (self, value) {
             (ValueKind::Scale, NewValue::Scale(v)) => (0.0..=BRIGHTEST).contains(&v),
             (ValueKind::Reflectance, NewValue::Rgb(rgb)) => rgb.iter().all(|v| (0.0..=1.0).contains(v)),
-            (ValueKind::Ior, NewValue::Number(v)) => crate::scene::bsdf::is_ior(v) && v as f32 > 0.0,
+            (ValueKind::Number(NumberRange { accepted: [least, most], .. }), NewValue::Number(v)) => {
+                (least..=most).contains(&v)
+            }
+            (ValueKind::Switch, NewValue::Switch(_)) => true,
+            (ValueKind::Point, NewValue::Vector(v)) => near(v.into()),
+            (ValueKind::Direction, NewValue::Vector(v)) => {
+                near(v.into()) && DVec3::from(v).try_normalize().is_some()
+            }
+            (ValueKind::Transform, NewValue::Transform(DAffine3 { matrix3: m, translation })) => {
+                let columns = [m.x_axis, m.y_axis, m.z_axis];
+                let inverse = m.determinant().recip();
+                near(translation) && columns.into_iter().all(near) && inverse.is_finite()
+            }
             _ => false,
         }
     }
@@ -154,85 +267,26 @@ pub(crate) struct EditableParameter {
     /// Reads the value; `None` where the object has no such value.
     pub(crate) get: fn(&SceneDesc, u32) -> Option<NewValue>,
     /// Changes an object that has it, by an accepted value.
-    set: fn(&mut SceneDesc, u32, NewValue),
+    pub(super) set: fn(&mut SceneDesc, u32, NewValue),
 }
-
-/// Everything that can be changed. A new [`Target`] is one line here.
-pub(crate) const PARAMETERS: &[EditableParameter] = &[
-    EditableParameter {
-        name: "emission_scale",
-        label: "emission",
-        object: ObjectKind::Shape,
-        range: ValueKind::Scale,
-        target: Target::Emission,
-        get: |desc, i| desc.shapes.get(i as usize)?.emission.as_ref().map(|_| NewValue::Scale(1.0)),
-        set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| scale(s, v)),
-    },
-    EditableParameter {
-        name: "emission_color",
-        label: "emission colour",
-        object: ObjectKind::Shape,
-        range: ValueKind::Reflectance,
-        target: Target::EmissionColor,
-        get: |desc, i| {
-            let shape = desc.shapes.get(i as usize)?;
-            shape.emission.as_ref().filter(|_| shape.emission_profile.texture.is_none()).map(hue)
-        },
-        set: |desc, i, v| desc.shapes[i as usize].emission.iter_mut().for_each(|s| tint(s, v)),
-    },
-    EditableParameter {
-        name: "emission_scale",
-        label: "emission",
-        object: ObjectKind::Light,
-        range: ValueKind::Scale,
-        target: Target::Light,
-        get: |desc, i| desc.lights.get(i as usize).map(|_| NewValue::Scale(1.0)),
-        set: |desc, i, v| scale(desc.lights[i as usize].spectrum_mut(), v),
-    },
-    EditableParameter {
-        name: "emission_color",
-        label: "emission colour",
-        object: ObjectKind::Light,
-        range: ValueKind::Reflectance,
-        target: Target::LightColor,
-        get: |desc, i| match desc.lights.get(i as usize)? {
-            LightDesc::Map { .. } | LightDesc::SunSky(_) => None, // its texels have colours of their own
-            LightDesc::Projector(ProjectorDesc { picture: Some(_), .. }) => None,
-            light => Some(hue(light.spectrum())),
-        },
-        set: |desc, i, v| tint(desc.lights[i as usize].spectrum_mut(), v),
-    },
-    EditableParameter {
-        name: "reflectance",
-        label: "reflectance",
-        object: ObjectKind::Bsdf,
-        range: ValueKind::Reflectance,
-        target: |i| Target::Reflectance(BsdfId(i)),
-        get: reflectance,
-        set: set_reflectance,
-    },
-    EditableParameter {
-        name: "int_ior",
-        label: "index of refraction",
-        object: ObjectKind::Bsdf,
-        range: ValueKind::Ior,
-        target: |i| Target::IntIor(BsdfId(i)),
-        get: int_ior,
-        set: set_int_ior,
-    },
-];
 
 impl Target {
     /// Its line in the table, and the index of its object.
     pub(crate) fn parameter(self) -> (&'static EditableParameter, u32) {
-        use Target::{Emission, EmissionColor, IntIor, Light, LightColor, Reflectance};
-        let (Emission(index)
-        | EmissionColor(index)
-        | Light(index)
-        | LightColor(index)
-        | Reflectance(BsdfId(index))
-        | IntIor(BsdfId(index))) = self;
-        let found = PARAMETERS.iter().find(|p| (p.target)(index) == self);
+        let (Target::Emission(index)
+        | Target::EmissionColor(index)
+        | Target::Light(index)
+        | Target::LightColor(index)
+        | Target::Reflectance(BsdfId(index))
+        | Target::IntIor(BsdfId(index))
+        | Target::SpecularReflectance(BsdfId(index))
+        | Target::SpecularTransmittance(BsdfId(index))
+        | Target::Textures(BsdfId(index))
+        | Target::Number(BsdfId(index), _)
+        | Target::LightPosition(index)
+        | Target::LightDirection(index)
+        | Target::ToWorld(index)) = self;
+        let found = parameters().find(|p| (p.target)(index) == self);
         (found.expect("every target has its line: held by a test"), index)
     }
 
@@ -245,6 +299,11 @@ impl Target {
         let (p, index) = self.parameter();
         let none = EditError::NoTarget { object: p.object.tag(), index, parameter: p.label };
         (p.get)(desc, index).ok_or(none)
+    }
+
+    /// The value's name for the user, such as `reflectance`.
+    pub fn label(self) -> &'static str {
+        self.parameter().0.label
     }
 
     /// Least and greatest value a slider can offer, of each component.
@@ -262,9 +321,9 @@ impl Target {
         if p.range.accepts(value) {
             return Ok(());
         }
-        let value = match value {
-            NewValue::Scale(v) | NewValue::Number(v) => format!("{v:?}"),
-            NewValue::Rgb(rgb) => format!("{rgb:?}"),
+        let value = match value.numbers().as_slice() {
+            [v] => format!("{v:?}"),
+            numbers => format!("{numbers:?}"),
         };
         Err(EditError::Value { parameter: p.label, value, wanted: p.range.wanted() })
     }
@@ -280,51 +339,5 @@ impl Target {
         let (p, index) = self.parameter();
         (p.set)(desc, index, value);
         Ok(())
-    }
-}
-
-fn scale(spectrum: &mut Spectrum, value: NewValue) {
-    if let NewValue::Scale(factor) = value {
-        *spectrum = spectrum.scaled(factor as f32);
-    }
-}
-
-/// The colour of an emission, with 1 for its largest component.
-fn hue(spectrum: &Spectrum) -> NewValue {
-    let rgb = spectrum.emitted_rgb();
-    let most = rgb.into_iter().fold(0.0, f32::max);
-    NewValue::Rgb(rgb.map(|v| if most > 0.0 { f64::from((v / most).clamp(0.0, 1.0)) } else { 1.0 }))
-}
-
-/// Another colour of the same luminance, through the same smooth spectra as an `rgb` of a file. Black has no colour.
-fn tint(spectrum: &mut Spectrum, value: NewValue) {
-    let NewValue::Rgb(rgb) = value else { return };
-    let tinted = Spectrum::emission_rgb(rgb.map(|v| v as f32));
-    let (before, after) = (spectrum.luminance(), tinted.luminance());
-    if after > 0.0 {
-        *spectrum = tinted.scaled(before / after);
-    }
-}
-
-fn reflectance(desc: &SceneDesc, index: u32) -> Option<NewValue> {
-    let albedo = desc.bsdfs.get(index as usize)?.parts().albedo?.uniform()?;
-    Some(NewValue::Rgb(albedo.reflected_rgb().map(|v| f64::from(v).clamp(0.0, 1.0))))
-}
-
-/// Through the same smooth spectra as an `rgb` of a file.
-fn set_reflectance(desc: &mut SceneDesc, index: u32, value: NewValue) {
-    if let (Some(albedo), NewValue::Rgb(rgb)) = (desc.bsdfs[index as usize].parts_mut().albedo, value) {
-        *albedo = Spectrum::reflectance_rgb(rgb.map(|v| v as f32)).into();
-    }
-}
-
-fn int_ior(desc: &SceneDesc, index: u32) -> Option<NewValue> {
-    let int_ior = desc.bsdfs.get(index as usize)?.parts().int_ior?;
-    Some(NewValue::Number(f64::from(int_ior.eval(Vec4::splat(SODIUM_D)).x)))
-}
-
-fn set_int_ior(desc: &mut SceneDesc, index: u32, value: NewValue) {
-    if let (Some(int_ior), NewValue::Number(n)) = (desc.bsdfs[index as usize].parts_mut().int_ior, value) {
-        *int_ior = Ior::Constant(n as f32);
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! ```xml
 //! <edit object="shape" id="lamp" name="emission_scale" value="2.0"/>
+//! <edit object="shape" id="ball" name="to_world" value="1 0 0 2  0 1 0 0  0 0 1 0  0 0 0 1"/>
 //! <edit object="bsdf" index="3" count="5" type="diffuse" name="reflectance" value="0.1, 0.2, 0.3"/>
 //! ```
 //!
@@ -17,7 +18,8 @@ use super::value::{self, shorten};
 use crate::scene::desc::SceneDesc;
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::edit::objects::address;
-use crate::scene::edit::target::{EditError, EditableParameter, ObjectKind, PARAMETERS};
+use crate::scene::edit::parameters::parameters;
+use crate::scene::edit::target::{EditError, EditableParameter, ObjectKind};
 
 /// Objects with an id, by sort and id.
 type Ids = BTreeMap<(&'static str, String), u32>;
@@ -47,7 +49,8 @@ pub(crate) fn apply(
         let (value_span, name_span) = (edit.element.span_of("value"), edit.element.span_of("name"));
         let at = |message| document.error(FindingKind::Value, value_span, message);
         let numbers = numbers.map_err(at)?;
-        let wrong = || at(format!("`{}` cannot have {} numbers", parameter.name, numbers.len()));
+        let wrong =
+            || at(format!("`{}` cannot have these numbers: {}", parameter.name, parameter.range.wanted()));
         let value = parameter.range.value(&numbers).ok_or_else(wrong)?;
         (parameter.target)(index).set(desc, value).map_err(|e| {
             let (kind, span) = match &e {
@@ -97,7 +100,7 @@ impl Edit<'_> {
             );
             return Err(found.help("an edit changes a shape, a bsdf or an emitter").error());
         };
-        let known = || PARAMETERS.iter().filter(move |p| p.object == object);
+        let known = || parameters().filter(move |p| p.object == object);
         let Some(parameter) = known().find(|p| p.name == text("name")) else {
             let message = format!("a {} has no value of this name to edit", object.tag());
             let names: Vec<&str> = known().map(|p| p.name).collect();

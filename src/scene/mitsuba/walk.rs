@@ -212,8 +212,9 @@ impl SceneWalk<'_> {
         if self.reader.document.unframed == Some(desc.camera.place.file) {
             model::frame(&mut desc);
         }
-        edit::apply(self.reader.document, &mut desc, &self.edits)?;
+        // An edited scene is traced where the original is, whatever was moved.
         desc.place();
+        edit::apply(self.reader.document, &mut desc, &self.edits)?;
         Ok(Loaded { desc, warnings: self.reader.warnings })
     }
 }

@@ -117,8 +117,10 @@ impl Accel {
             }
         }
         let world = input.build(shapes.triangles, &mut arena);
-        let placed = |i: &Instance| GroupInstance { group: i.group, to_group: i.to_world.inverse() };
         Accel {
+            growth: arena.growth(),
+            quads: shapes.quads.into(),
+            ranges: groups.into(),
             arena: Arena::new(arena.lines),
             world,
             groups: roots,
@@ -144,6 +146,11 @@ impl Accel {
     }
 }
 
+/// An instance for the traversal.
+pub(super) fn placed(instance: &Instance) -> GroupInstance {
+    GroupInstance { group: instance.group, to_group: instance.to_world.inverse() }
+}
+
 /// The parts of `0..all` that are in none of `taken`.
 fn gaps<'a>(taken: impl Iterator<Item = &'a Range<u32>>, all: usize) -> Vec<Range<u32>> {
     let mut taken: Vec<_> = taken.filter(|r| !r.is_empty()).collect();
@@ -155,7 +162,7 @@ fn gaps<'a>(taken: impl Iterator<Item = &'a Range<u32>>, all: usize) -> Vec<Rang
 
 /// The bounding box of an instance in world space. It is widened by a few roundoffs of the largest coordinate, for the
 /// rounding of its corners and of rays transformed to the group's space.
-fn instance_bounds(instance: &Instance, group: &BvhRoot) -> (Vec3, Vec3) {
+pub(super) fn instance_bounds(instance: &Instance, group: &BvhRoot) -> (Vec3, Vec3) {
     let (lo, hi) = (group.bounds.0.as_dvec3(), group.bounds.1.as_dvec3());
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for corner in 0..8 {
@@ -206,25 +213,16 @@ impl BvhInput {
                 }
             }
         }
-        let first_disk = shapes.triangles.count() as u32;
-        let first_sphere = first_disk + shapes.disks.len() as u32;
-        for i in disks.iter().cloned().flatten() {
-            let (lo, hi) = shapes.disks[i as usize].bounds();
-            input.push(Primitive::Analytic(first_disk + i), lo, hi);
-        }
-        for i in spheres.iter().cloned().flatten() {
-            let (lo, hi) = shapes.spheres[i as usize].bounds();
-            input.push(Primitive::Analytic(first_sphere + i), lo, hi);
-        }
-        let first_cylinder = first_sphere + shapes.spheres.len() as u32;
-        for i in cylinders.iter().cloned().flatten() {
-            let (lo, hi) = shapes.cylinders[i as usize].bounds();
-            input.push(Primitive::Analytic(first_cylinder + i), lo, hi);
-        }
-        let first_curve = first_cylinder + shapes.cylinders.len() as u32;
-        for i in curves.iter().cloned().flatten() {
-            let (lo, hi) = shapes.curves[i as usize].bounds();
-            input.push(Primitive::Analytic(first_curve + i), lo, hi);
+        let counts = [shapes.disks.len(), shapes.spheres.len(), shapes.cylinders.len()];
+        let mut first = shapes.triangles.count() as u32;
+        for (ranges, count) in
+            [disks, spheres, cylinders, curves].into_iter().zip(counts.into_iter().chain([0]))
+        {
+            for prim in ranges.iter().cloned().flatten().map(|i| first + i) {
+                let (lo, hi) = analytic_bounds(shapes, prim);
+                input.push(Primitive::Analytic(prim), lo, hi);
+            }
+            first += count as u32;
         }
         input
     }
@@ -243,6 +241,19 @@ impl BvhInput {
     }
 }
 
-fn triangle_bounds(t: [Vec3; 3]) -> (Vec3, Vec3) {
+/// The box around a disk, sphere, cylinder or piece of a curve, by its primitive id.
+pub(super) fn analytic_bounds(shapes: &Shapes, prim: u32) -> (Vec3, Vec3) {
+    let Shapes { disks, spheres, cylinders, curves, .. } = shapes;
+    let disk = prim as usize - shapes.triangles.count();
+    let sphere = disk.wrapping_sub(disks.len());
+    let cylinder = sphere.wrapping_sub(spheres.len());
+    let of_disk = disks.get(disk).map(Disk::bounds);
+    let of_sphere = || spheres.get(sphere).map(Sphere::bounds);
+    let of_cylinder = || cylinders.get(cylinder).map(Cylinder::bounds);
+    let bounds = of_disk.or_else(of_sphere).or_else(of_cylinder);
+    bounds.unwrap_or_else(|| curves[cylinder.wrapping_sub(cylinders.len())].bounds())
+}
+
+pub(super) fn triangle_bounds(t: [Vec3; 3]) -> (Vec3, Vec3) {
     (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))
 }

@@ -5,6 +5,7 @@ use glam::{DAffine3, Vec3};
 use crate::tracer::curve::CurvePiece;
 use crate::tracer::shape::{Cylinder, Disk, Sphere};
 
+use super::build::PrimitiveGroup;
 use super::kernels::SimdKernel;
 use super::layout::{Arena, NodeRef};
 
@@ -155,6 +156,12 @@ pub struct Accel {
     pub(super) curves: Vec<CurvePiece>,
     /// The first id of a disk.
     pub(super) first_disk: u32,
+    /// The first triangles of the parallelograms.
+    pub(super) quads: Box<[u32]>,
+    /// The primitives of each group.
+    pub(super) ranges: Box<[PrimitiveGroup]>,
+    /// [`ArenaBuilder::growth`](super::write::ArenaBuilder::growth) when the tree was built.
+    pub(super) growth: f64,
     pub(super) kernel: SimdKernel,
     /// The functions of `kernel`.
     pub(super) traversal: TraversalFns,

@@ -9,6 +9,8 @@
 //! 3. `write`: nodes and leaf blocks are written to memory in depth-first order, in the format that `layout` describes.
 //! 4. `build` drives these steps for the world and for each group of primitives.
 //!
+//! `refit` writes the same tree for primitives that have moved.
+//!
 //! Triangles and parallelograms are stored in blocks of eight. Disks, spheres, cylinders, curves and instances are leaves of their own. An
 //! instance shows a group, which has a root of its own in the same memory.
 //!
@@ -26,6 +28,7 @@ mod bvh;
 mod collapse;
 mod kernels;
 mod layout;
+mod refit;
 mod write;
 
 pub use build::{Instance, PrimitiveGroup, Shapes, TriangleSource};

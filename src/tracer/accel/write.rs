@@ -118,6 +118,8 @@ pub(super) struct ArenaBuilder {
     pub(super) lines: Vec<CacheLine>,
     /// First lines of the nodes.
     nodes: Vec<u32>,
+    /// Sums of the areas of the boxes around nodes, and around leaves.
+    areas: [f64; 2],
 }
 
 impl ArenaBuilder {
@@ -138,12 +140,21 @@ impl ArenaBuilder {
         }
         rows[CHILD_ROW] = [f32::from_bits(NodeRef::END.0); WIDTH];
         for (lane, (lo, hi, child)) in children.iter().enumerate() {
+            // A child that is set later is a node.
+            let is_leaf = child.is_leaf() && *child != NodeRef::END;
+            self.areas[usize::from(is_leaf)] += f64::from(half_area(*hi - *lo));
             for axis in 0..3 {
                 rows[2 * axis][lane] = lo[axis];
                 rows[2 * axis + 1][lane] = hi[axis];
             }
             rows[CHILD_ROW][lane] = f32::from_bits(child.0);
         }
+    }
+
+    /// How much larger the boxes of nodes are than those of leaves: what rays enter in vain.
+    pub(super) fn growth(&self) -> f64 {
+        let [nodes, leaves] = self.areas;
+        if leaves > 0.0 { nodes / leaves } else { 0.0 }
     }
 
     /// Replaces one child reference of the node at `line`.
@@ -211,6 +222,7 @@ impl ArenaBuilder {
             .map(|(arena, root)| {
                 let base = self.lines.len() as u32;
                 self.lines.extend_from_slice(&arena.lines);
+                self.areas = [0, 1].map(|i| self.areas[i] + arena.areas[i]);
                 for line in arena.nodes.iter().map(|n| n + base) {
                     for child in &mut self.lines[line as usize + CHILD_ROW / 2].0[CHILD_ROW % 2] {
                         *child = f32::from_bits(NodeRef(child.to_bits()).offset(base).0);
@@ -221,6 +233,10 @@ impl ArenaBuilder {
             })
             .collect()
     }
+}
+
+fn half_area(size: Vec3) -> f32 {
+    size.x * size.y + size.y * size.z + size.z * size.x
 }
 
 fn put_ids(row: &mut F32x8, ids: impl Iterator<Item = u32>) {

@@ -163,18 +163,7 @@ pub(super) const TEXTURES: Entry = Entry {
     refusal: never,
     // Their mean colours.
     without: |desc| {
-        for bsdf in desc.bsdfs.iter_mut().filter(|bsdf| bsdf.is_textured()) {
-            let parts = bsdf.parts_mut();
-            for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
-                *texture = texture.mean().into();
-            }
-            if let Some(share) = parts.share {
-                *share = SpectrumTexture::from(share.mean()).grey();
-            }
-            for number in bsdf.scalars_mut() {
-                *number = Spectrum::Constant(number.mean_scalar()).into();
-            }
-        }
+        desc.bsdfs.iter_mut().filter(|bsdf| bsdf.is_textured()).for_each(BsdfDesc::flatten);
     },
     // A picture on something matt: noise of half to one and a half times its colour; grey, where nothing has a colour.
     with: |desc| {

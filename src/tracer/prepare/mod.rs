@@ -138,14 +138,23 @@ impl Scene {
     ///
     /// [`PrepareError`] when an id points nowhere, or materials form a circle.
     pub fn prepare(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        Scene::prepare_by(desc, None)
+    }
+
+    /// As [`Scene::prepare`], with the tree of `before`, refitted, where it is one for the same primitives.
+    fn prepare_by(desc: &SceneDesc, before: Option<&Accel>) -> Result<Scene, PrepareError> {
         let planned = planned(desc);
-        let mut scene = Scene::prepare_general(&planned)?;
+        let mut scene = Scene::prepare_all(&planned, before)?;
         (scene.white, scene.material_class) = (effects::white(&planned), effects::material_class(&planned));
         Ok(scene)
     }
 
     /// As [`Scene::prepare`], but with everything, whether `desc` calls for it or not: `--check-plan` compares with it.
     pub fn prepare_general(desc: &SceneDesc) -> Result<Scene, PrepareError> {
+        Scene::prepare_all(desc, None)
+    }
+
+    fn prepare_all(desc: &SceneDesc, before: Option<&Accel>) -> Result<Scene, PrepareError> {
         let structure = Arc::new(SceneStructure::of(desc));
         let (space, spectra) = (desc.space, spectra(desc));
         let desc = &desc.in_rendering_space();
@@ -174,7 +183,7 @@ impl Scene {
             geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
         }
         let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
-        let primitives = primitives(geometry, shown);
+        let primitives = primitives(geometry, shown, before);
         if count >= MANY_PRIMITIVES {
             crate::memory::return_free_memory();
         }
@@ -207,13 +216,14 @@ impl Scene {
     ///
     /// Where `desc` is this scene's description with other materials and other spectra, the primitives and their tree
     /// are shared and the cost does not depend on them; only the selection of lights is prepared anew. Where anything else
-    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared. The kernel stays.
+    /// differs (a shape moved, a light came or went, a mesh that is not shared), everything is prepared; the tree is refitted where its
+    /// primitives have only moved. The kernel stays.
     ///
     /// A light whose emission becomes zero stays a light: it is hit and then emits nothing, and is never chosen while
     /// another light shines.
     pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
         if *self.structure != SceneStructure::of(desc) {
-            let anew = Scene::prepare(desc)?.with_kernel(self.kernel());
+            let anew = Scene::prepare_by(desc, Some(self.accel()))?.with_kernel(self.kernel());
             return Ok(anew.expect("the processor is the same, and nobody else has the new geometry"));
         }
         let desc = &planned(desc);
@@ -248,7 +258,7 @@ fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
     shapes.chain(desc.lights.iter().map(|light| desc.space.spectrum(light))).collect()
 }
 
-fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
+fn primitives(geometry: Geometry, shown: PreparedGroups, before: Option<&Accel>) -> Primitives {
     let Geometry { faces, quads, disks, spheres, cylinders, curves, round, backs, tangents, uvs, .. } =
         geometry;
     let PreparedGroups { groups, instances, placements } = shown;
@@ -260,7 +270,8 @@ fn primitives(geometry: Geometry, shown: PreparedGroups) -> Primitives {
         cylinders: cylinders.clone(),
         curves: curves.clone(),
     };
-    let accel = Accel::new(shapes, &groups, &instances);
+    let refitted = before.and_then(|accel| accel.refitted(&shapes, &groups, &instances));
+    let accel = refitted.unwrap_or_else(|| Accel::new(shapes, &groups, &instances));
     let faces = faces.into_huge_pages();
     Primitives { accel, faces, disks, spheres, cylinders, curves, round, backs, tangents, uvs, placements }
 }

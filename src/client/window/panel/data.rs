@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::client::settings::FilmCounts;
 use crate::client::window::panel::compare::ComparisonData;
+use crate::client::window::panel::gizmo::{GizmoDrawing, GizmoMode};
 use crate::client::window::panel::inspect::{PixelPaths, PixelReading};
 use crate::client::window::panel::look::Histogram;
 use crate::client::window::viewport::Viewport;
@@ -79,6 +80,14 @@ pub struct PanelData {
     pub rejected: RejectedList,
     /// The pixel under the pointer, where it is inspected.
     pub pixel: Option<PixelReading>,
+    /// What undo would take back, in words.
+    pub undo: Option<String>,
+    /// What redo would repeat.
+    pub redo: Option<String>,
+    /// What the gizmo does.
+    pub gizmo_mode: GizmoMode,
+    /// The gizmo over the selected object, where it is shown.
+    pub gizmo: Option<GizmoDrawing>,
     /// The outline of the selected object: lines between places in pixels of the picture.
     pub outline: Option<Arc<Vec<[[f32; 2]; 2]>>>,
     /// The paths of the pixel that was clicked at.
@@ -195,6 +204,15 @@ pub enum ParameterValue {
         min: f64,
         /// Greatest value.
         max: f64,
+    },
+    /// On or off.
+    Switch(bool),
+    /// A point or a direction in world space.
+    Vector {
+        /// Present value.
+        value: [f64; 3],
+        /// A small change of it.
+        step: f64,
     },
 }
 

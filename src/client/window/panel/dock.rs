@@ -105,7 +105,7 @@ pub(super) fn show(
     let panel = Panel::right("dock").frame(frame).resizable(true).default_size(width);
     let panel = panel.size_range(LEAST_WIDTH..=(window.width() - LEAST_PICTURE));
     let shown = panel.show(ui, |ui| {
-        bar(ui, &mut controls.enters, actions);
+        bar(ui, data, &mut controls.enters, actions);
         let mut tree = std::mem::replace(&mut controls.layout.tabs, Tree::empty("tabs"));
         let mut behaviour = TabContents { data, controls, actions };
         tree.ui(&mut behaviour, ui);
@@ -117,7 +117,13 @@ pub(super) fn show(
 }
 
 /// The buttons that everyone looks for.
-fn bar(ui: &mut Ui, enters: &mut bool, actions: &mut Vec<Action>) {
+fn bar(ui: &mut Ui, data: &PanelData, enters: &mut bool, actions: &mut Vec<Action>) {
+    let names = |verb: &str, change: &Option<String>, keys: &str| match change {
+        Some(change) => format!("{verb} {change}  {keys}"),
+        None => format!("There is nothing to {}  {keys}", verb.to_lowercase()),
+    };
+    let undo = names("Undo", &data.undo, "Ctrl+Z");
+    let redo = names("Redo", &data.redo, "Ctrl+Shift+Z");
     let buttons = [
         ("Open…", "Opens a scene or a model  Ctrl+O", Action::OpenDialog),
         (
@@ -125,8 +131,8 @@ fn bar(ui: &mut Ui, enters: &mut bool, actions: &mut Vec<Action>) {
             "Saves the picture or the scene under a name of your choice  Ctrl+Shift+S",
             Action::SaveDialog,
         ),
-        ("Undo", "Takes the last change or camera move back  Ctrl+Z", Action::Undo),
-        ("Redo", "Makes it again  Ctrl+Shift+Z", Action::Redo),
+        ("Undo", undo.as_str(), Action::Undo),
+        ("Redo", redo.as_str(), Action::Redo),
         ("Commands", "Finds a command by its name  Ctrl+K", Action::TogglePalette),
         ("?", "Lists the keys  F1", Action::ToggleHelp),
     ];

@@ -8,6 +8,7 @@ mod dialog;
 mod dock;
 mod error;
 mod figures;
+mod gizmo;
 mod inspect;
 mod loading;
 mod look;
@@ -22,6 +23,7 @@ pub use compare::{CompareControls, CompareMode, ComparisonData, SmallPicture, Sn
 pub use data::*;
 pub use dialog::FileChooser;
 pub use dock::{PanelLayout, PanelTab, WIDTH};
+pub use gizmo::{GizmoDrawing, GizmoHandle, GizmoMode};
 pub use inspect::{LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS};
 pub use loading::{LoadingData, show_loading};
 pub use look::{BINS_PER_STOP, DISPLAY_BINS, Histogram, STOPS};

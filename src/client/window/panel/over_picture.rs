@@ -4,7 +4,7 @@ use egui::{Color32, Context, LayerId, Pos2, Rect, Stroke, pos2, vec2};
 use glam::DVec2;
 
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PictureView, compare, inspect, style,
+    PanelControls, PanelData, PanelTab, PictureView, compare, gizmo, inspect, style,
 };
 use crate::client::window::viewport::GRID_ZOOM;
 
@@ -42,6 +42,9 @@ pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, contro
     compare::draw(ctx, picture, &data.comparison, &mut controls.compare);
     if let Some(lines) = &data.outline {
         outline(ctx, picture, lines);
+    }
+    if let Some(drawing) = &data.gizmo {
+        gizmo::draw(ctx, picture, drawing);
     }
     if let Some(paths) = data.paths.as_ref().filter(|_| controls.layout.shows(PanelTab::Inspect)) {
         inspect::draw_paths(ctx, picture, paths);

@@ -1,8 +1,8 @@
 //! Sections of the panel that ask for actions: selected object, effects, camera and files; and the list of keys.
 
 use egui::{
-    Align, Align2, Button, Checkbox, Grid, Layout, Order, RichText, ScrollArea, Slider, SliderClamping, Ui,
-    Window,
+    Align, Align2, Button, Checkbox, DragValue, Grid, Layout, Order, RichText, ScrollArea, Slider,
+    SliderClamping, Ui, Window,
 };
 
 use crate::client::window::action::Action;
@@ -25,32 +25,45 @@ pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Ac
     }
     for (index, parameter) in selection.parameters.iter().enumerate() {
         ui.horizontal(|ui| {
-            if let Some(value) = edit(ui, parameter.value) {
+            let (value, ended) = edit(ui, parameter.value);
+            if let Some(value) = value {
                 actions.push(Action::Edit { index, value });
+            }
+            if ended {
+                actions.push(Action::EndMove);
             }
             ui.colored_label(style::DIM, &parameter.label);
         });
     }
 }
 
-/// Draws a widget for a value; returns the new value when the user changes it.
-fn edit(ui: &mut Ui, value: ParameterValue) -> Option<ParameterValue> {
-    let (changed, next) = match value {
+/// Draws a widget for a value; returns the new value when the user changes it, and whether a change has ended.
+fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
+    let (response, next) = match value {
         ParameterValue::Scale(mut factor) => {
             let slider = Slider::new(&mut factor, 0.0..=1000.0).logarithmic(true).smallest_positive(1e-3);
             let response = ui.add(slider.clamping(SliderClamping::Edits).max_decimals(3).suffix("×"));
-            (response.changed(), ParameterValue::Scale(factor))
+            (response, ParameterValue::Scale(factor))
         }
         ParameterValue::Color(mut rgb) => {
             let response = ui.color_edit_button_rgb(&mut rgb);
-            (response.changed(), ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0))))
+            (response, ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0))))
         }
         ParameterValue::Number { mut value, min, max } => {
             let slider = Slider::new(&mut value, min..=max).clamping(SliderClamping::Edits).max_decimals(4);
-            (ui.add(slider).changed(), ParameterValue::Number { value, min, max })
+            (ui.add(slider), ParameterValue::Number { value, min, max })
+        }
+        ParameterValue::Switch(mut on) => (ui.checkbox(&mut on, ""), ParameterValue::Switch(on)),
+        ParameterValue::Vector { mut value, step } => {
+            let [x, y, z] = value.each_mut().map(|v| ui.add(DragValue::new(v).speed(step).max_decimals(4)));
+            (x | y | z, ParameterValue::Vector { value, step })
         }
     };
-    (changed && next != value).then_some(next)
+    let changed = response.changed() && next != value;
+    let ended = response.drag_stopped()
+        || response.lost_focus()
+        || matches!(value, ParameterValue::Switch(_)) && changed;
+    (changed.then_some(next), ended)
 }
 
 /// Draws one line for each effect, with a switch and, once measured, its cost; the reason stands under the pointer.

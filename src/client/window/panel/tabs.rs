@@ -4,7 +4,7 @@ use egui::{CollapsingHeader, RichText, Ui};
 
 use crate::client::window::action::Action;
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, compare, error, figures, inspect, look, sections, style,
+    PanelControls, PanelData, PanelTab, compare, error, figures, gizmo, inspect, look, sections, style,
 };
 
 /// Draws the contents of a tab.
@@ -43,7 +43,12 @@ fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: 
 fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     match &data.selection {
         Some(selection) => {
-            section(ui, "Selection", true, |ui| sections::selection(ui, selection, actions));
+            section(ui, "Selection", true, |ui| {
+                if selection.selected {
+                    gizmo::choice(ui, data.gizmo_mode, actions);
+                }
+                sections::selection(ui, selection, actions);
+            });
         }
         None => {
             ui.colored_label(style::DIM, "Click an object in the picture to change it.");
