@@ -66,6 +66,7 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::BsdfDesc;
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::light_groups::GroupCredits;
 use crate::tracer::wavelength_mis::Parted;
 
 pub use bump::{BumpMaterial, Mirrors};
@@ -78,9 +79,9 @@ pub use scattering::{
 pub use share::SurfaceShare;
 pub use two_sided::Sides;
 
-/// Makes an enum of models that hands every call on to the model it holds.
+/// Makes an enum of models that hands every call on to the model it holds, for paths with these credits of lights.
 macro_rules! bsdf_set {
-    ($(#[$set_doc:meta])* $set:ident { $($(#[$doc:meta])* $kind:ident,)* }) => {
+    ($(#[$set_doc:meta])* $set:ident, $credits:ty { $($(#[$doc:meta])* $kind:ident,)* }) => {
         $(#[$set_doc])*
         #[derive(Clone, Copy, Debug)]
         #[allow(clippy::large_enum_variant, reason = "a bsdf lives on the stack, where a box would cost an allocation per vertex")]
@@ -96,6 +97,8 @@ macro_rules! bsdf_set {
         })*
 
         impl Scattering for $set {
+            type Credits = $credits;
+
             #[inline]
             fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
                 match material {
@@ -180,7 +183,7 @@ macro_rules! bsdf_set {
     };
 }
 
-/// Makes [`Material`], [`Bsdf`], [`Unmixed`] and [`Smooth`] from the models: `Model: file::Material`.
+/// Makes [`Material`], [`Bsdf`], [`CreditedBsdf`], [`Unmixed`] and [`Smooth`] from the models: `Model: file::Material`.
 macro_rules! bsdfs {
     (
         smooth { $($(#[$smooth_doc:meta])* $smooth:ident: $smooth_file:ident::$smooth_material:ident,)* }
@@ -231,7 +234,17 @@ macro_rules! bsdfs {
 
         bsdf_set! {
             /// Every model of scattering.
-            Bsdf {
+            Bsdf, () {
+                $($(#[$smooth_doc])* $smooth,)*
+                $($(#[$rough_doc])* $rough,)*
+                /// Several of the others.
+                Mixture,
+            }
+        }
+
+        bsdf_set! {
+            /// Every model of scattering, for paths that tell which [group of lights](crate::tracer::light_groups) their light comes from.
+            CreditedBsdf, GroupCredits {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
                 /// Several of the others.
@@ -249,9 +262,19 @@ macro_rules! bsdfs {
             }
         }
 
+        impl From<Unmixed> for CreditedBsdf {
+            #[inline]
+            fn from(bsdf: Unmixed) -> Self {
+                match bsdf {
+                    $(Unmixed::$smooth(bsdf) => Self::$smooth(bsdf),)*
+                    $(Unmixed::$rough(bsdf) => Self::$rough(bsdf),)*
+                }
+            }
+        }
+
         bsdf_set! {
             /// Every model but mixtures, which are several times as large.
-            Unmixed {
+            Unmixed, () {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
             }
@@ -259,7 +282,7 @@ macro_rules! bsdfs {
 
         bsdf_set! {
             /// The models without rough parts: what most scenes of mirrors and glass are made of.
-            Smooth { $($(#[$smooth_doc])* $smooth,)* }
+            Smooth, () { $($(#[$smooth_doc])* $smooth,)* }
         }
     };
 }
