@@ -34,7 +34,7 @@ pub struct Block {
     pub rejections: Rejections,
     /// Number of samples of the picture.
     len: usize,
-    /// Number of samples that the picture and its groups may have together with what is reserved for the groups.
+    /// Number of samples that the picture may have: the rest of the block is reserved for those of groups.
     room: usize,
     /// Number of groups, and the ends of their samples.
     groups: usize,

@@ -106,9 +106,9 @@ fn compare_all(
 /// Lamps of three bands of the spectrum, blue, green and red, and everything that paths do: dispersion, smooth and rough glass,
 /// mirrors, coats, mixtures, several lights to choose from, lights seen over chains of mirrors.
 fn room(environment: &str, hide_emitters: bool) -> SceneDesc {
-    let band = |name: &str, nm: [u32; 2]| {
+    let band = |name: &str, nm: [u32; 2], value: u32| {
         let [low, high] = nm;
-        let steps = format!("{}:0, {low}:3, {high}:3, {}:0", low - 1, high + 1);
+        let steps = format!("{}:0, {low}:{value}, {high}:{value}, {}:0", low - 1, high + 1);
         format!("<spectrum name='{name}' value='{steps}'/>")
     };
     let ball = |x: f64, bsdf: &str| {
@@ -120,7 +120,8 @@ fn room(environment: &str, hide_emitters: bool) -> SceneDesc {
         format!(
             "<shape type='sphere'><transform name='to_world'><scale value='.4'/><translate x='{x}' y='3' z='-1'/></transform>\
              <emitter type='area'>{}</emitter></shape>",
-            band("radiance", nm)
+            // So bright that light paths choose lamps as well as the environment.
+            band("radiance", nm, 3000)
         )
     };
     let text = format!(
@@ -145,13 +146,13 @@ fn room(environment: &str, hide_emitters: bool) -> SceneDesc {
         if environment.is_empty() {
             format!(
                 "<emitter type='point'><point name='position' x='0' y='4' z='-2'/>{}</emitter>",
-                band("intensity", GREEN)
+                band("intensity", GREEN, 3)
             )
         } else {
             String::new()
         },
     );
-    let text = text.replace("ENVIRONMENT", &band("radiance", GREEN));
+    let text = text.replace("ENVIRONMENT", &band("radiance", GREEN, 3));
     load_str("room.xml", &text, &[]).expect("the scene is valid").desc
 }
 

@@ -75,7 +75,8 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    #[inline]
+    /// Each class of materials has a function of its own, whose stack holds nothing of the others.
+    #[inline(never)]
     fn trace_as<B: Scattering>(&self, index: u64, out: &mut impl SampleSink) {
         let RenderContext { camera, scene, .. } = &self.context;
         let start = self.context.screen.start(index);

@@ -107,7 +107,7 @@ impl Integrator for VcmTracer {
         faults::sees_generations(snapshot.generations);
         let wavelength = Self::wavelength_number(index, &self.bidirectional.context);
         let mut merge = |sampler: &Sampler, colors: &mut GroupColors| {
-            self.photons.merge(&snapshot, photons, (sampler, wavelength), colors)
+            self.photons.merge(&snapshot, photons, sampler, wavelength, colors)
         };
         self.bidirectional.trace_merging(index, bidirectional, Some(&mut merge), out);
         photons.keep(snapshot);

@@ -95,9 +95,9 @@ impl Photon {
             direction: pack_unit(arrival.direction)?,
             normal: pack_unit(arrival.normal)?,
             wavelengths: arrival.wavelengths,
-            flags: u16::from(arrival.hero_only) * HERO_ONLY
-                | (u16::from(arrival.group) % MOST_GROUPS as u16) << GROUP_SHIFT
-                | (arrival.depth.min(MAX_DEPTH) as u16) << DEPTH_SHIFT,
+            flags: (u16::from(arrival.hero_only) * HERO_ONLY)
+                | ((u16::from(arrival.group) % MOST_GROUPS as u16) << GROUP_SHIFT)
+                | ((arrival.depth.min(MAX_DEPTH) as u16) << DEPTH_SHIFT),
         })
     }
 

@@ -140,7 +140,8 @@ impl PhotonTracer {
         &self,
         snapshot: &Snapshot,
         scratch: &mut PhotonScratch,
-        (sampler, wavelength): (&Sampler, f32),
+        sampler: &Sampler,
+        wavelength: f32,
         colors: &mut GroupColors,
     ) -> Xyz {
         let numbers = sampler.camera();
