@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::film_writer::FilmWriter;
+use super::light_groups::GroupFilms;
 use super::observer::Observer;
 use super::process;
 use super::progress::Progress;
@@ -61,6 +62,8 @@ pub struct DriveObservers<'a> {
     pub observer: Option<&'a Observer>,
     /// What keeps the state of the render on disk, if anything does. The order must then be that of the indices.
     pub recorder: Option<&'a mut Recorder>,
+    /// The films of groups of lights, if there are groups.
+    pub groups: Option<&'a mut GroupFilms>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -74,7 +77,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut dyn Film,
-    DriveObservers { bar, timings, observer, mut recorder }: DriveObservers<'_>,
+    DriveObservers { bar, timings, observer, mut recorder, mut groups }: DriveObservers<'_>,
 ) -> Result<DriveOutcome> {
     let start = Instant::now();
     let mut driven = DriveOutcome::default();
@@ -86,7 +89,7 @@ pub fn drive(
     let mut aborted = false;
     loop {
         let rasterise = Instant::now();
-        let onto = FilmWriter::new(client, observer);
+        let onto = FilmWriter::new(client, observer).with_groups(groups.as_deref_mut());
         let drained =
             take(drive, lanes, onto, recorder.as_deref_mut(), &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
@@ -128,6 +131,7 @@ pub fn drive(
     }
     let rasterise = Instant::now();
     client.flush().into_diagnostic()?;
+    groups.map_or(Ok(()), GroupFilms::flush).into_diagnostic()?;
     if let Some(recorder) = recorder {
         recorder.save(client, observer)?;
     }

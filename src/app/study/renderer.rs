@@ -174,8 +174,13 @@ impl StudyRenderer {
             texels: self.texels(),
             quantity: ErrorQuantile::P95,
         };
-        let onlookers =
-            DriveObservers { bar: &bar, timings: &mut None, observer: observer.as_ref(), recorder: None };
+        let onlookers = DriveObservers {
+            bar: &bar,
+            timings: &mut None,
+            observer: observer.as_ref(),
+            recorder: None,
+            groups: None,
+        };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
         if let Some((index, message)) = &driven.panicked {
             miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
