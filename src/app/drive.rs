@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use super::film_writer::FilmWriter;
+use super::light_groups::GroupFilms;
 use super::live_outputs::LiveOutputs;
 use super::observer::Observer;
 use super::process;
@@ -64,6 +65,8 @@ pub struct DriveObservers<'a, 'r> {
     pub recorder: Option<&'a mut Recorder>,
     /// What shows and saves the picture meanwhile, if anything does.
     pub live: Option<&'a mut LiveOutputs<'r>>,
+    /// The films of groups of lights, if there are groups.
+    pub groups: Option<&'a mut GroupFilms>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -77,7 +80,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut dyn Film,
-    DriveObservers { bar, timings, observer, mut recorder, mut live }: DriveObservers<'_, '_>,
+    DriveObservers { bar, timings, observer, mut recorder, mut live, mut groups }: DriveObservers<'_, '_>,
 ) -> Result<DriveOutcome> {
     let start = Instant::now();
     let mut driven = DriveOutcome::default();
@@ -89,7 +92,7 @@ pub fn drive(
     let mut aborted = false;
     loop {
         let rasterise = Instant::now();
-        let onto = FilmWriter::new(client, observer);
+        let onto = FilmWriter::new(client, observer).with_groups(groups.as_deref_mut());
         let drained =
             take(drive, lanes, onto, recorder.as_deref_mut(), &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
@@ -134,6 +137,7 @@ pub fn drive(
     }
     let rasterise = Instant::now();
     client.flush().into_diagnostic()?;
+    groups.map_or(Ok(()), GroupFilms::flush).into_diagnostic()?;
     if let Some(recorder) = recorder {
         recorder.save(client, observer)?;
     }

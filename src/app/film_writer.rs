@@ -1,5 +1,6 @@
 //! The film's side of the stream: the one routine by which `render`, `view` and `bench` put blocks onto a film.
 
+use super::light_groups::GroupFilms;
 use super::noise_filter::NoiseFilter;
 use super::observer::Observer;
 use crate::client::light_meter::LightMeter;
@@ -13,13 +14,14 @@ pub struct FilmWriter<'a> {
     observer: Option<&'a Observer>,
     filter: Option<&'a NoiseFilter>,
     meter: Option<&'a mut LightMeter>,
+    groups: Option<&'a mut GroupFilms>,
     outcome: Result<(), ClientError>,
 }
 
 impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, filter: None, meter: None, outcome: Ok(()) }
+        Self { film, observer, filter: None, meter: None, groups: None, outcome: Ok(()) }
     }
 
     /// The same writer, which hands copies to this filter.
@@ -32,6 +34,11 @@ impl<'a> FilmWriter<'a> {
         Self { meter: Some(meter), ..self }
     }
 
+    /// The same writer, which puts the parts of groups of lights onto these films.
+    pub fn with_groups(self, groups: Option<&'a mut GroupFilms>) -> Self {
+        Self { groups, ..self }
+    }
+
     /// Where copies for the estimate of the error go.
     pub fn observer(&self) -> Option<&'a Observer> {
         self.observer
@@ -40,6 +47,9 @@ impl<'a> FilmWriter<'a> {
     /// Takes a block from the lanes.
     pub fn block(&mut self, block: &Block) {
         self.samples(block.header.first_index, block.header.paths, block.samples());
+        if let Some(groups) = self.groups.as_mut().filter(|_| self.outcome.is_ok()) {
+            self.outcome = groups.add(block);
+        }
     }
 
     /// Takes the samples of a block that was kept.

@@ -3,12 +3,12 @@
 //! | files | what |
 //! |---|---|
 //! | `args/` | the command line; its comments are the `--help` |
-//! | `render.rs`, `replay.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
+//! | `render.rs`, `replay.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `mix.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
 //! | `shard.rs`, `merge.rs`, `info.rs`, `state/` | renders in parts: their files, their sum |
 //! | `serve.rs`, `remote_order.rs`, `edited_scene.rs` | the tracer of a window elsewhere; what that has it trace; a scene with changes |
 //! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
-//! | `plan.rs`, `outputs.rs`, `layers.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; figures; rejected values in words |
+//! | `plan.rs`, `outputs.rs`, `layers.rs`, `light_groups.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; pictures by groups of lights; figures; rejected values in words |
 //! | `denoise.rs`, `filtered_picture.rs`, `noise_filter.rs`, `reprojection.rs` | the noise filter of a view, with its rays; what it makes of samples; its thread in the window; what another view has shown |
 //! | `live_outputs.rs`, `tev.rs` | snapshots of a render on its way; the same picture in the viewer tev |
 //! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; signals and standard error |
@@ -82,10 +82,12 @@ mod film_writer;
 mod filtered_picture;
 mod info;
 mod layers;
+mod light_groups;
 mod live_outputs;
 mod load;
 mod merge;
 mod method;
+mod mix;
 mod noise_filter;
 mod observer;
 mod outputs;
@@ -132,6 +134,7 @@ pub fn run(cli: Cli) -> Result<()> {
         CliCommand::Bench(args) => bench::bench(&args),
         CliCommand::Explain(args) => explain::explain(&args),
         CliCommand::Compare(args) => compare::compare(&args),
+        CliCommand::Mix(args) => mix::mix(&args),
         CliCommand::Study(args) => study::study(&args),
         CliCommand::Plugins(args) => plugins::list(&args),
         CliCommand::Devices => device::list(),

@@ -13,6 +13,7 @@ use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use super::filtered_picture::FilteredView;
+use super::light_groups::{self, GroupFilms};
 use super::live_outputs::{LiveOutputs, LiveRender};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
@@ -30,6 +31,7 @@ use crate::client::oidn::OidnQuality;
 use crate::client::reference::ExactFilm;
 use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
 use crate::scene::Loaded;
+use crate::scene::light_groups::{of_sources, text};
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
@@ -100,6 +102,7 @@ fn check_options(args: &RenderArgs) -> Result<Outputs> {
         adaptive::check(args)?;
     }
     let outputs = Outputs::plan(args)?;
+    light_groups::check(args, &outputs)?;
     if let Some(path) = &args.gpu_timings {
         timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
     }
@@ -120,6 +123,8 @@ struct BatchRender<'a> {
     camera: Camera,
     threads: usize,
     client: Box<dyn Film>,
+    /// The films of groups of lights, if that is asked for.
+    groups: Option<GroupFilms>,
     /// What keeps the state on disk, if that is asked for.
     recorder: Option<Recorder>,
     /// The sums of the replicates that the render begins with.
@@ -197,6 +202,19 @@ impl<'a> BatchRender<'a> {
             }
             None => device.client(run.film, threads, run.reweighted)?,
         };
+        let (scene, groups) = match &args.light_groups {
+            Some(arg) => {
+                let groups = light_groups::plan(arg, &run, &input.loaded.desc, &scene)?;
+                run.light_groups = Some(text(&groups));
+                let scene = scene.with_light_groups(&of_sources(&groups), groups.len());
+                let films = GroupFilms::new(groups, &run, &device, threads)?;
+                if !args.quiet {
+                    tell(&films.summary());
+                }
+                (Arc::new(scene), Some(films))
+            }
+            None => (scene, None),
+        };
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
             if device.gpu().is_none() {
@@ -217,6 +235,7 @@ impl<'a> BatchRender<'a> {
             camera,
             threads,
             client,
+            groups,
             recorder,
             replicates,
             server,
@@ -313,6 +332,7 @@ impl<'a> BatchRender<'a> {
                 observer: observer.as_ref(),
                 recorder: self.recorder.as_mut(),
                 live: Some(&mut live),
+                groups: self.groups.as_mut(),
             };
             driven.add(drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?);
             let done = self.server.stats();
@@ -370,10 +390,13 @@ impl<'a> BatchRender<'a> {
         let start = Instant::now();
         let [width, height] = self.run.film.padded_extent().map(f64::from);
         let spp = self.client.counts().paths() as f64 / (width * height);
-        let layers = match outputs.writes_exr() {
+        let mut layers = match outputs.writes_exr() {
             true => layers::trace(&self.run, &self.scene, &self.camera, spp),
             false => Vec::new(),
         };
+        if let Some(groups) = &mut self.groups {
+            layers.extend(groups.channels()?);
+        }
         let start_filter = Instant::now();
         let denoised = match &traced.replicates {
             Some(replicates) => {
@@ -448,6 +471,7 @@ impl<'a> BatchRender<'a> {
             plan: plan::plan(&self.loaded.desc, run, &self.settings),
             left_out: run.left_out().collect(),
             adaptive: traced.adaptive.clone(),
+            light_groups: self.groups.as_ref().map(GroupFilms::report).unwrap_or_default(),
             plan_check: traced.tally.as_ref().map(|tally| {
                 let [paths, different] = tally.counts();
                 PlanCheck { paths, different }

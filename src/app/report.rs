@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
 use super::adaptive::AdaptiveReport;
+use super::light_groups::LightGroupReport;
 use super::plan::PlannedEffect;
 use super::rejected::RejectedReport;
 use super::run_spec::{ChoiceReport, RunSpec};
@@ -56,6 +57,9 @@ pub struct RenderReport {
     /// Where adaptive sampling has placed camera paths.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveReport>,
+    /// The groups of lights of which the files have layers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub light_groups: Vec<LightGroupReport>,
     /// Values that were not numbers from 0 on, by cause and origin.
     pub rejected: RejectedReport,
     /// Share of the light that the picture lacks because fireflies were reweighted.

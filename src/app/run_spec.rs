@@ -57,6 +57,9 @@ pub struct RunSpec {
     /// More camera paths where a pilot has found the error.
     #[serde(default)]
     pub adaptive: bool,
+    /// The groups of lights of which its file has pictures, as `--light-groups` takes them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light_groups: Option<String>,
     /// The device that rasterised it.
     pub device: String,
     /// The threshold κ by which fireflies are reweighted; `None` where they are not.
@@ -134,6 +137,9 @@ impl From<IntegratorChoice> for ChoiceReport {
     }
 }
 
+/// The attribute of a picture's file that names the groups of lights.
+pub const LIGHT_GROUPS: &str = "lightGroups";
+
 /// Samples per pixel where neither the command line nor the scene says.
 const DEFAULT_SPP: u64 = 16;
 
@@ -182,6 +188,7 @@ impl RunSpec {
             deterministic: false,
             replicated: true,
             adaptive: false,
+            light_groups: None,
             device,
             reweighted: None,
         }
@@ -231,6 +238,7 @@ impl RunSpec {
             );
             attributes.push(text("fireflies", how));
         }
+        attributes.extend(self.light_groups.iter().map(|groups| text(LIGHT_GROUPS, groups.clone())));
         attributes.extend(outcome.error.iter().map(|(name, value)| text(name, value.clone())));
         if !outcome.prefix {
             let note = "the run was stopped: its paths are not exactly the first ones of the sequence, and the \
@@ -253,6 +261,9 @@ impl RunSpec {
         if !self.aovs.is_empty() {
             let aovs: Vec<String> = self.aovs.iter().map(ToString::to_string).collect();
             command += &format!(" --aov {}", quoted(&aovs.join(",")));
+        }
+        if let Some(groups) = &self.light_groups {
+            command += &format!(" --light-groups {}", quoted(groups));
         }
         if first > 0 {
             command += &format!(" --first-index {first}");

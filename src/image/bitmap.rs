@@ -36,6 +36,16 @@ enum Texels {
 }
 
 impl Bitmap {
+    /// Reads a file as [`decode`](Self::decode) does its bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::Read`], and those of [`decode`](Self::decode).
+    pub fn read(path: &Path, raw: bool, most: usize) -> Result<Self, ImageError> {
+        let bytes = std::fs::read(path).map_err(ImageError::read(path))?;
+        Self::decode(path, &bytes, raw, most)
+    }
+
     /// Reads OpenEXR (the main layer, see [`layer::main`]), Radiance RGBE, PFM, PNG, JPEG, BMP and TGA; grey pictures become RGB, and
     /// alpha is ignored. The first bytes tell the format, for TGA the ending of `path`, which otherwise names the file in errors.
     /// Integers are decoded by the curve of sRGB (IEC 61966-2-1) unless they are `raw`.

@@ -1,4 +1,4 @@
-//! Pictures as plain data: pixel grids, EXR and PNG files, comparison of pictures.
+//! Pictures as plain data: pixel grids, EXR and PNG files, comparison of pictures, mixes of pictures by groups of lights.
 //!
 //! A leaf: knows colour and mathematics, and nothing of tracers, films or devices. Files are written to
 //! a temporary name in the same folder and renamed, so that a name never holds half a picture.
@@ -10,6 +10,7 @@ pub mod error;
 pub mod exr;
 pub mod grid;
 pub mod layer;
+pub mod mix;
 mod pfm;
 pub mod png;
 pub mod push_pull;

@@ -1,5 +1,5 @@
 //! Mathematics that knows nothing of rendering: frames, warps of the unit square with their densities, discrete distributions,
-//! probability densities with their measures, the error function, sums in any order, bounds on rounding errors, bit mixing, quantiles, and random
+//! probability densities with their measures, least squares without negative factors, the error function, sums in any order, bounds on rounding errors, bit mixing, quantiles, and random
 //! numbers for tests.
 
 pub mod bits;
@@ -9,6 +9,7 @@ pub mod erf;
 pub mod exact_sum;
 pub mod float;
 pub mod frame;
+pub mod nnls;
 pub mod pdf;
 pub mod quantile;
 pub mod random;

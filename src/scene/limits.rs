@@ -88,3 +88,6 @@ pub const AOV_BYTES: u64 = 2 << 30;
 
 /// Warnings kept; what comes after is only counted.
 pub const WARNINGS: usize = 200;
+
+/// Groups of lights of a render.
+pub const LIGHT_GROUPS: usize = 8;

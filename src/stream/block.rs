@@ -5,6 +5,9 @@ use crate::stream::{Epoch, PathCounts, Rejections, Sample};
 /// Most samples of a block: 24 KiB, about a millisecond of one worker.
 pub const BLOCK_SAMPLES: usize = 1024;
 
+/// Most groups of lights of a render.
+pub const MOST_GROUPS: usize = 8;
+
 /// The header of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
@@ -21,14 +24,21 @@ pub struct Header {
     pub rejected: u64,
 }
 
-/// One worker's samples from a contiguous range of path indices, in order of index.
+/// One worker's samples from a contiguous range of path indices, in order of index: those of the picture, and behind them those of each
+/// group of lights, where a render has groups.
 #[derive(Clone, Debug)]
 pub struct Block {
     /// The header.
     pub header: Header,
     /// What was rejected in these paths.
     pub rejections: Rejections,
+    /// Number of samples of the picture.
     len: usize,
+    /// Number of samples that the picture may have: the rest of the block is reserved for those of groups.
+    room: usize,
+    /// Number of groups, and the ends of their samples.
+    groups: usize,
+    group_ends: [usize; MOST_GROUPS],
     samples: [Sample; BLOCK_SAMPLES],
 }
 
@@ -39,16 +49,31 @@ impl Default for Block {
             header: Header::default(),
             rejections: Rejections::default(),
             len: 0,
+            room: BLOCK_SAMPLES,
+            groups: 0,
+            group_ends: [0; MOST_GROUPS],
             samples: [empty; BLOCK_SAMPLES],
         }
     }
 }
 
 impl Block {
-    /// The samples.
+    /// The samples of the picture.
     #[inline]
     pub fn samples(&self) -> &[Sample] {
         &self.samples[..self.len]
+    }
+
+    /// The samples of each group of lights; none in a render without groups.
+    pub fn groups(&self) -> impl Iterator<Item = &[Sample]> {
+        let starts = std::iter::once(self.len).chain(self.group_ends);
+        starts.zip(&self.group_ends[..self.groups]).map(|(start, end)| &self.samples[start..*end])
+    }
+
+    /// Number of samples of the picture and of all groups.
+    #[inline]
+    pub fn sample_count(&self) -> usize {
+        if self.groups == 0 { self.len } else { self.group_ends[self.groups - 1] }
     }
 
     /// True if it has no samples and counts neither paths nor rejections.
@@ -56,10 +81,10 @@ impl Block {
         self.len == 0 && self.header.index_count == 0 && self.header.rejected == 0
     }
 
-    /// Appends a sample. Returns `false`, and changes nothing, if the block is full.
+    /// Appends a sample of the picture. Returns `false`, and changes nothing, if the block is full.
     #[inline]
     pub fn push(&mut self, sample: Sample) -> bool {
-        let Some(slot) = self.samples.get_mut(self.len) else {
+        let Some(slot) = self.samples.get_mut(..self.room).and_then(|room| room.get_mut(self.len)) else {
             return false;
         };
         *slot = sample;
@@ -67,7 +92,28 @@ impl Block {
         true
     }
 
-    /// Removes all samples after the first `len`.
+    /// Keeps room for this number of samples of groups, at most [`BLOCK_SAMPLES`], and returns how many samples of the picture then fit in
+    /// addition.
+    #[inline]
+    pub(super) fn reserve(&mut self, samples: usize) -> usize {
+        self.room = BLOCK_SAMPLES.saturating_sub(samples);
+        self.room.saturating_sub(self.len)
+    }
+
+    /// Puts the samples of `count` groups, for which room was [reserved](Self::reserve), behind those of the picture, group by group and
+    /// each in the order of `parts`.
+    pub(super) fn append_groups(&mut self, count: usize, parts: &[(u8, Sample)]) {
+        let mut ends = [self.len; MOST_GROUPS];
+        for group in 0..count {
+            let before = if group == 0 { self.len } else { ends[group - 1] };
+            let of_group = parts.iter().filter(|(of, _)| usize::from(*of) == group).map(|(_, sample)| sample);
+            let slots = self.samples[before..].iter_mut();
+            ends[group] = before + slots.zip(of_group).map(|(slot, sample)| *slot = *sample).count();
+        }
+        (self.groups, self.group_ends) = (count, ends);
+    }
+
+    /// Removes all samples of the picture after the first `len`.
     pub fn truncate(&mut self, len: usize) {
         self.len = self.len.min(len);
     }
@@ -76,6 +122,6 @@ impl Block {
     pub fn restart(&mut self, epoch: Epoch, first_index: u64) {
         self.header = Header { epoch, first_index, ..Header::default() };
         self.rejections = Rejections::default();
-        self.len = 0;
+        (self.len, self.room, self.groups) = (0, BLOCK_SAMPLES, 0);
     }
 }

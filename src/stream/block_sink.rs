@@ -1,7 +1,7 @@
 //! The sink of a worker: it checks samples, fills blocks with them and sends the blocks.
 
 use crate::color::Xyz;
-use crate::stream::block::Block;
+use crate::stream::block::{Block, MOST_GROUPS};
 use crate::stream::control::Epoch;
 use crate::stream::faults;
 use crate::stream::lanes::LaneWriter;
@@ -16,7 +16,7 @@ const WINDOW_SLACK: f32 = 1e-6;
 pub struct Totals {
     /// Indices traced to the end.
     pub indices: u64,
-    /// Samples sent.
+    /// Samples of the picture sent; those of groups of lights come in addition.
     pub samples: u64,
     /// Samples discarded because the render was stopped while the lane was full, and those of paths that were abandoned.
     pub discarded: u64,
@@ -34,6 +34,11 @@ pub struct BlockSink {
     /// The path in progress, and the number of samples in the block before it.
     index: u64,
     path_start: usize,
+    /// Samples of groups of lights in order of path, which follow those of the picture when the block is sent; their number before the path
+    /// in progress; the number of groups.
+    parts: Vec<(u8, Sample)>,
+    parts_start: usize,
+    groups: usize,
     /// Part of the path was discarded, so the rest must not be sent and the path not counted.
     broken: bool,
     totals: Totals,
@@ -50,6 +55,9 @@ impl BlockSink {
             epoch: Epoch::default(),
             index: 0,
             path_start: 0,
+            parts: Vec::new(),
+            parts_start: 0,
+            groups: 0,
             broken: false,
             totals: Totals::default(),
             blocks_sent: 0,
@@ -64,6 +72,7 @@ impl BlockSink {
             max: [window.max[0] + slack(0), window.max[1] + slack(1)],
         };
         self.epoch = epoch;
+        self.groups = 0;
         self.totals = Totals::default();
         self.begin_chunk(0);
     }
@@ -71,7 +80,8 @@ impl BlockSink {
     /// Begins a contiguous range of indices. The block must have been flushed.
     pub fn begin_chunk(&mut self, first_index: u64) {
         self.block.restart(self.epoch, first_index);
-        self.path_start = 0;
+        self.parts.clear();
+        (self.path_start, self.parts_start) = (0, 0);
     }
 
     /// Begins path `index`, which must follow the previous path of this chunk.
@@ -79,6 +89,7 @@ impl BlockSink {
     pub fn begin_path(&mut self, index: u64) {
         self.index = index;
         self.path_start = self.block.samples().len();
+        self.parts_start = self.parts.len();
         self.broken = false;
         debug_assert!(faults::take().is_empty(), "faults of another path");
     }
@@ -102,6 +113,7 @@ impl BlockSink {
     pub fn abandon_path(&mut self) {
         self.totals.discarded += (self.block.samples().len() - self.path_start) as u64;
         self.block.truncate(self.path_start);
+        self.parts.truncate(self.parts_start);
     }
 
     /// Sends the block unless it is empty. Sleeps while the lane is full and the epoch may run. If the epoch has been stopped
@@ -110,6 +122,9 @@ impl BlockSink {
         let mut sent = true;
         if !self.block.is_empty() {
             let (header, samples) = (self.block.header, self.block.samples().len() as u64);
+            if self.groups > 0 {
+                self.block.append_groups(self.groups, &self.parts);
+            }
             sent = self.writer.send(&mut self.block);
             self.totals.indices += header.index_count;
             self.totals.samples += if sent { samples } else { 0 };
@@ -151,20 +166,31 @@ impl BlockSink {
 
     #[inline]
     fn push(&mut self, sample: Sample) {
-        if !self.block.push(sample) {
-            self.overflow(sample);
+        if !self.block.push(sample) && self.make_room() {
+            self.block.push(sample);
         }
     }
 
+    /// Adds a sample of the picture and its parts, which have a group each, to the same block.
+    fn push_with_parts(&mut self, sample: Sample, parts: impl ExactSizeIterator<Item = (u8, Sample)>) {
+        let count = self.parts.len() + parts.len();
+        if self.block.reserve(count) == 0 && !self.make_room() {
+            return;
+        }
+        self.parts.extend(parts);
+        self.block.reserve(self.parts.len());
+        self.block.push(sample);
+    }
+
+    /// Sends the full block. If that is impossible the rest of the path in progress is discarded, and the result is `false`.
     #[cold]
-    fn overflow(&mut self, sample: Sample) {
+    fn make_room(&mut self) -> bool {
         if self.broken || !self.flush() {
             self.broken = true;
             self.totals.discarded += 1;
             self.abandon_path();
-        } else {
-            self.block.push(sample);
         }
+        !self.broken
     }
 
     #[cold]
@@ -210,6 +236,28 @@ impl SampleSink for BlockSink {
         } else {
             self.reject(uv, value, 1.0);
         }
+    }
+
+    fn camera_by_groups(&mut self, uv: [f32; 2], value: Xyz, weight: f32, parts: &[Xyz]) {
+        let weighted = |value: Xyz| Sample { uv, xyz: value * weight, w: weight };
+        let all = std::iter::once(value).chain(parts.iter().copied()).map(weighted);
+        let unsound = all.clone().find(|sample| !sample.is_sound());
+        if !(weight > 0.0 && unsound.is_none() && self.contains(uv)) {
+            return self.reject(uv, unsound.map_or(value * weight, |sample| sample.xyz), weight);
+        }
+        self.groups = parts.len().min(MOST_GROUPS);
+        let parts =
+            parts[..self.groups].iter().enumerate().map(|(group, part)| (group as u8, weighted(*part)));
+        self.push_with_parts(weighted(value), parts);
+    }
+
+    fn light_of_group(&mut self, uv: [f32; 2], value: Xyz, group: u8) {
+        let sample = Sample { uv, xyz: value, w: -1.0 };
+        if !(sample.is_sound() && self.contains(uv)) {
+            return self.reject(uv, value, 1.0);
+        }
+        self.groups = self.groups.max(usize::from(group) + 1).min(MOST_GROUPS);
+        self.push_with_parts(sample, std::iter::once((group, sample)));
     }
 
     fn is_wanted(&self) -> bool {

@@ -117,7 +117,7 @@ pub enum DrainOrder {
 pub struct Drained {
     /// Blocks handed over.
     pub blocks: usize,
-    /// Samples in them.
+    /// Samples in them, those of groups of lights included.
     pub samples: usize,
 }
 
@@ -165,14 +165,14 @@ impl Lanes {
         let mut done = Drained::default();
         while let Some(lane) = self.lane_of_next() {
             let Some(block) = self.lanes[lane].read() else { break };
-            if done.samples + block.samples().len() > budget {
+            if done.samples + block.sample_count() > budget {
                 break;
             }
             take(&block);
             self.next_index += block.header.index_count;
             self.next_lane = lane + 1;
             done.blocks += 1;
-            done.samples += block.samples().len();
+            done.samples += block.sample_count();
             block.release();
             self.hub.space.ring();
         }

@@ -20,6 +20,22 @@
 //! [`BlockSink`] rejects samples that break these rules, and counts them by [`Fault`], with the index of the path. A bad contribution that
 //! an integrator finds within a path is left out by itself, raised as a fault ([`faults`]) and counted there, too.
 //!
+//! # Groups of lights
+//!
+//! A render may tell which part of the picture comes from which group of lights, up to [`MOST_GROUPS`]. Every path is traced once. Its
+//! integrator sends each sample together with its parts ([`SampleSink::camera_by_groups`], [`SampleSink::light_of_group`]):
+//!
+//! - A camera sample has one part for every group, at the same uv and with the same weight, black ones included. So the samples of a group are
+//!   those of an ordinary picture, and what is on its film needs nothing from any other: `Σ w` is that of the whole picture.
+//! - A light sample comes from one light, so it is sent a second time for the group of that light only.
+//! - The parts of a block stand in sections behind the samples of the picture ([`Block::groups`]). [`Block::samples`] are the picture's alone,
+//!   bit for bit those of a render without groups. A consumer that asks for no groups (error estimate, noise filter, states, windows
+//!   elsewhere) is therefore right as it is, and so are path counts and the order of indices: the header is that of all sections.
+//! - The films of the groups take the same counts of paths as that of the picture. Then their sum is the picture within rounding, at any
+//!   moment, and each may be scaled and coloured afterwards without tracing anything again.
+//!
+//! A [`Sample`] does not know its group: it keeps its 24 bytes, and a section can be copied to a device as it is.
+//!
 //! # Blocks, lanes and epochs
 //!
 //! - A **block** of up to 1024 samples is the unit of transfer. Its header holds the numbers of paths that normalise its
@@ -87,7 +103,7 @@ pub mod sample;
 pub mod signal;
 pub mod sync;
 
-pub use block::{BLOCK_SAMPLES, Block, Header};
+pub use block::{BLOCK_SAMPLES, Block, Header, MOST_GROUPS};
 pub use block_sink::{BlockSink, Totals};
 pub use control::{Command, Epoch, Event, FinishReason};
 pub use hub::Hub;

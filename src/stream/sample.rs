@@ -45,6 +45,19 @@ pub trait SampleSink {
     /// A light sample at `uv`: `value` is a density over uv (flux per unit of uv²), not divided by the number of light paths.
     fn light(&mut self, uv: [f32; 2], value: Xyz);
 
+    /// A camera sample, with the part of `value` that comes from each group of lights, in order of the groups. All samples of a render
+    /// have as many parts. A sink without interest in groups takes the sample alone.
+    #[inline]
+    fn camera_by_groups(&mut self, uv: [f32; 2], value: Xyz, weight: f32, _parts: &[Xyz]) {
+        self.camera(uv, value, weight);
+    }
+
+    /// A light sample whose light comes from this group of lights.
+    #[inline]
+    fn light_of_group(&mut self, uv: [f32; 2], value: Xyz, _group: u8) {
+        self.light(uv, value);
+    }
+
     /// False once nobody waits for the path. An integrator that takes more than a millisecond should check this now and then
     /// and give up.
     fn is_wanted(&self) -> bool {

@@ -26,6 +26,7 @@
 //! - **Whether dispersion is simulated**, or any other effect, is decided by [`effects::decide`] whenever a scene is prepared or edited; the entry
 //!   of the effect (`effects/materials.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
 //!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
+//! - **Which light** a contribution comes from, for pictures of groups of lights: [`light_groups`].
 //! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
@@ -48,6 +49,7 @@ pub mod features;
 pub mod integrator;
 pub mod interaction;
 pub mod light;
+pub mod light_groups;
 pub mod mis;
 mod opacity;
 pub mod photon_map;

@@ -159,6 +159,7 @@ pub struct Recorded(Bsdf);
 
 impl Scattering for Recorded {
     const RECORDS: bool = true;
+    type Credits = ();
 
     fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
         Self(Bsdf::of(material, context, lambda))

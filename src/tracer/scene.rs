@@ -42,6 +42,8 @@ pub enum MaterialClass {
     Mixed,
     /// All materials, and paths [record](super::record) what they do.
     Recorded,
+    /// All materials, and paths tell which [group of lights](super::light_groups) their light comes from.
+    Credited,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. The camera belongs to the integrator, so that moving it or
@@ -80,6 +82,13 @@ impl Scene {
     /// This scene, whose paths [record](super::record) what they do.
     pub fn recorded(self) -> Scene {
         Scene { material_class: MaterialClass::Recorded, ..self }
+    }
+
+    /// This scene, whose paths tell which group of lights their light comes from: of `count` groups, at most
+    /// [`MOST_GROUPS`](crate::stream::MOST_GROUPS). `of_sources` has the group of each [source](Lights::source).
+    pub fn with_light_groups(&self, of_sources: &[u8], count: usize) -> Scene {
+        let lights = self.lights.clone().grouped(of_sources, count);
+        Scene { material_class: MaterialClass::Credited, lights, ..self.clone() }
     }
 
     /// The kernel that traces rays: the fastest that the processor has, unless another was asked for.

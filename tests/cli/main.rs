@@ -7,6 +7,7 @@ mod compare;
 mod effects;
 mod farm;
 mod layers;
+mod light_groups;
 mod live;
 mod oidn;
 mod plugins;

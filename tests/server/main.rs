@@ -9,4 +9,5 @@ mod control;
 mod cost;
 mod determinism;
 mod lanes;
+mod light_groups;
 mod ring;

@@ -24,6 +24,7 @@ mod instances;
 mod kernels;
 mod largest;
 mod light_choice;
+mod light_groups;
 mod lights;
 mod microfacet;
 mod path;

@@ -14,5 +14,6 @@ pub fn arrival(position: Vec3, mark: f32) -> Arrival {
         wavelengths: 7,
         hero_only: false,
         depth: 2,
+        group: 0,
     }
 }

@@ -59,6 +59,7 @@ fn arrival(number: u64) -> Arrival {
         wavelengths: number as u16,
         hero_only: false,
         depth: 2,
+        group: 0,
     }
 }
 

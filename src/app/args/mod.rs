@@ -7,6 +7,7 @@ pub mod display;
 pub mod effects;
 pub mod farm;
 pub mod measure;
+pub mod mix;
 pub mod plugins;
 pub mod remote;
 pub mod render;
@@ -19,6 +20,7 @@ pub mod view;
 pub use compare::CompareArgs;
 pub use farm::{InfoArgs, MergeArgs, ShardArgs};
 pub use measure::{BenchArgs, ExplainArgs};
+pub use mix::MixArgs;
 pub use plugins::PluginsArgs;
 pub use remote::ServeArgs;
 pub use render::RenderArgs;
@@ -104,6 +106,12 @@ pub enum CliCommand {
     /// The files may hold half, float or integer channels in scan lines or tiles: `R G B`, one layer of them, or `Y`. A pixel
     /// that is not finite counts as wrong.
     Compare(Box<CompareArgs>),
+
+    /// Mix the pictures of groups of lights in an EXR file: each times a factor or a colour, without rendering again.
+    ///
+    /// `render --light-groups` makes such files. Given a picture to look like, finds the factors from 0 on that come nearest to it. Prints the
+    /// factors as options; an EXR file that is written has the groups as they are in the mix, and can be mixed again.
+    Mix(Box<MixArgs>),
 
     /// Measure what accuracy costs in time, and write a page, tables and plots of it.
     ///

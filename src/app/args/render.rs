@@ -7,7 +7,10 @@ use clap::{ArgGroup, Args};
 
 use super::display::DisplayArgs;
 use super::scene::SceneArgs;
-use super::values::{AovArg, aov, count, error, host_port, positive, seconds, share};
+use super::values::{
+    AovArg, EACH_EMITTER, LightGroupsArg, aov, count, error, host_port, light_groups, positive, seconds,
+    share,
+};
 use crate::client::Denoise;
 use crate::study::ErrorQuantile;
 
@@ -129,6 +132,22 @@ pub struct RenderArgs {
     /// Once a second and at the end, in linear Rec.709. The render goes on where there is no tev.
     #[arg(long, value_name = "HOST:PORT", value_parser = host_port, help_heading = "Output")]
     pub tev: Option<String>,
+    /// Make a picture for each group of lights in the same render, as layers of EXR files that add up to the picture.
+    ///
+    /// GROUPS is NAME=EMITTER,EMITTER;NAME=EMITTER,…: emitters by their `id` (an area light by that of its shape), or by the name that the
+    /// program gives them if they have none; those that are not named are the group `others`. Without GROUPS each emitter is a group of its
+    /// own. If there are more than 8, those whose names differ in a number at their end are one group (lamp_1, lamp_2: lamp), and if there are
+    /// still more the 7 strongest groups stay and the rest is `others`. A group is the layer NAME.R, NAME.G, NAME.B. All of a path is
+    /// credited to the lights that it comes from: each path is traced once, and the picture is the same as without.
+    #[arg(
+        long,
+        value_name = "GROUPS",
+        num_args = 0..=1,
+        default_missing_value = EACH_EMITTER,
+        value_parser = light_groups,
+        help_heading = "Output"
+    )]
+    pub light_groups: Option<LightGroupsArg>,
 
     /// Write a report of the run as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]

@@ -7,6 +7,7 @@ use crate::client::ReconstructionKernel;
 use crate::color::{Profile, icc};
 use crate::scene;
 use crate::scene::aov::{AovDesc, AovKind, AovList};
+use crate::scene::light_groups::NamedGroup;
 
 /// Value of `--max-depth`; `None` is unlimited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +28,20 @@ pub(super) fn aov(list: &str) -> Result<AovArg, String> {
         )),
     }
 }
+
+/// Value of `--light-groups`; no group stands for one for each emitter.
+#[derive(Clone, Debug)]
+pub struct LightGroupsArg(pub Vec<NamedGroup>);
+
+pub(super) fn light_groups(text: &str) -> Result<LightGroupsArg, String> {
+    match text {
+        EACH_EMITTER => Ok(LightGroupsArg(Vec::new())),
+        _ => scene::light_groups::parse(text).map(LightGroupsArg),
+    }
+}
+
+/// What stands for `--light-groups` without a value.
+pub(super) const EACH_EMITTER: &str = "";
 
 pub(super) fn define(text: &str) -> Result<(String, String), &'static str> {
     match text.split_once('=') {

@@ -33,6 +33,7 @@ fn run(width: u32, height: u32) -> RunSpec {
         replicated: true,
         device: String::new(),
         adaptive: false,
+        light_groups: None,
         reweighted: None,
     }
 }

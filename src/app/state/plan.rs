@@ -77,6 +77,7 @@ impl KeptState {
             ),
             (args.adaptive, "--adaptive", "where its samples lie depends on a pilot"),
             (args.check_plan > 0.0, "--check-plan", "it renders no picture to go on with"),
+            (args.light_groups.is_some(), "--light-groups", "it holds the sums of one picture"),
             (
                 args.source.device.as_deref().is_some_and(|d| d != "cpu"),
                 "--device",

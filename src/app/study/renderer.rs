@@ -180,6 +180,7 @@ impl StudyRenderer {
             observer: observer.as_ref(),
             recorder: None,
             live: None,
+            groups: None,
         };
         let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
         if let Some((index, message)) = &driven.panicked {

@@ -216,7 +216,7 @@ fn id_of(names: &[Name], i: usize) -> Option<&str> {
 }
 
 /// Name of a shape's plugin.
-fn shape_kind(kind: &ShapeKind) -> &'static str {
+pub(crate) fn shape_kind(kind: &ShapeKind) -> &'static str {
     match kind {
         ShapeKind::Mesh(_) => "obj",
         ShapeKind::Sphere { .. } => "sphere",
@@ -230,7 +230,7 @@ fn shape_kind(kind: &ShapeKind) -> &'static str {
 }
 
 /// Name of a light's plugin.
-fn light_kind(light: &LightDesc) -> &'static str {
+pub(crate) fn light_kind(light: &LightDesc) -> &'static str {
     match light {
         LightDesc::Constant { .. } => "constant",
         LightDesc::Map { .. } => "envmap",

@@ -38,7 +38,7 @@ mod shape;
 mod sky;
 mod source;
 mod spectrum;
-mod suggest;
+pub(super) mod suggest;
 mod tags;
 mod texture;
 mod transform;

@@ -1,7 +1,7 @@
 //! Scattering at a surface point, at the wavelengths of one path.
 //!
 //! A [`Material`] says what a surface is made of, before the wavelengths of a path are known. A [`Bsdf`] is a material at one point and
-//! at the wavelengths of one path. Both are enums that the table below makes from one file per model of scattering. Paths call them
+//! at the wavelengths of one path. Both are enums that the table below and `set.rs` make from one file per model of scattering. Paths call them
 //! through the traits of `scattering.rs`. [`microfacet`] and [`fresnel`] hold what several models share, and [`Sides`] says which
 //! material a surface shows to which side. A [`Mixture`] is made of several of the others; it is several times as large, so that
 //! scenes without one are traced by code that knows [`Unmixed`] models only.
@@ -56,6 +56,7 @@ mod plastic;
 mod principled;
 mod principled_thin;
 mod scattering;
+mod set;
 mod share;
 mod thin;
 mod two_sided;
@@ -66,6 +67,7 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::BsdfDesc;
 use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::light_groups::GroupCredits;
 use crate::tracer::wavelength_mis::Parted;
 
 pub use bump::{BumpMaterial, Mirrors};
@@ -75,112 +77,11 @@ pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
 pub use scattering::{
     BsdfSample, DeltaLobes, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel,
 };
+use set::bsdf_set;
 pub use share::SurfaceShare;
 pub use two_sided::Sides;
 
-/// Makes an enum of models that hands every call on to the model it holds.
-macro_rules! bsdf_set {
-    ($(#[$set_doc:meta])* $set:ident { $($(#[$doc:meta])* $kind:ident,)* }) => {
-        $(#[$set_doc])*
-        #[derive(Clone, Copy, Debug)]
-        #[allow(clippy::large_enum_variant, reason = "a bsdf lives on the stack, where a box would cost an allocation per vertex")]
-        pub enum $set {
-            $($(#[$doc])* $kind($kind),)*
-        }
-
-        $(impl From<$kind> for $set {
-            #[inline]
-            fn from(bsdf: $kind) -> Self {
-                Self::$kind(bsdf)
-            }
-        })*
-
-        impl Scattering for $set {
-            #[inline]
-            fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
-                match material {
-                    $(Material::$kind(material) => material.at(context, lambda).into(),)*
-                    #[allow(unreachable_patterns, reason = "the largest set has all models")]
-                    _ => Diffuse::new(SampledSpectrum::ZERO).into(),
-                }
-            }
-        }
-
-        impl ScatteringModel for $set {
-            #[inline]
-            fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
-                match self { $(Self::$kind(bsdf) => bsdf.eval(wo, wi),)* }
-            }
-
-            #[inline]
-            fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-                match self { $(Self::$kind(bsdf) => bsdf.sample(wo, u, lobe),)* }
-            }
-
-            #[inline]
-            fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-                match self { $(Self::$kind(bsdf) => bsdf.sample_from_light(wo, u, lobe),)* }
-            }
-
-            #[inline]
-            fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
-                match self { $(Self::$kind(bsdf) => bsdf.pdf_from_light(wo, wi),)* }
-            }
-
-            #[inline]
-            fn as_diffuse(&self) -> Option<&Diffuse> {
-                match self { $(Self::$kind(bsdf) => bsdf.as_diffuse(),)* }
-            }
-
-            #[inline]
-            fn has_diffuse_part(&self) -> bool {
-                match self { $(Self::$kind(bsdf) => bsdf.has_diffuse_part(),)* }
-            }
-
-            #[inline]
-            fn is_delta(&self) -> bool {
-                match self { $(Self::$kind(bsdf) => bsdf.is_delta(),)* }
-            }
-
-            #[inline]
-            fn is_glossy(&self) -> bool {
-                match self { $(Self::$kind(bsdf) => bsdf.is_glossy(),)* }
-            }
-
-            #[inline]
-            fn transmits(&self) -> bool {
-                match self { $(Self::$kind(bsdf) => bsdf.transmits(),)* }
-            }
-
-            #[inline]
-            fn parts_colors(&self) -> bool {
-                match self { $(Self::$kind(bsdf) => bsdf.parts_colors(),)* }
-            }
-
-            #[inline]
-            fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
-                match self { $(Self::$kind(bsdf) => bsdf.part(wo, wi),)* }
-            }
-
-            #[inline]
-            fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
-                match self { $(Self::$kind(bsdf) => bsdf.delta_lobes(wo),)* }
-            }
-
-            #[inline]
-            fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
-                match self { $(Self::$kind(bsdf) => bsdf.delta_lobe(lobe, transmitted),)* }
-            }
-
-            #[inline]
-            fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
-                match self { $(Self::$kind(bsdf) => bsdf.refract(wo, lane),)* }
-            }
-        }
-    };
-}
-
-/// Makes [`Material`], [`Bsdf`], [`Unmixed`] and [`Smooth`] from the models: `Model: file::Material`.
+/// Makes [`Material`], [`Bsdf`], [`CreditedBsdf`], [`Unmixed`] and [`Smooth`] from the models: `Model: file::Material`.
 macro_rules! bsdfs {
     (
         smooth { $($(#[$smooth_doc:meta])* $smooth:ident: $smooth_file:ident::$smooth_material:ident,)* }
@@ -231,7 +132,17 @@ macro_rules! bsdfs {
 
         bsdf_set! {
             /// Every model of scattering.
-            Bsdf {
+            Bsdf, () {
+                $($(#[$smooth_doc])* $smooth,)*
+                $($(#[$rough_doc])* $rough,)*
+                /// Several of the others.
+                Mixture,
+            }
+        }
+
+        bsdf_set! {
+            /// Every model of scattering, for paths that tell which [group of lights](crate::tracer::light_groups) their light comes from.
+            CreditedBsdf, GroupCredits {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
                 /// Several of the others.
@@ -249,9 +160,19 @@ macro_rules! bsdfs {
             }
         }
 
+        impl From<Unmixed> for CreditedBsdf {
+            #[inline]
+            fn from(bsdf: Unmixed) -> Self {
+                match bsdf {
+                    $(Unmixed::$smooth(bsdf) => Self::$smooth(bsdf),)*
+                    $(Unmixed::$rough(bsdf) => Self::$rough(bsdf),)*
+                }
+            }
+        }
+
         bsdf_set! {
             /// Every model but mixtures, which are several times as large.
-            Unmixed {
+            Unmixed, () {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
             }
@@ -259,7 +180,7 @@ macro_rules! bsdfs {
 
         bsdf_set! {
             /// The models without rough parts: what most scenes of mirrors and glass are made of.
-            Smooth { $($(#[$smooth_doc])* $smooth,)* }
+            Smooth, () { $($(#[$smooth_doc])* $smooth,)* }
         }
     };
 }

@@ -8,6 +8,7 @@ use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::attainable;
 use crate::tracer::wavelength_mis::Parted;
@@ -246,6 +247,9 @@ pub trait Scattering: ScatteringModel {
     /// Whether a path [records](crate::tracer::record) what it does.
     const RECORDS: bool = false;
 
+    /// What a path keeps of which [group of lights](crate::tracer::light_groups) its light comes from.
+    type Credits: LightCredits;
+
     /// Records what the path does, if it records anything.
     #[inline(always)]
     fn record(event: impl FnOnce() -> PathEvent) {
@@ -259,6 +263,8 @@ pub trait Scattering: ScatteringModel {
 }
 
 impl Scattering for Diffuse {
+    type Credits = ();
+
     #[inline]
     fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
         match material {

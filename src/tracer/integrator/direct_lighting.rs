@@ -14,6 +14,7 @@ use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
 use crate::tracer::light::{LightSample, LightSampleContext, Lights};
+use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::{CarriedLight, PathEvent};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
@@ -21,8 +22,9 @@ use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Scene, mis, roulette};
 
 use super::RenderContext;
+use super::lamps::FoundLamps;
 
-/// Next-event estimation: samples a light from `vertex` and returns what it contributes, or `None` for nothing.
+/// Next-event estimation: samples a light from `vertex` and returns it with what it contributes, or `None` for nothing.
 ///
 /// `unoccluded` returns the contribution of a light sample including its MIS weight, as if nothing stood in between. The
 /// shadow ray is the costly part, so it is traced only for a sample that contributes.
@@ -32,13 +34,13 @@ pub(super) fn sample_direct<B: Scattering>(
     vertex: &SurfaceVertex<B>,
     u: &VertexNumbers,
     unoccluded: impl FnMut(u32, &LightSample) -> Option<SampledSpectrum>,
-) -> Option<SampledSpectrum> {
+) -> Option<(u32, SampledSpectrum)> {
     let context = vertex.light_context();
     let (light, sample, value) =
         scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
     let share = scene.visible(&vertex.hit, light, &sample);
     B::record(|| PathEvent::Light { light, sample, value, visible: share });
-    (share > 0.0).then(|| value * share)
+    (share > 0.0).then(|| (light, value * share))
 }
 
 /// The emission of the light that a path asked for last: most paths ask for one light again and again.
@@ -83,13 +85,15 @@ pub(super) enum Splitting {
 
 /// A camera path on its way, or one of its branches: what it carries from vertex to vertex and what it has found.
 #[derive(Clone)]
-pub(super) struct PathState {
+pub(super) struct PathState<C> {
     /// The wavelengths at which materials and lights are evaluated: those of the path, or one of them alone.
     pub(super) lambda: SampledWavelengths,
     /// Product of the weights of all scatterings so far.
     pub(super) throughput: SampledSpectrum,
     /// Radiance found so far, at the wavelengths of the path.
     pub(super) radiance: SampledSpectrum,
+    /// Which groups of lights it comes from.
+    pub(super) credits: C,
     /// The wavelengths that would have chosen the same directions.
     pub(super) wavelength_mis: WavelengthMis,
     /// The weight that follows from `wavelength_mis`.
@@ -107,20 +111,21 @@ pub(super) struct PathState {
     splitting: Splitting,
 }
 
-impl From<&PathState> for CarriedLight {
-    fn from(path: &PathState) -> Self {
+impl<C: LightCredits> From<&PathState<C>> for CarriedLight {
+    fn from(path: &PathState<C>) -> Self {
         let PathState { lambda, throughput, wavelength_mis, .. } = *path;
         Self { lambda, throughput, wavelength_mis, from_light: false }
     }
 }
 
-impl PathState {
+impl<C: LightCredits> PathState<C> {
     /// A path that starts at these wavelengths.
     pub(super) fn new(lambda: SampledWavelengths, splitting: Splitting) -> Self {
         Self {
             lambda,
             throughput: SampledSpectrum::ONE,
             radiance: SampledSpectrum::ZERO,
+            credits: C::default(),
             wavelength_mis: WavelengthMis::ALL,
             wavelength_weight: 1.0,
             relative: 1.0,
@@ -146,6 +151,7 @@ impl PathState {
             throughput: self.throughput * share,
             relative: self.relative * count as f32,
             radiance: SampledSpectrum::ZERO,
+            credits: C::default(),
             splitting: Splitting::Branch,
             ..*self
         }
@@ -157,6 +163,7 @@ impl PathState {
             lambda: self.lambda.alone(lane),
             throughput: self.throughput * SampledSpectrum(s.weight.0 * Vec4::AXES[lane]),
             radiance: SampledSpectrum::ZERO,
+            credits: C::default(),
             relative: self.relative * eta2,
             last: None,
             emission: EmissionCache::default(),
@@ -165,11 +172,19 @@ impl PathState {
         }
     }
 
+    /// Adds what a branch of this path has found.
+    #[inline]
+    pub(super) fn join(&mut self, branch: &Self) {
+        self.radiance += branch.radiance;
+        self.credits.add_all(&branch.credits, SampledSpectrum::ONE);
+    }
+
     /// Goes on with the hero wavelength alone, which goes the way that was sampled. The radiance found so far is right for
     /// all wavelengths: the caller has taken it.
     #[cold]
     pub(super) fn drop_companions(&mut self) {
         self.radiance = SampledSpectrum::ZERO;
+        self.credits.settle(&self.lambda);
         self.lambda.terminate_companions();
         self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
         self.emission = EmissionCache::default();
@@ -237,7 +252,10 @@ impl PathState {
         let emission = self.emission.emission(lights, light, p, wi, &self.lambda);
         let value = self.throughput * emission * (weight * factor * self.wavelength_weight);
         match value.is_within(MAX_VALUE) {
-            true => self.radiance += value,
+            true => {
+                self.radiance += value;
+                self.credits.add(lights, light, value);
+            }
             false => faults::raise(FaultyValue::Emission, value.into(), None, Some(light)),
         }
         B::record(|| PathEvent::Radiance(self.radiance));
@@ -253,9 +271,13 @@ impl PathState {
     ) {
         let found = context.lamps_beside(&mut self.chain, vertex, s, &self.lambda, self.depth + 1);
         let Some(found) = found else { return };
-        let value = self.throughput * found;
+        let FoundLamps { radiance, credits } = found;
+        let value = self.throughput * radiance;
         match value.is_within(MAX_VALUE) {
-            true => self.radiance += value,
+            true => {
+                self.radiance += value;
+                self.credits.add_all(&credits, self.throughput);
+            }
             false => faults::raise(FaultyValue::Emission, value.into(), Some(vertex.hit.surface), None),
         }
         B::record(|| PathEvent::Radiance(self.radiance));
@@ -272,8 +294,9 @@ impl PathState {
         let direct = sample_direct(scene, vertex, u, |light, sample| {
             self.unoccluded_contribution(scene.lights(), vertex, light, sample)
         });
-        if let Some(direct) = direct {
+        if let Some((light, direct)) = direct {
             self.radiance += direct;
+            self.credits.add(scene.lights(), light, direct);
         }
     }
 

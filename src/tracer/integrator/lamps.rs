@@ -5,9 +5,18 @@ use glam::Vec3;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::bsdf::{BsdfSample, DeltaLobes, Scattering};
 use crate::tracer::interaction::SurfaceVertex;
+use crate::tracer::light_groups::LightCredits;
 use crate::tracer::specular_chain::SpecularChain;
 
 use super::RenderContext;
+
+/// The light of lamps that chains lead to.
+#[derive(Clone, Copy)]
+pub(super) struct FoundLamps<C> {
+    pub(super) radiance: SampledSpectrum,
+    /// Which groups of lights it comes from.
+    pub(super) credits: C,
+}
 
 /// A chain that is followed.
 struct FollowedChain<'a> {
@@ -24,14 +33,14 @@ impl RenderContext {
     /// `s`: a factor on the throughput there. `chain` leads to the vertex, and from there on by `s`. Deltas part no wavelengths where they are
     /// followed, so that there is no weight for that.
     #[inline(always)]
-    pub(super) fn lamps_beside<B: Scattering>(
+    pub(super) fn lamps_beside<B: Scattering, C: LightCredits>(
         &self,
         chain: &mut SpecularChain,
         vertex: &SurfaceVertex<B>,
         s: &BsdfSample,
         lambda: &SampledWavelengths,
         segments: u32,
-    ) -> Option<SampledSpectrum> {
+    ) -> Option<FoundLamps<C>> {
         if *chain == SpecularChain::PathAlone {
             return None;
         }
@@ -42,19 +51,19 @@ impl RenderContext {
         if s.delta {
             lobes[usize::from(s.transmitted)] = None;
         }
-        let mut sum = SampledSpectrum::ZERO;
+        let mut sum = FoundLamps { radiance: SampledSpectrum::ZERO, credits: C::default() };
         self.follow_all(vertex, &lobes, &here, &mut sum);
-        (!sum.is_black()).then_some(sum)
+        (!sum.radiance.is_black()).then_some(sum)
     }
 
     /// Adds what arrives at `vertex` over chains of these lobes.
     #[inline]
-    fn follow_all<B: Scattering>(
+    fn follow_all<B: Scattering, C: LightCredits>(
         &self,
         vertex: &SurfaceVertex<B>,
         lobes: &DeltaLobes,
         to: &FollowedChain,
-        sum: &mut SampledSpectrum,
+        sum: &mut FoundLamps<C>,
     ) {
         for s in lobes.iter().flatten() {
             let chain = to.chain.step(s, 1.0);
@@ -73,18 +82,20 @@ impl RenderContext {
 
     /// Adds what arrives at `vertex` from the direction `wi`.
     #[inline(never)]
-    fn follow_one<B: Scattering>(
+    fn follow_one<B: Scattering, C: LightCredits>(
         &self,
         vertex: &SurfaceVertex<B>,
         wi: Vec3,
         followed: &FollowedChain,
-        sum: &mut SampledSpectrum,
+        sum: &mut FoundLamps<C>,
     ) {
         let scene = &self.scene;
         let mut ray = vertex.hit.spawn(wi);
         while let Some(hit) = self.closest(&mut ray, followed.segments) {
             if let Some(light) = hit.emitter() {
-                *sum += followed.value * scene.lights.spectrum(light, hit.point.p, wi, followed.lambda);
+                let value = followed.value * scene.lights.spectrum(light, hit.point.p, wi, followed.lambda);
+                sum.radiance += value;
+                sum.credits.add(&scene.lights, light, value);
             }
             if !scene.passes(&mut ray, &hit) {
                 if followed.segments == self.longest() {

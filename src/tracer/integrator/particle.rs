@@ -5,7 +5,8 @@ use glam::Vec3;
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::light_groups::send_light;
 use crate::tracer::record::{PathEvent, Recorded, record};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{SubpathVertex, Walk};
@@ -38,23 +39,25 @@ impl Integrator for ParticleTracer {
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, &lambda);
+        let group = scene.lights.group(emission.light);
         if context.longest() >= 1
             && !emitted.is_black()
             && let Some((view, scale)) = context.connect_light_to_camera(&emission, lens)
         {
-            out.light(view.uv, lambda.to_xyz(emitted * scale));
+            send_light(out, view.uv, lambda.to_xyz(emitted * scale), group);
         }
         let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
         let ray = emission.ray();
         match scene.material_class() {
-            MaterialClass::Diffuse => self.follow::<Diffuse>(walk, ray, &numbers, out),
-            MaterialClass::Specular => self.follow::<Smooth>(walk, ray, &numbers, out),
-            MaterialClass::General => self.follow::<Unmixed>(walk, ray, &numbers, out),
-            MaterialClass::Mixed => self.follow::<Bsdf>(walk, ray, &numbers, out),
+            MaterialClass::Diffuse => self.follow::<Diffuse>(walk, ray, &numbers, None, out),
+            MaterialClass::Specular => self.follow::<Smooth>(walk, ray, &numbers, None, out),
+            MaterialClass::General => self.follow::<Unmixed>(walk, ray, &numbers, None, out),
+            MaterialClass::Mixed => self.follow::<Bsdf>(walk, ray, &numbers, None, out),
             MaterialClass::Recorded => {
                 record(PathEvent::Begins((&walk).into()));
-                self.follow::<Recorded>(walk, ray, &numbers, out);
+                self.follow::<Recorded>(walk, ray, &numbers, None, out);
             }
+            MaterialClass::Credited => self.follow::<CreditedBsdf>(walk, ray, &numbers, group, out),
         }
     }
 
@@ -91,16 +94,18 @@ impl ParticleTracer {
         let ray = context.camera.ray(uv.map(f64::from), place);
         let emitted = context.scene.lights.spectrum(light, ray.origin, direction, lambda);
         if !emitted.is_black() && context.scene.closest(&ray).is_none() {
-            out.light(uv, lambda.to_xyz(emitted * context.window_area()));
+            let value = lambda.to_xyz(emitted * context.window_area());
+            send_light(out, uv, value, context.scene.lights.group(light));
         }
     }
 
-    /// Follows a walk along `ray` to its end and connects each vertex to the camera.
+    /// Follows a walk along `ray` to its end and connects each vertex to the camera. Its light comes from this group, if there are groups.
     fn follow<B: Scattering>(
         &self,
         mut walk: Walk<true>,
         mut ray: Ray,
         numbers: &LightSampler,
+        group: Option<u8>,
         out: &mut impl SampleSink,
     ) {
         let context = &self.context;
@@ -112,10 +117,11 @@ impl ParticleTracer {
             if let Some(connection) = context.connect_to_camera(&vertex, u.light) {
                 let share = context.visible_to_camera(&vertex.surface.hit, &connection.view);
                 if share > 0.0 {
-                    out.light(connection.view.uv, walk.lambda.to_xyz(connection.value * share));
+                    let value = walk.lambda.to_xyz(connection.value * share);
+                    send_light(out, connection.view.uv, value, group);
                 }
             }
-            let each = |own, ray| self.follow::<B>(own, ray, numbers, out);
+            let each = |own, ray| self.follow::<B>(own, ray, numbers, group, out);
             let Some(next) = walk.scatter_each(&vertex, &u, context.rr_depth, each) else { return };
             ray = next;
         }

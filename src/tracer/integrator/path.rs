@@ -28,9 +28,10 @@
 
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, BsdfSample, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, BsdfSample, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::interaction::SurfaceVertex;
-use crate::tracer::record::{PathEvent, Recorded, record};
+use crate::tracer::light_groups::LightCredits;
+use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::{MaterialClass, Sampler, Scene};
 
@@ -74,9 +75,29 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
+    /// Each class of materials has a function of its own, whose stack holds nothing of the others.
+    #[inline(never)]
+    fn trace_as<B: Scattering>(&self, index: u64, out: &mut impl SampleSink) {
+        let RenderContext { camera, scene, .. } = &self.context;
+        let start = self.context.screen.start(index);
+        let sampler = self.context.sampler(start.index);
+        let numbers = sampler.camera();
+        let uv = self.context.place(numbers.screen);
+        let lambda = self.context.wavelengths(numbers.wavelength);
+        // Where noise is measured there is no picture to begin.
+        let whole = index < WHOLE_PATHS && self.context.places.is_none();
+        let splitting = if whole { Splitting::Never } else { Splitting::Pending };
+        let mut path = PathState::<B::Credits>::new(lambda, splitting);
+        B::record(|| PathEvent::Begins((&path).into()));
+        self.follow::<B>(&mut path, camera.ray(uv, numbers.lens), &sampler);
+        B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
+        path.credits.settle(&lambda);
+        path.credits.send(scene.lights(), uv, lambda.to_xyz(path.radiance), start.weight, out);
+    }
+
     /// Follows `path` along `ray` to its end.
     #[inline]
-    fn follow<B: Scattering>(&self, path: &mut PathState, mut ray: Ray, sampler: &Sampler) {
+    fn follow<B: Scattering>(&self, path: &mut PathState<B::Credits>, mut ray: Ray, sampler: &Sampler) {
         let scene = &self.context.scene;
         while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, true) {
             let vertex = SurfaceVertex::<B>::new(scene, hit, &path.lambda);
@@ -95,7 +116,12 @@ impl PathTracer {
     }
 
     /// Takes the light samples of `vertex` and goes on from there in branches.
-    fn split<B: Scattering>(&self, path: &mut PathState, vertex: &SurfaceVertex<B>, sampler: &Sampler) {
+    fn split<B: Scattering>(
+        &self,
+        path: &mut PathState<B::Credits>,
+        vertex: &SurfaceVertex<B>,
+        sampler: &Sampler,
+    ) {
         let scene = &self.context.scene;
         let splits = Splits::at(scene, vertex);
         let mut lit = path.branch(1 << splits.lights);
@@ -103,7 +129,7 @@ impl PathTracer {
             let u = sampler.branch(number, splits.lights).vertex(path.depth);
             lit.add_direct(scene, vertex, &u);
         }
-        path.radiance += lit.radiance;
+        path.join(&lit);
         for number in 0..1 << splits.branches {
             let mut branch = path.branch(1 << splits.branches);
             let sampler = sampler.branch(number, splits.branches);
@@ -111,7 +137,7 @@ impl PathTracer {
             if let Some(ray) = self.scatter(&mut branch, vertex, &sampler, &u) {
                 self.follow::<B>(&mut branch, ray, &sampler);
             }
-            path.radiance += branch.radiance;
+            path.join(&branch);
         }
     }
 
@@ -119,7 +145,7 @@ impl PathTracer {
     #[inline]
     fn scatter<B: Scattering>(
         &self,
-        path: &mut PathState,
+        path: &mut PathState<B::Credits>,
         vertex: &SurfaceVertex<B>,
         sampler: &Sampler,
         u: &VertexNumbers,
@@ -145,7 +171,7 @@ impl PathTracer {
     #[cold]
     fn follow_each_wavelength<B: Scattering>(
         &self,
-        path: &mut PathState,
+        path: &mut PathState<B::Credits>,
         vertex: &SurfaceVertex<B>,
         s: &BsdfSample,
         sampler: &Sampler,
@@ -157,7 +183,7 @@ impl PathTracer {
             let mut own = path.alone(lane, s, eta2);
             if vertex.hit.sides_agree(wi, true) && own.roulette(self.context.rr_depth, u).is_some() {
                 self.follow::<B>(&mut own, vertex.hit.spawn(wi), sampler);
-                path.radiance += own.radiance;
+                path.join(&own);
             }
         }
     }
@@ -167,28 +193,14 @@ impl Integrator for PathTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        let RenderContext { camera, scene, .. } = &self.context;
-        let start = self.context.screen.start(index);
-        let sampler = self.context.sampler(start.index);
-        let numbers = sampler.camera();
-        let uv = self.context.place(numbers.screen);
-        let lambda = self.context.wavelengths(numbers.wavelength);
-        // Where noise is measured there is no picture to begin.
-        let whole = index < WHOLE_PATHS && self.context.places.is_none();
-        let mut path = PathState::new(lambda, if whole { Splitting::Never } else { Splitting::Pending });
-        let ray = camera.ray(uv, numbers.lens);
-        match scene.material_class() {
-            MaterialClass::Diffuse => self.follow::<Diffuse>(&mut path, ray, &sampler),
-            MaterialClass::Specular => self.follow::<Smooth>(&mut path, ray, &sampler),
-            MaterialClass::General => self.follow::<Unmixed>(&mut path, ray, &sampler),
-            MaterialClass::Mixed => self.follow::<Bsdf>(&mut path, ray, &sampler),
-            MaterialClass::Recorded => {
-                record(PathEvent::Begins((&path).into()));
-                self.follow::<Recorded>(&mut path, ray, &sampler);
-                record(PathEvent::Estimate { lambda, radiance: path.radiance });
-            }
+        match self.context.scene.material_class() {
+            MaterialClass::Diffuse => self.trace_as::<Diffuse>(index, out),
+            MaterialClass::Specular => self.trace_as::<Smooth>(index, out),
+            MaterialClass::General => self.trace_as::<Unmixed>(index, out),
+            MaterialClass::Mixed => self.trace_as::<Bsdf>(index, out),
+            MaterialClass::Recorded => self.trace_as::<Recorded>(index, out),
+            MaterialClass::Credited => self.trace_as::<CreditedBsdf>(index, out),
         }
-        out.camera(uv.map(|c| c as f32), lambda.to_xyz(path.radiance), start.weight);
     }
 
     fn paths_per_index(&self) -> PathCounts {

@@ -15,6 +15,7 @@
 
 use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::Sampler;
+use crate::tracer::light_groups::GroupColors;
 
 use super::bidirectional::{CAMERA_SUBPATHS, LIGHT_SUBPATHS, Scratch};
 use super::{BidirectionalTracer, Integrator, PhotonScratch, PhotonTracer, RenderContext, SeesPhotons};
@@ -105,7 +106,9 @@ impl Integrator for VcmTracer {
         let Some(snapshot) = self.photons.snapshot(sample, photons, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
         let wavelength = Self::wavelength_number(index, &self.bidirectional.context);
-        let mut merge = |sampler: &Sampler| self.photons.merge(&snapshot, photons, sampler, wavelength);
+        let mut merge = |sampler: &Sampler, colors: &mut GroupColors| {
+            self.photons.merge(&snapshot, photons, sampler, wavelength, colors)
+        };
         self.bidirectional.trace_merging(index, bidirectional, Some(&mut merge), out);
         photons.keep(snapshot);
     }

@@ -16,6 +16,7 @@ use crate::math::warp;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use crate::tracer::accel::{PrimRange, Ray};
 use crate::tracer::bounding_sphere::BoundingSphere;
+use crate::tracer::light_groups::LightGroups;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
@@ -69,6 +70,8 @@ pub struct Lights {
     scene: BoundingSphere,
     /// What light subpaths are aimed at.
     casters: CausticCasters,
+    /// The groups of the lights, if paths tell of them.
+    groups: Option<LightGroups>,
 }
 
 impl Lights {
@@ -90,12 +93,44 @@ impl Lights {
         let found: Vec<f32> = lights.iter().zip(weights).map(found).collect();
         let selector = LightSelector::new(&lights, &found, scene);
         let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
-        Self { by_power, selector, lights, spectra, environment, scene, casters: CausticCasters::default() }
+        let casters = CausticCasters::default();
+        Self { by_power, selector, lights, spectra, environment, scene, casters, groups: None }
     }
 
     /// The same lights, whose [aimed](Lights::emit_aimed) rays go to these casters.
     pub fn aiming_at(self, casters: CausticCasters) -> Self {
         Self { casters, ..self }
+    }
+
+    /// The same lights in `count` groups: `of_sources` has that of each [source](Lights::source).
+    pub(in crate::tracer) fn grouped(self, of_sources: &[u8], count: usize) -> Self {
+        let group = |light: &Light| of_sources.get(light.spectrum as usize).copied().unwrap_or_default();
+        let groups = LightGroups::new(self.lights.iter().map(group).collect(), count);
+        Self { groups: Some(groups), ..self }
+    }
+
+    /// The groups of the lights, if paths tell of them.
+    #[inline]
+    pub fn groups(&self) -> Option<&LightGroups> {
+        self.groups.as_ref()
+    }
+
+    /// The group of a light, if paths tell of it.
+    #[inline]
+    pub fn group(&self, light: u32) -> Option<u8> {
+        self.groups.as_ref()?.of(light)
+    }
+
+    /// The share that each [source](Lights::source) has of the power of all lights, as light subpaths choose them.
+    pub fn power_shares(&self) -> Vec<f32> {
+        let mut shares = vec![0.0; self.spectra.len()];
+        for (i, light) in self.lights.iter().enumerate() {
+            let share = self.by_power.as_ref().map_or(0.0, |by_power| by_power.probability(i));
+            if let Some(sum) = shares.get_mut(light.spectrum as usize) {
+                *sum += share;
+            }
+        }
+        shares
     }
 
     /// The environment's index, if there is one.

@@ -15,6 +15,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::MOST_GROUPS;
 
 /// Rounds the random number `u` in [0, 1) that selects the wavelengths of a light path, before the path is traced.
 #[inline]
@@ -44,8 +45,10 @@ pub struct Arrival {
     pub wavelengths: u16,
     /// True if the path has lost its secondary wavelengths. Only the first lane of `flux` is valid then.
     pub hero_only: bool,
-    /// Number of segments of the light path, at most 32 767.
+    /// Number of segments of the light path, at most 4095.
     pub depth: u32,
+    /// The group of lights that it comes from, if there are groups.
+    pub group: u8,
 }
 
 /// A photon without its position, packed into 20 bytes.
@@ -58,7 +61,7 @@ pub struct Photon {
     /// Octahedral encoding, 2 · 16 bits.
     normal: u32,
     wavelengths: u16,
-    /// Bit 0: hero wavelength only. The depth is above it.
+    /// Bit 0: hero wavelength only. Bits 1 to 3: the group of lights. The depth is above them.
     flags: u16,
 }
 
@@ -67,7 +70,11 @@ const _: () = assert!(size_of::<Photon>() == 20 && size_of::<Vec3>() == 12);
 /// Bits of one mantissa of the flux.
 const MANTISSA: u32 = 14;
 const HERO_ONLY: u16 = 1;
-const MAX_DEPTH: u32 = u16::MAX as u32 >> 1;
+const GROUP_SHIFT: u32 = 1;
+const DEPTH_SHIFT: u32 = 4;
+const MAX_DEPTH: u32 = u16::MAX as u32 >> DEPTH_SHIFT;
+
+const _: () = assert!(MOST_GROUPS <= 1 << (DEPTH_SHIFT - GROUP_SHIFT));
 
 impl Photon {
     /// Packs an arrival. `None` if its flux is zero, negative or not finite, or its position or a direction is not valid.
@@ -88,7 +95,9 @@ impl Photon {
             direction: pack_unit(arrival.direction)?,
             normal: pack_unit(arrival.normal)?,
             wavelengths: arrival.wavelengths,
-            flags: (u16::from(arrival.hero_only) * HERO_ONLY) | ((arrival.depth.min(MAX_DEPTH) as u16) << 1),
+            flags: (u16::from(arrival.hero_only) * HERO_ONLY)
+                | ((u16::from(arrival.group) % MOST_GROUPS as u16) << GROUP_SHIFT)
+                | ((arrival.depth.min(MAX_DEPTH) as u16) << DEPTH_SHIFT),
         })
     }
 
@@ -114,7 +123,13 @@ impl Photon {
     /// Number of segments of the light path.
     #[inline]
     pub fn depth(&self) -> u32 {
-        u32::from(self.flags >> 1)
+        u32::from(self.flags >> DEPTH_SHIFT)
+    }
+
+    /// The group of lights that it comes from, if there are groups.
+    #[inline]
+    pub fn group(&self) -> u8 {
+        (self.flags >> GROUP_SHIFT) as u8 % MOST_GROUPS as u8
     }
 
     /// Unit vector away from the surface, in the direction from which the photon came.

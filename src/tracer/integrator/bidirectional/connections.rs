@@ -42,6 +42,7 @@ use crate::spectrum::SampledSpectrum;
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::SimdKernel;
 use crate::tracer::bsdf::Scattering;
+use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::PathEvent;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 
@@ -173,7 +174,7 @@ impl BidirectionalTracer {
     #[inline(always)]
     pub(super) fn add_connections<B: Scattering>(
         &self,
-        path: &mut PathContribution,
+        path: &mut PathContribution<B::Credits>,
         camera: &[SubpathVertex<B>],
         pool: &LightPool<B>,
         candidates: &mut Candidates,
@@ -202,10 +203,11 @@ impl BidirectionalTracer {
                 if sum >= 1.0 && importance > 0.0 {
                     sum -= 1.0;
                     let (camera, light) = (&camera[pair / stride], &pool.vertices[pair % stride]);
+                    let group = if B::Credits::KEPT { pool.group(pair % stride) } else { 0 };
                     let subpaths = if is_diffuse(camera) && is_diffuse(light) { 1.0 } else { GROUP as f32 };
                     // Where a pair was chosen, what is left over is uniform up to its probability.
                     let (factor, u) = (subpaths * SHARE / probability, sum / probability);
-                    self.add_connection(path, camera, light, factor, typical, u);
+                    self.add_connection(path, camera, (light, group), factor, typical, u);
                 }
             }
         }
@@ -234,14 +236,14 @@ impl BidirectionalTracer {
         total
     }
 
-    /// Makes a connection, whose contribution has this factor, over its probability and the number of light subpaths. One that turns
+    /// Makes a connection to a vertex of a light subpath, given with its group of lights, whose contribution has this factor, over its probability and the number of light subpaths. One that turns
     /// out to contribute less than `typical`, a sum over the wavelengths, is made only in proportion to that, by the number `u`.
     #[inline]
     fn add_connection<B: Scattering>(
         &self,
-        path: &mut PathContribution,
+        path: &mut PathContribution<B::Credits>,
         camera: &SubpathVertex<B>,
-        light: &SubpathVertex<B>,
+        (light, group): (&SubpathVertex<B>, u8),
         factor: f32,
         typical: f32,
         u: f32,
@@ -274,7 +276,9 @@ impl BidirectionalTracer {
                 .and(edge.at_camera.wavelength_mis)
                 .and(light.wavelength_mis)
                 .and(edge.at_light.wavelength_mis);
-            path.radiance += value * (wavelength_mis.weight() * share);
+            let value = value * (wavelength_mis.weight() * share);
+            path.radiance += value;
+            path.credits.add_to(group, value);
         }
     }
 }

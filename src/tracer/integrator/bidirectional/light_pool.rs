@@ -15,6 +15,7 @@ use crate::stream::faults::Raised;
 use crate::stream::{SampleSink, faults};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::RenderContext;
+use crate::tracer::light_groups::{LightCredits, send_light};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::sampler::cells::{ScreenCells, Visit};
@@ -44,10 +45,12 @@ pub(super) struct LightPool<B> {
     pub(super) lambda: SampledWavelengths,
     /// The vertices that can be connected, subpath by subpath.
     pub(super) vertices: Vec<SubpathVertex<B>>,
+    /// The groups of lights that they come from, where paths tell of them.
+    groups: Vec<u8>,
     /// The same for their importances.
     pub(super) rows: LightRows,
-    /// Samples of the light stream, subpath by subpath.
-    splats: Vec<([f32; 2], Xyz)>,
+    /// Samples of the light stream, subpath by subpath, each with the group of lights that it comes from, if there are groups.
+    splats: Vec<([f32; 2], Xyz, Option<u8>)>,
     /// What was wrong on the way, subpath by subpath.
     faults: Vec<Raised>,
     /// For each index of the group the ends of its vertices, its splats and its faults.
@@ -67,6 +70,7 @@ impl<B> Default for LightPool<B> {
             key: None,
             lambda: SampledWavelengths::sample(0.0),
             vertices: Vec::new(),
+            groups: Vec::new(),
             rows: LightRows::default(),
             splats: Vec::new(),
             faults: Vec::new(),
@@ -87,11 +91,17 @@ impl<B> LightPool<B> {
         self.part(index, |ends| ends.vertices)
     }
 
+    /// The group of lights that a vertex comes from; 0 where paths do not tell of groups.
+    #[inline]
+    pub(super) fn group(&self, vertex: usize) -> u8 {
+        self.groups.get(vertex).copied().unwrap_or_default()
+    }
+
     /// Sends the samples of the light subpaths of `index`, and raises their faults.
     pub(super) fn send_splats(&self, index: u64, out: &mut impl SampleSink) {
         faults::raise_again(&self.faults[self.part(index, |ends| ends.faults)]);
-        for &(uv, value) in &self.splats[self.part(index, |ends| ends.splats)] {
-            out.light(uv, value);
+        for &(uv, value, group) in &self.splats[self.part(index, |ends| ends.splats)] {
+            send_light(out, uv, value, group);
         }
     }
 }
@@ -110,6 +120,7 @@ impl BidirectionalTracer {
         let visit = group_visit(index, &self.context);
         pool.lambda = self.context.wavelengths(Sampler::group_wavelength(visit));
         pool.vertices.clear();
+        pool.groups.clear();
         pool.rows.clear();
         pool.splats.clear();
         pool.faults.clear();
@@ -135,9 +146,10 @@ impl BidirectionalTracer {
     #[inline(always)]
     fn trace_light_subpath<B: Scattering>(&self, numbers: &LightSampler, pool: &mut LightPool<B>) {
         let (scene, rr_depth) = (&self.context.scene, self.context.rr_depth);
-        let LightPool { lambda, vertices, splats, .. } = pool;
+        let LightPool { lambda, vertices, groups, splats, .. } = pool;
         let Some(emission) = scene.lights.emit_aimed(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, lambda);
+        let group = scene.lights.group(emission.light);
         let Some(mut walk) = Walk::from_light(*lambda, &emission, emitted) else { return };
         walk.policy = roulette::CONNECTED_FROM_LIGHT;
         B::record(|| PathEvent::Begins((&walk).into()));
@@ -152,11 +164,15 @@ impl BidirectionalTracer {
                 if vertex.depth == 1 {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
                 }
-                splats.extend(self.to_camera(&walk.lambda, u.light, &vertex));
+                let splat = self.to_camera(&walk.lambda, u.light, &vertex);
+                splats.extend(splat.map(|(uv, value)| (uv, value, group)));
             }
             let next = walk.scatter(&vertex, &u, rr_depth);
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);
+                if B::Credits::KEPT {
+                    groups.push(group.unwrap_or_default());
+                }
             }
             let Some(next) = next else { return };
             ray = next;

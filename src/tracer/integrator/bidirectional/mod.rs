@@ -25,7 +25,8 @@ mod strategies;
 
 use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::bsdf::{Bsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::subpath::{SubpathVertex, Walk};
@@ -58,6 +59,7 @@ pub struct Scratch {
     general: Subpaths<Unmixed>,
     mixed: Subpaths<Bsdf>,
     recorded: Subpaths<Recorded>,
+    credited: Subpaths<CreditedBsdf>,
 }
 
 /// What is kept of the subpaths of an index.
@@ -101,10 +103,13 @@ impl BidirectionalTracer {
             self.add_connections(&mut path, camera, light, candidates, numbers.connection);
             B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
             let mut value = lambda.to_xyz(path.radiance);
+            path.credits.settle(&lambda);
             if specular && let Some(merge) = &mut merge {
-                value += merge(&sampler);
+                let mut colors = GroupColors::default();
+                value += merge(&sampler, &mut colors);
+                path.credits.add_colors(&colors);
             }
-            out.camera(uv.map(|c| c as f32), value, start.weight);
+            path.credits.send(self.context.scene.lights(), uv, value, start.weight, out);
         }
     }
 
@@ -114,7 +119,7 @@ impl BidirectionalTracer {
     #[inline(always)]
     fn trace_camera_subpath<B: Scattering>(
         &self,
-        path: &mut PathContribution,
+        path: &mut PathContribution<B::Credits>,
         uv: [f64; 2],
         sampler: &Sampler,
         merging: bool,
@@ -192,12 +197,14 @@ impl BidirectionalTracer {
             MaterialClass::General => self.trace_as(index, &mut scratch.general, merge, out),
             MaterialClass::Mixed => self.trace_as(index, &mut scratch.mixed, merge, out),
             MaterialClass::Recorded => self.trace_as(index, &mut scratch.recorded, merge, out),
+            MaterialClass::Credited => self.trace_as(index, &mut scratch.credited, merge, out),
         }
     }
 }
 
-/// Returns what merging adds to the camera sample of these numbers.
-pub(super) type Merge<'a> = dyn FnMut(&Sampler) -> Xyz + 'a;
+/// Returns what merging adds to the camera sample of these numbers, and puts beside it what comes from each group of lights, if there are
+/// groups.
+pub(super) type Merge<'a> = dyn FnMut(&Sampler, &mut GroupColors) -> Xyz + 'a;
 
 impl Integrator for BidirectionalTracer {
     type Scratch = Scratch;

@@ -11,7 +11,9 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
-use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext};
+use crate::tracer::integrator::lamps::FoundLamps;
+use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights};
+use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
@@ -26,25 +28,31 @@ use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 pub(super) const SPLAT_SAMPLES: f32 = 0.4 * LIGHT_SUBPATHS as f32 / CAMERA_SUBPATHS as f32;
 
 /// What all strategies of the camera stream have found for one path, while it is traced.
-pub(super) struct PathContribution {
+pub(super) struct PathContribution<C> {
     /// The wavelengths of the path.
     pub(super) lambda: SampledWavelengths,
     /// Radiance at them.
     pub(super) radiance: SampledSpectrum,
+    /// Which groups of lights it comes from.
+    pub(super) credits: C,
     emission: EmissionCache,
 }
 
-impl PathContribution {
+impl<C: LightCredits> PathContribution<C> {
     pub(super) fn new(lambda: SampledWavelengths) -> Self {
-        Self { lambda, radiance: SampledSpectrum::ZERO, emission: EmissionCache::default() }
+        let (radiance, credits) = (SampledSpectrum::ZERO, C::default());
+        Self { lambda, radiance, credits, emission: EmissionCache::default() }
     }
 
     /// Adds the radiance of a light that was hit by chance, if it is a number.
     #[inline]
-    fn add_emission(&mut self, value: SampledSpectrum, surface: Option<u32>, light: Option<u32>) {
+    fn add_emission(&mut self, lights: &Lights, value: SampledSpectrum, surface: Option<u32>, light: u32) {
         match value.is_within(MAX_VALUE) {
-            true => self.radiance += value,
-            false => faults::raise(FaultyValue::Emission, value.into(), surface, light),
+            true => {
+                self.radiance += value;
+                self.credits.add(lights, light, value);
+            }
+            false => faults::raise(FaultyValue::Emission, value.into(), surface, Some(light)),
         }
     }
 }
@@ -120,7 +128,7 @@ impl BidirectionalTracer {
     #[inline(always)]
     pub(super) fn add_emitted<B: Scattering>(
         &self,
-        path: &mut PathContribution,
+        path: &mut PathContribution<B::Credits>,
         last: Option<LightSampleContext>,
         vertex: &SubpathVertex<B>,
         factor: f32,
@@ -134,7 +142,7 @@ impl BidirectionalTracer {
         });
         let emitted = path.emission.emission(lights, light, hit.point.p, -hit.wo, &path.lambda);
         let value = vertex.throughput * emitted * (weight * factor * vertex.wavelength_mis.weight());
-        path.add_emission(value, Some(hit.surface), Some(light));
+        path.add_emission(lights, value, Some(hit.surface), light);
         B::record(|| PathEvent::Radiance(path.radiance));
     }
 
@@ -143,22 +151,31 @@ impl BidirectionalTracer {
     #[inline(always)]
     pub(super) fn add_lamps_beside<B: Scattering>(
         &self,
-        path: &mut PathContribution,
+        path: &mut PathContribution<B::Credits>,
         chain: &mut SpecularChain,
         vertex: &SubpathVertex<B>,
         s: &BsdfSample,
     ) {
         let found = self.context.lamps_beside(chain, &vertex.surface, s, &path.lambda, vertex.depth);
-        if let Some(found) = found {
-            path.add_emission(vertex.throughput * found, Some(vertex.surface.hit.surface), None);
+        if let Some(FoundLamps { radiance, credits }) = found {
+            let value = vertex.throughput * radiance;
+            match value.is_within(MAX_VALUE) {
+                true => {
+                    path.radiance += value;
+                    path.credits.add_all(&credits, vertex.throughput);
+                }
+                false => {
+                    faults::raise(FaultyValue::Emission, value.into(), Some(vertex.surface.hit.surface), None)
+                }
+            }
             B::record(|| PathEvent::Radiance(path.radiance));
         }
     }
 
     /// s = 0: adds the emission of the environment `light`, where the camera subpath leaves the scene in `direction`.
-    pub(super) fn add_environment(
+    pub(super) fn add_environment<C: LightCredits>(
         &self,
-        path: &mut PathContribution,
+        path: &mut PathContribution<C>,
         light: u32,
         walk: &Walk<false>,
         last: Option<LightSampleContext>,
@@ -172,14 +189,14 @@ impl BidirectionalTracer {
         });
         let emitted = path.emission.emission(lights, light, Vec3::ZERO, direction, &path.lambda);
         let value = walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
-        path.add_emission(value, None, Some(light));
+        path.add_emission(lights, value, None, light);
     }
 
     /// s = 1: adds light that arrives at `vertex` straight from a light, by next-event estimation.
     #[inline(always)]
     pub(super) fn add_direct<B: Scattering>(
         &self,
-        path: &mut PathContribution,
+        path: &mut PathContribution<B::Credits>,
         vertex: &SubpathVertex<B>,
         u: &VertexNumbers,
     ) {
@@ -208,8 +225,9 @@ impl BidirectionalTracer {
             }
             (!value.is_black()).then_some(value)
         });
-        if let Some(direct) = direct {
+        if let Some((light, direct)) = direct {
             path.radiance += direct;
+            path.credits.add(lights, light, direct);
         }
     }
 

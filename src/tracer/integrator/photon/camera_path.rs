@@ -11,6 +11,7 @@ use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering}
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
 use crate::tracer::integrator::vcm::Prefix;
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceMaterial, SurfaceVertex};
+use crate::tracer::light_groups::LightCredits;
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
@@ -45,13 +46,23 @@ enum PathClass {
     Caustic,
 }
 
+/// What a camera path begins with.
+pub(super) struct PathStart<'a> {
+    pub(super) tracer: &'a PhotonTracer,
+    /// The photons that it sees.
+    pub(super) snapshot: &'a Snapshot,
+    pub(super) lookup: Lookup,
+    /// Chooses its wavelengths, in [0, 1).
+    pub(super) wavelength: f32,
+}
+
 /// A camera path on its way.
-pub(super) struct CameraPath<'a> {
+pub(super) struct CameraPath<'a, C> {
     tracer: &'a PhotonTracer,
     snapshot: &'a Snapshot,
     lookup: Lookup,
     scratch: &'a mut PhotonScratch,
-    state: PathState,
+    state: PathState<C>,
     /// What photons contributed, and what was found before the companion wavelengths were dropped.
     xyz: Xyz,
     class: PathClass,
@@ -59,23 +70,20 @@ pub(super) struct CameraPath<'a> {
     gathered: bool,
 }
 
-impl<'a> CameraPath<'a> {
-    /// A path that sees these photons; `wavelength` in [0, 1) chooses its wavelengths.
-    pub fn new(
-        tracer: &'a PhotonTracer,
-        snapshot: &'a Snapshot,
-        lookup: Lookup,
-        scratch: &'a mut PhotonScratch,
-        wavelength: f32,
-    ) -> Self {
+impl<'a> PathStart<'a> {
+    /// The path at the camera.
+    pub fn begin<C: LightCredits>(self, scratch: &'a mut PhotonScratch) -> CameraPath<'a, C> {
+        let Self { tracer, snapshot, lookup, wavelength } = self;
         scratch.scatterings.clear();
         let state = PathState::new(tracer.context.wavelengths(wavelength), Splitting::Never);
         let (xyz, class) = (Xyz::BLACK, PathClass::Mirrored);
-        Self { tracer, snapshot, lookup, scratch, state, xyz, class, gathered: false }
+        CameraPath { tracer, snapshot, lookup, scratch, state, xyz, class, gathered: false }
     }
+}
 
-    /// Follows the path along `ray` to its end and returns what it found.
-    pub fn trace<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
+impl<C: LightCredits> CameraPath<'_, C> {
+    /// Follows the path along `ray` to its end and returns what it found, in all and by groups of lights.
+    pub fn trace<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let context = &self.tracer.context;
         let mut from = ray.origin;
         while let Some(hit) = self.state.arrive::<B>(context, &mut ray, self.class != PathClass::Caustic) {
@@ -88,11 +96,12 @@ impl<'a> CameraPath<'a> {
             let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.depth)) else { break };
             (ray, from) = (next, next.origin);
         }
-        self.xyz + self.state.lambda.to_xyz(self.state.radiance)
+        self.end()
     }
 
-    /// Follows the path along `ray` as far as its light is found by merging alone, and returns what photons contribute.
-    pub fn merge<B: Scattering>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
+    /// Follows the path along `ray` as far as its light is found by merging alone, and returns what photons contribute, in all and by groups
+    /// of lights.
+    pub fn merge<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let context = &self.tracer.context;
         let mut prefix = Prefix::CAMERA;
         // Lamps are left to the camera subpath, which looks for them along all chains.
@@ -112,7 +121,13 @@ impl<'a> CameraPath<'a> {
             }
             ray = next;
         }
-        self.xyz + self.state.lambda.to_xyz(self.state.radiance)
+        self.end()
+    }
+
+    /// What it has found.
+    fn end(mut self) -> (Xyz, C) {
+        self.state.credits.settle(&self.state.lambda);
+        (self.xyz + self.state.lambda.to_xyz(self.state.radiance), self.state.credits)
     }
 
     /// Samples a light, gathers photons (global ones unless `near`) and chooses the ray to go on with.
@@ -194,7 +209,7 @@ impl<'a> CameraPath<'a> {
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
         let throughput = self.state.throughput * self.state.wavelength_weight;
-        let Self { scratch, tracer, .. } = self;
+        let Self { scratch, tracer, state, .. } = self;
         let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
         let scale = 1.0 / disc.area / self.snapshot.light_paths as f32;
@@ -209,10 +224,16 @@ impl<'a> CameraPath<'a> {
         for near in disc.counted {
             let photon = forest.photon(near);
             match window {
-                None => xyz += path.at_wavelengths_of(photon, vertex, scale),
+                None => {
+                    let found = path.at_wavelengths_of(photon, vertex, scale);
+                    xyz += found;
+                    state.credits.add_color(photon.group(), found);
+                }
                 Some(w) => {
                     let flux = lanes_near(photon, hero, w) * scale;
-                    value += at_the_hero(photon, vertex, throughput * flux);
+                    let found = at_the_hero(photon, vertex, throughput * flux);
+                    value += found;
+                    state.credits.add_to(photon.group(), found);
                 }
             }
         }

@@ -71,7 +71,9 @@ impl PhotonTracer {
             MaterialClass::Recorded => {
                 trace_light_path::<Recorded>(&self.context, photon_paths, number, batch)
             }
-            MaterialClass::Mixed => trace_light_path::<Bsdf>(&self.context, photon_paths, number, batch),
+            MaterialClass::Mixed | MaterialClass::Credited => {
+                trace_light_path::<Bsdf>(&self.context, photon_paths, number, batch)
+            }
             _ => trace_light_path::<Unmixed>(&self.context, photon_paths, number, batch),
         }
     }
@@ -86,7 +88,7 @@ pub(super) fn trace_light_paths(
 ) {
     paths.for_each(|path| {
         match context.scene.material_class() {
-            MaterialClass::Mixed | MaterialClass::Recorded => {
+            MaterialClass::Mixed | MaterialClass::Recorded | MaterialClass::Credited => {
                 trace_light_path::<Bsdf>(context, photon_paths, path, batch);
             }
             _ => trace_light_path::<Unmixed>(context, photon_paths, path, batch),
@@ -109,6 +111,7 @@ fn trace_light_path<B: Scattering>(
     let numbers = sampler.light();
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.emitted(&emission, &lambda);
+    let group = scene.lights.group(emission.light).unwrap_or_default();
     let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
     B::record(|| PathEvent::Begins((&walk).into()));
     let mut ray = emission.ray();
@@ -127,7 +130,7 @@ fn trace_light_path<B: Scattering>(
                 false => (PhotonLayer::Caustic, context.photons.caustics),
             };
             if wanted {
-                let arrival = arrival(scene, &vertex, number);
+                let arrival = Arrival { group, ..arrival(scene, &vertex, number) };
                 if !batch.push(layer, &arrival) && !arrival.flux.is_finite() {
                     faults::raise(
                         FaultyValue::Photon,
@@ -172,5 +175,6 @@ fn arrival<B: Scattering>(scene: &Scene, vertex: &SubpathVertex<B>, wavelengths:
         wavelengths,
         hero_only,
         depth: *depth,
+        group: 0,
     }
 }

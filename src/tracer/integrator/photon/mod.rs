@@ -37,13 +37,14 @@ use glam::Vec3;
 use crate::color::Xyz;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink, faults};
-use crate::tracer::bsdf::{Bsdf, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Scattering, Unmixed};
+use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
 use crate::tracer::record::Recorded;
 use crate::tracer::{MaterialClass, Sampler};
 
 use super::{Integrator, RenderContext};
-use camera_path::{CameraPath, RecordedScattering};
+use camera_path::{PathStart, RecordedScattering};
 use extent::photon_box;
 
 /// Light paths of one generation. They take a few hundredths of a second, so that the first picture is not kept waiting.
@@ -133,23 +134,48 @@ impl PhotonTracer {
     }
 
     /// What photons contribute to the camera path from the place and through the lens that `sampler` chooses, where it is found by merging
-    /// ([`vcm`](super::vcm)).
+    /// ([`vcm`](super::vcm)); its wavelengths are chosen by `wavelength`. What comes from each group of lights is put into `colors`, if there
+    /// are groups.
     pub(super) fn merge(
         &self,
         snapshot: &Snapshot,
         scratch: &mut PhotonScratch,
         sampler: &Sampler,
         wavelength: f32,
+        colors: &mut GroupColors,
     ) -> Xyz {
         let numbers = sampler.camera();
         let lookup = self.schedule.lookup(snapshot.generations);
         let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens);
-        let path = CameraPath::new(self, snapshot, lookup, scratch, wavelength);
+        let path = PathStart { tracer: self, snapshot, lookup, wavelength };
         match self.context.scene.material_class() {
-            MaterialClass::Mixed => path.merge::<Bsdf>(ray, sampler),
-            MaterialClass::Recorded => path.merge::<Recorded>(ray, sampler),
-            _ => path.merge::<Unmixed>(ray, sampler),
+            MaterialClass::Mixed => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
+            MaterialClass::Recorded => path.begin(scratch).merge::<Recorded>(ray, sampler).0,
+            MaterialClass::Credited => {
+                let (value, credits) = path.begin(scratch).merge::<CreditedBsdf>(ray, sampler);
+                *colors = credits.colors();
+                value
+            }
+            _ => path.begin(scratch).merge::<Unmixed>(ray, sampler).0,
         }
+    }
+
+    fn trace_as<B: Scattering>(
+        &self,
+        index: u64,
+        snapshot: &Snapshot,
+        scratch: &mut PhotonScratch,
+        out: &mut impl SampleSink,
+    ) {
+        let lookup = self.schedule.lookup(snapshot.generations);
+        let start = self.context.screen.start(index);
+        let sampler = self.context.sampler(start.index);
+        let numbers = sampler.camera();
+        let uv = self.context.place(numbers.screen);
+        let path = PathStart { tracer: self, snapshot, lookup, wavelength: numbers.wavelength };
+        let ray = self.context.camera.ray(uv, numbers.lens);
+        let (value, credits) = path.begin(scratch).trace::<B>(ray, &sampler);
+        credits.send(self.context.scene.lights(), uv, value, start.weight, out);
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
@@ -202,20 +228,13 @@ impl Integrator for PhotonTracer {
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
         let Some(snapshot) = self.snapshot(index, scratch, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
-        let lookup = self.schedule.lookup(snapshot.generations);
-        let start = self.context.screen.start(index);
-        let sampler = self.context.sampler(start.index);
-        let numbers = sampler.camera();
-        let uv = self.context.place(numbers.screen);
-        let path = CameraPath::new(self, &snapshot, lookup, scratch, numbers.wavelength);
-        let ray = self.context.camera.ray(uv, numbers.lens);
-        let value = match self.context.scene.material_class() {
-            MaterialClass::Mixed => path.trace::<Bsdf>(ray, &sampler),
-            MaterialClass::Recorded => path.trace::<Recorded>(ray, &sampler),
-            _ => path.trace::<Unmixed>(ray, &sampler),
-        };
+        match self.context.scene.material_class() {
+            MaterialClass::Mixed => self.trace_as::<Bsdf>(index, &snapshot, scratch, out),
+            MaterialClass::Recorded => self.trace_as::<Recorded>(index, &snapshot, scratch, out),
+            MaterialClass::Credited => self.trace_as::<CreditedBsdf>(index, &snapshot, scratch, out),
+            _ => self.trace_as::<Unmixed>(index, &snapshot, scratch, out),
+        }
         scratch.keep(snapshot);
-        out.camera(uv.map(|c| c as f32), value, start.weight);
     }
 
     fn paths_per_index(&self) -> PathCounts {

@@ -13,6 +13,7 @@ fn arrival(flux: Vec4, direction: Vec3) -> Arrival {
         wavelengths: wavelength_number(0.3),
         hero_only: false,
         depth: 2,
+        group: 0,
     }
 }
 

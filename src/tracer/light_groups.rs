@@ -1,0 +1,174 @@
+//! Groups of lights: a path credits each contribution to the group of the light that it comes from.
+//!
+//! Integrators are generic over the set of materials. Compiled for [`CreditedBsdf`](super::bsdf::CreditedBsdf), which is every material, their
+//! paths carry [`GroupCredits`]; compiled for any other set they carry `()`, and nothing of this is in their code. What a path adds up
+//! without regard to groups is the same sum in the same order either way, so that the picture is the same, bit for bit.
+//!
+//! Where next-event estimation takes one of several light samples and lets it stand for all, the group of that sample is credited
+//! with the whole value: it is chosen in proportion to what it contributes, so that each group has the expected value of its lights.
+
+use std::sync::Arc;
+
+use crate::color::Xyz;
+use crate::scene::limits::LIGHT_GROUPS;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::{MOST_GROUPS, SampleSink};
+
+use super::light::Lights;
+
+const _: () = assert!(LIGHT_GROUPS == MOST_GROUPS);
+
+/// A colour for each group.
+pub type GroupColors = [Xyz; MOST_GROUPS];
+
+/// The group of each light of a scene.
+#[derive(Clone, Debug)]
+pub struct LightGroups {
+    /// Numbers of groups, in the order of the lights.
+    of_lights: Arc<[u8]>,
+    count: usize,
+}
+
+impl LightGroups {
+    /// `count` groups, at most [`MOST_GROUPS`], and the number of each light's.
+    pub(super) fn new(of_lights: Arc<[u8]>, count: usize) -> Self {
+        Self { of_lights, count: count.min(MOST_GROUPS) }
+    }
+
+    /// Number of groups.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The group of a light.
+    #[inline]
+    pub(super) fn of(&self, light: u32) -> Option<u8> {
+        self.of_lights.get(light as usize).copied()
+    }
+}
+
+/// What a path has found, by groups of lights; `()` for a path that does not tell.
+pub trait LightCredits: Copy + Default {
+    /// Whether anything is kept.
+    const KEPT: bool;
+
+    /// Credits radiance at the wavelengths of the path to the group of `light`.
+    fn add(&mut self, lights: &Lights, light: u32, radiance: SampledSpectrum);
+
+    /// Credits radiance at the wavelengths of the path to a group.
+    fn add_to(&mut self, group: u8, radiance: SampledSpectrum);
+
+    /// Credits a colour to a group.
+    fn add_color(&mut self, group: u8, color: Xyz);
+
+    /// Credits a colour to each group.
+    fn add_colors(&mut self, colors: &GroupColors);
+
+    /// Adds the credits of a part of the path, whose radiance is to be multiplied by `factor`.
+    fn add_all(&mut self, part: &Self, factor: SampledSpectrum);
+
+    /// Makes colours of the radiance so far, which was found at these wavelengths.
+    fn settle(&mut self, lambda: &SampledWavelengths);
+
+    /// The colours of the groups, once everything is [settled](Self::settle).
+    fn colors(&self) -> GroupColors;
+
+    /// Sends the camera sample of a path that has found `value` in all, once everything is [settled](Self::settle).
+    fn send(&self, lights: &Lights, uv: [f64; 2], value: Xyz, weight: f32, out: &mut impl SampleSink);
+}
+
+impl LightCredits for () {
+    const KEPT: bool = false;
+
+    #[inline(always)]
+    fn add(&mut self, _: &Lights, _: u32, _: SampledSpectrum) {}
+
+    #[inline(always)]
+    fn add_to(&mut self, _: u8, _: SampledSpectrum) {}
+
+    #[inline(always)]
+    fn add_color(&mut self, _: u8, _: Xyz) {}
+
+    #[inline(always)]
+    fn add_colors(&mut self, _: &GroupColors) {}
+
+    #[inline(always)]
+    fn add_all(&mut self, _: &Self, _: SampledSpectrum) {}
+
+    #[inline(always)]
+    fn settle(&mut self, _: &SampledWavelengths) {}
+
+    #[inline(always)]
+    fn colors(&self) -> GroupColors {
+        GroupColors::default()
+    }
+
+    #[inline(always)]
+    fn send(&self, _: &Lights, uv: [f64; 2], value: Xyz, weight: f32, out: &mut impl SampleSink) {
+        out.camera(uv.map(|c| c as f32), value, weight);
+    }
+}
+
+/// What a path has found from each group.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GroupCredits {
+    /// At the wavelengths of the path.
+    radiance: [SampledSpectrum; MOST_GROUPS],
+    /// In addition.
+    colors: GroupColors,
+}
+
+impl LightCredits for GroupCredits {
+    const KEPT: bool = true;
+
+    fn add(&mut self, lights: &Lights, light: u32, radiance: SampledSpectrum) {
+        if let Some(group) = lights.group(light) {
+            self.add_to(group, radiance);
+        }
+    }
+
+    fn add_to(&mut self, group: u8, radiance: SampledSpectrum) {
+        if let Some(sum) = self.radiance.get_mut(usize::from(group)) {
+            *sum += radiance;
+        }
+    }
+
+    fn add_color(&mut self, group: u8, color: Xyz) {
+        if let Some(sum) = self.colors.get_mut(usize::from(group)) {
+            *sum += color;
+        }
+    }
+
+    fn add_colors(&mut self, colors: &GroupColors) {
+        self.colors.iter_mut().zip(colors).for_each(|(sum, color)| *sum += *color);
+    }
+
+    fn add_all(&mut self, part: &Self, factor: SampledSpectrum) {
+        self.radiance.iter_mut().zip(part.radiance).for_each(|(sum, found)| *sum += found * factor);
+        self.add_colors(&part.colors);
+    }
+
+    fn settle(&mut self, lambda: &SampledWavelengths) {
+        for (radiance, color) in self.radiance.iter_mut().zip(&mut self.colors) {
+            *color += lambda.to_xyz(std::mem::take(radiance));
+        }
+    }
+
+    fn colors(&self) -> GroupColors {
+        self.colors
+    }
+
+    fn send(&self, lights: &Lights, uv: [f64; 2], value: Xyz, weight: f32, out: &mut impl SampleSink) {
+        let count = lights.groups().map_or(0, LightGroups::count);
+        out.camera_by_groups(uv.map(|c| c as f32), value, weight, &self.colors[..count]);
+    }
+}
+
+/// Sends a light sample, whose light comes from this group if there are groups.
+#[inline]
+pub(super) fn send_light(out: &mut impl SampleSink, uv: [f32; 2], value: Xyz, group: Option<u8>) {
+    match group {
+        Some(group) => out.light_of_group(uv, value, group),
+        None => out.light(uv, value),
+    }
+}
