@@ -251,8 +251,8 @@ fn objects_and_lens_are_edited() {
         user.set_transform(DAffine3::from_translation(DVec3::X * 0.1 * f64::from(step))).expect("invertible");
     }
     settle(&mut user);
-    let [low, high] = user.selected_bounds().expect("a ball");
-    assert!((0.5 * (low + high)).abs_diff_eq(DVec3::new(1.2, 0.6, 0.0), 1e-9), "{low} {high}");
+    let pivot = user.selected_pivot().expect("a ball");
+    assert!(pivot.abs_diff_eq(DVec3::new(1.2, 0.6, 0.0), 1e-9), "{pivot}");
     assert!(
         user.pick(user.project(user.selected_pivot().expect("a ball"), size).expect("seen"), size)
             .is_some_and(|p| p.shape == ball)
