@@ -82,7 +82,7 @@ fn switches_and_points_are_edited() {
     });
     let shapes = panel.settle(&readout, &mut controls);
     let shown = texts(&shapes);
-    for number in ["1.25", "-2.5", "0.125"] {
+    for number in ["1.25", "-2.50", "0.125"] {
         assert!(shown.iter().any(|(text, _)| text.replace('−', "-") == number), "{number} in {shown:?}");
     }
     let (_, label) = shown.iter().find(|(text, _)| text == "textures").expect("the label of the switch");
