@@ -56,6 +56,7 @@ pub fn readout() -> PanelData {
         selection: Some(Selection {
             name: "shape \"light\"".into(),
             selected: true,
+            lens_from: 3,
             parameters: vec![
                 SceneParameter { label: "emission".into(), value: ParameterValue::Scale(1.7) },
                 SceneParameter {
@@ -91,6 +92,8 @@ pub fn readout() -> PanelData {
         left_out: vec!["lens"],
         camera: "at 278 273 −800, to 278 273 −799".into(),
         fov: 39.307_7,
+        undo: Some("move of `ball`".into()),
+        redo: Some("orbit of the camera".into()),
         ..PanelData::default()
     }
 }

@@ -9,7 +9,7 @@ use pointillist::client::settings::{
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
     CommandPalette, CompareControls, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelData,
-    PanelLayout, PanelTab,
+    PanelLayout, PanelTab, ParameterValue, SceneParameter, Selection,
 };
 use pointillist::color::Profile;
 use pointillist::math::random::Random;
@@ -66,6 +66,34 @@ fn buttons_do_what_they_say() {
     assert_eq!(panel.click(place(&open, "glare"), &readout, &mut controls), []);
     controls.layout.is_open = false;
     assert!(texts(&panel.frame(vec![], &readout, &mut controls).1).is_empty(), "hidden means hidden");
+}
+
+/// A switch asks for its other state, as a change of its own; a point shows its three numbers.
+#[test]
+fn switches_and_points_are_edited() {
+    let (mut readout, mut panel) = (readout(), Panel::new([800.0, 1600.0]));
+    let mut controls = controls_of(PanelTab::Scene);
+    readout.selection = Some(Selection {
+        name: "wall".into(),
+        selected: true,
+        lens_from: 2,
+        parameters: vec![
+            SceneParameter {
+                label: "position".into(),
+                value: ParameterValue::Vector { value: [1.25, -2.5, 0.125], step: 0.01 },
+            },
+            SceneParameter { label: "textures".into(), value: ParameterValue::Switch(true) },
+        ],
+    });
+    let shapes = panel.settle(&readout, &mut controls);
+    let shown = texts(&shapes);
+    for number in ["1.25", "-2.50", "0.125"] {
+        assert!(shown.iter().any(|(text, _)| text.replace('−', "-") == number), "{number} in {shown:?}");
+    }
+    let (_, label) = shown.iter().find(|(text, _)| text == "textures").expect("the label of the switch");
+    let actions = panel.click(pos2(label.left() - 16.0, label.center().y), &readout, &mut controls);
+    let switched = Action::Edit { index: 1, value: ParameterValue::Switch(false) };
+    assert_eq!(actions, [switched, Action::EndMove]);
 }
 
 /// A click on the count of rejected values opens their list, which stays open while the count grows.

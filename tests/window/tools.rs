@@ -102,7 +102,7 @@ fn recent_scenes_and_views_are_opened() {
         ..readout()
     };
     let mut harness = harness(data, controls_of(PanelTab::Files));
-    harness.get_by_label("hall.xml").click();
+    harness.get_by_label("scenes/hall.xml").click();
     assert_eq!(taken(&mut harness), [Action::Open("/scenes/hall.xml".into())]);
     harness.get_by_label("2").click();
     harness.get_by_label("3").click();
@@ -158,6 +158,7 @@ fn the_pixel_is_told() {
     let reading = PixelReading {
         pixel: [12, 34],
         xyz: [0.123_456, 2.5, 0.0],
+        stops: Some(3.66),
         displayed: [1.0, 0.5, 0.0],
         samples: 64.0,
         error: Some(0.0231),

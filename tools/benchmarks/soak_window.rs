@@ -193,7 +193,7 @@ const TAB: u32 = 0xff09;
 const ESCAPE: u32 = 0xff1b;
 const CTRL: u32 = 0xffe3;
 
-/// Keys that neither end the program nor leave the picture: Tab, Home, F1, brackets.
+/// Keys that do not end the program: Tab, Home, F1, brackets.
 const KEYS: [u32; 6] = [TAB, 0xff50, 0xffbe, 0xffbe, 0x5b, 0x5d];
 
 /// Keys of tools: inspect, snapshot, compare, pause, zoom in and out, the whole picture, meter, brightness, F6, F11, Escape.

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result, miette};
 use winit::window::Fullscreen;
@@ -22,6 +22,9 @@ use crate::tracer::effects::Effect;
 
 /// Stops per step of the wheel that changes the exposure.
 const EXPOSURE_STEP: f32 = 1.0 / 6.0;
+
+/// How long after the warning a second request discards changes.
+const SURE: Duration = Duration::from_secs(10);
 
 /// Pixels around the one that is metered.
 const SPOT: u32 = 4;
@@ -58,10 +61,35 @@ impl Viewer {
         match action {
             Action::Gesture(gesture) => self.gesture(gesture),
             Action::EndMove => self.editor.end_change(),
+            Action::Pick(at) if self.asked.is_some() => {
+                let asked = self.asked.take().map(|asked| asked.at(at));
+                return asked.map_or(Ok(None), |action| self.perform(action));
+            }
+            Action::AskPlace(asked) => {
+                self.asked = Some(asked);
+                self.panel.host.pin("Click the place in the picture; Escape leaves it".to_owned());
+            }
+            Action::FocusLensAt(at) => {
+                let Some(pick) = self.editor.pick(self.on_picture(at), size) else {
+                    return Err(miette!("there is nothing here to focus on"));
+                };
+                if self.editor.focus_at(pick.position)? {
+                    self.edited();
+                }
+                return Ok(Some("focused".to_owned()));
+            }
             Action::Pick(at) => {
                 let place = self.on_picture(at);
                 let pick = self.editor.pick(place, size);
                 self.editor.select(pick.map(|pick| pick.shape));
+                let layout = &self.panel.controls.layout;
+                let hint =
+                    layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
+                if let Some(selection) =
+                    self.editor.selection().filter(|selection| hint && selection.selected)
+                {
+                    self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
+                }
                 if self.panel.controls.layout.shows(PanelTab::Inspect) {
                     let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
                     self.inspector.begin(pixel, &self.session, &self.picture, &self.editor)?;
@@ -114,6 +142,9 @@ impl Viewer {
                 return self.save_scene().map(|path| Some(format!("saved {}", path.display())));
             }
             Action::CopyCommand => return self.copy_command().map(Some),
+            Action::KeepSnapshot | Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {
+                return Err(miette!("the error is shown, not light: choose Picture as the view (tab Look)"));
+            }
             Action::MeterAt(at) => self.meter(at)?,
             Action::Expose(steps) => {
                 let controls = &mut self.panel.controls;
@@ -129,7 +160,11 @@ impl Viewer {
                 let folder = self.scene_folder();
                 self.panel.controls.dialog.ask_scene(&folder);
             }
-            Action::Open(path) => self.open_file(path),
+            Action::Open(path) => {
+                if self.may_discard("opening another scene") {
+                    self.open_file(path);
+                }
+            }
             Action::SaveDialog => {
                 let name = format!("{}.png", self.options.name);
                 let folder = std::env::current_dir().into_diagnostic()?;
@@ -160,6 +195,7 @@ impl Viewer {
             Action::ForgetSnapshot(place) => {
                 self.comparison.forget(place);
                 let compare = &mut self.panel.controls.compare;
+                compare.chosen -= usize::from(place < compare.chosen);
                 compare.chosen = compare.chosen.min(self.comparison.last());
                 compare.is_shown &= !self.comparison.is_empty();
             }
@@ -195,11 +231,15 @@ impl Viewer {
             Action::TogglePanel => self.toggle_panel(),
             Action::ToggleHelp => self.panel.controls.help ^= true,
             Action::Cancel => {
-                if !std::mem::take(&mut self.panel.controls.help) {
+                let asked = self.asked.take().is_some();
+                if asked {
+                    self.panel.host.say("nothing was done".to_owned());
+                }
+                if !asked && !std::mem::take(&mut self.panel.controls.help) {
                     self.editor.select(None);
                 }
             }
-            Action::Quit => self.quit = true,
+            Action::Quit => self.quit = self.may_discard("closing the window"),
         }
         Ok(None)
     }
@@ -214,7 +254,7 @@ impl Viewer {
         let size = self.session.size();
         let place = self.on_picture(at).map(|at| at.max(0.0) as u32);
         let low = [0, 1].map(|i| place[i].min(size[i] - 1).saturating_sub(SPOT));
-        let extent = [0, 1].map(|i| (2 * SPOT + 1).min(size[i] - low[i]));
+        let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
         let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
         let spot = shown.map_or(Vec::new(), |shown| shown.xyz);
         let mean = spot.iter().map(|[_, y, _]| f64::from(*y)).sum::<f64>() / spot.len().max(1) as f64;
@@ -223,6 +263,19 @@ impl Viewer {
         self.panel.controls.settings.exposure = exposure;
         self.controls_changed();
         Ok(())
+    }
+
+    /// Whether changes that were not saved may be lost: where there are some, the user has to ask twice.
+    pub(super) fn may_discard(&mut self, by: &str) -> bool {
+        let warned = self.warned.take().is_some_and(|at| at.elapsed() < SURE);
+        if warned || !self.editor.has_unsaved_changes() {
+            return true;
+        }
+        self.warned = Some(Instant::now());
+        self.say(format!(
+            "the scene has changes that are not saved (Ctrl+S saves them): {by} again loses them"
+        ));
+        false
     }
 
     /// Compares with the picture that was added last.
@@ -248,6 +301,7 @@ impl Viewer {
     fn save_as(&mut self, path: PathBuf) -> Result<Option<String>> {
         if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) {
             self.editor.save_as(&path, self.session.run_spec())?;
+            self.preferences.opened(&path, &self.panel.controls.layout);
             return Ok(Some(format!("saved {}", path.display())));
         }
         check_target(&path).into_diagnostic()?;
@@ -291,7 +345,10 @@ impl Viewer {
         let Self { session, picture, editor, metrics, panel, .. } = self;
         let mut data = panel.data(session, picture, editor, metrics, now);
         let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
-        data.pixel = cursor.and_then(|at| inspector::reading(at, session, picture, editor));
+        let cursor = cursor.filter(|_| !panel.controls.settings.view.is_error());
+        data.pixel = cursor.and_then(|at| {
+            inspector::reading(at, session, picture, editor, panel.controls.settings.exposure)
+        });
         (data.undo, data.redo) =
             (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
         data.gizmo_mode = self.gizmo.mode;
@@ -299,9 +356,9 @@ impl Viewer {
             let (size, zoom) = (session.size(), panel.viewport.zoom());
             data.gizmo = self.gizmo.drawing(editor, panel.cursor(), size, zoom);
         }
-        data.outline = self.outline.lines(session.epoch());
+        data.outline = self.outline.lines(session.epoch(), session.size());
         (data.paths, data.traces_paths) = (self.inspector.paths(), self.inspector.is_busy());
-        if panel.controls.layout.shows(PanelTab::Look) {
+        if panel.controls.layout.shows(PanelTab::Look) && !panel.controls.settings.view.is_error() {
             let exposure = panel.controls.settings.exposure;
             data.histogram = self.histogram.get(picture, session.size(), exposure);
         }
@@ -356,6 +413,10 @@ impl Viewer {
         let mut outcome = self.outcome();
         outcome.prefix &= self.session.run_spec().deterministic;
         let run = self.present_run_spec()?;
+        if run.scene != self.session.run_spec().scene {
+            let (picture, scene) = (path.display(), run.scene.display());
+            self.say(format!("saving {picture}; it comes from the changed scene, which is saved as {scene}"));
+        }
         let settings = self.settings_shown();
         let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))

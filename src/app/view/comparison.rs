@@ -45,8 +45,24 @@ struct KeptPicture {
 /// What a thread has found of the difference.
 struct Difference {
     mode: CompareMode,
+    /// The picture that the present one was compared with, and the samples and the exposure of that.
+    of: DifferenceKey,
     map: Arc<FalseColorMap>,
     summary: String,
+}
+
+/// What a difference is of.
+#[derive(Clone)]
+struct DifferenceKey {
+    reference: Arc<Grid<Vec3>>,
+    samples: u64,
+    exposure: f32,
+}
+
+impl DifferenceKey {
+    fn is_of(&self, reference: &Arc<Grid<Vec3>>) -> bool {
+        Arc::ptr_eq(&self.reference, reference)
+    }
 }
 
 /// The pictures, and what was made of the chosen one.
@@ -134,6 +150,7 @@ impl Comparison {
     pub fn forget(&mut self, place: usize) {
         if place < self.list.len() {
             self.list.remove(place);
+            (self.displayed, self.difference) = (None, None);
         }
     }
 
@@ -147,9 +164,9 @@ impl Comparison {
         self.list.is_empty()
     }
 
-    /// Whether a difference is being computed, or shown and to be computed anew soon.
+    /// Whether a difference is being computed.
     pub fn is_busy(&self) -> bool {
-        self.thread.is_some()
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
 
     /// The error curve of the chosen picture, where the comparison is shown.
@@ -160,7 +177,8 @@ impl Comparison {
 
     /// The map of the difference, where that is shown.
     pub fn map(&self, controls: &CompareControls) -> Option<Arc<FalseColorMap>> {
-        let difference = self.difference.as_ref().filter(|_| controls.is_shown && !self.is_empty());
+        let chosen = &self.list.get(controls.chosen).filter(|_| controls.is_shown)?.xyz;
+        let difference = self.difference.as_ref().filter(|difference| difference.of.is_of(chosen));
         difference
             .filter(|difference| difference.mode == controls.mode)
             .map(|difference| difference.map.clone())
@@ -190,7 +208,9 @@ impl Comparison {
         };
         data.summary = match (&self.difference, outcome) {
             (_, Err(error)) => error.to_string(),
-            (Some(difference), _) if difference.mode == controls.mode => difference.summary.clone(),
+            (Some(difference), _) if difference.mode == controls.mode && difference.of.is_of(&xyz) => {
+                difference.summary.clone()
+            }
             _ => String::new(),
         };
         data
@@ -228,8 +248,17 @@ impl Comparison {
             let difference = thread.join().map_err(|_| miette!("the difference could not be computed"))?;
             self.difference = Some(difference?);
         }
-        let is_due = self.taken.is_none_or(|taken| taken.elapsed() > REFRESH)
-            || self.difference.as_ref().is_some_and(|difference| difference.mode != mode);
+        let counts = picture.counts();
+        let of = DifferenceKey {
+            reference: reference.clone(),
+            samples: counts.camera_samples + counts.light_samples,
+            exposure: settings.exposure,
+        };
+        let is_due = self.difference.as_ref().is_none_or(|known| {
+            let changed = known.of.samples != of.samples || known.of.exposure != of.exposure;
+            let rested = self.taken.is_none_or(|taken| taken.elapsed() > REFRESH);
+            known.mode != mode || !known.of.is_of(reference) || changed && rested
+        });
         if self.thread.is_some() || !is_due {
             return Ok(());
         }
@@ -239,10 +268,15 @@ impl Comparison {
             let (w, h) = (reference.width(), reference.height());
             return Err(miette!("it has {w}×{h} pixels and the picture {width}×{height}: no difference"));
         }
+        if reference.width().max(reference.height()) > LONGEST_SIDE {
+            return Err(miette!(
+                "pictures of more than {LONGEST_SIDE} pixels along a side are not drawn over it"
+            ));
+        }
         let present = grid(size, &whole(picture, size)?)?;
         self.taken = Some(Instant::now());
-        let (reference, settings) = (reference.clone(), settings.clone());
-        let compute = move || difference(mode, &present, &reference, &settings);
+        let settings = settings.clone();
+        let compute = move || difference(mode, &present, of, &settings);
         self.thread = Some(Builder::new().name("compare".into()).spawn(compute).into_diagnostic()?);
         Ok(())
     }
@@ -252,7 +286,7 @@ impl Comparison {
 fn difference(
     mode: CompareMode,
     present: &Grid<Vec3>,
-    reference: &Grid<Vec3>,
+    of: DifferenceKey,
     settings: &Settings,
 ) -> Result<Difference> {
     let from_xyz = Profile::srgb().from_xyz;
@@ -260,7 +294,7 @@ fn difference(
         let pixels = xyz.pixels().iter().map(|xyz| (from_xyz * *xyz).to_array()).collect();
         Grid::from_rows(xyz.width(), xyz.height(), pixels).ok_or_else(|| miette!("no memory"))
     };
-    let (a, b) = (rgb(present)?, rgb(reference)?);
+    let (a, b) = (rgb(present)?, rgb(&of.reference)?);
     let error = rel_mse(&a, &b).into_diagnostic()?.trimmed;
     let (map, summary) = match mode {
         CompareMode::Flip => {
@@ -290,7 +324,7 @@ fn difference(
     };
     let cells = grid.map(|n| n as f64);
     let map = Arc::new(FalseColorMap { kind, grid, cells, values: map, scale, shares: Vec::new() });
-    Ok(Difference { mode, map, summary })
+    Ok(Difference { mode, of, map, summary })
 }
 
 /// All that the window shows.
@@ -329,13 +363,14 @@ mod tests {
     #[test]
     fn equal_pictures_have_no_difference() {
         let grid = |value: f32| Grid::from_rows(16, 8, vec![Vec3::splat(value); 128]).expect("a grid");
+        let of = |value: f32| DifferenceKey { reference: grid(value).into(), samples: 1, exposure: 1.0 };
         for mode in [CompareMode::Difference, CompareMode::Flip] {
-            let same = difference(mode, &grid(0.5), &grid(0.5), &Settings::default()).expect("same size");
+            let same = difference(mode, &grid(0.5), of(0.5), &Settings::default()).expect("same size");
             assert!(same.map.values.iter().all(|v| *v == 0.0), "{}", same.summary);
-            let other = difference(mode, &grid(0.5), &grid(0.4), &Settings::default()).expect("same size");
+            let other = difference(mode, &grid(0.5), of(0.4), &Settings::default()).expect("same size");
             assert!(other.map.values.iter().all(|v| *v > 0.0), "{}", other.summary);
         }
-        let other = difference(CompareMode::Difference, &grid(0.5), &grid(0.4), &Settings::default());
+        let other = difference(CompareMode::Difference, &grid(0.5), of(0.4), &Settings::default());
         let summary = other.expect("same size").summary;
         assert!(summary.starts_with("mean difference 24.8 %"), "{summary}");
     }

@@ -87,7 +87,7 @@ const CENTER: [f32; 2] = [0.5; 2];
 const PATIENCE: Duration = Duration::from_millis(40);
 
 /// The widest lens that a slider offers, as a share of the distance to the target.
-const WIDEST: f64 = 0.25;
+const WIDEST: f64 = 0.05;
 
 /// The focus that a slider offers, in distances to the target.
 const FOCUS: [f64; 2] = [0.02, 10.0];
@@ -276,7 +276,7 @@ impl SceneEditor {
     }
 
     /// The values of the selected shape that can be changed, as they are now, with their labels; where nothing is selected, those of the
-    /// lights that have no shape to click at, and of the lens.
+    /// lights that have no shape to click at; then those of the lens.
     fn values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
         let editables = match self.selected {
             Some(SelectedShape { shape, .. }) => editable(self.original(), shape),
@@ -303,37 +303,72 @@ impl SceneEditor {
             Some((one.label, EditedValue::Of(one.target), of(value, one.target)?))
         });
         let mut values: Vec<_> = values.collect();
-        match self.selected_pivot() {
-            Some(pivot) => {
-                let value = ParameterValue::Vector { value: pivot.to_array(), step };
-                values.push(("position".to_owned(), EditedValue::Position, value));
-            }
-            None if self.selected.is_none() && !self.original().camera.orthographic => {
-                let (distance, aperture) = (self.pose().distance(), self.aperture());
-                let max = (WIDEST * distance).max(aperture);
-                let value = ParameterValue::Number { value: aperture, min: 0.0, max };
-                values.push(("radius of the lens".to_owned(), EditedValue::Aperture, value));
-                if aperture > 0.0 {
-                    let [min, max] = FOCUS.map(|distances| distances * distance);
-                    let value = ParameterValue::Number { value: distance, min, max };
-                    values.push(("distance in focus".to_owned(), EditedValue::Focus, value));
-                }
-            }
-            None => {}
+        if let Some(pivot) = self.selected_pivot() {
+            let value = ParameterValue::Vector { value: pivot.to_array(), step };
+            values.push(("position".to_owned(), EditedValue::Position, value));
+        }
+        values.extend(self.lens_values());
+        values
+    }
+
+    /// The values of the lens; none for a camera of parallel rays.
+    fn lens_values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
+        let mut values = Vec::new();
+        if self.original().camera.orthographic {
+            return values;
+        }
+        let (distance, aperture) = (self.pose().distance(), self.aperture());
+        // Bounds that stay where they are while the focus moves.
+        let reach = self.home.distance();
+        let value = ParameterValue::Number { value: aperture, min: 0.0, max: (WIDEST * reach).max(aperture) };
+        values.push(("radius of the lens".to_owned(), EditedValue::Aperture, value));
+        if aperture > 0.0 {
+            let [min, max] = FOCUS.map(|distances| distances * reach);
+            let value =
+                ParameterValue::Number { value: distance, min: min.min(distance), max: max.max(distance) };
+            values.push(("distance in focus".to_owned(), EditedValue::Focus, value));
         }
         values
+    }
+
+    /// Focuses the lens at the distance of a place in world space, without turning the camera; returns whether that changes anything.
+    ///
+    /// # Errors
+    ///
+    /// Without a lens: it says what to do.
+    pub fn focus_at(&mut self, place: DVec3) -> Result<bool> {
+        if self.aperture() <= 0.0 || self.original().camera.orthographic {
+            return Err(miette::miette!(
+                "a pinhole has everything in focus: give the lens a radius first (tab Scene, Camera)"
+            ));
+        }
+        let pose = self.pose();
+        let ahead = (pose.target - pose.eye).normalize_or(DVec3::Z);
+        let distance = (place - pose.eye).dot(ahead);
+        self.end_change();
+        let changed = distance > 0.0
+            && self.set_pose("distance in focus", Pose { target: pose.eye + ahead * distance, ..pose });
+        self.end_change();
+        Ok(changed)
+    }
+
+    /// Whether values were changed since they were saved last.
+    pub fn has_unsaved_changes(&self) -> bool {
+        let edits = self.edits();
+        !edits.values.is_empty() && self.saved.as_ref().is_none_or(|(saved, _)| *saved != edits)
     }
 
     /// The selected shape, or lights and lens, for the panel.
     pub fn selection(&self) -> Option<Selection> {
         let parameters: Vec<SceneParameter> =
             self.values().into_iter().map(|(label, _, value)| SceneParameter { label, value }).collect();
+        let lens_from = parameters.len() - self.lens_values().len();
         let name = match self.selected {
             Some(SelectedShape { shape, .. }) => shape_name(self.original(), shape),
             None if parameters.is_empty() => return None,
-            None => "Lights and lens".to_owned(),
+            None => "Lights".to_owned(),
         };
-        Some(Selection { name, selected: self.selected.is_some(), parameters })
+        Some(Selection { name, selected: self.selected.is_some(), parameters, lens_from })
     }
 
     /// Changes parameter `index` of the selection. On an error, such as a value out of range, nothing is changed. Returns whether another
@@ -551,7 +586,10 @@ impl SceneEditor {
 
     /// Saves camera and edits as a scene under this name that includes the original.
     pub fn save_as(&mut self, path: &Path, run: &RunSpec) -> Result<()> {
-        self.edits().write(path, &run.scene, &run.defines, self.original()).into_diagnostic()
+        let edits = self.edits();
+        edits.write(path, &run.scene, &run.defines, self.original()).into_diagnostic()?;
+        self.saved = Some((edits, path.to_path_buf()));
+        Ok(())
     }
 
     /// The camera in words.
@@ -562,8 +600,6 @@ impl SceneEditor {
     }
 }
 
-/// What the captions of buttons need.
-#[allow(dead_code, reason = "the interface of the window")]
 impl SceneEditor {
     /// The change that would be undone, such as `move of ball`.
     pub fn undo_name(&self) -> Option<&str> {

@@ -49,9 +49,13 @@ impl Viewer {
             // It is shown before more samples are read.
             plan.samples = 0;
         }
-        if !self.picture.is_frozen() && self.paused.is_none() {
+        if !self.picture.is_frozen() {
             self.picture.mend(self.session.run_spec());
-            self.picture.read_samples(&mut self.session, plan.samples, begin)?;
+            match self.paused {
+                // A film that was replaced meanwhile gets what is kept.
+                Some(_) => self.picture.read_kept(plan.samples)?,
+                None => self.picture.read_samples(&mut self.session, plan.samples, begin)?,
+            }
             if plan.flush {
                 self.picture.flush()?;
             }
@@ -323,6 +327,8 @@ impl Viewer {
         }
         if [before.width, before.height] != [width, height] {
             self.metrics.resizes += 1;
+            // Its paths were drawn for the size before.
+            self.inspector.clear();
         }
         self.film_changed(before);
         Ok(())

@@ -42,6 +42,8 @@ struct GizmoDrag {
     pivot: DVec3,
     center: DVec2,
     start: SightLine,
+    /// Size of a pixel of the picture in the window.
+    zoom: f64,
 }
 
 /// What the gizmo does, and the handle that is dragged.
@@ -76,7 +78,7 @@ impl Gizmo {
             return false;
         }
         let center = DVec2::from(drawing.pivot);
-        self.drag = Some(GizmoDrag { handle, mode: self.mode, pivot, center, start });
+        self.drag = Some(GizmoDrag { handle, mode: self.mode, pivot, center, start, zoom });
         true
     }
 
@@ -150,7 +152,7 @@ fn to_segment(at: DVec2, from: DVec2, to: DVec2) -> f64 {
 
 /// The transform, in world space, of an object whose handle has been dragged to this line of sight.
 fn transform(drag: &GizmoDrag, now: SightLine) -> Option<DAffine3> {
-    let GizmoDrag { handle, mode, pivot, center, start } = *drag;
+    let GizmoDrag { handle, mode, pivot, center, start, zoom } = *drag;
     let about = |matrix: DMat3| {
         DAffine3::from_translation(pivot) * DAffine3::from_mat3(matrix) * DAffine3::from_translation(-pivot)
     };
@@ -191,7 +193,7 @@ fn transform(drag: &GizmoDrag, now: SightLine) -> Option<DAffine3> {
         }
         (GizmoMode::Scale, GizmoHandle::Center) => {
             // Right and up make it larger: the centre itself has no distance to begin with.
-            let away = now.place - start.place;
+            let away = (now.place - start.place) * zoom;
             let by = factor(((away.x - away.y) / (2.0 * LENGTH)).exp2())?;
             Some(about(DMat3::from_diagonal(DVec3::splat(by))))
         }

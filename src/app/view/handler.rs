@@ -33,9 +33,17 @@ impl ApplicationHandler<ReaderEvent> for ViewerApp {
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, event: ReaderEvent) {
-        if let Stage::Open(viewer) = &mut self.stage {
-            viewer.panel.host.hear_reader(event);
-            viewer.refresh();
+        match &mut self.stage {
+            Stage::Loading(loading) => {
+                if let Some(open) = &mut loading.open {
+                    open.host.hear_reader(event);
+                }
+            }
+            Stage::Open(viewer) => {
+                viewer.panel.host.hear_reader(event);
+                viewer.refresh();
+            }
+            Stage::Over(_) => {}
         }
     }
 
@@ -55,7 +63,8 @@ impl Viewer {
     fn hear(&mut self, mut event: WindowEvent) {
         let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else { return };
         match &mut event {
-            WindowEvent::CloseRequested | WindowEvent::Destroyed => self.quit = true,
+            WindowEvent::CloseRequested => self.quit = self.may_discard("closing the window"),
+            WindowEvent::Destroyed => self.quit = true,
             WindowEvent::Resized(size) => self.resized(*size),
             WindowEvent::ScaleFactorChanged { inner_size_writer, .. } => {
                 // Points become larger or smaller; the picture keeps its pixels.
@@ -64,7 +73,11 @@ impl Viewer {
             }
             WindowEvent::Occluded(true) => self.picture.hide(),
             WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.picture.request_show(),
-            WindowEvent::DroppedFile(path) => self.open_file(path.clone()),
+            WindowEvent::DroppedFile(path) => {
+                if self.may_discard("dropping another scene") {
+                    self.open_file(path.clone());
+                }
+            }
             _ => {}
         }
         if self.takes_hold(&event) {

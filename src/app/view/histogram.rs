@@ -12,7 +12,7 @@ use crate::gpu::Region;
 /// Least time between two histograms.
 const REFRESH: Duration = Duration::from_millis(300);
 
-/// Most pixels that are read for one; of a larger picture, rows at even distances.
+/// Most pixels that are read for one; of a larger picture, bands of rows at even distances.
 const MOST_PIXELS: u32 = 1 << 18;
 
 /// The last histogram.
@@ -38,7 +38,7 @@ impl HistogramCache {
 
 /// The pixels of the picture, or those of some of its rows.
 fn rows(picture: &mut LivePicture, [width, height]: [u32; 2]) -> Option<ShownTexels> {
-    let every = (width * height).div_ceil(MOST_PIXELS).max(1);
+    let every = width.saturating_mul(height).div_ceil(MOST_PIXELS).max(1);
     if every == 1 {
         return picture.shown(Region { origin: [0, 0], extent: [width, height] }).ok().flatten();
     }
@@ -71,13 +71,15 @@ fn histogram(shown: &ShownTexels, exposure: f32) -> Histogram {
             made.luminance[((stop - low) * BINS_PER_STOP as f32) as usize] += share;
         }
     }
+    // As the view that marks them counts, encoded with a gamma of 2.2.
+    let black = zones::BLACK.powf(1.0 / 2.2);
     for rgb in &shown.displayed {
         for (bins, value) in made.displayed.iter_mut().zip(rgb) {
             let bin = (value.clamp(0.0, 1.0) * DISPLAY_BINS as f32) as usize;
             bins[bin.min(DISPLAY_BINS - 1)] += share;
         }
         made.clipped += if rgb.iter().any(|c| *c > 0.998) { share } else { 0.0 };
-        made.black += if rgb.iter().all(|c| *c < 0.002) { share } else { 0.0 };
+        made.black += if rgb.iter().all(|c| *c < black) { share } else { 0.0 };
     }
     made
 }

@@ -20,6 +20,7 @@ use crate::client::retained::RetainedSamples;
 use crate::client::window::panel::{
     LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS,
 };
+use crate::client::zones;
 use crate::gpu::Region;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::UvWindow;
@@ -104,7 +105,10 @@ impl Inspector {
                 study.add(&run, &context, index, subpath);
             }
             let within = method::render_context(&run, scene, camera.clone(), window_of(pixel, size));
-            for index in (0..SPECTRUM_INDICES).take_while(|_| !seen.load(Ordering::Relaxed)) {
+            // Those of other methods would be another method's.
+            let has_paths = note.is_empty() || run.integrator == IntegratorKind::Bidirectional;
+            let count = if has_paths { SPECTRUM_INDICES } else { 0 };
+            for index in (0..count).take_while(|_| !seen.load(Ordering::Relaxed)) {
                 study.add_to_spectrum(&run, &within, index);
             }
             PixelPaths { known: indices.known, note, ..study.finish() }
@@ -138,6 +142,7 @@ pub fn reading(
     session: &RenderSession,
     picture: &mut LivePicture,
     editor: &SceneEditor,
+    exposure: f32,
 ) -> Option<PixelReading> {
     let size = session.size();
     let [x, y] = [at.x, at.y].map(f64::floor);
@@ -171,6 +176,8 @@ pub fn reading(
     Some(PixelReading {
         pixel,
         xyz: shown.xyz[middle],
+        stops: Some((exposure * shown.xyz[middle][1] / zones::middle() as f32).log2())
+            .filter(|s| s.is_finite()),
         displayed: shown.displayed[middle],
         samples: f64::from(picture.weight_at(pixel)),
         error,

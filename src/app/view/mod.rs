@@ -96,6 +96,7 @@ use crate::app::view::screen::SimulatedLosses;
 use crate::app::view::session::RenderSession;
 use crate::app::view::views::KeptViews;
 use crate::app::view::watch::FileWatch;
+use crate::client::window::keys::CursorAction;
 use crate::gpu::DeviceChoice;
 use crate::remote::TracerAddress;
 
@@ -149,6 +150,10 @@ struct Viewer {
     tick: Instant,
     /// Since when no samples are read, so that the tracer stops once its lanes are full; `None` while it traces.
     paused: Option<Instant>,
+    /// What is done where the user clicks next.
+    asked: Option<CursorAction>,
+    /// When the user was warned that changes would be lost.
+    warned: Option<Instant>,
     inspector: Inspector,
     outline: Outline,
     gizmo: Gizmo,

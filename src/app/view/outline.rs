@@ -77,9 +77,10 @@ impl Outline {
         self.thread.is_some()
     }
 
-    /// The lines of this outline; none while they are not known.
-    pub fn lines(&self, epoch: Epoch) -> Option<Arc<OutlineLines>> {
-        self.drawn.as_ref().filter(|(key, _)| key.epoch == epoch).map(|(_, lines)| lines.clone())
+    /// The lines of the outline in a picture of this epoch and size; none while they are not known.
+    pub fn lines(&self, epoch: Epoch, size: [u32; 2]) -> Option<Arc<OutlineLines>> {
+        let drawn = self.drawn.as_ref().filter(|(key, _)| key.epoch == epoch && key.size == size);
+        drawn.map(|(_, lines)| lines.clone())
     }
 }
 

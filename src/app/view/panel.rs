@@ -25,7 +25,7 @@ use crate::client::window::panel::{
     CompareMode, EffectRow, MapChoice, PanelControls, PanelData, PictureView, RejectedList, RejectedRow,
     TracerRow,
 };
-use crate::client::window::viewport::{GRID_ZOOM, Viewport};
+use crate::client::window::viewport::Viewport;
 use crate::remote::{Health, TracerStatus};
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
@@ -143,7 +143,7 @@ impl ViewerPanel {
             || self.host.has_message()
             || self.controls.compare.is_shown
             || self.has_outline
-            || self.viewport.zoom() >= GRID_ZOOM
+            || self.viewport.zoom() > 1.0
     }
 
     /// The size that the dock leaves to the picture in a window of this extent, physical pixels.

@@ -70,7 +70,9 @@ impl Viewer {
     }
 
     fn is_open(&self, source: &ViewSource) -> bool {
-        source.args.scene == self.source.args.scene
+        let [one, other] = [source, &self.source]
+            .map(|source| source.args.scene.canonicalize().unwrap_or_else(|_| source.args.scene.clone()));
+        one == other
     }
 
     /// Shows another scene in the place of the present one; returns a message.

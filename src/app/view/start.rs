@@ -327,6 +327,8 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         ended: now,
         tick: now,
         paused: None,
+        asked: None,
+        warned: None,
         inspector: Inspector::default(),
         outline: Outline::default(),
         gizmo: Gizmo::default(),

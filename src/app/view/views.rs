@@ -14,6 +14,8 @@ pub struct KeptViews {
     /// `SCENE.views.json`.
     file: PathBuf,
     views: BTreeMap<u8, Pose>,
+    /// There is a file that could not be read: it is not written over.
+    is_foreign: bool,
 }
 
 impl KeptViews {
@@ -41,7 +43,7 @@ impl KeptViews {
             Err(error) => (BTreeMap::new(), Some(format!("{} cannot be read: {error}", file.display()))),
         };
         let views = views.into_iter().filter(|(number, pose)| (1..=9).contains(number) && pose.is_usable());
-        (Self { views: views.collect(), file }, problem)
+        (Self { views: views.collect(), is_foreign: problem.is_some(), file }, problem)
     }
 
     /// Numbers of the views.
@@ -56,6 +58,10 @@ impl KeptViews {
     /// When the file cannot be written; the view is kept for this session all the same.
     pub fn keep(&mut self, number: u8, pose: Pose) -> Result<String> {
         self.views.insert(number, pose);
+        if self.is_foreign {
+            let file = self.file.display();
+            return Err(miette!("view {number} is kept for this session only: mend or remove {file} first"));
+        }
         let text = serde_json::to_string_pretty(&self.views).map_err(|e| miette!("{e}"))?;
         atomically(&self.file, text.as_bytes())
             .map_err(|error| miette!("view {number} is kept for this session only: {error}"))?;
@@ -97,7 +103,10 @@ mod tests {
         assert_eq!((problem, again.numbers(), again.get(3).expect("kept")), (None, vec![3], pose));
         std::fs::write(folder.path().join("room.views.json"), "{\n  3").expect("a file");
         let (none, problem) = KeptViews::beside(&scene);
-        assert!(none.numbers().is_empty());
+        let mut none = none;
+        assert!(none.numbers().is_empty() && none.keep(1, pose).is_err(), "it is not written over");
+        let text = std::fs::read_to_string(folder.path().join("room.views.json")).expect("the file");
+        assert_eq!(text, "{\n  3");
         let problem = problem.expect("a message");
         assert!(problem.contains("room.views.json:2:"), "{problem}");
     }

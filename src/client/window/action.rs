@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::client::window::keys::CursorAction;
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::{GizmoMode, PanelTab, ParameterValue};
 
@@ -14,8 +15,12 @@ pub enum Action {
     EndMove,
     /// Selects the object that is seen here.
     Pick([f64; 2]),
-    /// Focuses the camera on the point that is seen here.
+    /// Turns the camera to the point that is seen here.
     FocusAt([f64; 2]),
+    /// Focuses the lens at the distance of the point that is seen here.
+    FocusLensAt([f64; 2]),
+    /// Does this where the user clicks next.
+    AskPlace(CursorAction),
     /// Exposes the picture for the light that is seen here.
     MeterAt([f64; 2]),
     /// Changes the exposure by steps of a sixth of a stop.
@@ -90,7 +95,7 @@ pub enum Action {
     ForgetSnapshot(usize),
     /// Shows the chosen snapshot, or the present picture again.
     ToggleSnapshot,
-    /// Stops tracing until it is asked for again, or goes on.
+    /// Reads no samples, so that the tracer stops soon, until it is asked for again.
     TogglePause,
     /// Fills the screen with the window, or leaves it.
     ToggleFullscreen,

@@ -8,7 +8,7 @@ use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{Key, KeyCode, PhysicalKey};
 
 use crate::client::window::action::Action;
-use crate::client::window::keys::{self, BoundAction, CursorAction, Held};
+use crate::client::window::keys::{self, BoundAction, Held};
 use crate::client::window::navigation::Gesture;
 
 /// Physical pixels that the cursor may move between press and release of a click.
@@ -290,21 +290,13 @@ impl InputState {
         match (keys::lookup(code, text, held), self.cursor) {
             (Some(BoundAction::Action(Action::Gesture(gesture))), _) => self.step(*gesture, now),
             (Some(BoundAction::Action(action)), _) => vec![action.clone()],
-            (Some(BoundAction::AtCursor(action)), Some(at)) => vec![at_cursor(*action, at.to_array())],
+            (Some(BoundAction::AtCursor(action)), Some(at)) if at.cmplt(self.size).all() => {
+                vec![action.at(at.to_array())]
+            }
             (Some(BoundAction::KeepView), _) => number.map(Action::KeepView).into_iter().collect(),
             (Some(BoundAction::GoToView), _) => number.map(Action::GoToView).into_iter().collect(),
             _ => Vec::new(),
         }
-    }
-}
-
-/// What a key does at a position of the window.
-fn at_cursor(action: CursorAction, at: [f64; 2]) -> Action {
-    match action {
-        CursorAction::Focus => Action::FocusAt(at),
-        CursorAction::Meter => Action::MeterAt(at),
-        CursorAction::ZoomIn => Action::ZoomAt(at, 1.0),
-        CursorAction::ZoomOut => Action::ZoomAt(at, -1.0),
     }
 }
 

@@ -39,14 +39,29 @@ pub enum BoundAction {
 /// What can be done at the place under the cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CursorAction {
-    /// Focuses the camera there.
+    /// Turns the camera there.
     Focus,
+    /// Focuses the lens at its distance.
+    FocusLens,
     /// Exposes the picture for the light there.
     Meter,
     /// Zooms the picture in by a step.
     ZoomIn,
     /// Zooms it out by a step.
     ZoomOut,
+}
+
+impl CursorAction {
+    /// What it asks for at a position of the window.
+    pub fn at(self, at: [f64; 2]) -> Action {
+        match self {
+            Self::Focus => Action::FocusAt(at),
+            Self::FocusLens => Action::FocusLensAt(at),
+            Self::Meter => Action::MeterAt(at),
+            Self::ZoomIn => Action::ZoomAt(at, 1.0),
+            Self::ZoomOut => Action::ZoomAt(at, -1.0),
+        }
+    }
 }
 
 /// One line of the table.
@@ -119,7 +134,8 @@ const CAMERA: &[KeyBinding] = &[
     mouse("Shift+wheel", "field of view"),
     key("[", "narrower field of view", &[Char('[')], Action::Gesture(Gesture::Fov(-FOV_STEP))),
     key("]", "wider field of view", &[Char(']')], Action::Gesture(Gesture::Fov(FOV_STEP))),
-    at_cursor("F, double click", "focus on the point under the cursor", &[Char('f')], CursorAction::Focus),
+    at_cursor("F, double click", "look at the point under the cursor", &[Char('f')], CursorAction::Focus),
+    at_cursor("L", "focus the lens on the point under the cursor", &[Char('l')], CursorAction::FocusLens),
     key("R, Home", "the file's camera", &[Char('r'), Key(KeyCode::Home)], Action::ResetCamera),
     KeyBinding {
         keys: "Ctrl+1 … Ctrl+9",
@@ -166,8 +182,8 @@ const CHANGES: &[KeyBinding] = &[
 const PICTURE: &[KeyBinding] = &[
     mouse("Ctrl+wheel", "zoom into the picture"),
     mouse("Ctrl+left drag", "move the magnified picture"),
-    at_cursor("+", "zoom in at the cursor", &[Char('+'), Char('=')], CursorAction::ZoomIn),
-    at_cursor("-", "zoom out", &[Char('-')], CursorAction::ZoomOut),
+    at_cursor("+", "zoom into the picture at the cursor", &[Char('+'), Char('=')], CursorAction::ZoomIn),
+    at_cursor("-", "zoom out of the picture", &[Char('-')], CursorAction::ZoomOut),
     key("0", "the whole picture", &[Char('0')], Action::ResetView),
     mouse("Ctrl+Shift+wheel", "brightness"),
     at_cursor("M", "expose for the light under the cursor", &[Char('m')], CursorAction::Meter),

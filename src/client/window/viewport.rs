@@ -132,8 +132,12 @@ impl Viewport {
         let last = f64::from(picture).min(origin + end / self.zoom);
         let place = |pixel: f64| ((pixel - origin) * self.zoom).round().clamp(0.0, end) as i32;
         // The wholly visible ones, between those that are cut.
-        let (first, after) = (origin.ceil().min(last), last.floor().max(origin.ceil().min(last)));
-        let spans = [(origin.floor(), first), (first, after), (after, last.ceil())];
+        let (first, after) = (origin.ceil(), last.floor());
+        let spans = match first <= after {
+            true => vec![(origin.floor(), first), (first, after), (after, last.ceil())],
+            // Less than a pixel.
+            false => vec![(origin.floor(), last.ceil())],
+        };
         let spans = spans.into_iter().filter(|(from, to)| to > from);
         let copies =
             spans.map(|(from, to)| AxisCopy { from: [from as i32, to as i32], to: [place(from), place(to)] });
@@ -214,6 +218,13 @@ mod tests {
         while view.zoom_at(at, -1.0) {}
         assert_eq!(view, Viewport::new([400, 300]));
         assert!(!view.pan(DVec2::splat(50.0)), "nothing lies beyond the edge");
+    }
+
+    #[test]
+    fn less_than_a_pixel_fills_the_area() {
+        let mut view = Viewport::new([10, 10]);
+        while view.zoom_at(DVec2::new(4.7, 4.7), 1.0) {}
+        assert!(shown(&view, [10, 10]).iter().all(Option::is_some), "{view:?}");
     }
 
     #[test]

@@ -31,7 +31,7 @@ const NARROWEST: f32 = 64.0 / 16_777_216.0;
 const NOTHING: f32 = 1e-20;
 
 /// A distribution of facet normals around +z.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacet {
     facets: Facets,
     alpha: Vec2,

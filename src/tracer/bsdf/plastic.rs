@@ -195,9 +195,7 @@ pub struct RoughPlasticMaterial {
 impl From<RoughPlasticDesc> for RoughPlasticMaterial {
     /// Tabulates the coat by its index at the sodium line.
     fn from(desc: RoughPlasticDesc) -> Self {
-        let lambda = Vec4::splat(SODIUM_D);
-        let eta = desc.int_ior.eval(lambda).x / desc.ext_ior.eval(lambda).x;
-        let microfacet = Microfacet::new(desc.roughness);
+        let (eta, microfacet) = coat_of(&desc);
         Self {
             coat: Coat { eta, microfacet, transmittance: Transmittance::of(&microfacet, eta) },
             reflectance: desc.specular_reflectance,
@@ -206,6 +204,25 @@ impl From<RoughPlasticDesc> for RoughPlasticMaterial {
             nonlinear: desc.nonlinear,
         }
     }
+}
+
+impl RoughPlasticMaterial {
+    /// The material of another description, with the tables of this one; `None` where it has another coat.
+    pub fn with_same_coat(&self, desc: &RoughPlasticDesc) -> Option<Self> {
+        let same = coat_of(desc) == (self.coat.eta, self.coat.microfacet);
+        same.then(|| Self {
+            reflectance: desc.specular_reflectance.clone(),
+            base: desc.diffuse_reflectance.clone(),
+            nonlinear: desc.nonlinear,
+            ..self.clone()
+        })
+    }
+}
+
+/// Index and facets of a coat.
+fn coat_of(desc: &RoughPlasticDesc) -> (f32, Microfacet) {
+    let lambda = Vec4::splat(SODIUM_D);
+    (desc.int_ior.eval(lambda).x / desc.ext_ior.eval(lambda).x, Microfacet::new(desc.roughness))
 }
 
 impl MaterialModel for RoughPlasticMaterial {

@@ -24,9 +24,9 @@ pub(super) struct SceneMaterials {
     pub(super) opacities: Option<Box<[Opacity]>>,
 }
 
-/// The materials of a scene.
-pub(super) fn of(desc: &SceneDesc) -> Result<SceneMaterials, PrepareError> {
-    let (materials, looks) = prepare(&desc.bsdfs)?;
+/// The materials of a scene. What takes long to make is taken over from those of the scene before.
+pub(super) fn of(desc: &SceneDesc, before: &[Material]) -> Result<SceneMaterials, PrepareError> {
+    let (materials, looks) = prepare(&desc.bsdfs, before)?;
     let nothing = Look { sides: Sides::Single(0), opacity: Opacity::FULL };
     let look_of = |id: BsdfId| looks.get(id.0 as usize).ok_or(PrepareError::UnknownMaterial { id });
     let of_groups = desc.groups.iter().flat_map(|group| &group.shapes);
@@ -41,6 +41,21 @@ pub(super) fn of(desc: &SceneDesc) -> Result<SceneMaterials, PrepareError> {
     Ok(SceneMaterials { materials, surfaces: shown.iter().map(|look| look.sides).collect(), opacities })
 }
 
+/// The material of a description; `None` for one that is made of others. The tables of a rough coat are those of a material before that has
+/// the same coat.
+fn material(desc: &BsdfDesc, before: &[Material]) -> Option<Material> {
+    let same_coat = |known: &Material| match (desc, known) {
+        (BsdfDesc::RoughPlastic(desc), Material::RoughPlastic(known)) => known.with_same_coat(desc),
+        _ => None,
+    };
+    let parts = before.iter().flat_map(|known| match known {
+        Material::Mixture(mixture) => mixture.parts.as_slice(),
+        _ => &[],
+    });
+    let known = before.iter().chain(parts.map(|part| &part.material)).find_map(same_coat);
+    known.map(Material::RoughPlastic).or_else(|| Material::new(desc))
+}
+
 /// What a description looks like from both sides.
 struct Look {
     sides: Sides,
@@ -51,12 +66,12 @@ struct Look {
 ///
 /// The back of a two-sided material is lit as its front would be, so that a two-sided one nested in another
 /// counts with its own front. What is mixed is laid out flat: the shares of everything, from either side. Both sides have the same holes.
-fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Look>), PrepareError> {
+fn prepare(descs: &[BsdfDesc], before: &[Material]) -> Result<(Vec<Material>, Vec<Look>), PrepareError> {
     let mut materials = Vec::new();
     let own: Vec<Option<u32>> = descs
         .iter()
         .map(|desc| {
-            Material::new(desc).map(|material| {
+            material(desc, before).map(|material| {
                 materials.push(material);
                 materials.len() as u32 - 1
             })
@@ -64,7 +79,7 @@ fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Look>), PrepareErro
         .collect();
     let mut side = |id: u32, behind: bool| {
         let (parts, has_holes, two_sided) = Default::default();
-        let mut layout = Layout { descs, of_back: behind, parts, has_holes, two_sided };
+        let mut layout = Layout { descs, before, of_back: behind, parts, has_holes, two_sided };
         layout.add(BsdfId(id), LayoutRole { share: SurfaceShare::ALL, behind, bump: None }, 0)?;
         let index = match layout.parts.as_slice() {
             [LayoutPart { id, turned: false, bump: None, .. }] => own[id.0 as usize],
@@ -96,6 +111,8 @@ fn prepare(descs: &[BsdfDesc]) -> Result<(Vec<Material>, Vec<Look>), PrepareErro
 /// What one side of a material shows.
 struct Layout<'a> {
     descs: &'a [BsdfDesc],
+    /// The materials of the scene before.
+    before: &'a [Material],
     /// The side is the back.
     of_back: bool,
     parts: Vec<LayoutPart>,
@@ -182,7 +199,7 @@ impl Layout<'_> {
             }
             let (share, turned) = (share.clone(), *turned);
             let bump = bump.and_then(|bump| self.bump(bump, turned));
-            Some(MaterialPart { material: Material::new(&desc)?, share, turned, bump })
+            Some(MaterialPart { material: material(&desc, self.before)?, share, turned, bump })
         };
         MixtureMaterial { parts: self.parts.iter().filter_map(part).collect(), has_holes: self.has_holes }
     }
@@ -211,11 +228,11 @@ mod tests {
     #[test]
     fn nested_and_circular_pairs() {
         let diffuse = || BsdfDesc::grey(0.5);
-        let (materials, looks) = prepare(&[two(2, 1), diffuse(), two(3, 1), diffuse()]).expect("valid");
+        let (materials, looks) = prepare(&[two(2, 1), diffuse(), two(3, 1), diffuse()], &[]).expect("valid");
         assert_eq!(materials.len(), 2);
         assert_eq!(looks[0].sides, Sides::Two { front: 1, back: 0 });
         assert_eq!(looks[1].sides, Sides::Single(0));
-        assert!(matches!(prepare(&[two(0, 0)]), Err(PrepareError::NestedTwoSided { .. })));
-        assert!(matches!(prepare(&[two(7, 0)]), Err(PrepareError::UnknownMaterial { .. })));
+        assert!(matches!(prepare(&[two(0, 0)], &[]), Err(PrepareError::NestedTwoSided { .. })));
+        assert!(matches!(prepare(&[two(7, 0)], &[]), Err(PrepareError::UnknownMaterial { .. })));
     }
 }

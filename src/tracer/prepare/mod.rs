@@ -141,8 +141,8 @@ impl Scene {
         Scene::prepare_by(desc, None)
     }
 
-    /// As [`Scene::prepare`], with the tree of `before`, refitted, where it is one for the same primitives.
-    fn prepare_by(desc: &SceneDesc, before: Option<&Accel>) -> Result<Scene, PrepareError> {
+    /// As [`Scene::prepare`], with the tree of `before`, refitted, where it is one for the same primitives, and the tables of its materials.
+    fn prepare_by(desc: &SceneDesc, before: Option<&Scene>) -> Result<Scene, PrepareError> {
         let planned = planned(desc);
         let mut scene = Scene::prepare_all(&planned, before)?;
         (scene.white, scene.material_class) = (effects::white(&planned), effects::material_class(&planned));
@@ -154,11 +154,12 @@ impl Scene {
         Scene::prepare_all(desc, None)
     }
 
-    fn prepare_all(desc: &SceneDesc, before: Option<&Accel>) -> Result<Scene, PrepareError> {
+    fn prepare_all(desc: &SceneDesc, before: Option<&Scene>) -> Result<Scene, PrepareError> {
         let structure = Arc::new(SceneStructure::of(desc));
         let (space, spectra) = (desc.space, spectra(desc));
         let desc = &desc.in_rendering_space();
-        let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
+        let known = before.map_or(&[][..], |scene| &scene.materials);
+        let SceneMaterials { materials, surfaces, opacities } = materials::of(desc, known)?;
         let mut geometry = Geometry::of(desc);
         for shape in &desc.shapes {
             geometry.add(desc, shape)?;
@@ -183,7 +184,7 @@ impl Scene {
             geometry.notices.push("no light of the scene can be used: the picture will be black".to_owned());
         }
         let (lights, notices) = (std::mem::take(&mut geometry.lights), std::mem::take(&mut geometry.notices));
-        let primitives = primitives(geometry, shown, before);
+        let primitives = primitives(geometry, shown, before.map(Scene::accel));
         if count >= MANY_PRIMITIVES {
             crate::memory::return_free_memory();
         }
@@ -223,11 +224,11 @@ impl Scene {
     /// another light shines.
     pub fn edited(&self, desc: &SceneDesc) -> Result<Scene, PrepareError> {
         if *self.structure != SceneStructure::of(desc) {
-            let anew = Scene::prepare_by(desc, Some(self.accel()))?.with_kernel(self.kernel());
+            let anew = Scene::prepare_by(desc, Some(self))?.with_kernel(self.kernel());
             return Ok(anew.expect("the processor is the same, and nobody else has the new geometry"));
         }
         let desc = &planned(desc);
-        let SceneMaterials { materials, surfaces, opacities } = materials::of(desc)?;
+        let SceneMaterials { materials, surfaces, opacities } = materials::of(desc, &self.materials)?;
         let (mut lights, mut chains) = (self.lights.relit(spectra(desc)), self.chains.clone());
         let specular_uses = SpecularUse::of_surfaces(desc);
         if specular_uses != self.specular_uses {

@@ -1,5 +1,7 @@
 //! Moves of the camera, edits and their history, without a window.
 
+use std::time::Instant;
+
 use crate::color::Xyz;
 use crate::math::random::Random;
 use crate::stream::{SampleSink, UvWindow};
@@ -277,6 +279,25 @@ fn objects_and_lens_are_edited() {
     assert_eq!(user.desc().camera.aperture_radius, 0.2);
     let undone: Vec<String> = std::iter::from_fn(|| user.undo()).collect();
     assert_eq!(undone, ["distance in focus", "radius of the lens", "move of `ball`"]);
+}
+
+/// While scenes take long to prepare, edits come faster than they are traced: the last one is traced in the end, and none is waited for.
+#[test]
+fn the_last_of_many_edits_is_traced() {
+    let mut user = editor();
+    user.took = Duration::from_secs(1);
+    user.begin_transform(1);
+    let start = Instant::now();
+    for step in 1..=50 {
+        let by = DAffine3::from_translation(DVec3::Y * 0.01 * f64::from(step));
+        user.set_transform(by).expect("invertible");
+        user.took = Duration::from_secs(1);
+    }
+    assert!(start.elapsed() < 50 * PATIENCE, "{:?}", start.elapsed());
+    let wanted = DAffine3::from_translation(DVec3::Y * 0.5) * user.original().shapes[1].to_world;
+    settle(&mut user);
+    assert_eq!(user.desc().shapes[1].to_world, wanted);
+    assert_eq!(user.edits().values, [(Target::ToWorld(1), NewValue::Transform(wanted))]);
 }
 
 /// A scene that is read again keeps history and edits of what it still has.

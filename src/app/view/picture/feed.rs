@@ -39,12 +39,33 @@ impl LivePicture {
 
     /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
     fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
+        let left = self.feed(budget)?;
         let observer = self.observer.as_ref();
-        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
+        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| self.kept.caught_up());
+        let Some(film) = film else {
             // Without a film samples are kept as long as there is room; then workers park.
             self.read_ahead(session, budget);
             return Ok(());
         };
+        let filter = self.filter.thread();
+        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
+            self.kept.push(block);
+            writer.block(block);
+        });
+        self.rasterised += drained.samples as u64;
+        writer.finish()
+    }
+
+    /// Gives the film the kept samples that it lacks, `budget` at most, and reads no others.
+    pub fn read_kept(&mut self, budget: usize) -> Result<(), ClientError> {
+        self.feed(budget).map(drop)
+    }
+
+    /// Gives the film kept samples where it is behind; returns what is left of the budget.
+    fn feed(&mut self, budget: usize) -> Result<usize, ClientError> {
+        let observer = self.observer.as_ref();
+        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else { return Ok(budget) };
         let (mut left, filter) = (budget, self.filter.thread());
         let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
         while left > 0
@@ -55,17 +76,7 @@ impl LivePicture {
             self.rasterised += samples.len() as u64;
         }
         writer.finish()?;
-        if !self.kept.caught_up() {
-            self.read_ahead(session, budget);
-            return Ok(());
-        }
-        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
-        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
-            self.kept.push(block);
-            writer.block(block);
-        });
-        self.rasterised += drained.samples as u64;
-        writer.finish()
+        Ok(left)
     }
 
     /// Keeps samples from the lanes for later, so that the tracer need not wait for a film that is behind.

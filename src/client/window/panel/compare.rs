@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use egui::{
-    Area, Color32, ColorImage, ComboBox, Context, CursorIcon, Id, LayerId, Order, Rect, RichText, Sense,
-    Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
+    Align2, Area, Color32, ColorImage, ComboBox, Context, CursorIcon, Id, LayerId, Order, Rect, RichText,
+    Sense, Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
 };
 
 use crate::client::window::action::Action;
@@ -32,7 +32,7 @@ pub enum CompareMode {
 
 impl CompareMode {
     const ALL: [(Self, &str, &str); 4] = [
-        (Self::Whole, "In its place", "T changes between the two"),
+        (Self::Whole, "A/B", "In the place of the picture; T changes between the two"),
         (Self::Split, "Split", "Drag the line over the picture"),
         (Self::Difference, "Difference", "Relative difference of luminance, pixel by pixel"),
         (Self::Flip, "FLIP", "What is noticed when the two alternate (Andersson et al. 2020)"),
@@ -111,8 +111,7 @@ pub(super) fn show(
         return;
     }
     ui.horizontal(|ui| {
-        let words = if controls.is_shown { "Showing" } else { "Show" };
-        ui.toggle_value(&mut controls.is_shown, words)
+        ui.checkbox(&mut controls.is_shown, "Show")
             .on_hover_text("The chosen picture beside the present one  T");
         let name = CompareMode::ALL.iter().find(|(mode, ..)| *mode == controls.mode).map_or("", |all| all.1);
         ComboBox::from_id_salt("compare mode").selected_text(name).show_ui(ui, |ui| {
@@ -147,10 +146,12 @@ pub(super) fn show(
     }
 }
 
+/// A picture, and its texture.
+type KeptTexture = (Arc<SmallPicture>, TextureHandle);
+
 /// The texture of a small picture, made anew when the picture is another one.
 fn texture(ctx: &Context, id: Id, picture: &Arc<SmallPicture>) -> TextureHandle {
-    type Kept = (Arc<SmallPicture>, TextureHandle);
-    let kept = ctx.data(|data| data.get_temp::<Kept>(id));
+    let kept = ctx.data(|data| data.get_temp::<KeptTexture>(id));
     if let Some((known, texture)) = kept
         && Arc::ptr_eq(&known, picture)
     {
@@ -158,7 +159,7 @@ fn texture(ctx: &Context, id: Id, picture: &Arc<SmallPicture>) -> TextureHandle 
     }
     let pixels = picture.rgb.iter().map(|[r, g, b]| Color32::from_rgb(*r, *g, *b)).collect();
     let texture = ctx.load_texture("picture", ColorImage::new(picture.size, pixels), TextureOptions::NEAREST);
-    ctx.data_mut(|data| data.insert_temp::<Kept>(id, (picture.clone(), texture.clone())));
+    ctx.data_mut(|data| data.insert_temp::<KeptTexture>(id, (picture.clone(), texture.clone())));
     texture
 }
 
@@ -173,7 +174,10 @@ pub(super) fn draw(
     data: &ComparisonData,
     controls: &mut CompareControls,
 ) {
-    let Some(other) = data.picture.as_ref().filter(|_| controls.is_shown) else { return };
+    let Some(other) = data.picture.as_ref().filter(|_| controls.is_shown) else {
+        // This frees the texture.
+        return ctx.data_mut(|data| data.remove::<KeptTexture>(Id::new("compared picture")));
+    };
     let whole = picture.whole();
     let split = (controls.mode == CompareMode::Split).then(|| handle(ctx, picture, controls));
     let clip = match split {
@@ -184,6 +188,22 @@ pub(super) fn draw(
     let all = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     let painter = ctx.layer_painter(LayerId::background());
     painter.with_clip_rect(clip.intersect(picture.area)).image(texture.id(), whole, all, Color32::WHITE);
+    let name = data.rows.get(controls.chosen).map_or("", |row| row.name.as_str());
+    let label = |at: egui::Pos2, align: Align2, words: &str| {
+        let galley =
+            painter.layout_no_wrap(words.to_owned(), egui::FontId::proportional(12.0), style::BRIGHT);
+        let place = align.anchor_size(at, galley.size() + vec2(8.0, 4.0));
+        painter.rect_filled(place, 0.0, style::BACK);
+        painter.galley(place.min + vec2(4.0, 2.0), galley, style::BRIGHT);
+    };
+    let top = picture.area.top() + 8.0;
+    match split {
+        Some(x) => {
+            label(pos2(x - 8.0, top), Align2::RIGHT_TOP, name);
+            label(pos2(x + 8.0, top), Align2::LEFT_TOP, "now");
+        }
+        None => label(pos2(picture.area.left() + 8.0, top), Align2::LEFT_TOP, name),
+    }
     if let Some(x) = split {
         let stroke = Stroke::new(1.0, style::ACCENT);
         painter.with_clip_rect(picture.area).vline(x, picture.area.y_range(), stroke);

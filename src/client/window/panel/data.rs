@@ -176,8 +176,10 @@ pub struct Selection {
     pub name: String,
     /// Whether the user has selected it and can deselect it.
     pub selected: bool,
-    /// Its values that can be changed.
+    /// Its values that can be changed, and behind them those of the lens.
     pub parameters: Vec<SceneParameter>,
+    /// Where those of the lens begin.
+    pub lens_from: usize,
 }
 
 /// One value of the selected object.

@@ -42,10 +42,10 @@ impl FileChooser {
     pub fn ask_name(&mut self, folder: &Path, name: &str) {
         let dialog = dialog("Save as picture (.png, .exr) or scene (.xml)", folder)
             .default_file_name(name)
-            .add_save_extension("Picture as it is shown", "png")
-            .add_save_extension("Sums of both streams", "exr")
-            .add_save_extension("Scene with its changes", "xml")
-            .default_save_extension("Picture as it is shown");
+            .add_save_extension("Displayed picture", "png")
+            .add_save_extension("Linear picture", "exr")
+            .add_save_extension("Changed scene", "xml")
+            .default_save_extension("Displayed picture");
         self.ask(Purpose::Save, dialog, FileDialog::save_file);
     }
 

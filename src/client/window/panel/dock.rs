@@ -139,11 +139,16 @@ fn bar(ui: &mut Ui, data: &PanelData, enters: &mut bool, actions: &mut Vec<Actio
     Frame::new().inner_margin(Margin::symmetric(8, 4)).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
             for (text, hint, action) in buttons {
-                let button = ui.add(Button::new(text));
+                let can = match action {
+                    Action::Undo => data.undo.is_some(),
+                    Action::Redo => data.redo.is_some(),
+                    _ => true,
+                };
+                let button = ui.add_enabled(can, Button::new(text));
                 if std::mem::take(enters) {
                     button.request_focus();
                 }
-                if button.on_hover_text(hint).clicked() {
+                if button.on_hover_text(hint).on_disabled_hover_text(hint).clicked() {
                     actions.push(action);
                 }
             }

@@ -27,6 +27,8 @@ pub struct PixelReading {
     pub pixel: [u32; 2],
     /// Scene-linear X, Y, Z before the tone curve.
     pub xyz: [f32; 3],
+    /// Its exposed luminance in stops around the middle grey; `None` for none.
+    pub stops: Option<f32>,
     /// What the display gets, 0 … 1.
     pub displayed: [f32; 3],
     /// Weight of the camera samples at this pixel: their number where the filter is a box.
@@ -112,6 +114,9 @@ fn figures(ui: &mut Ui, reading: &PixelReading) {
             ui.end_row();
         };
         line("Pixel", format!("{}, {}", reading.pixel[0], reading.pixel[1]));
+        let stops =
+            reading.stops.map_or(String::new(), |stops| format!(", {stops:+.1} stops from middle grey"));
+        line("Luminance", significant(reading.xyz[1]) + &stops);
         line("X Y Z", reading.xyz.map(significant).join("  "));
         line("Displayed", three(reading.displayed.map(|c| c * 255.0), 0));
         line("Samples", format!("{:.1} of the camera", reading.samples));

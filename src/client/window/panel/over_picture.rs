@@ -1,10 +1,10 @@
 //! What is drawn over the picture itself, pixel by pixel in its place.
 
-use egui::{Color32, Context, LayerId, Pos2, Rect, Stroke, pos2, vec2};
+use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, Stroke, pos2, vec2};
 use glam::DVec2;
 
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PictureView, compare, gizmo, inspect, style,
+    PanelControls, PanelData, PanelTab, PictureView, compare, dock, gizmo, inspect, style, trimmed,
 };
 use crate::client::window::viewport::GRID_ZOOM;
 
@@ -49,8 +49,14 @@ pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, contro
     if let Some(paths) = data.paths.as_ref().filter(|_| controls.layout.shows(PanelTab::Inspect)) {
         inspect::draw_paths(ctx, picture, paths);
     }
-    if picture.view.viewport.zoom() >= GRID_ZOOM {
+    let zoom = picture.view.viewport.zoom();
+    if zoom >= GRID_ZOOM {
         grid(ctx, picture);
+    }
+    if zoom > 1.0 {
+        dock::corner(ctx, picture.area, "zoom", Align2::LEFT_BOTTOM, |ui, _| {
+            ui.colored_label(style::BRIGHT, format!("×{}   0: whole picture", trimmed(zoom, 2)));
+        });
     }
 }
 

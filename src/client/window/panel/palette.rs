@@ -31,10 +31,11 @@ impl CommandPalette {
 }
 
 /// The commands that match what was typed, the best first.
-fn matches(query: &str) -> Vec<(&'static KeyBinding, &'static Action)> {
+fn matches(query: &str) -> Vec<(&'static KeyBinding, Action)> {
     let commands =
         GROUPS.iter().flat_map(|group| group.bindings).filter_map(|binding| match &binding.action {
-            BoundAction::Action(action) => Some((binding, action)),
+            BoundAction::Action(action) => Some((binding, action.clone())),
+            BoundAction::AtCursor(action) => Some((binding, Action::AskPlace(*action))),
             _ => None,
         });
     let mut found: Vec<_> = commands
@@ -70,7 +71,7 @@ pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action
     }
     palette.chosen = palette.chosen.min(found.len().saturating_sub(1));
     let (enter, escape) = (pressed(Key::Enter), pressed(Key::Escape));
-    let mut action = found.get(palette.chosen).filter(|_| enter).map(|(_, action)| (*action).clone());
+    let mut action = found.get(palette.chosen).filter(|_| enter).map(|(_, action)| action.clone());
     let window =
         Window::new("Commands").collapsible(false).resizable(false).title_bar(false).order(Order::Foreground);
     let window = window.fade_in(false).fade_out(false).anchor(Align2::CENTER_TOP, [0.0, 40.0]);
@@ -96,7 +97,7 @@ pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action
                         row.scroll_to_me(None);
                     }
                     if row.clicked() {
-                        action = Some((*bound).clone());
+                        action = Some(bound.clone());
                     }
                     ui.label(RichText::new(binding.keys).small().color(style::ACCENT));
                 });
@@ -117,10 +118,13 @@ fn capitalised(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::client::window::keys::CursorAction;
 
     #[test]
     fn commands_are_found_by_parts_of_their_words() {
-        let first = |query: &str| matches(query).first().map(|(_, action)| (*action).clone());
+        let first = |query: &str| matches(query).first().map(|(_, action)| action.clone());
+        assert_eq!(first("focus"), Some(Action::AskPlace(CursorAction::FocusLens)));
+        assert_eq!(first("zoom"), Some(Action::AskPlace(CursorAction::ZoomIn)));
         assert_eq!(first("open"), Some(Action::OpenDialog));
         assert_eq!(first("save png"), Some(Action::SavePng));
         assert_eq!(first("PNG sav"), Some(Action::SavePng));

@@ -1,12 +1,15 @@
 //! Sections of the panel that ask for actions: selected object, effects, camera and files; and the list of keys.
 
+use std::ops::Range;
+use std::path::Path;
+
 use egui::{
     Align, Align2, Button, Checkbox, DragValue, Grid, Layout, Order, RichText, ScrollArea, Slider,
     SliderClamping, Ui, Window,
 };
 
 use crate::client::window::action::Action;
-use crate::client::window::keys::GROUPS;
+use crate::client::window::keys::{CursorAction, GROUPS};
 use crate::client::window::navigation::FOV;
 use crate::client::window::panel::{
     CostState, EffectCost, EffectRow, PanelData, ParameterValue, RejectedList, Selection, style,
@@ -20,10 +23,15 @@ pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Ac
             actions.push(Action::Deselect);
         }
     });
-    if selection.parameters.is_empty() {
+    if selection.lens_from == 0 && selection.selected {
         ui.colored_label(style::DIM, "Nothing of it can be changed.");
     }
-    for (index, parameter) in selection.parameters.iter().enumerate() {
+    parameters(ui, selection, 0..selection.lens_from, actions);
+}
+
+/// Draws some of the parameters, each with its label.
+fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
+    for (index, parameter) in selection.parameters.iter().enumerate().take(some.end).skip(some.start) {
         ui.horizontal(|ui| {
             let (value, ended) = edit(ui, parameter.value);
             if let Some(value) = value {
@@ -47,7 +55,11 @@ fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
         }
         ParameterValue::Color(mut rgb) => {
             let response = ui.color_edit_button_rgb(&mut rgb);
-            (response, ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0))))
+            // The button rounds what it is given: only what can be seen is a change.
+            let near = |(a, b): (&f32, &f32)| (a - b).abs() < 1e-3;
+            let same = matches!(value, ParameterValue::Color(before) if before.iter().zip(&rgb).all(near));
+            let next = ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0)));
+            (response, if same { value } else { next })
         }
         ParameterValue::Number { mut value, min, max } => {
             let slider = Slider::new(&mut value, min..=max).clamping(SliderClamping::Edits).max_decimals(4);
@@ -149,7 +161,23 @@ pub(super) fn camera(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     if !data.camera.is_empty() {
         ui.small(&data.camera);
     }
-    button_row(ui, &[("Reset", "Back to the file's camera  R", Action::ResetCamera)], actions);
+    if let Some(selection) = &data.selection {
+        parameters(ui, selection, selection.lens_from..selection.parameters.len(), actions);
+    }
+    let buttons = [
+        ("Reset", "Back to the file's camera  R", Action::ResetCamera),
+        (
+            "Look at…",
+            "Click a place that the camera turns to and orbits about  F",
+            Action::AskPlace(CursorAction::Focus),
+        ),
+        (
+            "Focus on…",
+            "Click a place that the lens is focused on  L",
+            Action::AskPlace(CursorAction::FocusLens),
+        ),
+    ];
+    button_row(ui, &buttons, actions);
 }
 
 /// Draws the buttons that write files under names of their own.
@@ -186,8 +214,9 @@ pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
         ui.colored_label(style::DIM, "none yet");
     }
     for path in &data.recent {
-        let name =
-            path.file_name().map_or_else(|| path.as_os_str(), |name| name).to_string_lossy().into_owned();
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+        let name = format!("{folder}/{name}");
         if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
             actions.push(Action::Open(path.clone()));
         }

@@ -42,7 +42,7 @@ fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: 
 
 fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     match &data.selection {
-        Some(selection) => {
+        Some(selection) if selection.selected || selection.lens_from > 0 => {
             section(ui, "Selection", true, |ui| {
                 if selection.selected {
                     gizmo::choice(ui, data.gizmo_mode, actions);
@@ -50,7 +50,7 @@ fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
                 sections::selection(ui, selection, actions);
             });
         }
-        None => {
+        _ => {
             ui.colored_label(style::DIM, "Click an object in the picture to change it.");
         }
     }
