@@ -2,8 +2,9 @@
 //! effects that are forced on or off, all in one history. It saves the changes as a scene file.
 //!
 //! A change goes to the history at once. The scene with it is prepared on a thread ([`ScenePreparation`]); what takes longer than a few
-//! frames is traced later, and the scene before it until then. `transform` moves, turns and scales objects.
+//! frames is traced later, and the scene before it until then. `transform` moves, turns and scales objects; `lens` is the camera's lens.
 
+mod lens;
 mod transform;
 
 use std::path::{Path, PathBuf};
@@ -86,12 +87,6 @@ const CENTER: [f32; 2] = [0.5; 2];
 /// A change whose scene is ready after this long is traced without detour.
 const PATIENCE: Duration = Duration::from_millis(40);
 
-/// The widest lens that a slider offers, as a share of the distance to the target.
-const WIDEST: f64 = 0.05;
-
-/// The focus that a slider offers, in distances to the target.
-const FOCUS: [f64; 2] = [0.02, 10.0];
-
 impl SceneEditor {
     /// An editor of a scene without changes.
     pub fn new(original: SceneDesc, scene: Scene) -> Result<Self> {
@@ -173,11 +168,6 @@ impl SceneEditor {
     /// Field of view, degrees.
     pub fn fov(&self) -> f64 {
         self.pose().fov
-    }
-
-    /// Radius of the lens.
-    fn aperture(&self) -> f64 {
-        self.state().aperture.unwrap_or(self.original().camera.aperture_radius)
     }
 
     /// Moves the camera in a window of this size; returns whether anything changed. Moves of one kind are one entry of the history until
@@ -309,47 +299,6 @@ impl SceneEditor {
         }
         values.extend(self.lens_values());
         values
-    }
-
-    /// The values of the lens; none for a camera of parallel rays.
-    fn lens_values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
-        let mut values = Vec::new();
-        if self.original().camera.orthographic {
-            return values;
-        }
-        let (distance, aperture) = (self.pose().distance(), self.aperture());
-        // Bounds that stay where they are while the focus moves.
-        let reach = self.home.distance();
-        let value = ParameterValue::Number { value: aperture, min: 0.0, max: (WIDEST * reach).max(aperture) };
-        values.push(("radius of the lens".to_owned(), EditedValue::Aperture, value));
-        if aperture > 0.0 {
-            let [min, max] = FOCUS.map(|distances| distances * reach);
-            let value =
-                ParameterValue::Number { value: distance, min: min.min(distance), max: max.max(distance) };
-            values.push(("distance in focus".to_owned(), EditedValue::Focus, value));
-        }
-        values
-    }
-
-    /// Focuses the lens at the distance of a place in world space, without turning the camera; returns whether that changes anything.
-    ///
-    /// # Errors
-    ///
-    /// Without a lens: it says what to do.
-    pub fn focus_at(&mut self, place: DVec3) -> Result<bool> {
-        if self.aperture() <= 0.0 || self.original().camera.orthographic {
-            return Err(miette::miette!(
-                "a pinhole has everything in focus: give the lens a radius first (tab Scene, Camera)"
-            ));
-        }
-        let pose = self.pose();
-        let ahead = (pose.target - pose.eye).normalize_or(DVec3::Z);
-        let distance = (place - pose.eye).dot(ahead);
-        self.end_change();
-        let changed = distance > 0.0
-            && self.set_pose("distance in focus", Pose { target: pose.eye + ahead * distance, ..pose });
-        self.end_change();
-        Ok(changed)
     }
 
     /// Whether values were changed since they were saved last.
