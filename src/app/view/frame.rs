@@ -253,7 +253,7 @@ impl Viewer {
             self.picture.aim(self.panel.target());
         }
         let panel_time = begin.elapsed();
-        let (settings, viewport, drawing) = self.panel.to_show();
+        let (settings, viewport, drawing) = self.panel.shown();
         let shown = self.picture.show(&self.session, plan, settings, viewport, drawing, begin)?;
         self.picture.pacer.panel(panel_time);
         self.metrics.presented(&shown);

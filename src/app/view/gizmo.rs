@@ -243,7 +243,7 @@ mod tests {
 
     #[test]
     fn what_is_moved_along_an_axis_stays_under_the_cursor() {
-        for axis in 0..3 {
+        for (axis, along) in AXES.into_iter().enumerate() {
             let (mut gizmo, mut editor) = (Gizmo::default(), editor());
             let pivot = editor.selected_pivot().expect("a ball");
             let (from, center) = (end(&gizmo, &editor, axis), editor.project(pivot, SIZE).expect("seen"));
@@ -252,7 +252,7 @@ mod tests {
             let by = gizmo.transform(&editor, to, SIZE).expect("a transform");
             assert!(by.matrix3.abs_diff_eq(DMat3::IDENTITY, 1e-12));
             let shift = by.translation;
-            assert!(shift.dot(AXES[axis]) > 0.1 && shift.cross(AXES[axis]).length() < 1e-9, "{shift}");
+            assert!(shift.dot(along) > 0.1 && shift.cross(along).length() < 1e-9, "{shift}");
             editor.set_transform(by).expect("valid");
             let moved = end(&gizmo, &editor, axis);
             // The handle is drawn as long in the picture wherever it is: its end is near, not exactly there.

@@ -1,5 +1,6 @@
 //! Hears winit: turns the events of the window into actions, and lets the loop step when a frame is due.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use glam::DVec2;
@@ -73,11 +74,7 @@ impl Viewer {
             }
             WindowEvent::Occluded(true) => self.picture.hide(),
             WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.picture.request_show(),
-            WindowEvent::DroppedFile(path) => {
-                if self.may_discard("dropping another scene") {
-                    self.open_file(path.clone());
-                }
-            }
+            WindowEvent::DroppedFile(path) => self.drop_file(path.clone()),
             _ => {}
         }
         if self.takes_hold(&event) {
@@ -87,6 +84,13 @@ impl Viewer {
             self.act();
         }
         self.drag_gizmo(&event);
+    }
+
+    /// Opens the scene or model that was dropped onto the window.
+    fn drop_file(&mut self, path: PathBuf) {
+        if self.may_discard("dropping a scene") {
+            self.open_file(path);
+        }
     }
 
     /// Whether the gizmo is shown: an object is selected, and the tab that changes it is seen.

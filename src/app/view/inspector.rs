@@ -345,7 +345,7 @@ fn window_of(pixel: [u32; 2], size: [u32; 2]) -> UvWindow {
 /// The bin of a wavelength in nm; `None` outside the spectrum that is shown.
 fn bin(lambda: f32) -> Option<usize> {
     let at = (f64::from(lambda) - WAVELENGTHS[0]) / (WAVELENGTHS[1] - WAVELENGTHS[0]);
-    (0.0..1.0).contains(&at).then(|| (at * SPECTRUM_BINS as f64) as usize)
+    (0.0..1.0).contains(&at).then_some((at * SPECTRUM_BINS as f64) as usize)
 }
 
 #[cfg(test)]

@@ -183,7 +183,7 @@ impl ViewerPanel {
     }
 
     /// The display settings, the part of the picture that is shown, and what is drawn over it.
-    pub fn to_show(&mut self) -> (&Settings, &Viewport, Option<&mut PanelDrawing>) {
+    pub fn shown(&mut self) -> (&Settings, &Viewport, Option<&mut PanelDrawing>) {
         let drawn = self.has_overlay();
         (&self.controls.settings, &self.viewport, drawn.then(|| self.host.drawing()))
     }
