@@ -123,6 +123,7 @@ use miette::Result;
 ///
 /// Everything that stops the run, ready to be printed: with file, line and column where a scene is at fault.
 pub fn run(cli: Cli) -> Result<()> {
+    process::listen_for_snapshots();
     match cli.command {
         CliCommand::Render(args) => render::render(*args),
         CliCommand::Shard(args) => shard::shard(*args),

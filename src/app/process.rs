@@ -27,7 +27,8 @@ pub fn is_interrupted() -> bool {
 #[cfg(unix)]
 static SNAPSHOT: std::sync::OnceLock<std::sync::Arc<AtomicBool>> = std::sync::OnceLock::new();
 
-/// Takes SIGUSR1, which would end the process otherwise, as the wish for a snapshot.
+/// Takes SIGUSR1, which would end the process otherwise, as the wish for a snapshot. What has no picture goes on as if nothing had
+/// happened: the signal is often sent to all processes of this name.
 #[cfg(unix)]
 pub fn listen_for_snapshots() {
     use signal_hook::{consts::SIGUSR1, flag};

@@ -56,7 +56,6 @@ pub fn render(mut args: RenderArgs) -> Result<()> {
 pub fn run(args: &RenderArgs, outputs: &Outputs, kept: Option<KeptState>) -> Result<()> {
     let start = Instant::now();
     process::listen_for_interrupt();
-    process::listen_for_snapshots();
     let mut batch = BatchRender::set_up(args, outputs, kept)?;
     let traced = batch.trace(outputs)?;
     batch.write(outputs, &traced)?;

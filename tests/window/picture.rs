@@ -1,5 +1,6 @@
 //! The real program on a display of its own: its window as seen from outside.
 
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::support::desktop::Desktop;
@@ -38,6 +39,30 @@ fn the_window_equals_the_headless_picture() {
     assert!(seen.unwrap() == wanted, "the window shows another picture than the headless PNG");
     assert!(png(&folder.join("window.png")) == wanted, "the picture written at the end is another one");
     assert_eq!(figures(&folder)["validation_messages"], 0);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// SIGUSR1, as it asks a render for a snapshot, saves the picture of a window, which goes on.
+#[test]
+fn a_signal_saves_the_picture() {
+    let folder = folder("signal");
+    let desktop = Desktop::start(300, 300);
+    let mut viewer = view(&desktop, &folder, &["--size", "96x96", "--no-panel"]);
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    let start = Instant::now();
+    // There is a picture once something in the window is bright.
+    let is_bright = || shot(&desktop, window).is_some_and(|(_, _, rgb)| rgb.iter().any(|c| *c > 100));
+    while !is_bright() && start.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(Command::new("kill").args(["-USR1", &viewer.id().to_string()]).status().unwrap().success());
+    let saved = folder.join("cornell-001.png");
+    while !saved.exists() && start.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert_eq!(png(&saved).0, 96);
+    assert!(viewer.try_wait().unwrap().is_none(), "the window has closed");
+    assert!(terminate(viewer).status.success());
     std::fs::remove_dir_all(folder).unwrap();
 }
 

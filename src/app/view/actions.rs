@@ -9,8 +9,8 @@ use miette::{IntoDiagnostic, Result, miette};
 use winit::window::Fullscreen;
 
 use crate::app::run_spec::{RunSpec, display_options};
-use crate::app::tell;
 use crate::app::view::{Viewer, inspector, preferences};
+use crate::app::{process, tell};
 use crate::client::Settings;
 use crate::client::light_meter::exposure_for;
 use crate::client::window::action::Action;
@@ -40,6 +40,11 @@ impl Viewer {
         }
         for message in self.saves.done() {
             self.say(message);
+        }
+        if process::take_snapshot_request()
+            && let Err(error) = self.save_picture("png")
+        {
+            self.say(error.to_string());
         }
         self.take_prepared();
         for action in self.panel.take_actions() {
