@@ -40,6 +40,17 @@ layout(push_constant) uniform ReconstructPush {
 } push;
 #endif
 
+#ifdef COMPOSE_PUSH
+layout(push_constant) uniform ComposePush {
+    vec4 x;               // rows of the matrix that the layer's XYZ are multiplied by; w unused
+    vec4 y;
+    vec4 z;
+    ivec2 origin;         // the layer's first texel in the picture
+    float share;          // its part of what is shown there
+    float padding;
+} push;
+#endif
+
 #ifdef BILATERAL_PUSH
 layout(push_constant) uniform BilateralPush {
     vec2 inverse_target;  // 1 / extent of the padded target

@@ -14,9 +14,10 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 
 use super::predictions;
 use super::run_spec::RunSpec;
+use crate::gpu::Region;
 use crate::server::{Priority, unpoisoned};
 use crate::stream::{PathCounts, Sample};
-use crate::study::error::ReplicatePixel;
+use crate::study::error::{OtherSamples, ReplicatePixel};
 use crate::study::late::Probe;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, ExactReplicates, MonitorProgress, Replicates};
@@ -53,6 +54,10 @@ enum Message {
     Begin(Box<ErrorMonitor>, Duration, Arc<RunSpec>),
     Aim(Option<ErrorTarget>),
     Probe(Probe),
+    /// Tells another observer what is shown of a rectangle of the picture.
+    Lend(Region, Borrower),
+    /// What another one tells, when this render has taken so long.
+    Others(OtherSamples, Duration),
     /// Answers when everything before has been processed.
     Sync(Sender<()>),
     /// Answers with the mean and the difference of the replicates of every pixel.
@@ -63,6 +68,17 @@ enum Message {
     Progress(Sender<Option<(ExactReplicates, MonitorProgress)>>),
     /// Takes a last checkpoint and answers with the outcomes of the predictions.
     End(Duration, Sender<Vec<PredictionOutcome>>),
+}
+
+/// An observer that is told what another one has seen.
+struct Borrower {
+    shared: Arc<Shared>,
+    /// The number of its render: another one is not told.
+    number: u64,
+    /// Where in its picture the rectangle begins.
+    origin: [i64; 2],
+    /// Time since its render began.
+    at: Duration,
 }
 
 /// State shared by the handle and the thread.
@@ -191,6 +207,14 @@ impl Observer {
     /// The picture of this render is compared now and then with what another method finds.
     pub fn probe(&self, probe: Probe) {
         self.send(Message::Probe(probe), false);
+    }
+
+    /// Tells `other`, in whose picture this rectangle of the picture begins at `origin`, what is shown of it: from now on what it states is the
+    /// error of the mean of both, each with the share of its paths.
+    pub fn lend(&self, rectangle: Region, other: &Observer, origin: [i64; 2]) {
+        let number = unpoisoned(&other.shared.state).0;
+        let borrower = Borrower { shared: other.shared.clone(), number, origin, at: other.elapsed() };
+        self.send(Message::Lend(rectangle, borrower), false);
     }
 
     /// What is wanted.
@@ -333,6 +357,17 @@ impl Shared {
     }
 }
 
+impl Borrower {
+    /// Tells it, unless its render is over.
+    fn tell(self, others: OtherSamples) {
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        if !inbox.gone && unpoisoned(&self.shared.state).0 == self.number {
+            inbox.messages.push_back(Message::Others(others, self.at));
+            self.shared.news.notify_one();
+        }
+    }
+}
+
 /// Marks the thread as ended when it is dropped, so that no caller waits for it.
 struct Gone<'a>(&'a Shared);
 
@@ -371,6 +406,20 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
                 shared.publish(number, &watch);
             }
             Message::Probe(probe) => watch.set_probe(probe),
+            Message::Lend(Region { origin, extent }, borrower) => {
+                let [first, size] = [origin, extent].map(|n| n.map(|n| n as usize));
+                if let Some(others) = watch.others(first, size, borrower.origin) {
+                    borrower.tell(others);
+                }
+            }
+            Message::Others(others, at) => {
+                watch.add_others(others);
+                // What is shown has another error now.
+                if !watch.status().checkpoints.is_empty() {
+                    watch.take_checkpoint(at.as_secs_f64());
+                    shared.publish(number, &watch);
+                }
+            }
             Message::Sync(answer) => {
                 let _ = answer.send(());
             }

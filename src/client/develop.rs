@@ -72,6 +72,72 @@ pub fn mean_variance(data: &FilmData, energy: f32) -> Vec<f32> {
     variances.into_iter().map(|v| v as f32).collect()
 }
 
+/// Mixes the picture of a region into the sums of the whole picture, from the pixel `origin` on: the mean of both pictures, the region's with
+/// this `share`, from 0 to 1. The sums of weights are added, and so is what is known of the variance of the camera stream, which holds where
+/// shares are those of the samples.
+pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], share: f32) {
+    let (width, columns) = (data.width as usize, region.width as usize);
+    let place = |i: usize| (origin[1] as usize + i / columns) * width + origin[0] as usize + i % columns;
+    let pixels = width * data.height as usize;
+    // A stream without samples has no sums yet.
+    for (sums, more) in [(&mut data.camera, &region.camera), (&mut data.light, &region.light)] {
+        if sums.is_empty() && !more.is_empty() {
+            sums.resize(pixels, [0.0; 4]);
+        }
+    }
+    for (sums, more) in [
+        (&mut data.camera_variance, &region.camera_variance),
+        (&mut data.light_variance, &region.light_variance),
+    ] {
+        if sums.is_empty() && !more.is_empty() {
+            sums.resize(pixels, 0.0);
+        }
+    }
+    let unit = (region.luminance_scale / data.luminance_scale).powi(2);
+    let mean = |[x, y, z, w]: [f32; 4]| if w > 0.0 { Vec3::new(x, y, z) / w } else { Vec3::ZERO };
+    let kept = 1.0 - share;
+    for i in 0..columns * region.height as usize {
+        let Some(sum) = data.camera.get_mut(place(i)) else { break };
+        let more = region.camera.get(i).copied().unwrap_or_default();
+        let weight = sum[3] + more[3];
+        let mixed = match (sum[3] > 0.0, more[3] > 0.0) {
+            (true, true) => mean(*sum) * kept + mean(more) * share,
+            (true, false) => mean(*sum),
+            (false, _) => mean(more),
+        };
+        *sum = (mixed * weight).extend(weight).to_array();
+        if let Some(variance) = data.camera_variance.get_mut(place(i)) {
+            *variance += region.camera_variance.get(i).copied().unwrap_or(0.0) * unit;
+        }
+    }
+    // Sums of the light stream are normalised by the light paths of the whole picture, which a picture without any gets from the region.
+    if data.counts.light_paths == 0 {
+        data.counts.light_paths = region.counts.light_paths;
+    }
+    let scale = data.counts.light_scale(data.width, data.height);
+    let factor = match region.counts.light_scale(region.width, region.height) {
+        more if scale > 0.0 => share * more / scale,
+        _ => 0.0,
+    };
+    for i in 0..columns * region.height as usize {
+        let Some(sum) = data.light.get_mut(place(i)) else { break };
+        let more = region.light.get(i).copied().unwrap_or_default();
+        let squares = |[_, y, _, w]: [f32; 4], v: f32| v + if w > 0.0 { y * y / w } else { 0.0 };
+        let mixed: [f32; 4] = std::array::from_fn(|c| match c {
+            3 => sum[3] + more[3],
+            c => sum[c] * kept + more[c] * factor,
+        });
+        if let Some(variance) = data.light_variance.get_mut(place(i)) {
+            let (own, other) = (data.luminance_scale.powi(2), region.luminance_scale.powi(2));
+            let of_region = region.light_variance.get(i).copied().unwrap_or(0.0);
+            let all = kept.powi(2) * squares(*sum, *variance * own)
+                + factor.powi(2) * squares(more, of_region * other);
+            *variance = (all - squares(mixed, 0.0)).max(0.0) / own;
+        }
+        *sum = mixed;
+    }
+}
+
 /// The picture with everything needed to go on from it, for [`exr::write`](crate::image::exr::write):
 /// R, G, B; `camera.XYZW` and `light.XYZW` sums; `variance.camera` and `variance.light` sums; `variance.Y`,
 /// the variance of the mean; without those of the variance where the film keeps none. Counts and the luminance scale are added to the attributes.

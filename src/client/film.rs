@@ -8,6 +8,7 @@ use glam::Vec3;
 use crate::client::Film;
 use crate::client::background::BackgroundPolicy;
 use crate::client::error::ClientError;
+use crate::client::pass::compose::PictureLayer;
 use crate::client::pass::images::StreamImages;
 use crate::client::pass::repaint::{FilmSums, Repaint, ShownTexels, floats};
 use crate::client::raster::{Raster, Streams};
@@ -106,18 +107,55 @@ impl VulkanFilm {
     /// window. The batch must have been flushed before the frame was begun.
     ///
     /// `detail` is the internal resolution, picture pixels per reconstructed one and axis: 1, 2 or 4. Above 1 the blur is
-    /// computed on a coarser grid and interpolated; the encoded picture has full size.
+    /// computed on a coarser grid and interpolated; the encoded picture has full size. `regions` of the picture, of the same internal
+    /// resolution, are drawn into it.
     pub fn paint(
         &mut self,
         cmd: &mut Cmd<'_>,
         settings: &Settings,
         detail: u32,
+        regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
         self.raster.complete(cmd, self.state.spec(), &mut self.streams)?;
         let (repaint, sums) = self.sums()?;
         repaint.policy = policy;
-        repaint.paint(cmd, sums, settings, detail)
+        repaint.paint(cmd, sums, settings, detail, regions)
+    }
+
+    /// As [`paint`](Self::paint), with the sum of these layers, of the same internal resolution, in the place of what the sums give.
+    pub fn paint_sum(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        settings: &Settings,
+        detail: u32,
+        layers: &mut [PictureLayer<'_>],
+    ) -> Result<&mut Image, ClientError> {
+        let policy = self.policy;
+        let (repaint, _) = self.sums()?;
+        repaint.policy = policy;
+        repaint.paint_sum(cmd, settings, detail, layers)
+    }
+
+    /// Records the picture before glare and tone curve, scene-linear XYZ, where this film is a region of another one's picture: that of
+    /// the sums, or the `filtered` one that a noise filter has made of the same samples.
+    pub fn linear(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        filtered: Option<&Grid<Vec3>>,
+        settings: &Settings,
+        detail: u32,
+    ) -> Result<&mut Image, ClientError> {
+        let policy = self.policy;
+        if filtered.is_none() {
+            self.raster.complete(cmd, self.state.spec(), &mut self.streams)?;
+        }
+        let (repaint, sums) = self.sums()?;
+        repaint.policy = policy;
+        match filtered {
+            Some(picture) => repaint.linear_filtered(cmd, picture, settings, detail),
+            None => repaint.linear(cmd, sums, settings, detail),
+        }
     }
 
     /// As [`paint`](Self::paint) at full resolution, with this picture, scene-linear XYZ of the film's size, in the place of what the sums
@@ -127,11 +165,12 @@ impl VulkanFilm {
         cmd: &mut Cmd<'_>,
         picture: &Grid<Vec3>,
         settings: &Settings,
+        regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
         let (repaint, _) = self.sums()?;
         repaint.policy = policy;
-        repaint.paint_filtered(cmd, picture, settings)
+        repaint.paint_filtered(cmd, picture, settings, regions)
     }
 
     /// Whether the sums are in memory: [`develop`](Film::develop) waits for no device.

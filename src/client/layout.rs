@@ -85,6 +85,22 @@ blocks! {
         padding: f32,
     }
 
+    /// Constants of `compose.frag`.
+    ComposePush, 64 {
+        /// First row of the matrix that the layer's XYZ are multiplied by; the fourth number is not used.
+        x: [f32; 4],
+        /// Second row.
+        y: [f32; 4],
+        /// Third row.
+        z: [f32; 4],
+        /// The layer's first texel in the picture.
+        origin: [i32; 2],
+        /// Its part of what is shown there.
+        share: f32,
+        /// Fills the last 8 bytes.
+        padding: f32,
+    }
+
     /// Constants of `bilateral_error.frag` and `bilateral.frag`.
     BilateralPush, 32 {
         /// 1 / extent of the padded target.

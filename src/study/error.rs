@@ -52,6 +52,59 @@ pub struct ReplicatePixel {
     pub seen: bool,
 }
 
+/// What other samples than those of a render show of a rectangle of its picture, or of all of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherSamples {
+    /// Its first pixel; the rectangle may begin before the picture.
+    pub origin: [i64; 2],
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Its pixels, row by row.
+    pub pixels: Vec<ReplicatePixel>,
+    /// Paths per pixel.
+    pub per_pixel: f64,
+}
+
+impl OtherSamples {
+    /// Mixes them into the pixels of a picture of this size and as many paths per pixel: the mean of both pictures, each with the share
+    /// of its paths.
+    pub fn mix_into(&self, picture: &mut [ReplicatePixel], [width, height]: [usize; 2], per_pixel: f64) {
+        let share = (self.per_pixel / (self.per_pixel + per_pixel).max(f64::MIN_POSITIVE)) as f32;
+        let row = |y: usize| y as i64 + self.origin[1];
+        for y in (0..self.size[1]).filter(|y| (0..height as i64).contains(&row(*y))) {
+            for x in 0..self.size[0] {
+                let column = x as i64 + self.origin[0];
+                if (0..width as i64).contains(&column) {
+                    let pixel = &mut picture[row(y) as usize * width + column as usize];
+                    *pixel = pixel.mixed(&self.pixels[y * self.size[0] + x], share);
+                }
+            }
+        }
+    }
+}
+
+impl ReplicatePixel {
+    /// The mean of this pixel and another one of the same expectation, which has this share. The differences of independent pictures are
+    /// added: the squared sum times the factor is, on average, the variance of the mean.
+    fn mixed(&self, other: &Self, share: f32) -> Self {
+        if !(self.seen && other.seen) {
+            return if other.seen { *other } else { *self };
+        }
+        let parts = [1.0 - share, share];
+        let sum = |a: [f32; 3], b: [f32; 3], [for_a, for_b]: [f32; 2]| -> [f32; 3] {
+            std::array::from_fn(|c| a[c] * for_a + b[c] * for_b)
+        };
+        // As if both replicates of either had the same weight, whose factor is 1/4.
+        let weights = [parts[0] * 2.0 * self.factor.sqrt(), parts[1] * 2.0 * other.factor.sqrt()];
+        Self {
+            mean: sum(self.mean, other.mean, parts),
+            difference: sum(self.difference, other.difference, weights),
+            factor: 0.25,
+            seen: true,
+        }
+    }
+}
+
 /// The tiles that an estimate is taken from. A render that stops at a target decides by one half of the tiles and states the
 /// error of the other: a held-out half avoids the bias of stopping at a lucky checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

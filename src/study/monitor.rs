@@ -2,7 +2,7 @@
 
 use crate::stream::{PathCounts, Sample};
 use crate::study::curve::{Checkpoint, PowerLaw};
-use crate::study::error::{ErrorEstimate, TileSubset};
+use crate::study::error::{ErrorEstimate, OtherSamples, ReplicatePixel, TileSubset};
 use crate::study::exact_replicates::ExactReplicates;
 use crate::study::late::{LateLight, Probe, ProbeState};
 use crate::study::prediction::{Prediction, PredictionOutcome, next_target, predict, time_reached};
@@ -96,6 +96,8 @@ pub struct ErrorMonitor {
     status: ErrorStatus,
     predictions: Vec<Prediction>,
     probe: Option<ProbeState>,
+    /// What is shown is the mean of this render's picture and these.
+    others: Vec<OtherSamples>,
     /// Paths at the next checkpoint.
     due: f64,
 }
@@ -112,6 +114,7 @@ impl ErrorMonitor {
             status: ErrorStatus::default(),
             predictions: Vec::new(),
             probe: None,
+            others: Vec::new(),
             due: FIRST_CHECKPOINT * pixels,
         }
     }
@@ -138,6 +141,34 @@ impl ErrorMonitor {
     /// Compares the picture now and then with what another method finds.
     pub fn set_probe(&mut self, probe: Probe) {
         self.probe = Some(ProbeState::new(probe));
+    }
+
+    /// What is shown is from now on, within a rectangle, the mean of the picture of this render and of these samples, each with the
+    /// share of its paths.
+    pub fn add_others(&mut self, others: OtherSamples) {
+        self.others.push(others);
+    }
+
+    /// What is shown of a rectangle of the picture, for another monitor, in whose picture it begins at `origin`; `None` before each replicate
+    /// has traced a path.
+    pub fn others(&mut self, first: [usize; 2], size: [usize; 2], origin: [i64; 2]) -> Option<OtherSamples> {
+        self.round();
+        let [width, height] = self.sums.size();
+        let pixels = self.pixels()?;
+        let rows = first[1]..(first[1] + size[1]).min(height);
+        let columns = first[0]..(first[0] + size[0]).min(width);
+        let part = rows.clone().flat_map(|y| pixels[y * width..][columns.clone()].iter().copied());
+        let per_pixel = self.paths() / (width * height) as f64;
+        Some(OtherSamples { origin, size: [columns.len(), rows.len()], pixels: part.collect(), per_pixel })
+    }
+
+    /// Mean and difference of the replicates in every pixel of what is shown.
+    fn pixels(&self) -> Option<Vec<ReplicatePixel>> {
+        let mut pixels = self.sums.pixels()?;
+        let size = self.sums.size();
+        let per_pixel = self.paths() / (size[0] * size[1]) as f64;
+        self.others.iter().for_each(|others| others.mix_into(&mut pixels, size, per_pixel));
+        Some(pixels)
     }
 
     /// Sets another target at the same quantile and predicts it from the checkpoints so far.
@@ -189,7 +220,7 @@ impl ErrorMonitor {
         let samples = self.paths();
         self.due = samples.max(1.0) * CHECKPOINT_RATIO;
         let size = self.sums.size();
-        let Some(pixels) = self.sums.pixels() else { return };
+        let Some(pixels) = self.pixels() else { return };
         let Some((field, largest)) = self.sums.error(&pixels) else { return };
         let missing = self.probe.as_mut().and_then(|probe| {
             probe.update(samples);

@@ -233,6 +233,11 @@ impl Camera {
         }
     }
 
+    /// This camera with a crop window: the part of its picture from `corner` on, of this `size`, both in uv, is the picture.
+    pub fn cropped(self, corner: DVec2, size: DVec2) -> Self {
+        Self { offset: self.offset + self.scale * corner, scale: self.scale * size, ..self }
+    }
+
     /// The screen position of a place in the space of this camera, which may lie outside the picture; `None` where it is not in front.
     pub fn screen_position(&self, place: DVec3) -> Option<DVec2> {
         let local = self.from_world * (place - self.position);

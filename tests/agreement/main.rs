@@ -11,6 +11,7 @@ mod materials;
 mod meshes;
 mod opacity;
 mod pairs;
+mod regions;
 mod scenes;
 mod specular;
 

@@ -19,11 +19,11 @@ fn painted(film: &mut VulkanFilm, settings: &Settings, detail: u32) -> Vec<u8> {
     film.flush().expect("flush");
     let extent = [film.spec().width, film.spec().height];
     let mut frame = gpu.begin().expect("a frame");
-    film.paint(&mut frame.cmd(), settings, detail).expect("paint");
+    film.paint(&mut frame.cmd(), settings, detail, &mut []).expect("paint");
     frame.submit().expect("submit");
     // Recorded twice: the image is lent for one call.
     let mut frame = gpu.begin().expect("a frame");
-    let image = film.paint(&mut frame.cmd(), settings, detail).expect("paint");
+    let image = film.paint(&mut frame.cmd(), settings, detail, &mut []).expect("paint");
     frame.submit().expect("submit");
     read_image(&gpu, image, Region { origin: [0, 0], extent }).expect("read")
 }

@@ -115,7 +115,7 @@ fn an_impatient_film_has_the_same_glare_later() {
     let paint = |film: &mut VulkanFilm| {
         film.flush().expect("flush");
         let mut frame = gpu().begin().expect("a frame");
-        film.paint(&mut frame.cmd(), &settings, 1).expect("paint");
+        film.paint(&mut frame.cmd(), &settings, 1, &mut []).expect("paint");
         gpu().wait(frame.submit().expect("submit")).expect("wait");
         let image = film.painted().expect("painted");
         read_image(gpu(), image, Region { origin: [0, 0], extent: [40, 31] }).expect("read")
@@ -134,7 +134,7 @@ fn an_impatient_film_has_the_same_glare_later() {
     film.set_background_policy(BackgroundPolicy::Background);
     let other = Settings { glare: Some(glare(Adaptation::Mesopic)), ..plain() };
     let mut frame = gpu().begin().expect("a frame");
-    film.paint(&mut frame.cmd(), &other, 1).expect("paint");
+    film.paint(&mut frame.cmd(), &other, 1, &mut []).expect("paint");
     gpu().wait(frame.submit().expect("submit")).expect("wait");
     drop(film);
     join_abandoned();

@@ -18,6 +18,7 @@ mod glare;
 mod overlay;
 mod plan;
 mod reference;
+mod regions;
 mod shaders;
 mod soak;
 mod swapchain;

@@ -79,8 +79,12 @@ pub struct Plan {
 
 /// One picture of luminance per seed. Two threads.
 pub fn repeat(desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
+    repeat_through(&Camera::of(desc).expect("the camera is valid"), desc, method, plan)
+}
+
+/// The same through another camera than the scene's.
+pub fn repeat_through(camera: &Camera, desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
     let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
-    let camera = Camera::of(desc).expect("the camera is valid");
     let paths = plan.paths_per_pixel * (plan.side as u64).pow(2);
     let picture = |seed: u32| {
         // Different methods get different seeds: what they share would not show.

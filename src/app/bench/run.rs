@@ -152,7 +152,7 @@ impl Loop<'_> {
         let start = Instant::now();
         let mut frame = self.gpu.begin().into_diagnostic()?;
         let cmd = &mut frame.cmd();
-        self.film.paint(cmd, self.settings, 1).into_diagnostic()?;
+        self.film.paint(cmd, self.settings, 1, &mut []).into_diagnostic()?;
         let [source, target] = &mut self.copy;
         if number == 0 {
             // Memory that was never written may not be there.

@@ -8,14 +8,16 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result, miette};
 use winit::window::Fullscreen;
 
+use crate::app::noise_filter::EpochView;
 use crate::app::run_spec::{RunSpec, display_options};
+use crate::app::view::picture::regions::rectangle_between;
 use crate::app::view::{Viewer, inspector, preferences};
 use crate::app::{process, tell};
 use crate::client::Settings;
 use crate::client::light_meter::exposure_for;
 use crate::client::window::action::Action;
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay};
+use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay, RegionDrawing};
 use crate::gpu::Region;
 use crate::image::write::check_target;
 use crate::tracer::effects::Effect;
@@ -105,6 +107,23 @@ impl Viewer {
                     self.editor.end_change();
                     self.gesture(Gesture::Focus(pick.position));
                     self.editor.end_change();
+                }
+            }
+            Action::DragRegion(places) => {
+                self.dragged = places.map(|places| self.rectangle(places));
+                self.refresh();
+            }
+            Action::TraceRegion(places) => {
+                self.dragged = None;
+                let rectangle = self.rectangle(places);
+                return self.trace_region(rectangle).map(Some);
+            }
+            Action::ToggleRegion if self.session.is_in_region() => return self.release_region(),
+            Action::ToggleRegion => {
+                let asks = !self.panel.input.asks_region();
+                self.panel.input.ask_region(asks);
+                if asks {
+                    self.panel.host.pin("Drag a rectangle over the picture; Escape leaves it".to_owned());
                 }
             }
             Action::Deselect => self.editor.select(None),
@@ -236,11 +255,16 @@ impl Viewer {
             Action::TogglePanel => self.toggle_panel(),
             Action::ToggleHelp => self.panel.controls.help ^= true,
             Action::Cancel => {
-                let asked = self.asked.take().is_some();
+                let asked = self.asked.take().is_some() | self.panel.input.asks_region();
+                self.panel.input.ask_region(false);
+                self.dragged = None;
                 if asked {
                     self.panel.host.say("nothing was done".to_owned());
                 }
                 if !asked && !std::mem::take(&mut self.panel.controls.help) {
+                    if self.session.is_in_region() {
+                        return self.release_region();
+                    }
                     self.editor.select(None);
                 }
             }
@@ -252,6 +276,34 @@ impl Viewer {
     /// The place in the picture that is shown at this place of the window.
     fn on_picture(&self, at: [f64; 2]) -> [f64; 2] {
         self.panel.viewport.to_picture(at.into()).to_array()
+    }
+
+    /// The rectangle of the picture between two places of the window.
+    fn rectangle(&self, [from, to]: [[f64; 2]; 2]) -> Region {
+        let [from, to] = [from, to].map(|at| self.on_picture(at).into());
+        rectangle_between(from, to, self.session.size())
+    }
+
+    /// Traces a rectangle of the picture and nothing else until it is released, or something is changed.
+    fn trace_region(&mut self, rectangle: Region) -> Result<String> {
+        if self.session.is_stale() || !self.picture.is_seen() {
+            return Err(miette!("there is no picture of this view yet: drag the region again"));
+        }
+        self.go_on();
+        let camera = self.editor.camera(self.session.size())?;
+        let view = EpochView { scene: self.editor.scene(), camera };
+        let (settings, target) = (self.panel.controls.settings.clone(), self.panel.target());
+        let Self { picture, session, editor, .. } = self;
+        picture.begin_region(rectangle, session, view, editor, &settings, target)?;
+        let [width, height] = rectangle.extent;
+        Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))
+    }
+
+    /// Goes on with the whole picture.
+    fn release_region(&mut self) -> Result<Option<String>> {
+        self.go_on();
+        let released = self.picture.end_region(&mut self.session, &self.editor)?;
+        Ok(released.then(|| "the whole picture is traced again".to_owned()))
     }
 
     /// Exposes the picture so that what is seen here becomes a middle grey.
@@ -356,6 +408,9 @@ impl Viewer {
         });
         (data.undo, data.redo) =
             (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
+        let dragged =
+            |Region { origin, extent }| RegionDrawing { origin, extent, is_traced: false, per_pixel: 0.0 };
+        data.region = self.dragged.map(dragged).or_else(|| picture.regions.drawing());
         data.gizmo_mode = self.gizmo.mode;
         if shows_gizmo {
             let (size, zoom) = (session.size(), panel.viewport.zoom());

@@ -13,6 +13,7 @@ use crate::app::rejected::RejectedReport;
 use crate::app::report::{ErrorReport, Seconds, write_json};
 use crate::app::run_spec::{ChoiceReport, RunEnd};
 use crate::app::view::Viewer;
+use crate::app::view::picture::regions::ComposedFilm;
 use crate::app::view::screen::Screen;
 use crate::app::{predictions, process, tell};
 use crate::client::window::statistics::RecentValues;
@@ -208,7 +209,8 @@ impl Viewer {
     /// What a picture's file says of how the render went so far.
     pub(super) fn outcome(&self) -> RunEnd {
         let rejected = self.session.rejected(&self.editor).summary();
-        let mut end = RunEnd { prefix: self.session.is_complete(), rejected, error: Vec::new() };
+        let prefix = self.session.is_complete() && self.picture.regions.is_empty();
+        let mut end = RunEnd { prefix, rejected, error: Vec::new() };
         if let Some(observer) = &self.picture.observer {
             end.describe(&observer.state(), ErrorQuantile::P95);
         }
@@ -230,7 +232,10 @@ impl Viewer {
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let written = match self.picture.take_film() {
             Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
-            Some(mut film) => outputs.write(&mut film, &run, &outcome, &settings, extras, &mut seconds),
+            Some(mut film) => {
+                let mut film = ComposedFilm { film: &mut film, regions: &mut self.picture.regions };
+                outputs.write(&mut film, &run, &outcome, &settings, extras, &mut seconds)
+            }
             None => Err(miette::miette!("there is no film")),
         };
         let Err(error) = written else { return Ok(()) };

@@ -42,6 +42,7 @@ impl Viewer {
     fn frame(&mut self) -> Result<(), ClientError> {
         let begin = Instant::now();
         self.hear_server();
+        self.leave_lost_region();
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
@@ -68,6 +69,16 @@ impl Viewer {
         self.send_to_tev(false)?;
         self.measure(begin);
         Ok(())
+    }
+
+    /// Goes on with the whole picture where the film of the region is gone: another size, another device.
+    fn leave_lost_region(&mut self) {
+        if self.session.is_in_region() && self.picture.region().is_none() {
+            match self.session.resume(&self.editor, Duration::ZERO) {
+                Ok(()) => self.say("the region is released: the picture was made anew".to_owned()),
+                Err(error) => self.fail(error),
+            }
+        }
     }
 
     /// Shows the picture in tev, where that is asked for: when it is due, or as the `last` one.
@@ -144,6 +155,7 @@ impl Viewer {
         }
         let (size, epoch) = (self.session.size(), self.session.epoch());
         self.panel.has_outline = self.editor.selected().is_some();
+        self.panel.has_region = self.dragged.is_some() || self.session.is_in_region();
         let key = self.editor.selected().map(|shape| OutlineKey { shape, epoch, size });
         if self.outline.follows(key) {
             return;
@@ -306,6 +318,9 @@ impl Viewer {
 
     /// Chooses the method anew where that is asked for.
     pub(super) fn choose_method(&mut self) -> Result<()> {
+        if self.session.is_in_region() {
+            return Ok(());
+        }
         if self.session.choose(&self.editor, self.picture.since_edit() > REST)? {
             self.refresh();
         }

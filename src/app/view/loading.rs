@@ -14,6 +14,7 @@ use winit::window::Window;
 use crate::app::tell;
 use crate::app::view::ViewOptions;
 use crate::app::view::loader::{ReadyScene, SceneLoader, ViewSource};
+use crate::app::view::picture::regions::Regions;
 use crate::app::view::preferences::Preferences;
 use crate::app::view::screen::Screen;
 use crate::client::window::host::{EguiHost, ReaderEvent};
@@ -175,7 +176,8 @@ impl LoadingWindow {
         let window = screen.window.clone();
         host.run_loading(&window, &self.loader.state());
         let viewport = Viewport::new(screen.extent().unwrap_or(SIZE));
-        screen.show(&self.controls.settings, None, &viewport, Some(host.drawing()))?;
+        let panel = Some(host.drawing());
+        screen.show(&self.controls.settings, None, &mut Regions::default(), &viewport, panel)?;
         self.drawn = Some(Instant::now());
         Ok(())
     }

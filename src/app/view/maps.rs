@@ -55,6 +55,7 @@ impl MapCache {
                 IntegratorKind::Bidirectional | IntegratorKind::Vcm => {
                     Err("no cost map: paths from eight places are traced at once")
                 }
+                _ if session.is_in_region() => Err("no cost map: a region is traced"),
                 _ if session.tracers.server().is_none() => Err("no cost map: paths are traced elsewhere"),
                 _ => self.cost_map(session, now).ok_or("no cost map yet: no path was timed"),
             },

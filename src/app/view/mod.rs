@@ -19,6 +19,7 @@
 //! ├─ RenderSession   session   lanes, epoch; what is rendered and by which method
 //! │  └─ Tracers      tracers   server, or tracers on other machines
 //! ├─ LivePicture     picture   kept samples, pacing of frames, observer of the error
+//! │  ├─ Regions      picture/regions  rectangles that have samples of their own
 //! │  ├─ WindowFilter window_filter  the noise filter: its thread, the last filtered picture
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
 //! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
@@ -97,7 +98,7 @@ use crate::app::view::session::RenderSession;
 use crate::app::view::views::KeptViews;
 use crate::app::view::watch::FileWatch;
 use crate::client::window::keys::CursorAction;
-use crate::gpu::DeviceChoice;
+use crate::gpu::{DeviceChoice, Region};
 use crate::remote::TracerAddress;
 
 pub use start::view;
@@ -152,6 +153,8 @@ struct Viewer {
     paused: Option<Instant>,
     /// What is done where the user clicks next.
     asked: Option<CursorAction>,
+    /// The rectangle that is being dragged.
+    dragged: Option<Region>,
     /// When the user was warned that changes would be lost.
     warned: Option<Instant>,
     inspector: Inspector,

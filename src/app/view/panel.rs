@@ -52,6 +52,8 @@ pub struct ViewerPanel {
     settings_changed: bool,
     /// An object is outlined.
     pub has_outline: bool,
+    /// A rectangle is traced alone, or is being dragged.
+    pub has_region: bool,
 }
 
 impl ViewerPanel {
@@ -68,6 +70,7 @@ impl ViewerPanel {
             actions: Vec::new(),
             settings_changed: false,
             has_outline: false,
+            has_region: false,
         }
     }
 
@@ -143,6 +146,7 @@ impl ViewerPanel {
             || self.host.has_message()
             || self.controls.compare.is_shown
             || self.has_outline
+            || self.has_region
             || self.viewport.zoom() > 1.0
     }
 
@@ -268,7 +272,7 @@ impl ViewerPanel {
             selection: editor.selection(),
             effects: self.effects(session, editor),
             costs: self.costs.state(),
-            error: picture.observer.as_ref().map(|observer| {
+            error: picture.present_observer().map(|observer| {
                 maps::error_summary(observer, self.controls.target, session.is_through()).into()
             }),
             overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),

@@ -2,6 +2,7 @@
 //! frames, and the observer of the error.
 
 mod feed;
+pub mod regions;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use crate::app::observer::{Beside, Observer};
 use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::RunSpec;
 use crate::app::tev::TevLink;
+use crate::app::view::picture::regions::{ComposedFilm, Regions};
 use crate::app::view::screen::{PictureSource, Screen};
 use crate::app::view::session::RenderSession;
 use crate::app::view::window_filter::WindowFilter;
@@ -78,6 +80,8 @@ pub struct LivePicture {
     pub pacer: Pacer,
     /// Watches the error, where the render is divided into replicates.
     pub observer: Option<Observer>,
+    /// Rectangles that have samples of their own beside those of the whole picture.
+    pub regions: Regions,
     /// Filters what is shown.
     filter: WindowFilter,
     /// Measures the light of the samples on the film.
@@ -119,6 +123,7 @@ impl LivePicture {
             kept: RetainedSamples::default(),
             pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
             observer: run.replicated.then(observe).transpose()?,
+            regions: Regions::default(),
             filter: WindowFilter::new(threads),
             meter: LightMeter::default(),
             filter_time: Duration::ZERO,
@@ -178,6 +183,17 @@ impl LivePicture {
     fn samples(&self) -> u64 {
         let counts = self.counts();
         counts.camera_samples + counts.light_samples
+    }
+
+    /// Samples of what is traced: of a region, or of the whole picture.
+    fn traced_samples(&self) -> u64 {
+        self.regions.traced().map_or_else(|| self.samples(), |region| region.samples())
+    }
+
+    /// Something else is traced now: what is there is shown anew, and how fast it grows is not known.
+    fn shown_anew(&mut self) {
+        self.last_repaint.samples = 0;
+        (self.repaint, self.show) = (true, true);
     }
 
     /// Internal resolution of the last repaint.
@@ -276,13 +292,15 @@ impl LivePicture {
 
     /// Whether there is a window whose device has done everything it was given.
     pub fn is_idle(&self) -> bool {
-        self.screen.as_ref().is_some_and(Screen::is_idle)
+        let are_drawn = |gpu: &Arc<Gpu>| self.regions.are_drawn(gpu);
+        self.screen.as_ref().is_some_and(|screen| screen.is_idle() && screen.gpu().is_none_or(are_drawn))
     }
 
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.
     pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
         self.kept.clear();
         self.meter.clear();
+        self.regions.clear();
         self.filter.begin_epoch(run, view, settings);
         if let Some(observer) = &mut self.observer {
             observer.begin(run);
@@ -306,6 +324,7 @@ impl LivePicture {
     /// Replaces the device that was lost; the film on the new one is filled from the kept samples. On an
     /// error there is no film afterwards.
     pub fn replace_device(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+        self.regions.clear();
         let Some(screen) = &mut self.screen else { return Ok(()) };
         screen.replace_device(run.film)?;
         self.rewind(run);
@@ -314,8 +333,9 @@ impl LivePicture {
     }
 
     /// The film is empty: it and its error are made anew from the kept samples, which carry their index and so their
-    /// replicate. Samples for which the store had no room are missing from both.
+    /// replicate. Samples for which the store had no room are missing from both, and so are those of regions.
     fn rewind(&mut self, run: &RunSpec) {
+        self.regions.clear();
         self.kept.rewind();
         self.meter.clear();
         if let Some(observer) = &mut self.observer {
@@ -367,7 +387,19 @@ impl LivePicture {
         self.filter.wait();
         self.filter_now();
         self.filter.wait();
-        self.filter.take()
+        let picture = self.filter.take()?;
+        Some(self.composed(picture, settings))
+    }
+
+    /// A filtered picture with the regions in it.
+    fn composed(&mut self, picture: FilteredPicture, settings: &Settings) -> FilteredPicture {
+        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| !self.regions.is_empty());
+        let Some(film) = film else { return picture };
+        let mut xyz = picture.xyz().clone();
+        match (ComposedFilm { film, regions: &mut self.regions }).mix_into(&mut xyz, settings) {
+            Ok(()) => xyz.into(),
+            Err(_) => picture,
+        }
     }
 
     /// The filter through which the picture is shown.
@@ -379,15 +411,21 @@ impl LivePicture {
     /// Decides what this frame does.
     pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
         let run = session.run_spec();
-        let filter = self.look_at_filter(run, settings);
+        let mut filter = self.look_at_filter(run, settings);
         // Until the first filtered picture the others go on.
-        let filtered = self.filter.shown(run, settings).map(|frame| frame.samples);
+        let mut filtered = self.filter.shown(run, settings).map(|frame| frame.samples);
+        let mut is_fresh = self.filter.is_fresh();
+        if let Some(region) = self.regions.traced_mut() {
+            filter = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
+            filtered = region.filtered(settings);
+            is_fresh |= region.filter().is_fresh();
+        }
         if self.film().is_some_and(VulkanFilm::is_background_ready) {
             self.repaint = true;
         }
         let longest_wait = if self.unseen { FIRST_WAIT } else { NEXT_WAIT };
         let waits = self.filter.is_reprojecting() && session.elapsed() < longest_wait;
-        let (last, samples) = (&self.last_repaint, self.samples());
+        let (last, samples) = (&self.last_repaint, self.traced_samples());
         let growth = match last.samples {
             last if last == samples => 1.0,
             0 => f64::INFINITY,
@@ -396,10 +434,10 @@ impl LivePicture {
         let situation = Situation {
             since_edit: now - self.last_edit,
             since_repaint: now - last.at,
-            lod: level_of_detail(&run.film, samples),
+            lod: level_of_detail(&run.film, self.samples()),
             growth,
             shown_detail: last.detail,
-            due: !waits && self.unseen || self.repaint || self.filter.is_fresh(),
+            due: !waits && self.unseen || self.repaint || is_fresh,
             waiting: session.fill().0 * BLOCK_SAMPLES,
             // In order of index only full batches are rasterised.
             batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
@@ -410,8 +448,10 @@ impl LivePicture {
             // The picture comes when it is filtered; the first and the last one as soon as they can.
             let soon = filtered.is_none() || !self.running && filtered != Some(samples);
             let due = filtered.is_some() && std::mem::take(&mut plan.repaint);
-            if (due || soon) && !self.filter.is_busy() {
-                self.filter_now();
+            match self.regions.traced_mut() {
+                Some(region) if due || soon => region.filter_now(),
+                None if (due || soon) && !self.filter.is_busy() => self.filter_now(),
+                _ => {}
             }
         }
         plan.repaint &= situation.due || !waits;
@@ -444,13 +484,16 @@ impl LivePicture {
 
     /// Rasterises the batch although it is not full.
     pub fn flush(&mut self) -> Result<(), ClientError> {
-        self.film_mut().map_or(Ok(()), VulkanFilm::flush)
+        self.film_mut().map_or(Ok(()), VulkanFilm::flush)?;
+        self.regions.flush()
     }
 
     /// Learns how long the processor took to draw samples, where the device does not; returns for how long it has drawn and filtered
     /// since the last call.
     pub fn learn_host_time(&mut self) -> Duration {
         let (samples, time) = self.film_mut().map(VulkanFilm::take_host_time).unwrap_or_default();
+        let (more, longer) = self.regions.take_host_time();
+        let (samples, time) = (samples + more, time + longer);
         self.pacer.samples(samples, time);
         time + std::mem::take(&mut self.filter_time)
     }
@@ -493,13 +536,17 @@ impl LivePicture {
             Some(_) => Some(1),
             None => (ready && repaint).then_some(plan.detail),
         };
-        let samples = filtered.map_or(samples, |frame| frame.samples);
+        let samples = match (self.regions.traced(), filtered) {
+            (Some(region), _) => region.samples(),
+            (None, Some(frame)) => frame.samples,
+            (None, None) => samples,
+        };
         let source = match filtered {
             Some(frame) => Some(PictureSource::Filtered(frame.shown.xyz())),
             None => detail.map(PictureSource::Film),
         };
         let number = match &mut self.screen {
-            Some(screen) => screen.show(settings, source, viewport, panel)?,
+            Some(screen) => screen.show(settings, source, &mut self.regions, viewport, panel)?,
             None => FrameNumber::default(),
         };
         self.show = false;
@@ -528,8 +575,11 @@ impl LivePicture {
     ) -> Result<FilmSnapshot> {
         let filtered = self.filter.shown(session.run_spec(), settings);
         let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
-        let filtered = filtered.map(|picture| picture.display(settings)).transpose()?;
-        let Some(film) = self.film_mut() else { return Err(miette::miette!("there is no picture to save")) };
+        let filtered = filtered.cloned().map(|picture| self.composed(picture, settings).display(settings));
+        let filtered = filtered.transpose()?;
+        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
+            return Err(miette::miette!("there is no picture to save"));
+        };
         if film.is_damaged() {
             return Err(miette::miette!(
                 "samples were lost to an error of the device: change something, then save"
@@ -537,7 +587,8 @@ impl LivePicture {
         }
         // In order of index the sums must stay those of whole batches until the last one.
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
-        let snapshot = FilmSnapshot::take(path, film, settings, filtered);
+        let mut film = ComposedFilm { film, regions: &mut self.regions };
+        let snapshot = FilmSnapshot::take(path, &mut film, settings, filtered);
         film.keep_batch(false);
         // The window's own picture may have another encoding.
         self.repaint = true;
@@ -556,7 +607,8 @@ impl LivePicture {
 
     /// The sum of the weights of the camera samples at a pixel; 0 where it is not known.
     pub fn weight_at(&mut self, pixel: [u32; 2]) -> f32 {
-        self.film_mut().and_then(|film| film.weight_at(pixel).ok()).unwrap_or(0.0)
+        let whole = self.film_mut().and_then(|film| film.weight_at(pixel).ok()).unwrap_or(0.0);
+        whole + self.regions.weight_at(pixel)
     }
 
     /// Shows the film in tev, unless it is empty.
@@ -566,7 +618,9 @@ impl LivePicture {
         name: &str,
         session: &RenderSession,
     ) -> Result<(), ClientError> {
-        let Some(film) = self.film_mut().filter(|film| film.counts().paths() > 0) else { return Ok(()) };
+        let film = self.screen.as_mut().and_then(Screen::film_mut);
+        let Some(film) = film.filter(|film| film.counts().paths() > 0) else { return Ok(()) };
+        let film = &mut ComposedFilm { film, regions: &mut self.regions };
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
         let sent = tev.send(name, film);
         film.keep_batch(false);

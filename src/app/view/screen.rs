@@ -7,6 +7,7 @@ use glam::Vec3;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
+use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
 use crate::client::window::host::PanelDrawing;
@@ -145,6 +146,16 @@ impl Screen {
         Ok(())
     }
 
+    /// Another film on the same device.
+    ///
+    /// # Errors
+    ///
+    /// Without a device, and those of a film.
+    pub fn new_film(&self, spec: FilmSpec) -> Result<VulkanFilm, ClientError> {
+        let gpu = self.gpu().ok_or_else(|| GpuError::NoWindow("its device was lost".to_owned()))?;
+        new_film(gpu, spec, self.exact)
+    }
+
     /// Extent of the window's images, pixels.
     pub fn extent(&self) -> Option<[u32; 2]> {
         self.objects.as_ref().and_then(|objects| objects.swapchain.extent())
@@ -201,12 +212,13 @@ impl Screen {
         Ok((readiness, objects.swapchain.extent()))
     }
 
-    /// Draws the picture as the viewport says and over it the panel into the acquired image, and shows it. Without a `repaint`
+    /// Draws the picture with its regions as the viewport says and over it the panel into the acquired image, and shows it. Without a `repaint`
     /// the picture is the one painted last. Returns the frame's number.
     pub fn show(
         &mut self,
         settings: &Settings,
         repaint: Option<PictureSource<'_>>,
+        regions: &mut Regions,
         viewport: &Viewport,
         panel: Option<&mut PanelDrawing>,
     ) -> Result<FrameNumber, ClientError> {
@@ -216,9 +228,19 @@ impl Screen {
         let gpu = swapchain.gpu().clone();
         let mut frame = gpu.begin()?;
         let picture = match repaint {
-            Some(PictureSource::Film(detail)) => Some(film.paint(&mut frame.cmd(), settings, detail)?),
-            Some(PictureSource::Filtered(picture)) => {
-                Some(film.paint_filtered(&mut frame.cmd(), picture, settings)?)
+            Some(source) => {
+                let detail = match source {
+                    PictureSource::Film(detail) => detail,
+                    PictureSource::Filtered(_) => 1,
+                };
+                let cmd = &mut frame.cmd();
+                let mut regions = regions.record(cmd, settings, detail, per_pixel(film))?;
+                Some(match source {
+                    PictureSource::Film(_) => film.paint(cmd, settings, detail, &mut regions)?,
+                    PictureSource::Filtered(picture) => {
+                        film.paint_filtered(cmd, picture, settings, &mut regions)?
+                    }
+                })
             }
             None => film.painted(),
         };

@@ -1,9 +1,11 @@
 //! The render session: the server and its lanes, what is rendered, and the method. It runs one render after another, each with
 //! an epoch of its own.
 
+use std::ops::Range;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use miette::Result;
+use miette::{Result, miette};
 
 use crate::app::method::{self, Chooser, RenderOrder};
 use crate::app::rejected::RejectedReport;
@@ -14,8 +16,9 @@ use crate::client::window::statistics::RecentValues;
 use crate::client::{FilmSpec, SplatFilter};
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::remote::{Health, TracerStatus};
-use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, UvWindow};
+use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, Rejections, UvWindow};
 use crate::tracer::choice::CANDIDATES;
+use crate::tracer::{Camera, Scene};
 
 /// Abort times that are kept.
 const ABORTS: usize = 4096;
@@ -38,8 +41,14 @@ pub struct RenderSession {
     epoch: Epoch,
     /// Paths of a render; `None` is no end.
     paths: Option<u64>,
-    /// Where the samples of this epoch lie.
+    /// Where the samples of the whole picture lie.
     window: UvWindow,
+    /// One past the last index of the whole picture that has arrived.
+    reached: u64,
+    /// A region is traced and not the whole picture.
+    in_region: bool,
+    /// What was rejected of the whole picture before a region was traced.
+    rejected: Rejections,
     /// Scene or camera have changed since the epoch began.
     stale: bool,
     /// How the render has ended, once it has.
@@ -73,6 +82,9 @@ impl RenderSession {
             epoch: Epoch(0),
             paths,
             window: UvWindow::PICTURE,
+            reached: 0,
+            in_region: false,
+            rejected: Rejections::default(),
             stale: true,
             ended: None,
             through: false,
@@ -179,22 +191,65 @@ impl RenderSession {
 
     /// Begins the next epoch at once, with the editor's scene and camera. Blocks of the last one will be dropped on arrival.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
+        (self.window, self.reached, self.stale) = (self.wanted_window(), 0, false);
+        self.rejected = Rejections::default();
+        self.trace_whole(editor)?;
+        self.began = Instant::now();
+        Ok(())
+    }
+
+    /// Traces a region of the picture from now on, seen through `camera` as `run` says. What has arrived of the whole picture stays valid;
+    /// [`resume`](Self::resume) goes on with it.
+    ///
+    /// # Errors
+    ///
+    /// Where tracers on other machines trace, which do so from the first index on.
+    pub fn trace_region(&mut self, editor: &SceneEditor, run: &RunSpec, camera: Camera) -> Result<()> {
+        if self.tracers.server().is_none() {
+            return Err(miette!(
+                "regions are traced on this machine only: without --connect it traces the scene itself"
+            ));
+        }
+        if !self.in_region {
+            self.rejected.merge(&self.tracers.rejections());
+        }
+        let (epoch, window) = (self.next_epoch(), widest_window(run.film));
+        let order = order(editor.scene(), camera, 0..u64::MAX, window, epoch);
+        self.tracers.render_region(run, order)?;
+        self.lanes.follow(epoch, DrainOrder::Arrival);
+        (self.in_region, self.ended, self.through) = (true, None, false);
+        Ok(())
+    }
+
+    /// Goes on with the whole picture after a region, which took so long.
+    pub fn resume(&mut self, editor: &SceneEditor, after: Duration) -> Result<()> {
+        self.began += after;
+        self.trace_whole(editor)
+    }
+
+    /// Traces the whole picture from the first index on that has not arrived.
+    fn trace_whole(&mut self, editor: &SceneEditor) -> Result<()> {
         let camera = editor.camera(self.size())?;
-        self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
-        self.epoch = self.epoch.next();
-        let (epoch, window) = (self.epoch, self.wanted_window());
-        let (scene, range) = (editor.scene(), 0..self.paths.unwrap_or(u64::MAX));
-        let order =
-            RenderOrder { scene, camera, range, window, epoch, sampling: Default::default(), check: None };
+        let (epoch, first) = (self.next_epoch(), self.reached);
+        let paths = self.paths.map_or(u64::MAX - first, |paths| {
+            paths.saturating_sub(first.saturating_mul(method::paths_per_index(self.run.integrator)))
+        });
+        let order = order(editor.scene(), camera, first..first.saturating_add(paths), self.window, epoch);
         self.tracers.render(&self.run, order, editor.edits())?;
         let drain_order = match self.run.deterministic {
-            true => DrainOrder::Index { first: 0 },
+            true => DrainOrder::Index { first },
             false => DrainOrder::Arrival,
         };
         self.lanes.follow(epoch, drain_order);
-        self.window = window;
-        (self.stale, self.ended, self.through, self.began) = (false, None, false, Instant::now());
+        (self.in_region, self.ended, self.through) = (false, None, false);
         Ok(())
+    }
+
+    /// Cuts the present epoch off.
+    fn next_epoch(&mut self) -> Epoch {
+        self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
+        self.epoch = self.epoch.next();
+        self.epoch
     }
 
     /// Reads the server's events.
@@ -239,8 +294,13 @@ impl RenderSession {
     }
 
     /// Hands over waiting blocks, `budget` samples at most. Never waits.
-    pub fn drain(&mut self, budget: usize, take: impl FnMut(&Block)) -> Drained {
-        let drained = self.lanes.drain(budget, take);
+    pub fn drain(&mut self, budget: usize, mut take: impl FnMut(&Block)) -> Drained {
+        let (in_region, reached) = (self.in_region, &mut self.reached);
+        let drained = self.lanes.drain(budget, |block| {
+            let end = block.header.first_index + block.header.index_count;
+            *reached = if in_region { *reached } else { end.max(*reached) };
+            take(block);
+        });
         self.through = self.ended.is_some() && self.lanes.is_drained();
         drained
     }
@@ -250,7 +310,7 @@ impl RenderSession {
         self.epoch
     }
 
-    /// Where the samples of this epoch lie.
+    /// Where the samples of the whole picture lie.
     pub fn window(&self) -> UvWindow {
         self.window
     }
@@ -258,6 +318,11 @@ impl RenderSession {
     /// Sleeps until a block or an event is there, at most `timeout`.
     pub fn wait(&mut self, timeout: Duration) {
         self.lanes.wait(timeout);
+    }
+
+    /// Whether a region is traced and not the whole picture.
+    pub fn is_in_region(&self) -> bool {
+        self.in_region
     }
 
     /// Stops the render; what has been sent remains valid.
@@ -275,8 +340,7 @@ impl RenderSession {
     /// otherwise they suffice for every splat filter, so that changing it asks for no new ones.
     fn wanted_window(&self) -> UvWindow {
         let spec = self.run.film;
-        let widest = FilmSpec { filter: SplatFilter::Gaussian, ..spec };
-        if self.run.deterministic { spec.window() } else { widest.window() }
+        if self.run.deterministic { spec.window() } else { widest_window(spec) }
     }
 
     /// The render has ended and every block of it was taken.
@@ -284,9 +348,9 @@ impl RenderSession {
         self.through
     }
 
-    /// Every path of the range was traced.
+    /// Every path of the whole picture was traced.
     pub fn is_complete(&self) -> bool {
-        self.through && self.ended == Some(FinishReason::Complete)
+        !self.in_region && self.through && self.ended == Some(FinishReason::Complete)
     }
 
     /// Time since the present epoch began.
@@ -294,9 +358,12 @@ impl RenderSession {
         self.began.elapsed()
     }
 
-    /// What this epoch has rejected so far.
+    /// What the whole picture has rejected so far.
     pub fn rejected(&self, editor: &SceneEditor) -> RejectedReport {
-        let rejections = self.tracers.rejections();
+        let mut rejections = self.rejected.clone();
+        if !self.in_region {
+            rejections.merge(&self.tracers.rejections());
+        }
         RejectedReport::new(&self.run, editor.desc(), &editor.scene(), &rejections)
     }
 
@@ -310,4 +377,20 @@ impl RenderSession {
         let fill = self.lanes.fill();
         (fill.blocks, fill.capacity)
     }
+}
+
+/// Where samples must lie for every splat filter.
+fn widest_window(film: FilmSpec) -> UvWindow {
+    FilmSpec { filter: SplatFilter::Gaussian, ..film }.window()
+}
+
+/// An order for evenly distributed paths.
+fn order(
+    scene: Arc<Scene>,
+    camera: Camera,
+    range: Range<u64>,
+    window: UvWindow,
+    epoch: Epoch,
+) -> RenderOrder {
+    RenderOrder { scene, camera, range, window, epoch, sampling: Default::default(), check: None }
 }

@@ -328,6 +328,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         tick: now,
         paused: None,
         asked: None,
+        dragged: None,
         warned: None,
         inspector: Inspector::default(),
         outline: Outline::default(),

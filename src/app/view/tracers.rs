@@ -107,6 +107,13 @@ impl Tracers {
         }
     }
 
+    /// Traces a region of a picture on this machine. The photons of the whole picture stay as they are.
+    pub fn render_region(&mut self, run: &RunSpec, order: RenderOrder) -> Result<()> {
+        let Tracers::Here { server, traced_before, .. } = self else { return Ok(()) };
+        *traced_before += server.stats().total().samples;
+        method::start(server, run, order, &mut None).map(drop)
+    }
+
     /// Stops tracing; what has been sent remains valid.
     pub fn abort(&self) {
         match self {

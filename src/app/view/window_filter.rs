@@ -83,6 +83,24 @@ impl WindowFilter {
         }
     }
 
+    /// Starts with an epoch of which no sample is there yet, if the settings ask for a filter; features are traced at once.
+    pub fn start_anew(
+        &mut self,
+        run: &RunSpec,
+        view: EpochView,
+        settings: &Settings,
+        device: Option<Arc<Gpu>>,
+    ) {
+        self.choose(settings);
+        self.view = Some(view);
+        if self.is_wanting(run, settings) {
+            self.thread = NoiseFilter::start(self.threads).ok();
+            self.set_device(device);
+            self.begin(run);
+            self.prepare();
+        }
+    }
+
     /// Whether the thread must be started to show the picture so.
     pub fn is_wanting(&self, run: &RunSpec, settings: &Settings) -> bool {
         is_asked_for(run, settings) && self.thread.is_none() && !self.refused && self.view.is_some()

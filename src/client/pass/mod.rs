@@ -9,6 +9,7 @@
 //! | [`bilateral`] | averages over neighbours whose difference is noise, if asked for | `bilateral` |
 //! | [`reconstruct`] | blur by count and variance, normalise, sum the streams | `reconstruct`, `kernel` |
 //! | [`error_view`] | the variance in place of the picture, if asked for | `error_view` |
+//! | [`compose`] | regions with samples of their own mixed into the picture, groups of lights added | [`develop::mix_region`](crate::client::develop::mix_region) |
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
 //! | [`wavelet`] | the noise filter, before a picture is shown through it | [`client/wavelet`](crate::client::wavelet) |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
@@ -38,6 +39,7 @@
 //!    client.
 
 pub mod bilateral;
+pub mod compose;
 pub mod error_view;
 pub mod fold;
 pub mod glare;
@@ -61,13 +63,19 @@ pub struct ShaderVariants {
     frag: &'static str,
     push_bytes: usize,
     textures: u32,
+    blend: Blend,
     made: Vec<(Vec<u32>, Pipeline)>,
 }
 
 impl ShaderVariants {
     /// Variants of this shader, with `push_bytes` of push constants and this number of textures.
     pub fn new(gpu: &Arc<Gpu>, frag: &'static str, push_bytes: usize, textures: u32) -> Self {
-        Self { gpu: gpu.clone(), frag, push_bytes, textures, made: Vec::new() }
+        Self { gpu: gpu.clone(), frag, push_bytes, textures, blend: Blend::Replace, made: Vec::new() }
+    }
+
+    /// The same, whose texels are combined with what is there.
+    pub fn blended(self, blend: Blend) -> Self {
+        Self { blend, ..self }
     }
 
     /// The pipeline with these constants, which draws into attachments of these formats.
@@ -76,7 +84,8 @@ impl ShaderVariants {
             Some(at) => at,
             None => {
                 let frag = (self.frag, constants);
-                let made = fullscreen(&self.gpu, frag, self.push_bytes, self.textures, formats)?;
+                let attachments: Vec<_> = formats.iter().map(|format| (*format, self.blend)).collect();
+                let made = blended(&self.gpu, frag, self.push_bytes, self.textures, &attachments)?;
                 self.made.push((constants.to_vec(), made));
                 self.made.len() - 1
             }
@@ -85,7 +94,7 @@ impl ShaderVariants {
     }
 }
 
-/// A pipeline whose fragment shader runs once for every texel of its attachments.
+/// A pipeline whose fragment shader runs once for every texel of its attachments, whose values replace those that are there.
 fn fullscreen(
     gpu: &Arc<Gpu>,
     frag: (&str, &[u32]),
@@ -94,17 +103,26 @@ fn fullscreen(
     formats: &[TexelFormat],
 ) -> Result<Pipeline, GpuError> {
     let attachments: Vec<_> = formats.iter().map(|format| (*format, Blend::Replace)).collect();
-    Pipeline::new(
-        gpu,
-        &GraphicsDesc {
-            name: frag.0,
-            vert: ("fullscreen.vert", &[]),
-            frag,
-            push_bytes,
-            textures,
-            attachments: &attachments,
-            topology: Topology::Fullscreen,
-            vertex: VertexLayout::default(),
-        },
-    )
+    blended(gpu, frag, push_bytes, textures, &attachments)
+}
+
+/// The same, with attachments that are blended each in its own way.
+fn blended(
+    gpu: &Arc<Gpu>,
+    frag: (&str, &[u32]),
+    push_bytes: usize,
+    textures: u32,
+    attachments: &[(TexelFormat, Blend)],
+) -> Result<Pipeline, GpuError> {
+    let desc = GraphicsDesc {
+        name: frag.0,
+        vert: ("fullscreen.vert", &[]),
+        frag,
+        push_bytes,
+        textures,
+        attachments,
+        topology: Topology::Fullscreen,
+        vertex: VertexLayout::default(),
+    };
+    Pipeline::new(gpu, &desc)
 }

@@ -10,6 +10,7 @@ use crate::client::error::ClientError;
 use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;
 use crate::client::pass::bilateral::BilateralPass;
+use crate::client::pass::compose::{ComposePass, PictureLayer};
 use crate::client::pass::error_view::ErrorViewPass;
 use crate::client::pass::glare::GlarePass;
 use crate::client::pass::images::{PictureImages, StreamImages};
@@ -41,6 +42,7 @@ pub struct Repaint {
     bilateral: BilateralPass,
     reconstruct: ReconstructPass,
     error_view: ErrorViewPass,
+    compose: ComposePass,
     glare: GlarePass,
     tonemap: TonemapPass,
     picture: PictureImages,
@@ -62,6 +64,7 @@ impl Repaint {
             bilateral: BilateralPass::new(gpu),
             reconstruct: ReconstructPass::new(gpu),
             error_view: ErrorViewPass::new(gpu),
+            compose: ComposePass::new(gpu),
             glare: GlarePass::new(gpu),
             tonemap: TonemapPass::new(gpu),
             picture: PictureImages::new([spec.width, spec.height]),
@@ -79,33 +82,111 @@ impl Repaint {
         sums: FilmSums<'_>,
         settings: &Settings,
         detail: u32,
+        regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
         self.record(cmd, sums, settings, &effects)?;
-        let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
-        self.tonemap.record(cmd, &effects, settings, xyz, encoded)?;
-        Ok(encoded)
+        self.finish(cmd, settings, &effects, regions)
     }
 
-    /// Records glare and encoding of this picture, scene-linear XYZ of the film's size, instead of that of the sums.
+    /// Records regions, glare and encoding of this picture, scene-linear XYZ of the film's size, instead of that of the sums.
     pub fn paint_filtered(
         &mut self,
         cmd: &mut Cmd<'_>,
         picture: &Grid<Vec3>,
         settings: &Settings,
+        regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, 1);
-        self.shows_glare = effects.glare;
+        self.upload(cmd, picture, &effects)?;
+        self.finish(cmd, settings, &effects, regions)
+    }
+
+    /// Records glare and encoding of the sum of these layers, of the same internal resolution.
+    pub fn paint_sum(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        settings: &Settings,
+        detail: u32,
+        layers: &mut [PictureLayer<'_>],
+    ) -> Result<&mut Image, ClientError> {
+        let effects = self.effects(settings, detail);
+        let (xyz, _) = self.picture.get(&self.gpu, &effects)?;
+        self.compose.sum(cmd, layers, effects.detail, xyz)?;
+        self.finish(cmd, settings, &effects, &mut [])
+    }
+
+    /// Records everything up to the picture before glare and tone curve, scene-linear XYZ.
+    pub fn linear(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        sums: FilmSums<'_>,
+        settings: &Settings,
+        detail: u32,
+    ) -> Result<&mut Image, ClientError> {
+        let effects = self.effects(settings, detail);
+        self.record(cmd, sums, settings, &effects)?;
+        Ok(self.picture.get(&self.gpu, &effects)?.0)
+    }
+
+    /// As [`linear`](Self::linear), with this picture instead of that of the sums.
+    pub fn linear_filtered(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        picture: &Grid<Vec3>,
+        settings: &Settings,
+        detail: u32,
+    ) -> Result<&mut Image, ClientError> {
+        let effects = self.effects(settings, detail);
+        self.upload(cmd, picture, &effects)?;
+        Ok(self.picture.get(&self.gpu, &effects)?.0)
+    }
+
+    /// Records the copy of a filtered picture.
+    fn upload(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        picture: &Grid<Vec3>,
+        effects: &Effects,
+    ) -> Result<(), ClientError> {
         let texels = coarse_texels(picture, effects.detail as usize);
         let upload = Buffer::filled(&self.gpu, "filtered", BufferUse::Upload, bytemuck::cast_slice(&texels))?;
-        let (xyz, _) = self.picture.get(&self.gpu, &effects)?;
+        let (xyz, _) = self.picture.get(&self.gpu, effects)?;
         cmd.scope("copy").copy_from_buffer(&upload, xyz);
+        Ok(())
+    }
+
+    /// Draws the regions into the picture and encodes it, through glare where that is wanted.
+    fn finish(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        settings: &Settings,
+        effects: &Effects,
+        regions: &mut [PictureLayer<'_>],
+    ) -> Result<&mut Image, ClientError> {
+        let (xyz, _) = self.picture.get(&self.gpu, effects)?;
+        for region in regions {
+            self.compose.mean(cmd, region, effects.detail, xyz)?;
+        }
+        self.scatter(cmd, settings, effects)?;
+        let (xyz, encoded) = self.picture.get(&self.gpu, effects)?;
+        self.tonemap.record(cmd, effects, settings, xyz, encoded)?;
+        Ok(encoded)
+    }
+
+    /// Records the glare of the picture, where it is wanted.
+    fn scatter(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        settings: &Settings,
+        effects: &Effects,
+    ) -> Result<(), ClientError> {
+        self.shows_glare = effects.glare;
         if let Some(glare) = settings.glare.filter(|_| effects.glare) {
+            let (xyz, _) = self.picture.get(&self.gpu, effects)?;
             self.glare.record(cmd, xyz, &glare, self.policy)?;
         }
-        let (xyz, encoded) = self.picture.get(&self.gpu, &effects)?;
-        self.tonemap.record(cmd, &effects, settings, xyz, encoded)?;
-        Ok(encoded)
+        Ok(())
     }
 
     /// Whether something is being made in the background for the next repaint.
@@ -167,7 +248,7 @@ impl Repaint {
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
-        self.paint(cmd, sums, &settings, 1)?;
+        self.paint(cmd, sums, &settings, 1, &mut [])?;
         let (_, encoded) = self.picture.get(&self.gpu, &Effects::new(&settings, 1))?;
         cmd.scope("readback").copy_to_buffer(encoded, region(&self.spec, 1), &self.readback);
         gpu.wait(frame.submit()?)?;
@@ -187,13 +268,14 @@ impl Repaint {
         self.policy = BackgroundPolicy::Block;
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
+        self.scatter(&mut frame.cmd(), settings, &effects)?;
         frame.submit()?;
         let (xyz, _) = self.picture.get(&gpu, &effects)?;
         let bytes = read_image(&gpu, xyz, region(&self.spec, effects.detail))?;
         Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
     }
 
-    /// Records mips, noise masking, reconstruction and glare, or the error view; black without samples.
+    /// Records mips, noise masking and reconstruction, or the error view; black without samples.
     fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -205,7 +287,6 @@ impl Repaint {
         if variance && self.spec.variance.is_none() {
             return Err(ClientError::NoVariance);
         }
-        self.shows_glare = effects.glare;
         for (images, lod) in sums.streams.iter_mut().flatten() {
             *lod = lod.coarsened(effects.detail);
             // Sums that were never written, because the batch that made the images could not be drawn.
@@ -269,11 +350,7 @@ impl Repaint {
             Some(StreamInput { images, lod: *lod, filtered })
         };
         let streams = [input(false), input(true)];
-        self.reconstruct.record(cmd, streams, kind, settings.kernel, push, target)?;
-        if let Some(glare) = settings.glare.filter(|_| effects.glare) {
-            self.glare.record(cmd, target, &glare, self.policy)?;
-        }
-        Ok(())
+        Ok(self.reconstruct.record(cmd, streams, kind, settings.kernel, push, target)?)
     }
 }
 

@@ -31,6 +31,12 @@ pub enum Action {
     PanView([f64; 2]),
     /// Shows the whole picture.
     ResetView,
+    /// Shows the rectangle between these places, which is being dragged; none any more where there are none.
+    DragRegion(Option<[[f64; 2]; 2]>),
+    /// Traces the rectangle between these places and nothing else.
+    TraceRegion([[f64; 2]; 2]),
+    /// Lets the user drag a rectangle that is traced alone, or releases the one that is.
+    ToggleRegion,
     /// Selects nothing.
     Deselect,
     /// Takes the last change or camera move back.

@@ -62,6 +62,8 @@ struct Press {
     shift: bool,
     /// Ctrl was.
     ctrl: bool,
+    /// A rectangle is dragged.
+    region: bool,
     /// The cursor has moved too far for a click.
     dragging: bool,
 }
@@ -81,6 +83,8 @@ pub struct InputState {
     /// Keys of [`FLYING`] that are held.
     held: [bool; FLYING.len()],
     speed: f64,
+    /// The next drag of the left button is a rectangle.
+    asks_region: bool,
 }
 
 /// Keys that fly, each with its direction: camera right, up, forward.
@@ -106,6 +110,7 @@ impl InputState {
             shift: false,
             held: [false; FLYING.len()],
             speed: SPEED,
+            asks_region: false,
         }
     }
 
@@ -145,9 +150,14 @@ impl InputState {
                 Vec::new()
             }
             InputEvent::FocusLost => {
-                let moved = self.press.take().is_some_and(|p| p.dragging);
+                let press = self.press.take();
+                let moved = press.is_some_and(|p| p.dragging);
                 (self.ctrl, self.shift, self.held) = (false, false, [false; FLYING.len()]);
-                if moved { vec![Action::EndMove] } else { Vec::new() }
+                match press {
+                    Some(Press { region: true, .. }) => vec![Action::DragRegion(None)],
+                    _ if moved => vec![Action::EndMove],
+                    _ => Vec::new(),
+                }
             }
             InputEvent::Size(size) => {
                 self.size = size.max(DVec2::ONE);
@@ -189,6 +199,16 @@ impl InputState {
         self.cursor
     }
 
+    /// Whether the next drag of the left button is a rectangle.
+    pub fn ask_region(&mut self, asks: bool) {
+        self.asks_region = asks;
+    }
+
+    /// Whether the next drag of the left button is a rectangle.
+    pub fn asks_region(&self) -> bool {
+        self.asks_region
+    }
+
     /// Whether Ctrl is held.
     pub fn is_ctrl_held(&self) -> bool {
         self.ctrl
@@ -213,6 +233,9 @@ impl InputState {
         if !press.dragging || by == DVec2::ZERO {
             return Vec::new();
         }
+        if press.region {
+            return vec![Action::DragRegion(Some([press.from.to_array(), at.to_array()]))];
+        }
         if press.ctrl && press.button == MouseButton::Left {
             return vec![Action::PanView((at - from).to_array())];
         }
@@ -228,7 +251,8 @@ impl InputState {
         // The first button decides; a press without a cursor can only be a touch that we do not know.
         if let (true, None, Some(from)) = (known, self.press, self.cursor) {
             let (shift, ctrl) = (self.shift, self.ctrl);
-            self.press = Some(Press { button, from, shift, ctrl, dragging: false });
+            let region = button == MouseButton::Left && (self.asks_region || shift && ctrl);
+            self.press = Some(Press { button, from, shift, ctrl, region, dragging: false });
             return vec![Action::EndMove];
         }
         Vec::new()
@@ -236,6 +260,11 @@ impl InputState {
 
     fn release(&mut self, button: MouseButton, now: Instant) -> Vec<Action> {
         let Some(press) = self.press.take_if(|p| p.button == button) else { return Vec::new() };
+        if press.region && press.dragging {
+            self.asks_region = false;
+            let to = self.cursor.unwrap_or(press.from);
+            return vec![Action::TraceRegion([press.from.to_array(), to.to_array()])];
+        }
         if press.dragging {
             return vec![Action::EndMove];
         }

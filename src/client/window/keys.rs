@@ -188,6 +188,13 @@ const PICTURE: &[KeyBinding] = &[
     mouse("Ctrl+Shift+wheel", "brightness"),
     at_cursor("M", "expose for the light under the cursor", &[Char('m')], CursorAction::Meter),
     key("B", "fix the brightness, or let it follow the light", &[Char('b')], Action::ToggleFollowLight),
+    mouse("Ctrl+Shift+left drag", "trace a rectangle of the picture and nothing else"),
+    key(
+        "Ctrl+B",
+        "drag a rectangle that is traced alone, or release it",
+        &[Ctrl('b', false)],
+        Action::ToggleRegion,
+    ),
     key("Space", "pause the render, or go on", &[Key(KeyCode::Space)], Action::TogglePause),
     key("K", "keep a snapshot to compare with", &[Char('k')], Action::KeepSnapshot),
     key("T", "show the snapshot, or the picture again", &[Char('t')], Action::ToggleSnapshot),
@@ -222,7 +229,7 @@ const WINDOW: &[KeyBinding] = &[
     ),
     key("Ctrl+Minus", "smaller text", &[Ctrl('-', false)], Action::ScaleText(-1)),
     key("?, F1", "this list", &[Char('?'), Key(KeyCode::F1)], Action::ToggleHelp),
-    key("Esc", "close the list, select nothing", &[Key(KeyCode::Escape)], Action::Cancel),
+    key("Esc", "close the list, release the region, select nothing", &[Key(KeyCode::Escape)], Action::Cancel),
     key("Ctrl+Q", "quit", &[Ctrl('q', false)], Action::Quit),
 ];
 

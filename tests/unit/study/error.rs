@@ -37,6 +37,43 @@ fn the_error_is_that_of_the_mean_and_its_interval_holds_the_truth() {
     assert!((165..=195).contains(&held), "{held}");
 }
 
+/// The mean of two independent pictures, the second of nine times as many samples, and what is stated of it, tile by tile.
+#[test]
+fn the_error_of_mixed_pictures_is_that_of_their_mean() {
+    let (side, mut held) = (64, 0);
+    for seed in 0..100 {
+        let mut pixels = noisy(side, seed);
+        let better = |mut pixel: ReplicatePixel| {
+            pixel.mean = pixel.mean.map(|c| 1.0 + (c - 1.0) / 3.0);
+            pixel.difference = pixel.difference.map(|d| d / 3.0);
+            pixel
+        };
+        let others = OtherSamples {
+            origin: [16, -8],
+            size: [40, 32],
+            pixels: noisy(side, seed + 1000)[..40 * 32].iter().copied().map(better).collect(),
+            per_pixel: 9.0,
+        };
+        let before = pixels.clone();
+        others.mix_into(&mut pixels, [side; 2], 1.0);
+        let inside = |i: usize| (16..56).contains(&(i % side)) && i / side < 24;
+        assert!((0..side * side).all(|i| inside(i) || pixels[i] == before[i]));
+        let part = |pixels: &[ReplicatePixel]| -> Vec<ReplicatePixel> {
+            (0..side * side).filter(|i| inside(*i)).map(|i| pixels[i]).collect()
+        };
+        let (pixels, size) = (part(&pixels), [40, 24]);
+        let figures = ErrorField::new(&pixels, size).expect("every pixel was seen").estimate(TileSubset::All);
+        // A tenth of the variance of one sample per pixel.
+        let median = figures.relative[0].value * 1.01;
+        assert!((median / (0.05 / 20f64.sqrt()) - 1.0).abs() < 0.15, "{median}");
+        let mean: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.mean).collect();
+        let against = ErrorField::against(&mean, &[[1.0; 3]; 40 * 24], size).expect("two pictures");
+        held += usize::from(figures.relative[1].holds(against.estimate(TileSubset::All).relative[1].value));
+    }
+    // 90 % of 100 within three standard deviations; a tail of 15 tiles is held a little less often.
+    assert!((78..=99).contains(&held), "{held}");
+}
+
 #[test]
 fn black_pictures_and_tiny_ones_are_no_trouble() {
     let black = vec![ReplicatePixel { factor: 0.25, seen: true, ..ReplicatePixel::default() }; 64];

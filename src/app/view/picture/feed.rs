@@ -40,6 +40,13 @@ impl LivePicture {
     /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
     fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
         let left = self.feed(budget)?;
+        if let Some(region) = self.regions.traced_mut() {
+            let (film, observer, filter) = region.feed();
+            let mut writer = FilmWriter::new(film, observer).with_filter(filter.thread());
+            let drained = session.drain(left.max(BLOCK_SAMPLES), |block| writer.block(block));
+            self.rasterised += drained.samples as u64;
+            return writer.finish();
+        }
         let observer = self.observer.as_ref();
         let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| self.kept.caught_up());
         let Some(film) = film else {

@@ -88,6 +88,8 @@ pub struct PanelData {
     pub gizmo_mode: GizmoMode,
     /// The gizmo over the selected object, where it is shown.
     pub gizmo: Option<GizmoDrawing>,
+    /// The rectangle of the picture that is traced alone, or is being dragged.
+    pub region: Option<RegionDrawing>,
     /// The outline of the selected object: lines between places in pixels of the picture.
     pub outline: Option<Arc<Vec<[[f32; 2]; 2]>>>,
     /// The paths of the pixel that was clicked at.
@@ -108,6 +110,19 @@ pub struct PanelData {
     pub camera: String,
     /// Field of view in degrees, 0 when not known.
     pub fov: f64,
+}
+
+/// A rectangle of the picture, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegionDrawing {
+    /// Its first pixel.
+    pub origin: [u32; 2],
+    /// Its size.
+    pub extent: [u32; 2],
+    /// It is traced alone; otherwise it is being dragged.
+    pub is_traced: bool,
+    /// Paths per pixel of its own.
+    pub per_pixel: f64,
 }
 
 /// Which part of the picture is shown, and how large.

@@ -12,7 +12,8 @@ use crate::client::window::action::Action;
 use crate::client::window::keys::{CursorAction, GROUPS};
 use crate::client::window::navigation::FOV;
 use crate::client::window::panel::{
-    CostState, EffectCost, EffectRow, PanelData, ParameterValue, RejectedList, Selection, style,
+    CostState, EffectCost, EffectRow, PanelData, ParameterValue, RegionDrawing, RejectedList, Selection,
+    style,
 };
 
 /// Draws the selected object's values, and asks for an edit for every change.
@@ -76,6 +77,25 @@ fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
         || response.lost_focus()
         || matches!(value, ParameterValue::Switch(_)) && changed;
     (changed.then_some(next), ended)
+}
+
+/// Draws what is said of the region that is traced alone, or how to trace one.
+pub(super) fn region(ui: &mut Ui, region: Option<RegionDrawing>, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        let (name, hint) = match region {
+            Some(_) => {
+                ("Release the region", "Renders the whole picture again; the region keeps its samples")
+            }
+            None => ("Render a region", "Renders only a rectangle of the picture, which you drag"),
+        };
+        if ui.button(name).on_hover_text(format!("{hint}  Ctrl+B")).clicked() {
+            actions.push(Action::ToggleRegion);
+        }
+    });
+    if let Some(RegionDrawing { extent: [width, height], per_pixel, .. }) = region {
+        let words = format!("{width}×{height} pixels, {per_pixel:.0} paths per pixel of its own; its error:");
+        ui.colored_label(style::ACCENT, words);
+    }
 }
 
 /// Draws one line for each effect, with a switch and, once measured, its cost; the reason stands under the pointer.

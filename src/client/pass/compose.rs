@@ -1,0 +1,91 @@
+//! Composes the picture of several: regions that have samples of their own, and a mix of groups of lights.
+
+use std::sync::Arc;
+
+use glam::Mat3;
+
+use crate::client::layout::ComposePush;
+use crate::client::pass::ShaderVariants;
+use crate::gpu::{Access, Attachment, Blend, Cmd, Gpu, GpuError, Image, LoadOp, TexelFormat, Texture};
+
+/// A picture that is part of another one.
+pub struct PictureLayer<'a> {
+    /// Scene-linear XYZ, at the internal resolution of the whole picture.
+    pub xyz: &'a mut Image,
+    /// Its first pixel there: a multiple of the internal resolution.
+    pub origin: [u32; 2],
+    /// Its XYZ are multiplied by this.
+    pub matrix: Mat3,
+    /// Its part of what is shown, from 0 to 1, beside what is there already; of a sum every layer has 1.
+    pub share: f32,
+}
+
+/// Draws layers into a picture before glare and tone curve.
+///
+/// Reads: the layer. Writes: the rectangle of the picture that it covers.
+pub struct ComposePass {
+    over: ShaderVariants,
+    add: ShaderVariants,
+}
+
+impl ComposePass {
+    /// A pass without pipelines.
+    pub fn new(gpu: &Arc<Gpu>) -> Self {
+        let pass =
+            |blend| ShaderVariants::new(gpu, "compose.frag", size_of::<ComposePush>(), 1).blended(blend);
+        Self { over: pass(Blend::Over), add: pass(Blend::Add) }
+    }
+
+    /// Draws the mean of what is there and of the layer, each with its share, into `target` of this internal resolution.
+    pub fn mean(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        layer: &mut PictureLayer<'_>,
+        detail: u32,
+        target: &mut Image,
+    ) -> Result<(), GpuError> {
+        draw(&mut self.over, cmd, layer, detail, target, LoadOp::Keep)
+    }
+
+    /// Draws the sum of the layers into `target`, of which nothing else is left.
+    pub fn sum(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        layers: &mut [PictureLayer<'_>],
+        detail: u32,
+        target: &mut Image,
+    ) -> Result<(), GpuError> {
+        for (i, layer) in layers.iter_mut().enumerate() {
+            let load = if i == 0 { LoadOp::Clear } else { LoadOp::Keep };
+            draw(&mut self.add, cmd, layer, detail, target, load)?;
+        }
+        Ok(())
+    }
+}
+
+fn draw(
+    pipelines: &mut ShaderVariants,
+    cmd: &mut Cmd<'_>,
+    layer: &mut PictureLayer<'_>,
+    detail: u32,
+    target: &mut Image,
+    load: LoadOp,
+) -> Result<(), GpuError> {
+    let pipeline = pipelines.get(&[], &[TexelFormat::Rgba32F])?;
+    let cmd = &mut cmd.scope("compose");
+    cmd.access(layer.xyz, Access::Sampled);
+    cmd.access(target, Access::ColorBlend);
+    let row = |i: usize| layer.matrix.row(i).extend(0.0).to_array();
+    let push = ComposePush {
+        x: row(0),
+        y: row(1),
+        z: row(2),
+        origin: layer.origin.map(|at| (at / detail) as i32),
+        share: layer.share,
+        padding: 0.0,
+    };
+    let attachment = Attachment { image: target, level: 0, load };
+    let textures = [Texture::texels(layer.xyz)];
+    cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[attachment]);
+    Ok(())
+}

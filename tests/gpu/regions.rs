@@ -1,0 +1,44 @@
+//! Regions with samples of their own, drawn into the picture on the Vulkan device.
+
+use crate::common::{assert_silent, film, gpu, scene, settings, spec};
+use glam::{Mat3, Vec3};
+use pointillist::client::pass::compose::PictureLayer;
+use pointillist::client::{Film, Reconstruction, SplatFilter};
+use pointillist::gpu::Region;
+
+/// Inside is the mean with the region's share, outside nothing has changed, at every internal resolution.
+#[test]
+fn a_region_is_mixed_with_its_share_and_nothing_else_changes() {
+    let (whole_spec, region_spec) =
+        (spec(65, 50, SplatFilter::Gaussian), spec(24, 16, SplatFilter::Gaussian));
+    let settings = settings(Reconstruction::Gaussian, 0.0);
+    let (origin, share) = ([20, 12], 0.75);
+    for detail in [1, 2, 4] {
+        let (mut whole, mut region) = (film(whole_spec), film(region_spec));
+        whole.add(&scene(&whole_spec, 40_000, 5, 0)).expect("add");
+        region.add(&scene(&region_spec, 30_000, 6, 0)).expect("add");
+        let alone = whole.reconstruct(&settings, detail).expect("reconstruct");
+        let inset = region.reconstruct(&settings, detail).expect("reconstruct");
+        let mut frame = gpu().begin().expect("a frame");
+        let xyz = region.linear(&mut frame.cmd(), None, &settings, detail).expect("linear");
+        let mut regions = [PictureLayer { xyz, origin, matrix: Mat3::IDENTITY, share }];
+        whole.paint(&mut frame.cmd(), &settings, detail, &mut regions).expect("paint");
+        gpu().wait(frame.submit().expect("submit")).expect("wait");
+        let extent = [65, 50];
+        let shown = whole.shown(Region { origin: [0, 0], extent }).expect("read").expect("painted").xyz;
+        let coarse = |x: u32, y: u32, width: u32| (y / detail * width.div_ceil(detail) + x / detail) as usize;
+        for (i, shown) in shown.iter().enumerate() {
+            let [x, y] = [i as u32 % 65, i as u32 / 65];
+            let before = Vec3::from(alone[coarse(x, y, 65)]);
+            if (20..44).contains(&x) && (12..28).contains(&y) {
+                let own = Vec3::from(inset[coarse(x - 20, y - 12, 24)]);
+                let expected = before.lerp(own, share);
+                let off = (Vec3::from(*shown) - expected).abs().max_element();
+                assert!(off <= 1e-5 * expected.max_element().max(1e-3), "{x} {y}: {shown:?} {expected}");
+            } else {
+                assert_eq!(Vec3::from(*shown), before, "{x} {y}");
+            }
+        }
+    }
+    assert_silent(gpu());
+}
