@@ -15,6 +15,7 @@ mod navigation;
 mod panel;
 mod panel_error;
 mod picture;
+mod regions;
 mod scenes;
 mod tools;
 mod viewer;

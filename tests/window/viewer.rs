@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::support::desktop::Desktop;
@@ -62,32 +63,59 @@ pub fn terminate(viewer: Child) -> Output {
 }
 
 /// Ends the viewer once it has said all of these on standard error, however long that takes a busy machine.
-pub fn end_when(mut viewer: Child, said: &[&str]) -> Output {
-    let mut stderr = viewer.stderr.take().unwrap();
-    let heard = Arc::new(Mutex::new(Vec::new()));
-    let listener = std::thread::spawn({
-        let heard = heard.clone();
-        move || {
-            let mut bytes = [0; 1024];
-            while let Ok(n @ 1..) = stderr.read(&mut bytes) {
-                heard.lock().unwrap().extend_from_slice(&bytes[..n]);
+pub fn end_when(viewer: Child, said: &[&str]) -> Output {
+    let mut viewer = Listened::new(viewer);
+    said.iter().for_each(|one| viewer.wait_for(one));
+    viewer.terminate()
+}
+
+/// A viewer, and what it has said on standard error.
+pub struct Listened {
+    viewer: Child,
+    heard: Arc<Mutex<Vec<u8>>>,
+    listener: JoinHandle<()>,
+}
+
+impl Listened {
+    pub fn new(mut viewer: Child) -> Self {
+        let mut stderr = viewer.stderr.take().unwrap();
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let listener = std::thread::spawn({
+            let heard = heard.clone();
+            move || {
+                let mut bytes = [0; 1024];
+                while let Ok(n @ 1..) = stderr.read(&mut bytes) {
+                    heard.lock().unwrap().extend_from_slice(&bytes[..n]);
+                }
             }
-        }
-    });
-    let words = || String::from_utf8_lossy(&heard.lock().unwrap()).into_owned();
-    let start = Instant::now();
-    while !said.iter().all(|one| words().contains(one)) && viewer.try_wait().unwrap().is_none() {
-        if start.elapsed() > PATIENCE {
-            let _ = viewer.kill();
-            panic!("the viewer has not said all of {said:?}: {}", words());
-        }
-        std::thread::sleep(Duration::from_millis(20));
+        });
+        Self { viewer, heard, listener }
     }
-    let ended = viewer.try_wait().unwrap().is_some();
-    let output = if ended { end(viewer) } else { terminate(viewer) };
-    listener.join().unwrap();
-    let stderr = heard.lock().unwrap().clone();
-    Output { stderr, ..output }
+
+    fn words(&self) -> String {
+        String::from_utf8_lossy(&self.heard.lock().unwrap()).into_owned()
+    }
+
+    /// Waits until it has said this, or has ended, however long that takes a busy machine.
+    pub fn wait_for(&mut self, said: &str) {
+        let start = Instant::now();
+        while !self.words().contains(said) && self.viewer.try_wait().unwrap().is_none() {
+            if start.elapsed() > PATIENCE {
+                let _ = self.viewer.kill();
+                panic!("the viewer has not said {said:?}: {}", self.words());
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Ends it, if it has not.
+    pub fn terminate(mut self) -> Output {
+        let ended = self.viewer.try_wait().unwrap().is_some();
+        let output = if ended { end(self.viewer) } else { terminate(self.viewer) };
+        self.listener.join().unwrap();
+        let stderr = self.heard.lock().unwrap().clone();
+        Output { stderr, ..output }
+    }
 }
 
 /// What it wrote on standard error.

@@ -134,6 +134,7 @@ fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64
             11 => key(desktop, &mut dice, &KEYS, None),
             12 => wheel(desktop, &mut dice, 5..size, Some(CTRL)),
             13 => key(desktop, &mut dice, &CTRL_KEYS, Some(CTRL)),
+            14 => region(desktop, &mut dice, size),
             _ => {
                 desktop.pointer(dice.between(5, size), dice.between(5, size));
                 key(desktop, &mut dice, &TOOL_KEYS, None);
@@ -168,6 +169,20 @@ fn drag(desktop: &Desktop, dice: &mut Dice, button: u8, columns: Range<i32>, ste
     desktop.button(button, false);
 }
 
+/// Drags a region, which is traced alone for a while, and now and then releases it.
+fn region(desktop: &Desktop, dice: &mut Dice, size: i32) {
+    for down in [true, false] {
+        [CTRL, SHIFT].into_iter().for_each(|key| desktop.key(key, down));
+        if down {
+            drag(desktop, dice, 1, 5..size, 0);
+        }
+    }
+    std::thread::sleep(Duration::from_millis(500 + dice.below(1000) as u64));
+    if dice.below(2) == 0 {
+        [true, false].into_iter().for_each(|down| desktop.key(ESCAPE, down));
+    }
+}
+
 fn click(desktop: &Desktop, dice: &mut Dice, columns: Range<i32>) {
     desktop.pointer(dice.between(columns.start, columns.end), dice.between(5, 500));
     for down in [true, false] {
@@ -192,6 +207,7 @@ fn wheel(desktop: &Desktop, dice: &mut Dice, columns: Range<i32>, held: Option<u
 const TAB: u32 = 0xff09;
 const ESCAPE: u32 = 0xff1b;
 const CTRL: u32 = 0xffe3;
+const SHIFT: u32 = 0xffe1;
 
 /// Keys that do not end the program: Tab, Home, F1, brackets.
 const KEYS: [u32; 6] = [TAB, 0xff50, 0xffbe, 0xffbe, 0x5b, 0x5d];
@@ -212,8 +228,9 @@ const TOOL_KEYS: [u32; 12] = [
     ESCAPE,
 ];
 
-/// Keys that do something with Ctrl: undo, redo, the palette, the dialog, larger and smaller text.
-const CTRL_KEYS: [u32; 6] = [b'z' as u32, b'y' as u32, b'k' as u32, b'o' as u32, b'=' as u32, b'-' as u32];
+/// Keys that do something with Ctrl: undo, redo, the palette, the dialog, larger and smaller text, a region, the light mix.
+const CTRL_KEYS: [u32; 8] =
+    [b'z' as u32, b'y' as u32, b'k' as u32, b'o' as u32, b'=' as u32, b'-' as u32, b'b' as u32, b'l' as u32];
 
 /// Presses one of these keys, while another one is held where there is one; Escape then closes what has opened.
 fn key(desktop: &Desktop, dice: &mut Dice, keys: &[u32], held: Option<u32>) {
