@@ -20,6 +20,17 @@ use crate::tracer::Scene;
 /// Bytes per texel of the sums of a stream, on the processor and on a device, where no variance is kept.
 const SUM_BYTES: [u64; 2] = [32, 91];
 
+/// What the films of groups take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GroupMemory {
+    /// Sums on the processor.
+    Host,
+    /// Images of a device.
+    Device,
+    /// Images of a device that is the processor, and sums beside them.
+    Both,
+}
+
 /// A group, for the report. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightGroupReport {
@@ -90,8 +101,35 @@ pub fn plan(arg: &LightGroupsArg, run: &RunSpec, desc: &SceneDesc, scene: &Scene
 pub struct GroupFilms {
     groups: Vec<LightGroup>,
     films: Vec<Box<dyn Film>>,
-    /// Bytes of the sums of all films, estimated.
-    bytes: u64,
+}
+
+/// One line about groups and the memory of their films.
+pub fn summary(groups: &[LightGroup], run: &RunSpec, memory: GroupMemory) -> String {
+    let list = |group: &LightGroup| {
+        let names: Vec<&str> = group.emitters.iter().map(|emitter| emitter.name.as_str()).collect();
+        match names.as_slice() {
+            [one] if *one == group.name => group.name.clone(),
+            _ => format!("{} ({})", group.name, names.join(", ")),
+        }
+    };
+    let streams = match run.integrator {
+        IntegratorKind::Bidirectional | IntegratorKind::Vcm => 2,
+        _ => 1,
+    };
+    let per_texel = match memory {
+        GroupMemory::Host => SUM_BYTES[0],
+        GroupMemory::Device => SUM_BYTES[1],
+        GroupMemory::Both => SUM_BYTES.iter().sum(),
+    };
+    let texels: u64 = run.film.padded_extent().map(u64::from).iter().product();
+    let bytes = per_texel * streams * texels * groups.len() as u64;
+    let list: Vec<String> = groups.iter().map(list).collect();
+    format!(
+        "{} groups of lights: {}; their films take {:.1} MiB in addition to the picture's",
+        groups.len(),
+        list.join(", "),
+        bytes as f64 / f64::from(1 << 20)
+    )
 }
 
 impl GroupFilms {
@@ -101,33 +139,37 @@ impl GroupFilms {
     ///
     /// As for the film of the picture.
     pub fn new(groups: Vec<LightGroup>, run: &RunSpec, device: &Device, threads: usize) -> Result<Self> {
-        let spec = FilmSpec { variance: None, ..run.film };
-        let films = groups.iter().map(|_| device.client(spec, threads, None)).collect::<Result<Vec<_>>>()?;
-        let streams = match run.integrator {
-            IntegratorKind::Bidirectional | IntegratorKind::Vcm => 2,
-            _ => 1,
-        };
-        let texels: u64 = spec.padded_extent().map(u64::from).iter().product();
-        let bytes = SUM_BYTES[usize::from(device.gpu().is_some())] * streams * texels * films.len() as u64;
-        Ok(Self { groups, films, bytes })
+        Self::with(groups, run, |spec| device.client(spec, threads, None))
     }
 
-    /// One line about the groups and their memory.
-    pub fn summary(&self) -> String {
-        let list = |group: &LightGroup| {
-            let names: Vec<&str> = group.emitters.iter().map(|emitter| emitter.name.as_str()).collect();
-            match names.as_slice() {
-                [one] if *one == group.name => group.name.clone(),
-                _ => format!("{} ({})", group.name, names.join(", ")),
-            }
-        };
-        let groups: Vec<String> = self.groups.iter().map(list).collect();
-        format!(
-            "{} groups of lights: {}; their films take {:.1} MiB in addition to the picture's",
-            groups.len(),
-            groups.join(", "),
-            self.bytes as f64 / f64::from(1 << 20)
-        )
+    /// Empty films that `make` makes.
+    ///
+    /// # Errors
+    ///
+    /// Those of `make`.
+    pub fn with<E>(
+        groups: Vec<LightGroup>,
+        run: &RunSpec,
+        make: impl Fn(FilmSpec) -> Result<Box<dyn Film>, E>,
+    ) -> Result<Self, E> {
+        let spec = FilmSpec { variance: None, ..run.film };
+        let films = groups.iter().map(|_| make(spec)).collect::<Result<Vec<_>, E>>()?;
+        Ok(Self { groups, films })
+    }
+
+    /// The groups.
+    pub fn groups(&self) -> &[LightGroup] {
+        &self.groups
+    }
+
+    /// The films, in the order of the groups.
+    pub fn films(&mut self) -> &mut [Box<dyn Film>] {
+        &mut self.films
+    }
+
+    /// Forgets all samples.
+    pub fn clear(&mut self) {
+        self.films.iter_mut().for_each(|film| film.clear());
     }
 
     /// Adds the samples of a block to the films.
@@ -141,11 +183,23 @@ impl GroupFilms {
         self.films.iter_mut().try_for_each(|film| film.flush())
     }
 
+    /// Width, height and the pictures, linear Rec.709.
+    pub fn pictures(&mut self) -> Result<([usize; 2], Vec<Vec<[f32; 3]>>)> {
+        let mut size = [0; 2];
+        let mut picture = |film: &mut Box<dyn Film>| {
+            let data = film.develop().into_diagnostic()?;
+            size = [data.width as usize, data.height as usize];
+            Ok(develop::linear_rgb(&data, &Profile::srgb()))
+        };
+        let pictures = self.films.iter_mut().map(&mut picture).collect::<Result<Vec<_>>>()?;
+        Ok((size, pictures))
+    }
+
     /// The pictures as layers of an EXR file, linear Rec.709.
     pub fn channels(&mut self) -> Result<Vec<Channel>> {
         let mut channels = Vec::new();
-        for (group, film) in self.groups.iter().zip(&mut self.films) {
-            let rgb = develop::linear_rgb(&film.develop().into_diagnostic()?, &Profile::srgb());
+        let (_, pictures) = self.pictures()?;
+        for (group, rgb) in self.groups.iter().zip(pictures) {
             for (c, axis) in ["R", "G", "B"].into_iter().enumerate() {
                 let name = format!("{}.{axis}", group.name);
                 channels.push((name, rgb.iter().map(|pixel| pixel[c]).collect()));

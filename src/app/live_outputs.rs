@@ -104,7 +104,7 @@ impl<'a> LiveOutputs<'a> {
         let mut outcome = RunEnd {
             prefix: self.run.deterministic && film.exact().is_some(),
             rejected: RejectedReport::new(self.run, self.desc, self.scene, &rejections).summary(),
-            error: Vec::new(),
+            notes: Vec::new(),
         };
         if let Some(observer) = observer {
             outcome.describe(&observer.state(), self.args.error_at);

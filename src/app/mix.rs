@@ -155,7 +155,7 @@ fn read_example(path: &Path) -> Result<Grid<MixRgb>> {
 }
 
 /// The option that sets these factors.
-fn option(name: &str, [r, g, b]: MixRgb) -> String {
+pub fn option(name: &str, [r, g, b]: MixRgb) -> String {
     let factors = if r == g && g == b { r.to_string() } else { format!("{r},{g},{b}") };
     format!("--set {}", super::run_spec::quoted(&format!("{name}={factors}")))
 }

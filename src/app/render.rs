@@ -13,7 +13,7 @@ use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use super::filtered_picture::FilteredView;
-use super::light_groups::{self, GroupFilms};
+use super::light_groups::{self, GroupFilms, GroupMemory};
 use super::live_outputs::{LiveOutputs, LiveRender};
 use super::load::{self, Opened};
 use super::method::{self, CheckOrder, RenderOrder};
@@ -208,7 +208,8 @@ impl<'a> BatchRender<'a> {
                 let scene = scene.with_light_groups(&of_sources(&groups), groups.len());
                 let films = GroupFilms::new(groups, &run, &device, threads)?;
                 if !args.quiet {
-                    tell(&films.summary());
+                    let memory = if device.gpu().is_some() { GroupMemory::Device } else { GroupMemory::Host };
+                    tell(&light_groups::summary(films.groups(), &run, memory));
                 }
                 (Arc::new(scene), Some(films))
             }
@@ -384,7 +385,7 @@ impl<'a> BatchRender<'a> {
         let mut outcome = RunEnd {
             prefix: self.is_prefix(&traced.driven),
             rejected: self.rejected(&traced.stats).summary(),
-            error: Vec::new(),
+            notes: Vec::new(),
         };
         let start = Instant::now();
         let [width, height] = self.run.film.padded_extent().map(f64::from);

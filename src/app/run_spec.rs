@@ -73,22 +73,22 @@ pub struct RunEnd {
     pub prefix: bool,
     /// What was rejected, in a line.
     pub rejected: Option<String>,
-    /// The error of the picture in words, and a warning where that cannot be trusted.
-    pub error: Vec<(&'static str, String)>,
+    /// What is to be known of the picture, by attribute: its error in words, a warning where that cannot be trusted, what it is composed of.
+    pub notes: Vec<(&'static str, String)>,
 }
 
 impl RunEnd {
     /// Remembers the error of the picture, for its file.
     pub fn describe(&mut self, error: &ErrorStatus, at: ErrorQuantile) {
-        self.error.clear();
+        self.notes.clear();
         if error.checkpoints.is_empty() {
             return;
         }
         let stated = percent(error.held_out.relative[at.index()].value);
-        self.error.push(("error", format!("{stated} or less in {} of the picture", at.share())));
+        self.notes.push(("error", format!("{stated} or less in {} of the picture", at.share())));
         let largest = percent(error.late.largest.one);
-        self.error.push(("largestSample", format!("{largest} of the light")));
-        self.error.extend(error.late.warning().map(|warning| ("warning", warning)));
+        self.notes.push(("largestSample", format!("{largest} of the light")));
+        self.notes.extend(error.late.warning().map(|warning| ("warning", warning)));
     }
 }
 
@@ -239,7 +239,7 @@ impl RunSpec {
             attributes.push(text("fireflies", how));
         }
         attributes.extend(self.light_groups.iter().map(|groups| text(LIGHT_GROUPS, groups.clone())));
-        attributes.extend(outcome.error.iter().map(|(name, value)| text(name, value.clone())));
+        attributes.extend(outcome.notes.iter().map(|(name, value)| text(name, value.clone())));
         if !outcome.prefix {
             let note = "the run was stopped: its paths are not exactly the first ones of the sequence, and the \
                         command gives a picture of the same error but not the same picture";

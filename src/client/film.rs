@@ -343,6 +343,10 @@ impl Film for VulkanFilm {
         self.state.counts()
     }
 
+    fn on_device(&mut self) -> Option<&mut VulkanFilm> {
+        Some(self)
+    }
+
     fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let (repaint, sums) = self.repaint()?;
         repaint.display(sums, settings)

@@ -108,6 +108,11 @@ pub trait Film {
         None
     }
 
+    /// This film, if it is one on a Vulkan device.
+    fn on_device(&mut self) -> Option<&mut film::VulkanFilm> {
+        None
+    }
+
     /// This film, if its sums do not depend on the order of samples, so that they can be kept in a file.
     fn exact(&mut self) -> Option<&mut reference::ExactFilm> {
         None

@@ -10,6 +10,7 @@ mod unrest;
 
 use support::device as common;
 
+mod compose;
 mod device;
 mod effects;
 mod faults;
@@ -18,7 +19,6 @@ mod glare;
 mod overlay;
 mod plan;
 mod reference;
-mod regions;
 mod shaders;
 mod soak;
 mod swapchain;

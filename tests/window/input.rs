@@ -191,3 +191,31 @@ fn fractions_follow_the_windows_size() {
     let [Action::Gesture(Gesture::Orbit(by))] = hand.to(90.0, 50.0)[..] else { panic!("no orbit") };
     assert!((by.x - 0.1).abs() < 1e-15);
 }
+
+/// Ctrl and Shift drag a rectangle, and so does the left button once it is asked for; a click drags none.
+#[test]
+fn a_rectangle_is_dragged() {
+    let now = Instant::now();
+    let mut input = InputState::new([100, 100]);
+    let mut send = |input: &mut InputState, event| input.take(event, now);
+    for asked in [false, true] {
+        input.ask_region(asked);
+        send(&mut input, InputEvent::Modifiers(!asked, !asked));
+        send(&mut input, InputEvent::Cursor(DVec2::new(10.0, 20.0)));
+        send(&mut input, InputEvent::Button(MouseButton::Left, true));
+        assert_eq!(send(&mut input, InputEvent::Cursor(DVec2::new(11.0, 20.0))), []);
+        let drawn = [[10.0, 20.0], [60.0, 50.0]];
+        let moved = send(&mut input, InputEvent::Cursor(DVec2::new(60.0, 50.0)));
+        assert_eq!(moved, [Action::DragRegion(Some(drawn))]);
+        assert_eq!(
+            send(&mut input, InputEvent::Button(MouseButton::Left, false)),
+            [Action::TraceRegion(drawn)]
+        );
+        assert!(!input.asks_region());
+    }
+    send(&mut input, InputEvent::Modifiers(true, true));
+    send(&mut input, InputEvent::Button(MouseButton::Left, true));
+    assert_eq!(send(&mut input, InputEvent::Button(MouseButton::Left, false)), []);
+    send(&mut input, InputEvent::Button(MouseButton::Left, true));
+    assert_eq!(send(&mut input, InputEvent::FocusLost), [Action::DragRegion(None)]);
+}

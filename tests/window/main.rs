@@ -11,6 +11,7 @@ mod error;
 mod first_second;
 mod headless_panel;
 mod input;
+mod light_mix;
 mod navigation;
 mod panel;
 mod panel_error;

@@ -5,7 +5,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    self, CompareMode, Histogram, PanelControls, PanelData, PanelTab, PixelReading, SmallPicture, SnapshotRow,
+    self, CompareMode, Histogram, MixGroupRow, MixTargetRow, PanelControls, PanelData, PanelTab,
+    PixelReading, RegionDrawing, SmallPicture, SnapshotRow,
 };
 
 use crate::headless_panel::{controls, controls_of, readout};
@@ -186,4 +187,45 @@ fn the_histogram_is_told() {
     let data = PanelData { histogram: Some(histogram.into()), ..readout() };
     let harness = harness(data, controls_of(PanelTab::Look));
     harness.get_by_label("3.1 % white, 0.0 % black");
+}
+
+/// The light mix by its widgets: intensity by the slider's field, a light alone, all as they are.
+#[test]
+fn lights_are_mixed() {
+    let mut data = readout();
+    data.mix.summary = "2 groups of lights: key, sky; their films take 4.0 MiB".to_owned();
+    let mut off = harness(data.clone(), controls_of(PanelTab::Scene));
+    off.get_by_label("2 groups of lights: key, sky; their films take 4.0 MiB");
+    off.get_by_label("Mix lights").click();
+    assert_eq!(taken(&mut off), [Action::ToggleLightMix]);
+    let row = |name: &str, factor| MixGroupRow { name: name.to_owned(), factor };
+    data.mix.is_on = true;
+    data.mix.groups = vec![row("key", [2.0, 1.0, 0.5]), row("sky", [1.0; 3])];
+    data.mix.targets = vec![MixTargetRow { pixel: [12, 34], color: [0.2; 3] }];
+    let mut on = harness(data, controls_of(PanelTab::Scene));
+    let sliders = on
+        .get_all_by_role(egui::accesskit::Role::Slider)
+        .filter(|node| node.accesskit_node().label().is_some_and(|label| label == "key"));
+    assert_eq!(sliders.count(), 1, "the slider is told by the name of its light");
+    on.get_all_by_label("Solo").nth(1).expect("one for each light").click();
+    assert_eq!(taken(&mut on), [Action::SoloMix(1)]);
+    on.get_all_by_label("Reset").last().expect("that of the mix").click();
+    assert_eq!(taken(&mut on), [Action::ResetMix]);
+    on.get_by_label("keep colours").click();
+    assert_eq!(taken(&mut on), [Action::KeepMixColors(true)]);
+    on.get_by_label("at 12, 34");
+    on.get_by_label("End the mix").click();
+    assert_eq!(taken(&mut on), [Action::ToggleLightMix]);
+}
+
+#[test]
+fn a_region_is_told_and_released() {
+    let mut idle = harness(readout(), controls_of(PanelTab::Render));
+    idle.get_by_label("Render a region").click();
+    assert_eq!(taken(&mut idle), [Action::ToggleRegion]);
+    let region = RegionDrawing { origin: [8, 4], extent: [40, 24], is_traced: true, per_pixel: 123.4 };
+    let mut traced = harness(PanelData { region: Some(region), ..readout() }, controls_of(PanelTab::Render));
+    traced.get_by_label("40×24 pixels, 123 paths per pixel of its own; its error:");
+    traced.get_by_label("Release the region").click();
+    assert_eq!(taken(&mut traced), [Action::ToggleRegion]);
 }

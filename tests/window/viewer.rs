@@ -32,13 +32,18 @@ pub fn folder(name: &str) -> PathBuf {
 
 /// Opens the window.
 pub fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
+    view_of(&scene(), desktop, folder, options)
+}
+
+/// Opens the window with this scene.
+pub fn view_of(scene: &Path, desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
     let mut command = program();
     command
         .current_dir(folder)
         .env("DISPLAY", &desktop.display)
         .env("POINTILLIST_LOG", "info")
         .arg("view")
-        .arg(scene())
+        .arg(scene)
         .args(options);
     command.stderr(Stdio::piped()).spawn().unwrap()
 }
@@ -98,8 +103,13 @@ impl Listened {
 
     /// Waits until it has said this, or has ended, however long that takes a busy machine.
     pub fn wait_for(&mut self, said: &str) {
+        self.wait_for_times(said, 1);
+    }
+
+    /// Waits until it has said this so often, or has ended.
+    pub fn wait_for_times(&mut self, said: &str, times: usize) {
         let start = Instant::now();
-        while !self.words().contains(said) && self.viewer.try_wait().unwrap().is_none() {
+        while self.words().matches(said).count() < times && self.viewer.try_wait().unwrap().is_none() {
             if start.elapsed() > PATIENCE {
                 let _ = self.viewer.kill();
                 panic!("the viewer has not said {said:?}: {}", self.words());

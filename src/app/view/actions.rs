@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use miette::{IntoDiagnostic, Result, miette};
 use winit::window::Fullscreen;
 
 use crate::app::noise_filter::EpochView;
 use crate::app::run_spec::{RunSpec, display_options};
+use crate::app::view::light_mix::{LightMix, groups_of};
 use crate::app::view::picture::regions::rectangle_between;
 use crate::app::view::{Viewer, inspector, preferences};
 use crate::app::{process, tell};
@@ -211,6 +213,32 @@ impl Viewer {
                     self.edited();
                 }
             }
+            Action::ToggleLightMix => return self.toggle_light_mix().map(Some),
+            Action::SetMix { group, factor } => self.change_mix(|mix| mix.set(group, factor)),
+            Action::SoloMix(group) => self.change_mix(|mix| mix.solo(group)),
+            Action::ResetMix => self.change_mix(LightMix::reset),
+            Action::KeepMixColors(keeps) => self.change_mix(|mix| mix.keep_colors(keeps)),
+            Action::MixDialog => {
+                let folder = std::env::current_dir().into_diagnostic()?;
+                self.panel.controls.dialog.ask_example(&folder);
+            }
+            Action::MixLike(path) => {
+                let settings = self.panel.controls.settings.clone();
+                self.picture.mix.look_like(&path, &settings)?;
+                self.picture.request_repaint();
+                return Ok(Some(format!("the lights are mixed like {}", path.display())));
+            }
+            Action::AddMixTarget(at) => {
+                self.add_mix_target(at)?;
+                return Ok(Some("now choose its colour in the tab Scene".to_owned()));
+            }
+            Action::SetMixTarget { place, color } => {
+                let settings = self.panel.controls.settings.clone();
+                self.picture.mix.set_target(place, color);
+                self.picture.mix.meet_targets(&settings)?;
+                self.picture.request_repaint();
+            }
+            Action::ForgetMixTarget(place) => self.change_mix(|mix| mix.forget_target(place)),
             Action::KeepSnapshot => {
                 let name = self.comparison.keep(&self.session, &mut self.picture)?;
                 self.panel.controls.compare.chosen = self.comparison.last();
@@ -278,6 +306,44 @@ impl Viewer {
         self.panel.viewport.to_picture(at.into()).to_array()
     }
 
+    /// Traces the groups of lights from now on, or none of them any more.
+    fn toggle_light_mix(&mut self) -> Result<String> {
+        if self.picture.mix.is_on() {
+            self.session.set_light_groups(Vec::new())?;
+            self.picture.mix.end();
+            self.edited();
+            return Ok("all lights are as they are in the scene".to_owned());
+        }
+        let groups = groups_of(self.editor.desc(), &self.editor.scene(), self.session.run_spec())?;
+        self.session.set_light_groups(groups.clone())?;
+        let made = self.picture.mix_groups(groups, self.session.run_spec()).into_diagnostic();
+        if made.is_err() {
+            self.session.set_light_groups(Vec::new())?;
+        }
+        made?;
+        self.edited();
+        if !self.panel.controls.layout.shows(PanelTab::Scene) {
+            self.panel.controls.layout.bring(PanelTab::Scene);
+        }
+        Ok("lights are mixed in the tab Scene".to_owned())
+    }
+
+    /// Changes the mix, which is shown at once.
+    fn change_mix(&mut self, change: impl FnOnce(&mut LightMix)) {
+        change(&mut self.picture.mix);
+        self.picture.request_repaint();
+    }
+
+    /// Adds the place that is seen here as one whose colour is known: it has the one that it is to have until another is chosen.
+    fn add_mix_target(&mut self, at: [f64; 2]) -> Result<()> {
+        let xyz = self.spot(at)?;
+        let size = self.session.size();
+        let place = self.on_picture(at);
+        let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
+        let settings = self.panel.controls.settings.clone();
+        self.picture.mix.add_target(pixel, xyz, &settings)
+    }
+
     /// The rectangle of the picture between two places of the window.
     fn rectangle(&self, [from, to]: [[f64; 2]; 2]) -> Region {
         let [from, to] = [from, to].map(|at| self.on_picture(at).into());
@@ -308,18 +374,23 @@ impl Viewer {
 
     /// Exposes the picture so that what is seen here becomes a middle grey.
     fn meter(&mut self, at: [f64; 2]) -> Result<()> {
+        let mean = f64::from(self.spot(at)?.y);
+        let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
+        self.panel.controls.follow_light = false;
+        self.panel.controls.settings.exposure = exposure;
+        self.controls_changed();
+        Ok(())
+    }
+
+    /// The mean of what is shown around a place of the window, scene-linear XYZ.
+    fn spot(&mut self, at: [f64; 2]) -> Result<Vec3> {
         let size = self.session.size();
         let place = self.on_picture(at).map(|at| at.max(0.0) as u32);
         let low = [0, 1].map(|i| place[i].min(size[i] - 1).saturating_sub(SPOT));
         let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
         let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
         let spot = shown.map_or(Vec::new(), |shown| shown.xyz);
-        let mean = spot.iter().map(|[_, y, _]| f64::from(*y)).sum::<f64>() / spot.len().max(1) as f64;
-        let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
-        self.panel.controls.follow_light = false;
-        self.panel.controls.settings.exposure = exposure;
-        self.controls_changed();
-        Ok(())
+        Ok(spot.iter().map(|xyz| Vec3::from(*xyz)).sum::<Vec3>() / spot.len().max(1) as f32)
     }
 
     /// Whether changes that were not saved may be lost: where there are some, the user has to ask twice.
@@ -399,6 +470,9 @@ impl Viewer {
     /// What the panel shows, with the readings of the tools.
     pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
         let shows_gizmo = self.shows_gizmo();
+        if self.panel.controls.layout.shows(PanelTab::Scene) {
+            self.picture.offer_mix(&self.session, &self.editor);
+        }
         let Self { session, picture, editor, metrics, panel, .. } = self;
         let mut data = panel.data(session, picture, editor, metrics, now);
         let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
@@ -411,6 +485,7 @@ impl Viewer {
         let dragged =
             |Region { origin, extent }| RegionDrawing { origin, extent, is_traced: false, per_pixel: 0.0 };
         data.region = self.dragged.map(dragged).or_else(|| picture.regions.drawing());
+        data.mix = picture.mix.data();
         data.gizmo_mode = self.gizmo.mode;
         if shows_gizmo {
             let (size, zoom) = (session.size(), panel.viewport.zoom());

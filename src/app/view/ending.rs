@@ -7,6 +7,7 @@ use std::time::Duration;
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
+use crate::app::light_groups::GroupFilms;
 use crate::app::outputs::Extras;
 use crate::app::plan::PlannedEffect;
 use crate::app::rejected::RejectedReport;
@@ -210,10 +211,11 @@ impl Viewer {
     pub(super) fn outcome(&self) -> RunEnd {
         let rejected = self.session.rejected(&self.editor).summary();
         let prefix = self.session.is_complete() && self.picture.regions.is_empty();
-        let mut end = RunEnd { prefix, rejected, error: Vec::new() };
+        let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
         if let Some(observer) = &self.picture.observer {
             end.describe(&observer.state(), ErrorQuantile::P95);
         }
+        end.notes.extend(self.picture.composition());
         end
     }
 
@@ -224,7 +226,8 @@ impl Viewer {
         let denoised = self.picture.filtered(self.session.run_spec(), settings);
         let denoise = denoised.as_ref().map_or(Denoise::Off, |_| settings.denoise);
         let settings = Settings { denoise, ..settings.clone() };
-        let extras = Extras { denoised, ..Extras::default() };
+        let layers = self.picture.mix.films().map_or(Ok(Vec::new()), GroupFilms::channels)?;
+        let extras = Extras { denoised, layers };
         let run = self.present_run_spec().unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));
             self.session.run_spec().clone()
@@ -233,7 +236,8 @@ impl Viewer {
         let written = match self.picture.take_film() {
             Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
             Some(mut film) => {
-                let mut film = ComposedFilm { film: &mut film, regions: &mut self.picture.regions };
+                let (regions, mix) = (&mut self.picture.regions, &mut self.picture.mix);
+                let mut film = ComposedFilm { film: &mut film, regions, mix };
                 outputs.write(&mut film, &run, &outcome, &settings, extras, &mut seconds)
             }
             None => Err(miette::miette!("there is no film")),

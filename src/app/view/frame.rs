@@ -355,7 +355,9 @@ impl Viewer {
         let [width, height] = self.session.size();
         let same_shape = cross(before.width, height) == cross(before.height, width);
         // In order of index a film holds whole batches from the first on.
-        if !same_shape || !self.session.covers_film() || self.session.run_spec().deterministic {
+        // Groups of lights are not kept.
+        let is_mix = self.picture.mix.is_on();
+        if !same_shape || is_mix || !self.session.covers_film() || self.session.run_spec().deterministic {
             self.edited();
         }
     }
@@ -442,7 +444,7 @@ impl Viewer {
             capture.replace_gpu(gpu);
         }
         self.due = Instant::now();
-        if self.session.run_spec().deterministic {
+        if self.session.run_spec().deterministic || self.picture.mix.is_on() {
             self.edited();
         }
     }

@@ -13,10 +13,11 @@ use winit::window::Window;
 
 use crate::app::tell;
 use crate::app::view::ViewOptions;
+use crate::app::view::light_mix::LightMix;
 use crate::app::view::loader::{ReadyScene, SceneLoader, ViewSource};
 use crate::app::view::picture::regions::Regions;
 use crate::app::view::preferences::Preferences;
-use crate::app::view::screen::Screen;
+use crate::app::view::screen::{PictureParts, Screen};
 use crate::client::window::host::{EguiHost, ReaderEvent};
 use crate::client::window::panel::PanelControls;
 use crate::client::window::viewport::Viewport;
@@ -177,7 +178,8 @@ impl LoadingWindow {
         host.run_loading(&window, &self.loader.state());
         let viewport = Viewport::new(screen.extent().unwrap_or(SIZE));
         let panel = Some(host.drawing());
-        screen.show(&self.controls.settings, None, &mut Regions::default(), &viewport, panel)?;
+        let parts = PictureParts { regions: &mut Regions::default(), mix: &mut LightMix::default() };
+        screen.show(&self.controls.settings, None, parts, &viewport, panel)?;
         self.drawn = Some(Instant::now());
         Ok(())
     }

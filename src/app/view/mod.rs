@@ -19,6 +19,7 @@
 //! ├─ RenderSession   session   lanes, epoch; what is rendered and by which method
 //! │  └─ Tracers      tracers   server, or tracers on other machines
 //! ├─ LivePicture     picture   kept samples, pacing of frames, observer of the error
+//! │  ├─ LightMix     light_mix  films of groups of lights, and how they are mixed
 //! │  ├─ Regions      picture/regions  rectangles that have samples of their own
 //! │  ├─ WindowFilter window_filter  the noise filter: its thread, the last filtered picture
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
@@ -54,6 +55,7 @@ mod gizmo;
 mod handler;
 mod histogram;
 mod inspector;
+mod light_mix;
 mod loader;
 mod loading;
 mod maps;

@@ -11,13 +11,16 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::app::filtered_picture::FilteredPicture;
-use crate::app::noise_filter::EpochView;
+use crate::app::light_groups::{GroupFilms, GroupMemory};
+use crate::app::noise_filter::{EpochView, FilteredFrame};
 use crate::app::observer::{Beside, Observer};
 use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::RunSpec;
 use crate::app::tev::TevLink;
+use crate::app::view::editor::SceneEditor;
+use crate::app::view::light_mix::LightMix;
 use crate::app::view::picture::regions::{ComposedFilm, Regions};
-use crate::app::view::screen::{PictureSource, Screen};
+use crate::app::view::screen::{PictureParts, PictureSource, Screen};
 use crate::app::view::session::RenderSession;
 use crate::app::view::window_filter::WindowFilter;
 use crate::client::film::VulkanFilm;
@@ -30,6 +33,7 @@ use crate::client::window::host::PanelDrawing;
 use crate::client::window::viewport::Viewport;
 use crate::client::{BATCH_CAPACITY, ClientError, Denoise, Film, FilmCounts, FilmSpec, Settings};
 use crate::gpu::{FrameNumber, Gpu, Readiness, Region};
+use crate::scene::light_groups::LightGroup;
 use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
 
@@ -82,6 +86,8 @@ pub struct LivePicture {
     pub observer: Option<Observer>,
     /// Rectangles that have samples of their own beside those of the whole picture.
     pub regions: Regions,
+    /// The pictures of groups of lights, where these are mixed.
+    pub mix: LightMix,
     /// Filters what is shown.
     filter: WindowFilter,
     /// Measures the light of the samples on the film.
@@ -124,6 +130,7 @@ impl LivePicture {
             pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
             observer: run.replicated.then(observe).transpose()?,
             regions: Regions::default(),
+            mix: LightMix::default(),
             filter: WindowFilter::new(threads),
             meter: LightMeter::default(),
             filter_time: Duration::ZERO,
@@ -291,9 +298,10 @@ impl LivePicture {
     }
 
     /// Whether there is a window whose device has done everything it was given.
-    pub fn is_idle(&self) -> bool {
-        let are_drawn = |gpu: &Arc<Gpu>| self.regions.are_drawn(gpu);
-        self.screen.as_ref().is_some_and(|screen| screen.is_idle() && screen.gpu().is_none_or(are_drawn))
+    pub fn is_idle(&mut self) -> bool {
+        let Self { screen, regions, mix, .. } = self;
+        let are_drawn = |gpu: &Arc<Gpu>| regions.are_drawn(gpu) && mix.are_drawn(gpu);
+        screen.as_ref().is_some_and(|screen| screen.is_idle() && screen.gpu().is_none_or(are_drawn))
     }
 
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.
@@ -301,6 +309,7 @@ impl LivePicture {
         self.kept.clear();
         self.meter.clear();
         self.regions.clear();
+        self.mix.begin_epoch();
         self.filter.begin_epoch(run, view, settings);
         if let Some(observer) = &mut self.observer {
             observer.begin(run);
@@ -318,6 +327,7 @@ impl LivePicture {
         let Some(screen) = self.screen.as_mut().filter(|_| !fits) else { return Ok(false) };
         screen.replace_film(run.film)?;
         self.rewind(run);
+        self.remake_groups(run)?;
         Ok(true)
     }
 
@@ -328,7 +338,39 @@ impl LivePicture {
         let Some(screen) = &mut self.screen else { return Ok(()) };
         screen.replace_device(run.film)?;
         self.rewind(run);
+        self.remake_groups(run)?;
         self.show = true;
+        Ok(())
+    }
+
+    /// Replaces the films of the groups of lights by empty ones of the present size: their samples are not kept.
+    fn remake_groups(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+        match self.mix.is_on() {
+            true => self.mix_groups(self.mix.groups().to_vec(), run),
+            false => Ok(()),
+        }
+    }
+
+    /// Tells what a mix of the scene's lights would be of and take.
+    pub fn offer_mix(&mut self, session: &RenderSession, editor: &SceneEditor) {
+        let on_host = self.film().is_some_and(VulkanFilm::is_summed_on_host);
+        let memory = if on_host { GroupMemory::Both } else { GroupMemory::Device };
+        self.mix.offer(session.epoch(), editor.desc(), &editor.scene(), session.run_spec(), memory);
+    }
+
+    /// What the picture is composed of beside the samples of all of it, for its files.
+    pub fn composition(&self) -> Vec<(&'static str, String)> {
+        let mix = Some(self.mix.options()).filter(|options| !options.is_empty());
+        let regions = Some(self.regions.in_words()).filter(|words| !words.is_empty());
+        let notes = [("displayedMix", mix), ("regions", regions)];
+        notes.into_iter().filter_map(|(name, note)| Some((name, note?))).collect()
+    }
+
+    /// Makes empty films for these groups of lights.
+    pub fn mix_groups(&mut self, groups: Vec<LightGroup>, run: &RunSpec) -> Result<(), ClientError> {
+        let Some(screen) = &self.screen else { return Ok(()) };
+        let make = |spec| screen.new_film(spec).map(|film| Box::new(film) as Box<dyn Film>);
+        self.mix.begin(GroupFilms::with(groups, run, make)?);
         Ok(())
     }
 
@@ -362,7 +404,12 @@ impl LivePicture {
             self.pacer.filtered(time);
             self.filter_time += time;
         }
-        self.filter.is_ready(run, settings, self.samples())
+        self.filter.is_ready(run, settings, self.samples()) && !self.mix.is_mixing()
+    }
+
+    /// The last filtered picture, if it is what these settings show. A mix of lights is not filtered: the filter knows all lights as they are.
+    fn filtered_frame(&self, run: &RunSpec, settings: &Settings) -> Option<&FilteredFrame> {
+        self.filter.shown(run, settings).filter(|_| !self.mix.is_mixing())
     }
 
     /// Whether a filtered picture has come that was not shown yet.
@@ -380,7 +427,7 @@ impl LivePicture {
 
     /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
     pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
-        if !self.filter.will_be_ready(run, settings, self.samples()) {
+        if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {
             return None;
         }
         self.filter.choose(settings);
@@ -396,7 +443,9 @@ impl LivePicture {
         let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| !self.regions.is_empty());
         let Some(film) = film else { return picture };
         let mut xyz = picture.xyz().clone();
-        match (ComposedFilm { film, regions: &mut self.regions }).mix_into(&mut xyz, settings) {
+        match (ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix })
+            .mix_into(&mut xyz, settings)
+        {
             Ok(()) => xyz.into(),
             Err(_) => picture,
         }
@@ -404,7 +453,7 @@ impl LivePicture {
 
     /// The filter through which the picture is shown.
     pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
-        let filtered = self.filter.shown(run, settings).and_then(|frame| frame.filtered.as_ref());
+        let filtered = self.filtered_frame(run, settings).and_then(|frame| frame.filtered.as_ref());
         filtered.map_or(Denoise::Off, |_| settings.denoise)
     }
 
@@ -413,7 +462,7 @@ impl LivePicture {
         let run = session.run_spec();
         let mut filter = self.look_at_filter(run, settings);
         // Until the first filtered picture the others go on.
-        let mut filtered = self.filter.shown(run, settings).map(|frame| frame.samples);
+        let mut filtered = self.filtered_frame(run, settings).map(|frame| frame.samples);
         let mut is_fresh = self.filter.is_fresh();
         if let Some(region) = self.regions.traced_mut() {
             filter = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
@@ -485,6 +534,7 @@ impl LivePicture {
     /// Rasterises the batch although it is not full.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.film_mut().map_or(Ok(()), VulkanFilm::flush)?;
+        self.mix.flush()?;
         self.regions.flush()
     }
 
@@ -492,8 +542,9 @@ impl LivePicture {
     /// since the last call.
     pub fn learn_host_time(&mut self) -> Duration {
         let (samples, time) = self.film_mut().map(VulkanFilm::take_host_time).unwrap_or_default();
-        let (more, longer) = self.regions.take_host_time();
-        let (samples, time) = (samples + more, time + longer);
+        let parts = [self.regions.take_host_time(), self.mix.take_host_time()];
+        let [(a, b), (c, d)] = parts;
+        let (samples, time) = (samples + a + c, time + b + d);
         self.pacer.samples(samples, time);
         time + std::mem::take(&mut self.filter_time)
     }
@@ -527,7 +578,7 @@ impl LivePicture {
         let partial = !session.run_spec().deterministic || session.is_complete();
         let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
         let repaint = plan.repaint || self.repaint;
-        let is_filtered = repaint && self.filter.shown(session.run_spec(), settings).is_some();
+        let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
         if partial && ready && repaint && !is_filtered {
             self.flush()?;
         }
@@ -543,10 +594,14 @@ impl LivePicture {
         };
         let source = match filtered {
             Some(frame) => Some(PictureSource::Filtered(frame.shown.xyz())),
+            None if self.mix.is_mixing() && !settings.view.is_error() => detail.map(PictureSource::Mix),
             None => detail.map(PictureSource::Film),
         };
         let number = match &mut self.screen {
-            Some(screen) => screen.show(settings, source, &mut self.regions, viewport, panel)?,
+            Some(screen) => {
+                let parts = PictureParts { regions: &mut self.regions, mix: &mut self.mix };
+                screen.show(settings, source, parts, viewport, panel)?
+            }
             None => FrameNumber::default(),
         };
         self.show = false;
@@ -573,7 +628,7 @@ impl LivePicture {
         session: &RenderSession,
         settings: &Settings,
     ) -> Result<FilmSnapshot> {
-        let filtered = self.filter.shown(session.run_spec(), settings);
+        let filtered = self.filtered_frame(session.run_spec(), settings);
         let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
         let filtered = filtered.cloned().map(|picture| self.composed(picture, settings).display(settings));
         let filtered = filtered.transpose()?;
@@ -587,9 +642,16 @@ impl LivePicture {
         }
         // In order of index the sums must stay those of whole batches until the last one.
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
-        let mut film = ComposedFilm { film, regions: &mut self.regions };
+        let mut film = ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
         let snapshot = FilmSnapshot::take(path, &mut film, settings, filtered);
         film.keep_batch(false);
+        let snapshot = match (snapshot, self.mix.films()) {
+            (Ok(FilmSnapshot::Exr(data, mut layers)), Some(films)) => {
+                layers.extend(films.channels()?);
+                Ok(FilmSnapshot::Exr(data, layers))
+            }
+            (snapshot, _) => snapshot,
+        };
         // The window's own picture may have another encoding.
         self.repaint = true;
         snapshot
@@ -620,7 +682,7 @@ impl LivePicture {
     ) -> Result<(), ClientError> {
         let film = self.screen.as_mut().and_then(Screen::film_mut);
         let Some(film) = film.filter(|film| film.counts().paths() > 0) else { return Ok(()) };
-        let film = &mut ComposedFilm { film, regions: &mut self.regions };
+        let film = &mut ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
         let sent = tev.send(name, film);
         film.keep_batch(false);

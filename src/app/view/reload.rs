@@ -84,6 +84,7 @@ impl Viewer {
         std::mem::swap(&mut self.editor, &mut editor);
         let lost = if again { self.editor.take_over(editor) } else { 0 };
         self.session.replace(run, choose, digest);
+        self.picture.mix.end();
         self.session.set_effects(&self.editor);
         self.options.name = source.name();
         self.source = source;

@@ -7,6 +7,7 @@ use glam::Vec3;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
+use crate::app::view::light_mix::LightMix;
 use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
@@ -28,11 +29,19 @@ pub struct SimulatedLosses {
     pub memory: Option<u64>,
 }
 
+/// What a picture is composed of beside the film of all samples.
+pub struct PictureParts<'a> {
+    pub regions: &'a mut Regions,
+    pub mix: &'a mut LightMix,
+}
+
 /// What a repaint shows.
 #[derive(Clone, Copy)]
 pub enum PictureSource<'a> {
     /// The film, at this `detail`.
     Film(u32),
+    /// The mix of lights, at this `detail`.
+    Mix(u32),
     /// A filtered picture, scene-linear XYZ.
     Filtered(&'a Grid<Vec3>),
 }
@@ -218,7 +227,7 @@ impl Screen {
         &mut self,
         settings: &Settings,
         repaint: Option<PictureSource<'_>>,
-        regions: &mut Regions,
+        parts: PictureParts<'_>,
         viewport: &Viewport,
         panel: Option<&mut PanelDrawing>,
     ) -> Result<FrameNumber, ClientError> {
@@ -230,13 +239,17 @@ impl Screen {
         let picture = match repaint {
             Some(source) => {
                 let detail = match source {
-                    PictureSource::Film(detail) => detail,
+                    PictureSource::Film(detail) | PictureSource::Mix(detail) => detail,
                     PictureSource::Filtered(_) => 1,
                 };
                 let cmd = &mut frame.cmd();
-                let mut regions = regions.record(cmd, settings, detail, per_pixel(film))?;
+                let mut regions = parts.regions.record(cmd, settings, detail, per_pixel(film))?;
                 Some(match source {
                     PictureSource::Film(_) => film.paint(cmd, settings, detail, &mut regions)?,
+                    PictureSource::Mix(_) => {
+                        let mut layers = parts.mix.record(cmd, settings, detail)?;
+                        film.paint_sum(cmd, settings, detail, &mut layers)?
+                    }
                     PictureSource::Filtered(picture) => {
                         film.paint_filtered(cmd, picture, settings, &mut regions)?
                     }

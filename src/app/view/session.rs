@@ -16,6 +16,7 @@ use crate::client::window::statistics::RecentValues;
 use crate::client::{FilmSpec, SplatFilter};
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::remote::{Health, TracerStatus};
+use crate::scene::light_groups::{self, LightGroup};
 use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, Rejections, UvWindow};
 use crate::tracer::choice::CANDIDATES;
 use crate::tracer::{Camera, Scene};
@@ -49,6 +50,8 @@ pub struct RenderSession {
     in_region: bool,
     /// What was rejected of the whole picture before a region was traced.
     rejected: Rejections,
+    /// The groups of lights that are traced apart.
+    groups: Vec<LightGroup>,
     /// Scene or camera have changed since the epoch began.
     stale: bool,
     /// How the render has ended, once it has.
@@ -85,6 +88,7 @@ impl RenderSession {
             reached: 0,
             in_region: false,
             rejected: Rejections::default(),
+            groups: Vec::new(),
             stale: true,
             ended: None,
             through: false,
@@ -103,6 +107,7 @@ impl RenderSession {
         let (film, device) = (self.run.film, std::mem::take(&mut self.run.device));
         self.run = RunSpec { film, device, ..run };
         self.tracers.replace_scene(digest);
+        self.groups = Vec::new();
         (self.chooser, self.stale) = (Chooser::new(choose), true);
     }
 
@@ -119,6 +124,22 @@ impl RenderSession {
     /// The film has another size or filter now.
     pub fn set_film(&mut self, film: FilmSpec) {
         self.run.film = film;
+    }
+
+    /// Traces these groups of lights apart from the next epoch on; no groups trace the picture alone.
+    ///
+    /// # Errors
+    ///
+    /// Where tracers on other machines trace, which send no groups.
+    pub fn set_light_groups(&mut self, groups: Vec<LightGroup>) -> Result<()> {
+        if self.tracers.server().is_none() {
+            return Err(miette!(
+                "lights are mixed on this machine only: without --connect it traces the scene itself"
+            ));
+        }
+        self.run.light_groups = (!groups.is_empty()).then(|| light_groups::text(&groups));
+        self.groups = groups;
+        Ok(())
     }
 
     /// Takes over the effects that the user has forced on or off.
@@ -234,7 +255,14 @@ impl RenderSession {
         let paths = self.paths.map_or(u64::MAX - first, |paths| {
             paths.saturating_sub(first.saturating_mul(method::paths_per_index(self.run.integrator)))
         });
-        let order = order(editor.scene(), camera, first..first.saturating_add(paths), self.window, epoch);
+        let scene = match self.groups.as_slice() {
+            [] => editor.scene(),
+            groups => {
+                let sources = light_groups::of_sources(groups);
+                Arc::new(editor.scene().with_light_groups(&sources, groups.len()))
+            }
+        };
+        let order = order(scene, camera, first..first.saturating_add(paths), self.window, epoch);
         self.tracers.render(&self.run, order, editor.edits())?;
         let drain_order = match self.run.deterministic {
             true => DrainOrder::Index { first },

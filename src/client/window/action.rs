@@ -91,6 +91,36 @@ pub enum Action {
     KeepView(u8),
     /// Goes to the view that is kept under a number.
     GoToView(u8),
+    /// Traces the groups of lights, so that they can be mixed, or none of them any more.
+    ToggleLightMix,
+    /// Multiplies the light of a group.
+    SetMix {
+        /// Its place.
+        group: usize,
+        /// Factors on linear R, G, B.
+        factor: [f32; 3],
+    },
+    /// Shows a group of lights alone, or all of them again.
+    SoloMix(usize),
+    /// Shows all lights as they are.
+    ResetMix,
+    /// Whether lights keep their colours where their factors are sought.
+    KeepMixColors(bool),
+    /// Asks for a picture that the light mix is to look like.
+    MixDialog,
+    /// Finds the light mix that looks most like this picture.
+    MixLike(PathBuf),
+    /// Adds the place that is seen here as one whose colour is known.
+    AddMixTarget([f64; 2]),
+    /// Chooses the colour of such a place, display-linear R, G, B.
+    SetMixTarget {
+        /// Its place in the list.
+        place: usize,
+        /// The colour.
+        color: [f32; 3],
+    },
+    /// Forgets such a place.
+    ForgetMixTarget(usize),
     /// Keeps the present picture as a snapshot.
     KeepSnapshot,
     /// Asks for an EXR file to compare with.

@@ -45,6 +45,8 @@ pub enum CursorAction {
     FocusLens,
     /// Exposes the picture for the light there.
     Meter,
+    /// Adds it as a place whose colour the light mix shall meet.
+    MixTarget,
     /// Zooms the picture in by a step.
     ZoomIn,
     /// Zooms it out by a step.
@@ -58,6 +60,7 @@ impl CursorAction {
             Self::Focus => Action::FocusAt(at),
             Self::FocusLens => Action::FocusLensAt(at),
             Self::Meter => Action::MeterAt(at),
+            Self::MixTarget => Action::AddMixTarget(at),
             Self::ZoomIn => Action::ZoomAt(at, 1.0),
             Self::ZoomOut => Action::ZoomAt(at, -1.0),
         }
@@ -175,6 +178,7 @@ const CHANGES: &[KeyBinding] = &[
     mouse("Click", "select an object"),
     key("X", "select nothing", &[Char('x')], Action::Deselect),
     key("G", "move, turn or scale the selected object", &[Char('g')], Action::NextGizmo),
+    key("Ctrl+L", "mix the lights, or end the mix", &[Ctrl('l', false)], Action::ToggleLightMix),
     key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
     key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
 ];

@@ -56,6 +56,7 @@ impl LivePicture {
         };
         let filter = self.filter.thread();
         let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        writer = writer.with_groups(self.mix.films());
         let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
             self.kept.push(block);
             writer.block(block);

@@ -15,6 +15,7 @@ use crate::app::noise_filter::EpochView;
 use crate::app::observer::{Beside, Observer};
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
+use crate::app::view::light_mix::LightMix;
 use crate::app::view::session::RenderSession;
 use crate::app::view::window_filter::WindowFilter;
 use crate::client::film::VulkanFilm;
@@ -179,6 +180,15 @@ impl Regions {
         Some(RegionDrawing { origin, extent, is_traced: true, per_pixel: per_pixel(&region.film) })
     }
 
+    /// Where they lie, and how many samples of their own they have.
+    pub fn in_words(&self) -> String {
+        let words = |region: &RegionRender| {
+            let Region { origin: [x, y], extent: [width, height] } = region.rectangle;
+            format!("{width}×{height} at {x},{y}: {:.1} more paths per pixel", per_pixel(&region.film))
+        };
+        self.list.iter().map(words).collect::<Vec<_>>().join("; ")
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
@@ -245,10 +255,11 @@ fn shown_share(share: f32, settings: &Settings) -> f32 {
     if settings.view.is_error() { share.round() } else { share }
 }
 
-/// The film of a picture together with its regions, for what is saved.
+/// The film of a picture together with its regions, or with the mix of its lights, for what is saved.
 pub struct ComposedFilm<'a> {
     pub film: &'a mut VulkanFilm,
     pub regions: &'a mut Regions,
+    pub mix: &'a mut LightMix,
 }
 
 impl ComposedFilm<'_> {
@@ -302,11 +313,15 @@ impl Film for ComposedFilm<'_> {
     }
 
     fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
-        if self.regions.is_empty() || settings.view.is_error() {
+        let is_composed = !self.regions.is_empty() || self.mix.is_mixing();
+        if settings.view.is_error() || !is_composed {
             return self.film.display(settings);
         }
-        let linear = self.film.reconstruct(&Settings { glare: None, ..settings.clone() }, 1)?;
         let FilmSpec { width, height, .. } = *self.film.spec();
+        if self.mix.is_mixing() {
+            return ReferenceFilm::show(&self.mix.linear(settings, [width, height])?, settings);
+        }
+        let linear = self.film.reconstruct(&Settings { glare: None, ..settings.clone() }, 1)?;
         let pixels = linear.into_iter().map(Vec3::from).collect();
         let size = [width as usize, height as usize];
         let picture = Grid::from_rows(size[0], size[1], pixels);
@@ -359,6 +374,11 @@ impl LivePicture {
         if rectangle.extent.iter().any(|side| *side < LEAST) {
             return Err(miette!(
                 "a region has {LEAST} pixels or more along each side: drag a larger rectangle"
+            ));
+        }
+        if self.mix.is_on() {
+            return Err(miette!(
+                "a region has no pictures of groups of lights: end the light mix first (Ctrl+L)"
             ));
         }
         if self.regions.list.len() == MOST_REGIONS {

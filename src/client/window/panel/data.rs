@@ -9,6 +9,7 @@ use crate::client::window::panel::compare::ComparisonData;
 use crate::client::window::panel::gizmo::{GizmoDrawing, GizmoMode};
 use crate::client::window::panel::inspect::{PixelPaths, PixelReading};
 use crate::client::window::panel::look::Histogram;
+use crate::client::window::panel::mix::LightMixData;
 use crate::client::window::viewport::Viewport;
 
 /// Everything that the panel shows.
@@ -98,6 +99,8 @@ pub struct PanelData {
     pub traces_paths: bool,
     /// The histogram of the picture, where the tab of the display is seen.
     pub histogram: Option<Arc<Histogram>>,
+    /// The light mix.
+    pub mix: LightMixData,
     /// Pictures to compare with.
     pub comparison: ComparisonData,
     /// Views that are kept, by number.

@@ -10,12 +10,16 @@ use crate::client::window::action::Action;
 /// Endings of what can be opened.
 const SCENES: [&str; 5] = ["xml", "gltf", "glb", "obj", "ply"];
 
+/// Endings of pictures that the light mix may look like.
+const IMAGES: [&str; 9] = ["png", "exr", "jpg", "jpeg", "hdr", "pfm", "bmp", "tga", "tif"];
+
 /// What a file is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
     Open,
     Save,
     Compare,
+    Mix,
 }
 
 /// The dialog, while it is open.
@@ -57,6 +61,14 @@ impl FileChooser {
         self.ask(Purpose::Compare, dialog, FileDialog::pick_file);
     }
 
+    /// Asks for a picture that the light mix is to look like, first in this folder.
+    pub fn ask_example(&mut self, folder: &Path) {
+        let dialog = dialog("Match an image", folder)
+            .add_file_filter_extensions("Images", IMAGES.to_vec())
+            .default_file_filter("Images");
+        self.ask(Purpose::Mix, dialog, FileDialog::pick_file);
+    }
+
     fn ask(&mut self, purpose: Purpose, mut dialog: FileDialog, begin: fn(&mut FileDialog)) {
         begin(&mut dialog);
         self.open = Some((purpose, dialog));
@@ -72,6 +84,7 @@ impl FileChooser {
                 Purpose::Open => Action::Open(path.clone()),
                 Purpose::Save => Action::SaveAs(path.clone()),
                 Purpose::Compare => Action::CompareWith(path.clone()),
+                Purpose::Mix => Action::MixLike(path.clone()),
             }),
             _ => None,
         };

@@ -13,6 +13,7 @@ mod inspect;
 mod loading;
 mod look;
 mod maps;
+mod mix;
 mod over_picture;
 mod palette;
 mod sections;
@@ -27,6 +28,7 @@ pub use gizmo::{GizmoDrawing, GizmoHandle, GizmoMode};
 pub use inspect::{LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS};
 pub use loading::{LoadingData, show_loading};
 pub use look::{BINS_PER_STOP, DISPLAY_BINS, Histogram, STOPS};
+pub use mix::{LightMixData, MixGroupRow, MixTargetRow};
 pub use over_picture::PictureArea;
 pub use palette::CommandPalette;
 

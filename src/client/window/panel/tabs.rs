@@ -4,7 +4,7 @@ use egui::{CollapsingHeader, RichText, Ui};
 
 use crate::client::window::action::Action;
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, compare, error, figures, gizmo, inspect, look, sections, style,
+    PanelControls, PanelData, PanelTab, compare, error, figures, gizmo, inspect, look, mix, sections, style,
 };
 
 /// Draws the contents of a tab.
@@ -56,6 +56,7 @@ fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
         }
     }
     section(ui, "Camera", true, |ui| sections::camera(ui, data, actions));
+    section(ui, "Light mix", true, |ui| mix::show(ui, &data.mix, actions));
 }
 
 /// Draws a section that folds.

@@ -1,4 +1,4 @@
-//! Regions with samples of their own, drawn into the picture on the Vulkan device.
+//! Pictures composed of several on the Vulkan device: regions with samples of their own, and mixes of lights.
 
 use crate::common::{assert_silent, film, gpu, scene, settings, spec};
 use glam::{Mat3, Vec3};
@@ -38,6 +38,48 @@ fn a_region_is_mixed_with_its_share_and_nothing_else_changes() {
             } else {
                 assert_eq!(Vec3::from(*shown), before, "{x} {y}");
             }
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// A mix is the sum of its layers, each through its matrix; nothing of what was there before is left.
+#[test]
+fn a_mix_is_the_sum_of_its_layers() {
+    let spec = spec(65, 50, SplatFilter::Gaussian);
+    let settings = settings(Reconstruction::Gaussian, 0.0);
+    let matrices = [Mat3::from_diagonal(Vec3::new(2.0, 0.5, 1.0)), Mat3::from_cols_array(&[0.1; 9])];
+    for detail in [1, 2] {
+        let mut whole = film(spec);
+        whole.add(&scene(&spec, 20_000, 7, 0)).expect("add");
+        let mut groups = [8, 9].map(|seed| {
+            let mut group = film(spec);
+            group.add(&scene(&spec, 20_000, seed, 0)).expect("add");
+            group
+        });
+        let pictures: Vec<_> = groups
+            .iter_mut()
+            .map(|group| group.reconstruct(&settings, detail).expect("reconstruct"))
+            .collect();
+        whole.flush().expect("flush");
+        let mut frame = gpu().begin().expect("a frame");
+        whole.paint(&mut frame.cmd(), &settings, detail, &mut []).expect("paint");
+        let mut layers = Vec::new();
+        for (group, matrix) in groups.iter_mut().zip(matrices) {
+            let xyz = group.linear(&mut frame.cmd(), None, &settings, detail).expect("linear");
+            layers.push(PictureLayer { xyz, origin: [0, 0], matrix, share: 1.0 });
+        }
+        whole.paint_sum(&mut frame.cmd(), &settings, detail, &mut layers).expect("paint");
+        gpu().wait(frame.submit().expect("submit")).expect("wait");
+        let region = Region { origin: [0, 0], extent: [65, 50] };
+        let shown = whole.shown(region).expect("read").expect("painted").xyz;
+        for (i, shown) in shown.iter().enumerate() {
+            let [x, y] = [i as u32 % 65, i as u32 / 65];
+            let at = (y / detail * 65u32.div_ceil(detail) + x / detail) as usize;
+            let expected: Vec3 =
+                pictures.iter().zip(matrices).map(|(picture, matrix)| matrix * Vec3::from(picture[at])).sum();
+            let off = (Vec3::from(*shown) - expected).abs().max_element();
+            assert!(off <= 1e-5 * expected.max_element().max(1e-3), "{x} {y}: {shown:?} {expected}");
         }
     }
     assert_silent(gpu());

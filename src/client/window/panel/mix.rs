@@ -1,0 +1,113 @@
+//! The light mix: intensity and colour of each group of lights, and places whose colour is known.
+
+use egui::{Button, Slider, SliderClamping, Ui};
+
+use crate::client::window::action::Action;
+use crate::client::window::keys::CursorAction;
+use crate::client::window::panel::style;
+
+/// The light mix of the viewer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightMixData {
+    /// Groups are traced.
+    pub is_on: bool,
+    /// What it would be made of and take, or why there is none.
+    pub summary: String,
+    /// The groups.
+    pub groups: Vec<MixGroupRow>,
+    /// Places whose colour is known.
+    pub targets: Vec<MixTargetRow>,
+    /// Lights keep their colours where factors are sought.
+    pub keeps_colors: bool,
+}
+
+/// A group of lights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MixGroupRow {
+    /// Its name.
+    pub name: String,
+    /// Factors on linear R, G, B.
+    pub factor: [f32; 3],
+}
+
+/// A place whose colour is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MixTargetRow {
+    /// The pixel.
+    pub pixel: [u32; 2],
+    /// Display-linear R, G, B.
+    pub color: [f32; 3],
+}
+
+/// Largest intensity of the slider.
+const MOST: f32 = 64.0;
+
+/// Draws the section.
+pub(super) fn show(ui: &mut Ui, mix: &LightMixData, actions: &mut Vec<Action>) {
+    if !mix.is_on {
+        let hint =
+            "Traces the picture anew with one of each group of lights; from then on lights change at once";
+        if ui.button("Mix lights").on_hover_text(hint).clicked() {
+            actions.push(Action::ToggleLightMix);
+        }
+        ui.colored_label(style::DIM, &mix.summary);
+        return;
+    }
+    for (group, row) in mix.groups.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let intensity = row.factor.iter().copied().fold(0.0, f32::max);
+            let mut tint = if intensity > 0.0 { row.factor.map(|c| c / intensity) } else { [1.0; 3] };
+            let mut value = intensity;
+            let slider = Slider::new(&mut value, 0.0..=MOST).logarithmic(true).smallest_positive(1e-3);
+            let slider = ui.add(slider.clamping(SliderClamping::Edits).max_decimals(3).suffix("×"));
+            let label = ui.colored_label(style::BRIGHT, &row.name);
+            let slider = slider.labelled_by(label.id);
+            let colored = ui.color_edit_button_rgb(&mut tint).on_hover_text("Colour");
+            if slider.changed() || colored.changed() {
+                actions.push(Action::SetMix { group, factor: tint.map(|c| c * value) });
+            }
+            if ui.small_button("Solo").on_hover_text("Shows these lights alone, or all again").clicked() {
+                actions.push(Action::SoloMix(group));
+            }
+        });
+    }
+    ui.horizontal(|ui| {
+        let changed = mix.groups.iter().any(|row| row.factor != [1.0; 3]);
+        if ui.add_enabled(changed, Button::new("Reset")).on_hover_text("All lights as they are").clicked() {
+            actions.push(Action::ResetMix);
+        }
+        let hint = "Renders without groups of lights, which is faster, and shows all lights as they are";
+        if ui.button("End the mix").on_hover_text(hint).clicked() {
+            actions.push(Action::ToggleLightMix);
+        }
+    });
+    ui.colored_label(style::DIM, "E saves the picture of each group as a layer.");
+    ui.separator();
+    ui.horizontal(|ui| {
+        let hint = "Finds the lights with which the picture looks most like an image file: one painted over a saved picture, or EXR";
+        if ui.button("Match an image…").on_hover_text(hint).clicked() {
+            actions.push(Action::MixDialog);
+        }
+        let hint = "Click a place in the picture; then choose the colour that it should have";
+        if ui.button("Match a place…").on_hover_text(hint).clicked() {
+            actions.push(Action::AskPlace(CursorAction::MixTarget));
+        }
+        let mut keeps = mix.keeps_colors;
+        if ui.checkbox(&mut keeps, "keep colours").on_hover_text("Changes intensities only").changed() {
+            actions.push(Action::KeepMixColors(keeps));
+        }
+    });
+    for (place, target) in mix.targets.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let mut color = target.color;
+            if ui.color_edit_button_rgb(&mut color).changed() {
+                actions.push(Action::SetMixTarget { place, color });
+            }
+            let [x, y] = target.pixel;
+            ui.colored_label(style::DIM, format!("at {x}, {y}"));
+            if ui.small_button("×").on_hover_text("Forgets this place").clicked() {
+                actions.push(Action::ForgetMixTarget(place));
+            }
+        });
+    }
+}
