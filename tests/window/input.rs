@@ -197,7 +197,7 @@ fn fractions_follow_the_windows_size() {
 fn a_rectangle_is_dragged() {
     let now = Instant::now();
     let mut input = InputState::new([100, 100]);
-    let mut send = |input: &mut InputState, event| input.take(event, now);
+    let send = |input: &mut InputState, event| input.take(event, now);
     for asked in [false, true] {
         input.ask_region(asked);
         send(&mut input, InputEvent::Modifiers(!asked, !asked));

@@ -1,16 +1,19 @@
 //! The real program on a display of its own: its window as seen from outside.
 
+use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{PATIENCE, end, figures, folder, png, program, scene, terminate, view};
+use crate::viewer::{Listened, PATIENCE, end, figures, folder, png, program, scene, terminate, view};
 
 /// R, G, B of the window.
 fn shot(desktop: &Desktop, window: u32) -> Option<(u32, u32, Vec<u8>)> {
     let (width, height, bgrx) = desktop.pixels(window)?;
     Some((width, height, bgrx.chunks_exact(4).flat_map(|p| [p[2], p[1], p[0]]).collect()))
 }
+
+const CTRL: u32 = 0xffe3;
 
 #[test]
 fn the_window_equals_the_headless_picture() {
@@ -38,6 +41,62 @@ fn the_window_equals_the_headless_picture() {
     assert!(terminate(viewer).status.success());
     assert!(seen.unwrap() == wanted, "the window shows another picture than the headless PNG");
     assert!(png(&folder.join("window.png")) == wanted, "the picture written at the end is another one");
+    assert_eq!(figures(&folder)["validation_messages"], 0);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// The window after changes of camera and lens shows, bit for bit, what the scene that is saved from it renders to without a window; undone, it
+/// shows the first picture again.
+#[test]
+fn a_saved_scene_renders_to_what_the_window_shows() {
+    let folder = folder("saved");
+    let options = ["--size", "128x96", "--samples", "60000", "--deterministic", "--integrator", "path"];
+    let render = |scene: &Path, name: &str| {
+        let mut command = program();
+        command.current_dir(&folder).arg("render").arg(scene).args(options).args(["--quiet", "-o", name]);
+        assert!(command.status().unwrap().success());
+        png(&folder.join(name))
+    };
+    let desktop = Desktop::start(400, 300);
+    let display = ["--no-panel", "--json", "figures.json"];
+    let mut viewer = Listened::new(view(&desktop, &folder, &[&options[..], &display].concat()));
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    desktop.focus(window);
+    let shows = |wanted: &(u32, u32, Vec<u8>), what: &str| {
+        let start = Instant::now();
+        while shot(&desktop, window).as_ref() != Some(wanted) {
+            assert!(start.elapsed() < PATIENCE, "the window does not show {what}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    };
+    let press = |held: Option<u32>, key: char| {
+        held.into_iter().for_each(|held| desktop.key(held, true));
+        desktop.key(u32::from(key), true);
+        desktop.key(u32::from(key), false);
+        held.into_iter().for_each(|held| desktop.key(held, false));
+        std::thread::sleep(Duration::from_millis(100));
+    };
+    let first = render(&scene(), "first.png");
+    shows(&first, "the scene's picture");
+    desktop.pointer(30, 30);
+    desktop.button(1, true);
+    for step in 1..=5 {
+        desktop.pointer(30 + 3 * step, 30 + step);
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    desktop.button(1, false);
+    press(None, ']');
+    press(Some(CTRL), 's');
+    viewer.wait_for("saved ");
+    let saved = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let saved = saved.filter(|path| path.extension().is_some_and(|ending| ending == "xml")).next().unwrap();
+    let changed = render(&saved, "changed.png");
+    assert!(changed != first, "the changes are seen");
+    shows(&changed, "the saved scene's picture");
+    press(Some(CTRL), 'z');
+    press(Some(CTRL), 'z');
+    shows(&first, "the first picture after undo");
+    assert!(viewer.terminate().status.success());
     assert_eq!(figures(&folder)["validation_messages"], 0);
     std::fs::remove_dir_all(folder).unwrap();
 }

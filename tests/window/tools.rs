@@ -203,10 +203,8 @@ fn lights_are_mixed() {
     data.mix.groups = vec![row("key", [2.0, 1.0, 0.5]), row("sky", [1.0; 3])];
     data.mix.targets = vec![MixTargetRow { pixel: [12, 34], color: [0.2; 3] }];
     let mut on = harness(data, controls_of(PanelTab::Scene));
-    let sliders = on
-        .get_all_by_role(egui::accesskit::Role::Slider)
-        .filter(|node| node.accesskit_node().label().is_some_and(|label| label == "key"));
-    assert_eq!(sliders.count(), 1, "the slider is told by the name of its light");
+    // Told by the name of its light.
+    on.get_by_role_and_label(egui::accesskit::Role::Slider, "key");
     on.get_all_by_label("Solo").nth(1).expect("one for each light").click();
     assert_eq!(taken(&mut on), [Action::SoloMix(1)]);
     on.get_all_by_label("Reset").last().expect("that of the mix").click();
