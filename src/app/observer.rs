@@ -54,8 +54,8 @@ enum Message {
     Begin(Box<ErrorMonitor>, Duration, Arc<RunSpec>),
     Aim(Option<ErrorTarget>),
     Probe(Probe),
-    /// Tells another observer what is shown of a rectangle of the picture.
-    Lend(Region, Borrower),
+    /// Tells another observer what is known here.
+    Lend(Lent, Borrower),
     /// What another one tells, when this render has taken so long.
     Others(OtherSamples, Duration),
     /// Answers when everything before has been processed.
@@ -70,13 +70,19 @@ enum Message {
     End(Duration, Sender<Vec<PredictionOutcome>>),
 }
 
+/// What an observer tells another one.
+enum Lent {
+    /// What is shown of a rectangle of its picture.
+    Shown(Region),
+    /// What its own render shows, which begins at this pixel of the other one's picture.
+    Own([i64; 2]),
+}
+
 /// An observer that is told what another one has seen.
 struct Borrower {
     shared: Arc<Shared>,
     /// The number of its render: another one is not told.
     number: u64,
-    /// Where in its picture the rectangle begins.
-    origin: [i64; 2],
     /// Time since its render began.
     at: Duration,
 }
@@ -209,12 +215,16 @@ impl Observer {
         self.send(Message::Probe(probe), false);
     }
 
-    /// Tells `other`, in whose picture this rectangle of the picture begins at `origin`, what is shown of it: from now on what it states is the
-    /// error of the mean of both, each with the share of its paths.
-    pub fn lend(&self, rectangle: Region, other: &Observer, origin: [i64; 2]) {
-        let number = unpoisoned(&other.shared.state).0;
-        let borrower = Borrower { shared: other.shared.clone(), number, origin, at: other.elapsed() };
-        self.send(Message::Lend(rectangle, borrower), false);
+    /// Tells the observer of a rectangle of the picture what is shown of it: from now on what it states is the error of the mean of both, each
+    /// with the share of its paths.
+    pub fn lend_shown(&self, rectangle: Region, to: &Observer) {
+        self.send(Message::Lend(Lent::Shown(rectangle), Borrower::new(to)), false);
+    }
+
+    /// Tells the observer of a picture, in which this one's begins at `origin`, what this render alone shows: the same, the other way
+    /// round.
+    pub fn lend_own(&self, to: &Observer, origin: [i64; 2]) {
+        self.send(Message::Lend(Lent::Own(origin), Borrower::new(to)), false);
     }
 
     /// What is wanted.
@@ -358,8 +368,14 @@ impl Shared {
 }
 
 impl Borrower {
+    /// This observer, with its present render.
+    fn new(observer: &Observer) -> Self {
+        let number = unpoisoned(&observer.shared.state).0;
+        Self { shared: observer.shared.clone(), number, at: observer.elapsed() }
+    }
+
     /// Tells it, unless its render is over.
-    fn tell(self, others: OtherSamples) {
+    fn tell(&self, others: OtherSamples) {
         let mut inbox = unpoisoned(&self.shared.inbox);
         if !inbox.gone && unpoisoned(&self.shared.state).0 == self.number {
             inbox.messages.push_back(Message::Others(others, self.at));
@@ -406,11 +422,14 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
                 shared.publish(number, &watch);
             }
             Message::Probe(probe) => watch.set_probe(probe),
-            Message::Lend(Region { origin, extent }, borrower) => {
-                let [first, size] = [origin, extent].map(|n| n.map(|n| n as usize));
-                if let Some(others) = watch.others(first, size, borrower.origin) {
-                    borrower.tell(others);
-                }
+            Message::Lend(lent, borrower) => {
+                let others = match lent {
+                    Lent::Shown(Region { origin, extent }) => {
+                        watch.shown(origin.map(|n| n as usize), extent.map(|n| n as usize))
+                    }
+                    Lent::Own(origin) => watch.own(origin),
+                };
+                others.into_iter().for_each(|others| borrower.tell(others));
             }
             Message::Others(others, at) => {
                 watch.add_others(others);

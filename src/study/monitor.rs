@@ -149,9 +149,9 @@ impl ErrorMonitor {
         self.others.push(others);
     }
 
-    /// What is shown of a rectangle of the picture, for another monitor, in whose picture it begins at `origin`; `None` before each replicate
-    /// has traced a path.
-    pub fn others(&mut self, first: [usize; 2], size: [usize; 2], origin: [i64; 2]) -> Option<OtherSamples> {
+    /// What is shown of a rectangle of the picture from the pixel `first` on, for a monitor of that rectangle alone; `None` before each
+    /// replicate has traced a path.
+    pub fn shown(&mut self, first: [usize; 2], size: [usize; 2]) -> Option<OtherSamples> {
         self.round();
         let [width, height] = self.sums.size();
         let pixels = self.pixels()?;
@@ -159,7 +159,16 @@ impl ErrorMonitor {
         let columns = first[0]..(first[0] + size[0]).min(width);
         let part = rows.clone().flat_map(|y| pixels[y * width..][columns.clone()].iter().copied());
         let per_pixel = self.paths() / (width * height) as f64;
-        Some(OtherSamples { origin, size: [columns.len(), rows.len()], pixels: part.collect(), per_pixel })
+        let size = [columns.len(), rows.len()];
+        Some(OtherSamples { origin: [0, 0], size, pixels: part.collect(), per_pixel })
+    }
+
+    /// What this render alone shows, for a monitor of a picture in which it begins at the pixel `origin`; `None` as above.
+    pub fn own(&mut self, origin: [i64; 2]) -> Option<OtherSamples> {
+        self.round();
+        let size @ [width, height] = self.sums.size();
+        let per_pixel = self.paths() / (width * height) as f64;
+        Some(OtherSamples { origin, size, pixels: self.sums.pixels()?, per_pixel })
     }
 
     /// Mean and difference of the replicates in every pixel of what is shown.

@@ -101,7 +101,13 @@ fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64
     let mut dice = Dice(Random(1));
     let (start, mut memory, mut size) = (Instant::now(), Vec::new(), side as i32);
     let mut shot = 0;
+    // Without it a window has no keys.
+    desktop.focus(window);
     while start.elapsed().as_secs() < seconds && viewer.process.try_wait().unwrap().is_none() {
+        if dice.below(24) == 0 {
+            // A user who has lost his scene goes back to it.
+            [true, false].into_iter().for_each(|down| desktop.key(HOME, down));
+        }
         let act = dice.below(16);
         let kind = match act {
             0 | 1 => Act::Resize,
@@ -206,11 +212,12 @@ fn wheel(desktop: &Desktop, dice: &mut Dice, columns: Range<i32>, held: Option<u
 
 const TAB: u32 = 0xff09;
 const ESCAPE: u32 = 0xff1b;
+const HOME: u32 = 0xff50;
 const CTRL: u32 = 0xffe3;
 const SHIFT: u32 = 0xffe1;
 
 /// Keys that do not end the program: Tab, Home, F1, brackets.
-const KEYS: [u32; 6] = [TAB, 0xff50, 0xffbe, 0xffbe, 0x5b, 0x5d];
+const KEYS: [u32; 6] = [TAB, HOME, 0xffbe, 0xffbe, 0x5b, 0x5d];
 
 /// Keys of tools: inspect, snapshot, compare, pause, zoom in and out, the whole picture, meter, brightness, F6, F11, Escape.
 const TOOL_KEYS: [u32; 12] = [

@@ -169,7 +169,7 @@ impl Viewer {
             }
             Action::CopyCommand => return self.copy_command().map(Some),
             Action::KeepSnapshot | Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {
-                return Err(miette!("the error is shown, not light: choose Picture as the view (tab Look)"));
+                return Err(miette!("the error is shown, not light: choose “Show: Picture” on the tab Look"));
             }
             Action::MeterAt(at) => self.meter(at)?,
             Action::Expose(steps) => {
@@ -488,7 +488,7 @@ impl Viewer {
         data.mix = picture.mix.data();
         data.gizmo_mode = self.gizmo.mode;
         if shows_gizmo {
-            let (size, zoom) = (session.size(), panel.viewport.zoom());
+            let (size, zoom) = (session.size(), panel.points_per_pixel());
             data.gizmo = self.gizmo.drawing(editor, panel.cursor(), size, zoom);
         }
         data.outline = self.outline.lines(session.epoch(), session.size());

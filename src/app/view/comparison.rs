@@ -27,6 +27,9 @@ use crate::study::format::{duration, percent};
 /// A difference is computed anew this often: the present picture changes all the time.
 const REFRESH: Duration = Duration::from_secs(1);
 
+/// Taking the present picture holds the window up: it may do so for one part in so many of the time.
+const SHARE: u32 = 20;
+
 /// Most bytes of pictures that are kept; the oldest goes first, but never the last one.
 const MOST_BYTES: usize = 512 << 20;
 
@@ -75,8 +78,8 @@ pub struct Comparison {
     displayed: Option<(Arc<Grid<Vec3>>, Settings, Arc<SmallPicture>)>,
     difference: Option<Difference>,
     thread: Option<JoinHandle<Result<Difference>>>,
-    /// When the present picture was taken for the last difference.
-    taken: Option<Instant>,
+    /// When the present picture was taken for the last difference, and how long that took.
+    taken: Option<(Instant, Duration)>,
 }
 
 impl Comparison {
@@ -94,8 +97,12 @@ impl Comparison {
         let displayed = SmallPicture { size: size.map(|n| n as usize), rgb: displayed.collect() };
         let counts = picture.counts();
         let per_pixel = counts.paths() as f64 / (f64::from(size[0]) * f64::from(size[1]));
-        let mut words =
-            format!("{}, {per_pixel:.1} paths per pixel", duration(session.elapsed().as_secs_f64()));
+        let scene = session.run_spec().scene.file_stem().map(|name| name.to_string_lossy().into_owned());
+        let mut words = format!(
+            "{}: {}, {per_pixel:.1} paths per pixel",
+            scene.unwrap_or_default(),
+            duration(session.elapsed().as_secs_f64())
+        );
         let mut curve = Vec::new();
         if let Some(observer) = &picture.observer {
             let state = observer.state();
@@ -256,7 +263,7 @@ impl Comparison {
         };
         let is_due = self.difference.as_ref().is_none_or(|known| {
             let changed = known.of.samples != of.samples || known.of.exposure != of.exposure;
-            let rested = self.taken.is_none_or(|taken| taken.elapsed() > REFRESH);
+            let rested = self.taken.is_none_or(|(taken, took)| taken.elapsed() > REFRESH.max(SHARE * took));
             known.mode != mode || !known.of.is_of(reference) || changed && rested
         });
         if self.thread.is_some() || !is_due {
@@ -273,8 +280,9 @@ impl Comparison {
                 "pictures of more than {LONGEST_SIDE} pixels along a side are not drawn over it"
             ));
         }
+        let start = Instant::now();
         let present = grid(size, &whole(picture, size)?)?;
-        self.taken = Some(Instant::now());
+        self.taken = Some((start, start.elapsed()));
         let settings = settings.clone();
         let compute = move || difference(mode, &present, of, &settings);
         self.thread = Some(Builder::new().name("compare".into()).spawn(compute).into_diagnostic()?);

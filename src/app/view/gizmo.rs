@@ -5,10 +5,10 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 use crate::app::view::editor::SceneEditor;
 use crate::client::window::panel::{GizmoDrawing, GizmoHandle, GizmoMode};
 
-/// Length of the handles, pixels of the window.
+/// Length of the handles, points.
 const LENGTH: f64 = 70.0;
 
-/// How near to a handle the cursor takes hold of it, pixels of the window.
+/// How near to a handle the cursor takes hold of it, points.
 const REACH: f64 = 8.0;
 
 /// Points of a ring.
@@ -42,7 +42,7 @@ struct GizmoDrag {
     pivot: DVec3,
     center: DVec2,
     start: SightLine,
-    /// Size of a pixel of the picture in the window.
+    /// Size of a pixel of the picture in the window, points.
     zoom: f64,
 }
 
@@ -65,7 +65,7 @@ impl Gizmo {
     }
 
     /// Takes hold of the handle under the cursor, if there is one, and begins to transform the selected object. `zoom` is the size of a
-    /// pixel of the picture in the window.
+    /// pixel of the picture in the window, in points.
     pub fn press(&mut self, editor: &mut SceneEditor, at: DVec2, size: [u32; 2], zoom: f64) -> bool {
         let Some(drawing) = self.drawing(editor, None, size, zoom) else { return false };
         let (Some(handle), Some(shape)) = (handle_at(&drawing, at, REACH / zoom), editor.selected()) else {

@@ -68,8 +68,9 @@ impl Viewer {
             WindowEvent::Destroyed => self.quit = true,
             WindowEvent::Resized(size) => self.resized(*size),
             WindowEvent::ScaleFactorChanged { inner_size_writer, .. } => {
-                // Points become larger or smaller; the picture keeps its pixels.
+                // Points become larger or smaller; the picture keeps its pixels, and the dock its points.
                 let _ = inner_size_writer.request_inner_size(window.inner_size());
+                self.keep_picture();
                 self.refresh();
             }
             WindowEvent::Occluded(true) => self.picture.hide(),
@@ -110,7 +111,7 @@ impl Viewer {
         if !is_press || !is_free || !self.shows_gizmo() {
             return false;
         }
-        let (size, zoom) = (self.session.size(), panel.viewport.zoom());
+        let (size, zoom) = (self.session.size(), panel.points_per_pixel());
         panel.cursor().is_some_and(|at| self.gizmo.press(&mut self.editor, at, size, zoom))
     }
 

@@ -23,6 +23,7 @@ use crate::client::window::panel::{
 use crate::client::zones;
 use crate::gpu::Region;
 use crate::scene::desc::IntegratorKind;
+use crate::server::panic_message;
 use crate::stream::UvWindow;
 use crate::study::error::TILE;
 use crate::tracer::camera::CameraLines;
@@ -126,7 +127,14 @@ impl Inspector {
     /// Takes over what was traced; true when there is something new.
     pub fn take(&mut self) -> bool {
         let Some(study) = self.study.take_if(|study| study.thread.is_finished()) else { return false };
-        self.paths = study.thread.join().ok().map(Arc::new);
+        self.paths = match study.thread.join() {
+            Ok(paths) => Some(Arc::new(paths)),
+            Err(panic) => {
+                let why = panic_message(panic.as_ref()).unwrap_or_default();
+                tracing::error!("the paths could not be traced because of a bug ({why}); please report it");
+                None
+            }
+        };
         true
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 
+use crate::server::panic_message;
 use crate::stream::Epoch;
 use crate::tracer::{Camera, Scene};
 
@@ -68,7 +69,14 @@ impl Outline {
     /// Takes over what was traced; true when there is something new.
     pub fn take(&mut self) -> bool {
         let Some(traced) = self.thread.take_if(|traced| traced.thread.is_finished()) else { return false };
-        self.drawn = traced.thread.join().ok().map(|lines| (traced.key, Arc::new(lines)));
+        match traced.thread.join() {
+            Ok(lines) => self.drawn = Some((traced.key, Arc::new(lines))),
+            Err(panic) => {
+                let why = panic_message(panic.as_ref()).unwrap_or_default();
+                tracing::error!("the outline could not be traced because of a bug ({why}); please report it");
+                self.drawn = None;
+            }
+        }
         true
     }
 

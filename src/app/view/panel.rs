@@ -217,6 +217,11 @@ impl ViewerPanel {
         rows
     }
 
+    /// Size of a pixel of the picture in the window, points.
+    pub fn points_per_pixel(&self) -> f64 {
+        self.viewport.zoom() / f64::from(self.host.drawing_scale())
+    }
+
     /// The place in the picture under the cursor, in pixels, while it is over the picture.
     pub fn cursor(&self) -> Option<DVec2> {
         let at = self.input.cursor().filter(|at| self.viewport.contains(*at))?;
@@ -248,10 +253,7 @@ impl ViewerPanel {
             chooses_method: session.chooses_method(),
             reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: session.size(),
-            view: PictureView {
-                viewport: self.viewport,
-                pixels_per_point: self.host.drawing().pixels_per_point,
-            },
+            view: PictureView { viewport: self.viewport, pixels_per_point: self.host.drawing_scale() },
             detail: picture.detail(),
             counts,
             traced_per_second: rates.traced,

@@ -116,6 +116,9 @@ pub struct LivePicture {
     failures: u32,
 }
 
+/// Paths without any sample after which the picture is shown black.
+const BLACK_PATHS: u64 = 4096;
+
 /// Errors from which on a picture that no change explains stays as it is; before that it is tried again.
 const FAILURES: u32 = 2;
 
@@ -557,9 +560,14 @@ impl LivePicture {
         }
     }
 
-    /// Whether there is something to show: samples of the present epoch, or the last picture of the one before.
+    /// Whether there is something to show: a picture of the present epoch, or the last one of the one before.
     pub fn has_picture(&mut self) -> bool {
-        self.film_mut().is_some_and(|film| film.painted().is_some()) || self.samples() > 0
+        self.film_mut().is_some_and(|film| film.painted().is_some()) || self.is_known()
+    }
+
+    /// Whether the film shows the present epoch: it has samples, or enough paths have found none that it is black.
+    fn is_known(&self) -> bool {
+        self.samples() > 0 || self.counts().paths() >= BLACK_PATHS
     }
 
     /// Repaints the picture if the plan says so or it was asked for, draws the panel over it and swaps. The frame `began` with
@@ -576,7 +584,7 @@ impl LivePicture {
         let samples = self.samples();
         // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
         let partial = !session.run_spec().deterministic || session.is_complete();
-        let ready = if partial { samples > 0 } else { samples >= BATCH_CAPACITY as u64 };
+        let ready = if partial { self.is_known() } else { samples >= BATCH_CAPACITY as u64 };
         let repaint = plan.repaint || self.repaint;
         let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
         if partial && ready && repaint && !is_filtered {

@@ -18,6 +18,7 @@ use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
 use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, FilmSpec, Settings};
+use crate::color::pq;
 use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, Image, Region, TexelFormat, read_image};
 use crate::image::Grid;
 
@@ -112,7 +113,10 @@ impl Repaint {
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
         let (xyz, _) = self.picture.get(&self.gpu, &effects)?;
-        self.compose.sum(cmd, layers, effects.detail, xyz)?;
+        match layers.is_empty() {
+            true => clear(cmd, xyz),
+            false => self.compose.sum(cmd, layers, effects.detail, xyz)?,
+        }
         self.finish(cmd, settings, &effects, &mut [])
     }
 
@@ -307,8 +311,7 @@ impl Repaint {
         };
         let Some(max_level) = shown.map(|(_, lod)| lod.max_level) else {
             // Black without samples.
-            cmd.access(target, Access::ColorWrite);
-            cmd.rendering(&[Attachment::cleared(target)], |_| ());
+            clear(cmd, target);
             return Ok(());
         };
         let push = ReconstructPush {
@@ -354,6 +357,12 @@ impl Repaint {
     }
 }
 
+/// Makes a picture black.
+fn clear(cmd: &mut Cmd<'_>, target: &mut Image) {
+    cmd.access(target, Access::ColorWrite);
+    cmd.rendering(&[Attachment::cleared(target)], |_| ());
+}
+
 /// The whole picture at this internal resolution.
 fn region(spec: &FilmSpec, detail: u32) -> Region {
     Region { origin: [0, 0], extent: [spec.width, spec.height].map(|n| n.div_ceil(detail)) }
@@ -377,19 +386,22 @@ fn coarse_texels(picture: &Grid<Vec3>, detail: usize) -> Vec<[f32; 4]> {
 pub struct ShownTexels {
     /// Scene-linear X, Y, Z before the tone curve.
     pub xyz: Vec<[f32; 3]>,
-    /// What the display gets: R, G, B as they are encoded, 1 for the largest code of integers.
+    /// What the display shows: R, G, B encoded as in 8 bits, 1 being the white of a diffuse surface, which an HDR display exceeds.
     pub displayed: Vec<[f32; 3]>,
 }
 
 /// The colours of an encoded picture.
 fn decoded(format: TexelFormat, bytes: &[u8]) -> Vec<[f32; 3]> {
+    let encoded = |nits: f32| (nits.max(0.0) / pq::DIFFUSE_WHITE).powf(1.0 / 2.2);
     let texel = |bytes: &[u8]| match format {
         TexelFormat::Rgb10A2 => {
             let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-            [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0)
+            let signal = |shift: u32| (word >> shift & 1023) as f32 / 1023.0;
+            [0, 10, 20].map(|shift| encoded(pq::decode(signal(shift)) * pq::PQ_PEAK))
         }
         TexelFormat::Rgba16F => {
-            [0, 2, 4].map(|i| half::f16::from_le_bytes([bytes[i], bytes[i + 1]]).to_f32())
+            let linear = |i: usize| half::f16::from_le_bytes([bytes[i], bytes[i + 1]]).to_f32();
+            [0, 2, 4].map(|i| encoded(linear(i) * pq::SCRGB_WHITE))
         }
         _ => [0, 1, 2].map(|i| f32::from(bytes[i]) / 255.0),
     };

@@ -226,6 +226,12 @@ impl EguiHost {
     pub fn drawing(&mut self) -> &mut PanelDrawing {
         &mut self.drawing
     }
+
+    /// Physical pixels per point of what is drawn; 1 before anything is.
+    pub fn drawing_scale(&self) -> f32 {
+        let scale = self.drawing.pixels_per_point;
+        if scale > 0.0 { scale } else { 1.0 }
+    }
 }
 
 /// Events that egui must hear even when they do not concern the panel: what it knows of keys and scale must not grow old.

@@ -412,7 +412,7 @@ impl LivePicture {
         region.filter.start_anew(&region.run, view, settings, device);
         session.trace_region(editor, &region.run, camera)?;
         if let Some((whole, own)) = self.observer.as_ref().zip(region.observer.as_ref()) {
-            whole.lend(rectangle, own, [0, 0]);
+            whole.lend_shown(rectangle, own);
         }
         self.regions.list.push(region);
         self.regions.is_traced = true;
@@ -427,8 +427,7 @@ impl LivePicture {
         let lasted = region.began.elapsed();
         if let Some((whole, own)) = self.observer.as_mut().zip(region.observer.as_ref()) {
             whole.stood_still(lasted);
-            let Region { origin, extent } = region.rectangle;
-            own.lend(Region { origin: [0, 0], extent }, whole, origin.map(i64::from));
+            own.lend_own(whole, region.rectangle.origin.map(i64::from));
         }
         self.regions.is_traced = false;
         session.resume(editor, lasted)?;

@@ -30,19 +30,36 @@ impl CommandPalette {
     }
 }
 
+/// A command that matches what was typed.
+struct Match {
+    meaning: String,
+    keys: &'static str,
+    action: Action,
+}
+
+/// The commands of a line of the table.
+fn commands(binding: &KeyBinding) -> Vec<Match> {
+    let one = |action| vec![Match { meaning: capitalised(binding.meaning), keys: binding.keys, action }];
+    let views = |action: fn(u8) -> Action, words: &str| {
+        let view = |n| Match { meaning: format!("{words} {n}"), keys: binding.keys, action: action(n) };
+        (1..=9).map(view).collect()
+    };
+    match &binding.action {
+        BoundAction::Action(action) => one(action.clone()),
+        BoundAction::AtCursor(action) => one(Action::AskPlace(*action)),
+        BoundAction::KeepView => views(Action::KeepView, "Keep this view as"),
+        BoundAction::GoToView => views(Action::GoToView, "Go to view"),
+        BoundAction::Described => Vec::new(),
+    }
+}
+
 /// The commands that match what was typed, the best first.
-fn matches(query: &str) -> Vec<(&'static KeyBinding, Action)> {
-    let commands =
-        GROUPS.iter().flat_map(|group| group.bindings).filter_map(|binding| match &binding.action {
-            BoundAction::Action(action) => Some((binding, action.clone())),
-            BoundAction::AtCursor(action) => Some((binding, Action::AskPlace(*action))),
-            _ => None,
-        });
-    let mut found: Vec<_> = commands
-        .filter_map(|(binding, action)| Some((rank(binding.meaning, query)?, binding, action)))
-        .collect();
-    found.sort_by_key(|(rank, ..)| *rank);
-    found.into_iter().map(|(_, binding, action)| (binding, action)).collect()
+fn matches(query: &str) -> Vec<Match> {
+    let all = GROUPS.iter().flat_map(|group| group.bindings).flat_map(commands);
+    let mut found: Vec<_> =
+        all.filter_map(|command| Some((rank(&command.meaning, query)?, command))).collect();
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, command)| command).collect()
 }
 
 /// How well a command matches, smaller is better: every word of the query begins a word of it, or stands within it; `None` where one does
@@ -71,7 +88,9 @@ pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action
     }
     palette.chosen = palette.chosen.min(found.len().saturating_sub(1));
     let (enter, escape) = (pressed(Key::Enter), pressed(Key::Escape));
-    let mut action = found.get(palette.chosen).filter(|_| enter).map(|(_, action)| action.clone());
+    // The key that has opened it closes it.
+    let closes = escape || ctx.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::K));
+    let mut action = found.get(palette.chosen).filter(|_| enter).map(|command| command.action.clone());
     let window =
         Window::new("Commands").collapsible(false).resizable(false).title_bar(false).order(Order::Foreground);
     let window = window.fade_in(false).fade_out(false).anchor(Align2::CENTER_TOP, [0.0, 40.0]);
@@ -90,21 +109,21 @@ pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action
             if found.is_empty() {
                 ui.colored_label(style::DIM, "No command has these words.");
             }
-            for (i, (binding, bound)) in found.iter().enumerate() {
+            for (i, command) in found.iter().enumerate() {
                 ui.horizontal(|ui| {
-                    let row = ui.selectable_label(i == palette.chosen, capitalised(binding.meaning));
+                    let row = ui.selectable_label(i == palette.chosen, &command.meaning);
                     if i == palette.chosen {
                         row.scroll_to_me(None);
                     }
                     if row.clicked() {
-                        action = Some(bound.clone());
+                        action = Some(command.action.clone());
                     }
-                    ui.label(RichText::new(binding.keys).small().color(style::ACCENT));
+                    ui.label(RichText::new(command.keys).small().color(style::ACCENT));
                 });
             }
         });
     });
-    if action.is_some() || enter || escape {
+    if action.is_some() || enter || closes {
         palette.toggle();
     }
     action.filter(|action| *action != Action::TogglePalette)
@@ -122,12 +141,14 @@ mod tests {
 
     #[test]
     fn commands_are_found_by_parts_of_their_words() {
-        let first = |query: &str| matches(query).first().map(|(_, action)| action.clone());
+        let first = |query: &str| matches(query).first().map(|command| command.action.clone());
         assert_eq!(first("focus"), Some(Action::AskPlace(CursorAction::FocusLens)));
         assert_eq!(first("zoom"), Some(Action::AskPlace(CursorAction::ZoomIn)));
         assert_eq!(first("open"), Some(Action::OpenDialog));
         assert_eq!(first("save png"), Some(Action::SavePng));
         assert_eq!(first("PNG sav"), Some(Action::SavePng));
+        assert_eq!(first("go to view 3"), Some(Action::GoToView(3)));
+        assert_eq!(first("keep view 9"), Some(Action::KeepView(9)));
         assert_eq!(first("full"), Some(Action::ToggleFullscreen));
         assert_eq!(first("no such thing"), None);
         assert!(matches("").len() > 20);
