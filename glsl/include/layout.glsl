@@ -45,6 +45,7 @@ layout(push_constant) uniform ComposePush {
     vec4 x;               // rows of the matrix that the layer's XYZ are multiplied by; w unused
     vec4 y;
     vec4 z;
+    ivec4 part;           // the part of the picture that is drawn: first texel, and one past the last
     ivec2 origin;         // the layer's first texel in the picture
     float share;          // its part of what is shown there
     float padding;

@@ -20,6 +20,9 @@ use crate::tracer::Scene;
 /// Bytes per texel of the sums of a stream, on the processor and on a device, where no variance is kept.
 const SUM_BYTES: [u64; 2] = [32, 91];
 
+/// Bytes per texel of the picture before and after the tone curve, and of its way back to the processor.
+const SHOWN_BYTES: u64 = 16 + 4 + 4;
+
 /// What the films of groups take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GroupMemory {
@@ -27,8 +30,10 @@ pub enum GroupMemory {
     Host,
     /// Images of a device.
     Device,
-    /// Images of a device that is the processor, and sums beside them.
-    Both,
+    /// Images of a device, with those in which a window shows each picture.
+    Window,
+    /// The same on a device that is the processor, and sums beside them.
+    WindowOnProcessor,
 }
 
 /// A group, for the report. The names of the fields are the keys in JSON.
@@ -119,10 +124,15 @@ pub fn summary(groups: &[LightGroup], run: &RunSpec, memory: GroupMemory) -> Str
     let per_texel = match memory {
         GroupMemory::Host => SUM_BYTES[0],
         GroupMemory::Device => SUM_BYTES[1],
-        GroupMemory::Both => SUM_BYTES.iter().sum(),
+        GroupMemory::Window => SUM_BYTES[1],
+        GroupMemory::WindowOnProcessor => SUM_BYTES.iter().sum(),
+    };
+    let shown = match memory {
+        GroupMemory::Host | GroupMemory::Device => 0,
+        GroupMemory::Window | GroupMemory::WindowOnProcessor => SHOWN_BYTES,
     };
     let texels: u64 = run.film.padded_extent().map(u64::from).iter().product();
-    let bytes = per_texel * streams * texels * groups.len() as u64;
+    let bytes = (per_texel * streams + shown) * texels * groups.len() as u64;
     let list: Vec<String> = groups.iter().map(list).collect();
     format!(
         "{} groups of lights: {}; their films take {:.1} MiB in addition to the picture's",

@@ -56,6 +56,8 @@ enum Message {
     Probe(Probe),
     /// Tells another observer what is known here.
     Lend(Lent, Borrower),
+    /// Asks the first observer to tell the second one what is shown of a rectangle, after all that it was told from here.
+    AskFor(Region, Borrower, Borrower),
     /// What another one tells, when this render has taken so long.
     Others(OtherSamples, Duration),
     /// Answers when everything before has been processed.
@@ -221,6 +223,11 @@ impl Observer {
         self.send(Message::Lend(Lent::Shown(rectangle), Borrower::new(to)), false);
     }
 
+    /// As `whole.lend_shown(rectangle, to)`, but after all that `whole` is told by this observer.
+    pub fn ask_for(&self, rectangle: Region, whole: &Observer, to: &Observer) {
+        self.send(Message::AskFor(rectangle, Borrower::new(whole), Borrower::new(to)), false);
+    }
+
     /// Tells the observer of a picture, in which this one's begins at `origin`, what this render alone shows: the same, the other way
     /// round.
     pub fn lend_own(&self, to: &Observer, origin: [i64; 2]) {
@@ -318,7 +325,12 @@ impl Observer {
 
 impl Drop for Observer {
     fn drop(&mut self) {
-        unpoisoned(&self.shared.inbox).closed = true;
+        {
+            let mut inbox = unpoisoned(&self.shared.inbox);
+            // Nobody reads any more what would come of it.
+            inbox.messages.clear();
+            inbox.closed = true;
+        }
         self.shared.news.notify_one();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -375,10 +387,10 @@ impl Borrower {
     }
 
     /// Tells it, unless its render is over.
-    fn tell(&self, others: OtherSamples) {
+    fn tell(&self, message: Message) {
         let mut inbox = unpoisoned(&self.shared.inbox);
         if !inbox.gone && unpoisoned(&self.shared.state).0 == self.number {
-            inbox.messages.push_back(Message::Others(others, self.at));
+            inbox.messages.push_back(message);
             self.shared.news.notify_one();
         }
     }
@@ -397,7 +409,8 @@ impl Drop for Gone<'_> {
 }
 
 fn watch(run: &RunSpec, target: Option<ErrorTarget>) -> ErrorMonitor {
-    let watch = ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target);
+    let watch = ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target)
+        .with_coverage(run.film.coverage());
     if run.adaptive { watch.with_density_weights() } else { watch }
 }
 
@@ -429,15 +442,16 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
                     }
                     Lent::Own(origin) => watch.own(origin),
                 };
-                others.into_iter().for_each(|others| borrower.tell(others));
+                if let Some(others) = others {
+                    borrower.tell(Message::Others(others, borrower.at));
+                }
+            }
+            Message::AskFor(rectangle, whole, to) => {
+                whole.tell(Message::Lend(Lent::Shown(rectangle), to));
             }
             Message::Others(others, at) => {
-                watch.add_others(others);
-                // What is shown has another error now.
-                if !watch.status().checkpoints.is_empty() {
-                    watch.take_checkpoint(at.as_secs_f64());
-                    shared.publish(number, &watch);
-                }
+                watch.add_others(others, at.as_secs_f64());
+                shared.publish(number, &watch);
             }
             Message::Sync(answer) => {
                 let _ = answer.send(());

@@ -6,6 +6,7 @@ use crate::client::reference::tonemap::ToneMapper;
 use crate::client::settings::{FilmData, Settings};
 use crate::color::Profile;
 use crate::color::profile::xyz_from_rec709;
+use crate::gpu::Region;
 use crate::image::compare::Measured;
 use crate::image::exr::Layers;
 use crate::image::{Attribute, Grid};
@@ -72,12 +73,19 @@ pub fn mean_variance(data: &FilmData, energy: f32) -> Vec<f32> {
     variances.into_iter().map(|v| v as f32).collect()
 }
 
-/// Mixes the picture of a region into the sums of the whole picture, from the pixel `origin` on: the mean of both pictures, the region's with
-/// this `share`, from 0 to 1. The sums of weights are added, and so is what is known of the variance of the camera stream, which holds where
+/// Mixes `part` of the picture of a region, which begins at the pixel `origin`, into the sums of the whole picture, in whose pixels the part is
+/// given: the mean of both pictures, the region's with this `share`, from 0 to 1. The sums of weights are added, and so is what is known of the variance of the camera stream, which holds where
 /// shares are those of the samples.
-pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], share: f32) {
+pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], part: Region, share: f32) {
     let (width, columns) = (data.width as usize, region.width as usize);
-    let place = |i: usize| (origin[1] as usize + i / columns) * width + origin[0] as usize + i % columns;
+    let rows = part.origin[1] as usize..(part.origin[1] + part.extent[1]) as usize;
+    let places = || {
+        rows.clone()
+            .flat_map(|y| (part.origin[0] as usize..).take(part.extent[0] as usize).map(move |x| (x, y)))
+    };
+    let [x0, y0] = origin.map(|n| n as usize);
+    // Numbers of a pixel in the whole picture and in the region.
+    let pair = move |(x, y): (usize, usize)| (y * width + x, (y - y0) * columns + x - x0);
     let pixels = width * data.height as usize;
     // A stream without samples has no sums yet.
     for (sums, more) in [(&mut data.camera, &region.camera), (&mut data.light, &region.light)] {
@@ -96,8 +104,8 @@ pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], shar
     let unit = (region.luminance_scale / data.luminance_scale).powi(2);
     let mean = |[x, y, z, w]: [f32; 4]| if w > 0.0 { Vec3::new(x, y, z) / w } else { Vec3::ZERO };
     let kept = 1.0 - share;
-    for i in 0..columns * region.height as usize {
-        let Some(sum) = data.camera.get_mut(place(i)) else { break };
+    for (place, i) in places().map(pair) {
+        let Some(sum) = data.camera.get_mut(place) else { break };
         let more = region.camera.get(i).copied().unwrap_or_default();
         let weight = sum[3] + more[3];
         let mixed = match (sum[3] > 0.0, more[3] > 0.0) {
@@ -106,7 +114,7 @@ pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], shar
             (false, _) => mean(more),
         };
         *sum = (mixed * weight).extend(weight).to_array();
-        if let Some(variance) = data.camera_variance.get_mut(place(i)) {
+        if let Some(variance) = data.camera_variance.get_mut(place) {
             *variance += region.camera_variance.get(i).copied().unwrap_or(0.0) * unit;
         }
     }
@@ -119,15 +127,15 @@ pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], shar
         more if scale > 0.0 => share * more / scale,
         _ => 0.0,
     };
-    for i in 0..columns * region.height as usize {
-        let Some(sum) = data.light.get_mut(place(i)) else { break };
+    for (place, i) in places().map(pair) {
+        let Some(sum) = data.light.get_mut(place) else { break };
         let more = region.light.get(i).copied().unwrap_or_default();
         let squares = |[_, y, _, w]: [f32; 4], v: f32| v + if w > 0.0 { y * y / w } else { 0.0 };
         let mixed: [f32; 4] = std::array::from_fn(|c| match c {
             3 => sum[3] + more[3],
             c => sum[c] * kept + more[c] * factor,
         });
-        if let Some(variance) = data.light_variance.get_mut(place(i)) {
+        if let Some(variance) = data.light_variance.get_mut(place) {
             let (own, other) = (data.luminance_scale.powi(2), region.luminance_scale.powi(2));
             let of_region = region.light_variance.get(i).copied().unwrap_or(0.0);
             let all = kept.powi(2) * squares(*sum, *variance * own)

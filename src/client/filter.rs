@@ -223,4 +223,10 @@ impl FilmSpec {
         let (u, v) = (self.pad() as f32 / self.width as f32, self.pad() as f32 / self.height as f32);
         UvWindow { min: [-u, -v], max: [1.0 + u, 1.0 + v] }
     }
+
+    /// The part of the samples over the window of the widest filter that lies within the picture.
+    pub fn coverage(&self) -> f64 {
+        let UvWindow { min, max } = Self { filter: SplatFilter::Gaussian, ..*self }.window();
+        1.0 / (0..2).map(|i| f64::from(max[i] - min[i])).product::<f64>()
+    }
 }

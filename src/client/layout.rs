@@ -86,13 +86,15 @@ blocks! {
     }
 
     /// Constants of `compose.frag`.
-    ComposePush, 64 {
+    ComposePush, 80 {
         /// First row of the matrix that the layer's XYZ are multiplied by; the fourth number is not used.
         x: [f32; 4],
         /// Second row.
         y: [f32; 4],
         /// Third row.
         z: [f32; 4],
+        /// The part of the picture that is drawn: first texel, and one past the last.
+        part: [i32; 4],
         /// The layer's first texel in the picture.
         origin: [i32; 2],
         /// Its part of what is shown there.

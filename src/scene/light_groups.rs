@@ -1,5 +1,7 @@
 //! The emitters of a scene by name, and how they form groups of which a render makes a picture each.
 
+use std::collections::{HashMap, HashSet};
+
 use super::SceneDesc;
 use super::desc::Place;
 use super::edit::objects;
@@ -87,11 +89,18 @@ pub fn emitters(desc: &SceneDesc) -> Vec<Emitter> {
     let mut all: Vec<_> = shapes.chain(lights).enumerate().collect();
     all.sort_by_key(|(_, (Place { file, line, column }, ..))| (*file, *line, *column));
     let mut named = Vec::<Emitter>::new();
+    let (mut taken, mut numbers) = (HashSet::<String>::new(), HashMap::<String, u32>::new());
     for (source, (_, id, kind)) in all {
         let id = id
             .map(|id| id.trim().replace([',', ';', '='], "_").chars().take(LONGEST_NAME).collect::<String>());
         let base = id.filter(|id| !id.is_empty()).unwrap_or_else(|| kind.to_owned());
-        let name = free_name(base, |name| named.iter().all(|emitter| emitter.name != name));
+        // Where it is taken, the first free number behind it: scenes have thousands of lamps without a name.
+        let number = numbers.entry(base.clone()).or_insert(1);
+        let mut name = base.clone();
+        while !taken.insert(name.clone()) {
+            *number += 1;
+            name = format!("{base}_{number}");
+        }
         named.push(Emitter { name, source });
     }
     named

@@ -61,22 +61,24 @@ pub struct OtherSamples {
     pub size: [usize; 2],
     /// Its pixels, row by row.
     pub pixels: Vec<ReplicatePixel>,
-    /// Paths per pixel.
-    pub per_pixel: f64,
+    /// Paths per pixel of each.
+    pub per_pixel: Vec<f32>,
 }
 
 impl OtherSamples {
-    /// Mixes them into the pixels of a picture of this size and as many paths per pixel: the mean of both pictures, each with the share
-    /// of its paths.
-    pub fn mix_into(&self, picture: &mut [ReplicatePixel], [width, height]: [usize; 2], per_pixel: f64) {
-        let share = (self.per_pixel / (self.per_pixel + per_pixel).max(f64::MIN_POSITIVE)) as f32;
+    /// Mixes them into the pixels of a picture of this width and these paths per pixel, to which theirs are added: the mean of both pictures,
+    /// each with the share of its paths.
+    pub fn mix_into(&self, picture: &mut [ReplicatePixel], width: usize, per_pixel: &mut [f32]) {
+        let height = picture.len() / width.max(1);
         let row = |y: usize| y as i64 + self.origin[1];
         for y in (0..self.size[1]).filter(|y| (0..height as i64).contains(&row(*y))) {
             for x in 0..self.size[0] {
                 let column = x as i64 + self.origin[0];
                 if (0..width as i64).contains(&column) {
-                    let pixel = &mut picture[row(y) as usize * width + column as usize];
-                    *pixel = pixel.mixed(&self.pixels[y * self.size[0] + x], share);
+                    let (to, from) = (row(y) as usize * width + column as usize, y * self.size[0] + x);
+                    per_pixel[to] += self.per_pixel[from];
+                    let share = self.per_pixel[from] / per_pixel[to].max(f32::MIN_POSITIVE);
+                    picture[to] = picture[to].mixed(&self.pixels[from], share);
                 }
             }
         }

@@ -98,6 +98,10 @@ pub struct ErrorMonitor {
     probe: Option<ProbeState>,
     /// What is shown is the mean of this render's picture and these.
     others: Vec<OtherSamples>,
+    /// Paths of those among them that cover the whole picture.
+    base: f64,
+    /// Part of the paths that begins within the picture.
+    coverage: f64,
     /// Paths at the next checkpoint.
     due: f64,
 }
@@ -115,6 +119,8 @@ impl ErrorMonitor {
             predictions: Vec::new(),
             probe: None,
             others: Vec::new(),
+            base: 0.0,
+            coverage: 1.0,
             due: FIRST_CHECKPOINT * pixels,
         }
     }
@@ -143,10 +149,24 @@ impl ErrorMonitor {
         self.probe = Some(ProbeState::new(probe));
     }
 
+    /// The same where only this part of the paths begins within the picture: the others lie around it, for the film's filter.
+    pub fn with_coverage(self, coverage: f64) -> Self {
+        Self { coverage, ..self }
+    }
+
     /// What is shown is from now on, within a rectangle, the mean of the picture of this render and of these samples, each with the
-    /// share of its paths.
-    pub fn add_others(&mut self, others: OtherSamples) {
+    /// share of its paths. `seconds` after the render began the error is another one.
+    pub fn add_others(&mut self, others: OtherSamples, seconds: f64) {
+        let is_whole = others.origin == [0, 0] && others.size == self.sums.size();
+        if is_whole {
+            self.base += others.per_pixel.iter().map(|n| f64::from(*n)).sum::<f64>() / self.coverage;
+        }
         self.others.push(others);
+        // The errors before are those of another picture: no curve leads from them to the next one.
+        let had_any = !std::mem::take(&mut self.status.checkpoints).is_empty();
+        if is_whole || had_any {
+            self.take_checkpoint(seconds);
+        }
     }
 
     /// What is shown of a rectangle of the picture from the pixel `first` on, for a monitor of that rectangle alone; `None` before each
@@ -154,30 +174,45 @@ impl ErrorMonitor {
     pub fn shown(&mut self, first: [usize; 2], size: [usize; 2]) -> Option<OtherSamples> {
         self.round();
         let [width, height] = self.sums.size();
-        let pixels = self.pixels()?;
+        let (pixels, per_pixel) = self.pixels()?;
         let rows = first[1]..(first[1] + size[1]).min(height);
         let columns = first[0]..(first[0] + size[0]).min(width);
-        let part = rows.clone().flat_map(|y| pixels[y * width..][columns.clone()].iter().copied());
-        let per_pixel = self.paths() / (width * height) as f64;
-        let size = [columns.len(), rows.len()];
-        Some(OtherSamples { origin: [0, 0], size, pixels: part.collect(), per_pixel })
+        let places = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x));
+        Some(OtherSamples {
+            origin: [0, 0],
+            size: [columns.len(), rows.len()],
+            pixels: places().map(|i| pixels[i]).collect(),
+            per_pixel: places().map(|i| per_pixel[i]).collect(),
+        })
     }
 
     /// What this render alone shows, for a monitor of a picture in which it begins at the pixel `origin`; `None` as above.
     pub fn own(&mut self, origin: [i64; 2]) -> Option<OtherSamples> {
         self.round();
-        let size @ [width, height] = self.sums.size();
-        let per_pixel = self.paths() / (width * height) as f64;
-        Some(OtherSamples { origin, size, pixels: self.sums.pixels()?, per_pixel })
+        let (size, pixels) = (self.sums.size(), self.sums.pixels()?);
+        let per_pixel = vec![self.per_pixel(); pixels.len()];
+        Some(OtherSamples { origin, size, pixels, per_pixel })
     }
 
-    /// Mean and difference of the replicates in every pixel of what is shown.
-    fn pixels(&self) -> Option<Vec<ReplicatePixel>> {
-        let mut pixels = self.sums.pixels()?;
-        let size = self.sums.size();
-        let per_pixel = self.paths() / (size[0] * size[1]) as f64;
-        self.others.iter().for_each(|others| others.mix_into(&mut pixels, size, per_pixel));
-        Some(pixels)
+    /// Paths of this render per pixel.
+    fn per_pixel(&self) -> f32 {
+        let [width, height] = self.sums.size();
+        (self.paths() * self.coverage / (width * height) as f64) as f32
+    }
+
+    /// Mean and difference of the replicates in every pixel of what is shown, and its paths per pixel.
+    fn pixels(&self) -> Option<(Vec<ReplicatePixel>, Vec<f32>)> {
+        let [width, height] = self.sums.size();
+        let unseen = || (!self.others.is_empty()).then(|| vec![ReplicatePixel::default(); width * height]);
+        let mut pixels = self.sums.pixels().or_else(unseen)?;
+        let mut per_pixel = vec![self.per_pixel(); pixels.len()];
+        self.others.iter().for_each(|others| others.mix_into(&mut pixels, width, &mut per_pixel));
+        Some((pixels, per_pixel))
+    }
+
+    /// Paths of what is shown, where others cover all of it.
+    fn samples(&self) -> f64 {
+        self.paths() + self.base
     }
 
     /// Sets another target at the same quantile and predicts it from the checkpoints so far.
@@ -199,7 +234,7 @@ impl ErrorMonitor {
 
     /// True when there are enough new samples for a checkpoint.
     pub fn is_due(&self) -> bool {
-        self.paths() >= self.due
+        self.samples() >= self.due
     }
 
     fn paths(&self) -> f64 {
@@ -226,10 +261,10 @@ impl ErrorMonitor {
     /// Estimates the error, `seconds` after the render began, and updates the prediction.
     pub fn take_checkpoint(&mut self, seconds: f64) {
         self.round();
-        let samples = self.paths();
+        let samples = self.samples();
         self.due = samples.max(1.0) * CHECKPOINT_RATIO;
         let size = self.sums.size();
-        let Some(pixels) = self.pixels() else { return };
+        let Some((pixels, _)) = self.pixels() else { return };
         let Some((field, largest)) = self.sums.error(&pixels) else { return };
         let missing = self.probe.as_mut().and_then(|probe| {
             probe.update(samples);

@@ -82,7 +82,8 @@ impl Replicates {
             true => self.parts.iter().flat_map(|part| &part.camera).map(|sum| f64::from(sum[3])).sum(),
             false => self.paths() as f64,
         };
-        let per_pixel = samples / (self.size[0] * self.size[1]) as f64;
+        // At least one: without samples there are no large ones either.
+        let per_pixel = (samples / (self.size[0] * self.size[1]) as f64).max(f64::MIN_POSITIVE);
         let sums: Vec<f64> = field.luminances().map(|sum| sum * per_pixel).collect();
         let excess: Vec<f64> = self.largest.excess().iter().map(|excess| excess / per_pixel).collect();
         field.spread(&excess);

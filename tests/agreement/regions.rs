@@ -121,13 +121,15 @@ fn the_stated_error_is_that_of_what_is_shown() {
         let stated = region.status().estimate.relative[1].value;
         let alone = means(region.own([0, 0]).unwrap());
         ratios[0].push(ratio(stated, &alone));
-        region.add_others(all.shown([16, 16], size).unwrap());
-        region.take_checkpoint(1.0);
+        region.add_others(all.shown([16, 16], size).unwrap(), 1.0);
+        // The curve begins anew, at the paths of both.
+        let [now] = region.status().checkpoints[..] else { panic!("one checkpoint") };
+        assert_eq!(now.samples, f64::from(SIDE * SIDE) * 20.0);
         let stated = region.status().estimate.relative[1].value;
         let shown = means(region.shown([0, 0], size).unwrap());
         ratios[1].push(ratio(stated, &shown));
         // Released, the picture of the whole shows the same there.
-        all.add_others(own);
+        all.add_others(own, 1.0);
         let released = means(all.shown([16, 16], size).unwrap());
         let off = released.iter().flatten().zip(shown.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(off.fold(0.0, f32::max) < 1e-4, "the released region shows something else");

@@ -4,6 +4,7 @@
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{Film, FilmData, FilmSpec, SplatFilter, VarianceForm, develop};
 use pointillist::color::{Profile, Xyz};
+use pointillist::gpu::Region;
 use pointillist::image::compare::{Measured, Picture, z_test};
 use pointillist::image::exr;
 use pointillist::math::random::Random;
@@ -108,7 +109,11 @@ fn a_region_is_mixed_into_the_picture_with_its_variance() {
     };
     let (n, m) = (per_pixel(&whole), per_pixel(&region));
     let mut mixed = whole.clone();
-    develop::mix_region(&mut mixed, &region, origin, (m / (n + m)) as f32);
+    // In two parts, as where regions overlap.
+    for x in [0, 8] {
+        let part = Region { origin: [origin[0] + x, origin[1]], extent: [8, size[1]] };
+        develop::mix_region(&mut mixed, &region, origin, part, (m / (n + m)) as f32);
+    }
     let reference = noisy(spec(40, 30), 6, 1.0).develop().expect("develop");
     let measured = |data: &FilmData| Measured {
         width: 40,

@@ -12,7 +12,10 @@ fn a_region_is_mixed_with_its_share_and_nothing_else_changes() {
     let (whole_spec, region_spec) =
         (spec(65, 50, SplatFilter::Gaussian), spec(24, 16, SplatFilter::Gaussian));
     let settings = settings(Reconstruction::Gaussian, 0.0);
-    let (origin, share) = ([20, 12], 0.75);
+    let origin = [20, 12];
+    // Two parts of it with shares of their own, and one that is left out.
+    let part = |x, width| Region { origin: [x, 12], extent: [width, 16] };
+    let parts = [(part(20, 8), 0.75), (part(28, 12), 0.25)];
     for detail in [1, 2, 4] {
         let (mut whole, mut region) = (film(whole_spec), film(region_spec));
         whole.add(&scene(&whole_spec, 40_000, 5, 0)).expect("add");
@@ -21,7 +24,7 @@ fn a_region_is_mixed_with_its_share_and_nothing_else_changes() {
         let inset = region.reconstruct(&settings, detail).expect("reconstruct");
         let mut frame = gpu().begin().expect("a frame");
         let xyz = region.linear(&mut frame.cmd(), None, &settings, detail).expect("linear");
-        let mut regions = [PictureLayer { xyz, origin, matrix: Mat3::IDENTITY, share }];
+        let mut regions = [PictureLayer { xyz, origin, matrix: Mat3::IDENTITY, shares: parts.to_vec() }];
         whole.paint(&mut frame.cmd(), &settings, detail, &mut regions).expect("paint");
         gpu().wait(frame.submit().expect("submit")).expect("wait");
         let extent = [65, 50];
@@ -30,7 +33,8 @@ fn a_region_is_mixed_with_its_share_and_nothing_else_changes() {
         for (i, shown) in shown.iter().enumerate() {
             let [x, y] = [i as u32 % 65, i as u32 / 65];
             let before = Vec3::from(alone[coarse(x, y, 65)]);
-            if (20..44).contains(&x) && (12..28).contains(&y) {
+            if (20..40).contains(&x) && (12..28).contains(&y) {
+                let share = if x < 28 { 0.75 } else { 0.25 };
                 let own = Vec3::from(inset[coarse(x - 20, y - 12, 24)]);
                 let expected = before.lerp(own, share);
                 let off = (Vec3::from(*shown) - expected).abs().max_element();
@@ -67,7 +71,8 @@ fn a_mix_is_the_sum_of_its_layers() {
         let mut layers = Vec::new();
         for (group, matrix) in groups.iter_mut().zip(matrices) {
             let xyz = group.linear(&mut frame.cmd(), None, &settings, detail).expect("linear");
-            layers.push(PictureLayer { xyz, origin: [0, 0], matrix, share: 1.0 });
+            let all = Region { origin: [0, 0], extent: [65, 50] };
+            layers.push(PictureLayer { xyz, origin: [0, 0], matrix, shares: vec![(all, 1.0)] });
         }
         whole.paint_sum(&mut frame.cmd(), &settings, detail, &mut layers).expect("paint");
         gpu().wait(frame.submit().expect("submit")).expect("wait");

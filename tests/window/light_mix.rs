@@ -11,7 +11,8 @@ const CTRL: u32 = 0xffe3;
 fn layers_of_the_groups_add_up_to_the_picture() {
     let (desktop, folder) = (Desktop::start(300, 300), folder("mix"));
     let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/veach_plates.xml");
-    let options = ["--size", "96x64", "--integrator", "bidirectional", "--samples", "40000", "--no-panel"];
+    let options =
+        ["--size", "96x64", "--integrator", "bidirectional", "--samples", "40000", "--no-panel", "--vm", "1"];
     let mut viewer = Listened::new(view_of(&scene, &desktop, &folder, &options));
     viewer.wait_for("the render has ended");
     let window = desktop.find("ointillist", PATIENCE).unwrap();

@@ -198,9 +198,14 @@ fn lights_are_mixed() {
     off.get_by_label("2 groups of lights: key, sky; their films take 4.0 MiB");
     off.get_by_label("Mix lights").click();
     assert_eq!(taken(&mut off), [Action::ToggleLightMix]);
-    let row = |name: &str, factor| MixGroupRow { name: name.to_owned(), factor };
+    let row = |name: &str, intensity, tint| MixGroupRow {
+        name: name.to_owned(),
+        emitters: vec!["lamp".to_owned()],
+        intensity,
+        tint,
+    };
     data.mix.is_on = true;
-    data.mix.groups = vec![row("key", [2.0, 1.0, 0.5]), row("sky", [1.0; 3])];
+    data.mix.groups = vec![row("key", 2.0, [1.0, 0.5, 0.25]), row("sky", 1.0, [1.0; 3])];
     data.mix.targets = vec![MixTargetRow { pixel: [12, 34], color: [0.2; 3] }];
     let mut on = harness(data, controls_of(PanelTab::Scene));
     // Told by the name of its light.
@@ -223,7 +228,7 @@ fn a_region_is_told_and_released() {
     assert_eq!(taken(&mut idle), [Action::ToggleRegion]);
     let region = RegionDrawing { origin: [8, 4], extent: [40, 24], is_traced: true, per_pixel: 123.4 };
     let mut traced = harness(PanelData { region: Some(region), ..readout() }, controls_of(PanelTab::Render));
-    traced.get_by_label("40×24 pixels, 123 paths per pixel of its own; its error:");
+    traced.get_by_label("40×24 pixels with 123 paths each; the error is theirs");
     traced.get_by_label("Release the region").click();
     assert_eq!(taken(&mut traced), [Action::ToggleRegion]);
 }

@@ -1,6 +1,5 @@
 //! What the user asks for with mouse, keys or the panel: camera moves, selection, edits, files.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,19 +8,17 @@ use glam::Vec3;
 use miette::{IntoDiagnostic, Result, miette};
 use winit::window::Fullscreen;
 
+use crate::app::light_groups;
 use crate::app::noise_filter::EpochView;
-use crate::app::run_spec::{RunSpec, display_options};
 use crate::app::view::light_mix::{LightMix, groups_of};
 use crate::app::view::picture::regions::rectangle_between;
 use crate::app::view::{Viewer, inspector, preferences};
 use crate::app::{process, tell};
-use crate::client::Settings;
 use crate::client::light_meter::exposure_for;
 use crate::client::window::action::Action;
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay, RegionDrawing};
 use crate::gpu::Region;
-use crate::image::write::check_target;
 use crate::tracer::effects::Effect;
 
 /// Stops per step of the wheel that changes the exposure.
@@ -283,9 +280,9 @@ impl Viewer {
             Action::TogglePanel => self.toggle_panel(),
             Action::ToggleHelp => self.panel.controls.help ^= true,
             Action::Cancel => {
-                let asked = self.asked.take().is_some() | self.panel.input.asks_region();
-                self.panel.input.ask_region(false);
-                self.dragged = None;
+                let drags = self.panel.input.asks_region() || self.dragged.take().is_some();
+                let asked = self.asked.take().is_some() || drags;
+                self.panel.input.cancel_region();
                 if asked {
                     self.panel.host.say("nothing was done".to_owned());
                 }
@@ -325,7 +322,9 @@ impl Viewer {
         if !self.panel.controls.layout.shows(PanelTab::Scene) {
             self.panel.controls.layout.bring(PanelTab::Scene);
         }
-        Ok("lights are mixed in the tab Scene".to_owned())
+        let memory = self.picture.group_memory();
+        let summary = light_groups::summary(self.picture.mix.groups(), self.session.run_spec(), memory);
+        Ok(format!("lights are mixed in the tab Scene: {summary}"))
     }
 
     /// Changes the mix, which is shown at once.
@@ -336,12 +335,11 @@ impl Viewer {
 
     /// Adds the place that is seen here as one whose colour is known: it has the one that it is to have until another is chosen.
     fn add_mix_target(&mut self, at: [f64; 2]) -> Result<()> {
-        let xyz = self.spot(at)?;
         let size = self.session.size();
         let place = self.on_picture(at);
         let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
         let settings = self.panel.controls.settings.clone();
-        self.picture.mix.add_target(pixel, xyz, &settings)
+        self.picture.mix.add_target(pixel, &settings)
     }
 
     /// The rectangle of the picture between two places of the window.
@@ -355,12 +353,12 @@ impl Viewer {
         if self.session.is_stale() || !self.picture.is_seen() {
             return Err(miette!("there is no picture of this view yet: drag the region again"));
         }
-        self.go_on();
         let camera = self.editor.camera(self.session.size())?;
         let view = EpochView { scene: self.editor.scene(), camera };
         let (settings, target) = (self.panel.controls.settings.clone(), self.panel.target());
         let Self { picture, session, editor, .. } = self;
         picture.begin_region(rectangle, session, view, editor, &settings, target)?;
+        self.go_on();
         let [width, height] = rectangle.extent;
         Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))
     }
@@ -423,17 +421,6 @@ impl Viewer {
         let scene = &self.source.args.scene;
         let folder = scene.canonicalize().ok().and_then(|scene| scene.parent().map(Path::to_path_buf));
         folder.unwrap_or_else(|| PathBuf::from("."))
-    }
-
-    /// Saves under a name of the user's choice: by its ending the displayed picture, the sums or the scene.
-    fn save_as(&mut self, path: PathBuf) -> Result<Option<String>> {
-        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) {
-            self.editor.save_as(&path, self.session.run_spec())?;
-            self.preferences.opened(&path, &self.panel.controls.layout);
-            return Ok(Some(format!("saved {}", path.display())));
-        }
-        check_target(&path).into_diagnostic()?;
-        self.write_picture(path).map(|()| None)
     }
 
     /// Moves the camera.
@@ -535,60 +522,5 @@ impl Viewer {
             None => self.panel.switch_display_effect(name, on),
         }
         Ok(())
-    }
-
-    /// Saves the picture as it is now under a new name; a message follows when the file is complete.
-    fn save_picture(&mut self, ending: &str) -> Result<()> {
-        let path = self.saves.free_path(&self.options.name, ending)?;
-        self.write_picture(path)
-    }
-
-    /// Saves the picture as it is now in this file; a message follows when it is complete.
-    fn write_picture(&mut self, path: PathBuf) -> Result<()> {
-        let mut outcome = self.outcome();
-        outcome.prefix &= self.session.run_spec().deterministic;
-        let run = self.present_run_spec()?;
-        if run.scene != self.session.run_spec().scene {
-            let (picture, scene) = (path.display(), run.scene.display());
-            self.say(format!("saving {picture}; it comes from the changed scene, which is saved as {scene}"));
-        }
-        let settings = self.settings_shown();
-        let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
-        self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
-    }
-
-    /// With what the present picture is shown: the noise filter is among it only where it has filtered it.
-    fn settings_shown(&self) -> Settings {
-        let settings = &self.panel.controls.settings;
-        let denoise = self.picture.filter_shown(self.session.run_spec(), settings);
-        Settings { denoise, ..settings.clone() }
-    }
-
-    /// What makes the present picture: where camera or scene were changed, a scene file with the changes is saved first.
-    pub(super) fn present_run_spec(&mut self) -> Result<RunSpec> {
-        let [width, height] = self.session.size();
-        let mut run = RunSpec { size: Some((width, height)), ..self.session.run_spec().clone() };
-        if !self.editor.edits().is_empty() {
-            run.scene = self.save_scene()?;
-            run.defines.clear();
-        }
-        Ok(run)
-    }
-
-    fn save_scene(&mut self) -> Result<PathBuf> {
-        self.editor.save(&self.options.name, self.session.run_spec())
-    }
-
-    /// Puts the command that repeats this picture without a window on the clipboard and on standard output.
-    fn copy_command(&mut self) -> Result<String> {
-        let (run, paths) = (self.present_run_spec()?, self.picture.counts().paths());
-        let options = display_options(&self.settings_shown());
-        let command = format!("{} {options}", run.command(0, paths));
-        // Standard output may be the figures', or a pipe that nobody reads any more.
-        if self.options.json.as_deref() != Some(Path::new("-")) {
-            let _ = writeln!(std::io::stdout(), "{command}");
-        }
-        self.panel.host.copy(command.clone());
-        Ok(format!("copied: {command}"))
     }
 }

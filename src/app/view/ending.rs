@@ -210,9 +210,11 @@ impl Viewer {
     /// What a picture's file says of how the render went so far.
     pub(super) fn outcome(&self) -> RunEnd {
         let rejected = self.session.rejected(&self.editor).summary();
-        let prefix = self.session.is_complete() && self.picture.regions.is_empty();
+        let is_whole = self.picture.regions.is_empty() && !self.session.has_gaps();
+        let prefix = self.session.is_complete() && is_whole;
         let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
-        if let Some(observer) = &self.picture.observer {
+        // Nothing is known of the error of a mix.
+        if let Some(observer) = self.picture.observer.as_ref().filter(|_| !self.picture.mix.is_mixing()) {
             end.describe(&observer.state(), ErrorQuantile::P95);
         }
         end.notes.extend(self.picture.composition());
@@ -226,7 +228,11 @@ impl Viewer {
         let denoised = self.picture.filtered(self.session.run_spec(), settings);
         let denoise = denoised.as_ref().map_or(Denoise::Off, |_| settings.denoise);
         let settings = Settings { denoise, ..settings.clone() };
-        let layers = self.picture.mix.films().map_or(Ok(Vec::new()), GroupFilms::channels)?;
+        let films = self.picture.mix.films().filter(|_| self.options.outputs.writes_exr());
+        let layers = films.map_or(Ok(Vec::new()), GroupFilms::channels).unwrap_or_else(|error| {
+            tell(&format!("the pictures of the groups of lights are lost: {error}"));
+            Vec::new()
+        });
         let extras = Extras { denoised, layers };
         let run = self.present_run_spec().unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));

@@ -42,7 +42,7 @@ impl Viewer {
     fn frame(&mut self) -> Result<(), ClientError> {
         let begin = Instant::now();
         self.hear_server();
-        self.leave_lost_region();
+        self.leave_lost_parts();
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
@@ -52,6 +52,7 @@ impl Viewer {
         }
         if !self.picture.is_frozen() {
             self.picture.mend(self.session.run_spec());
+            self.leave_lost_parts();
             match self.paused {
                 // A film that was replaced meanwhile gets what is kept.
                 Some(_) => self.picture.read_kept(plan.samples)?,
@@ -71,8 +72,21 @@ impl Viewer {
         Ok(())
     }
 
-    /// Goes on with the whole picture where the film of the region is gone: another size, another device.
-    fn leave_lost_region(&mut self) {
+    /// Goes on with the whole picture where the film of the region is gone (another size, another device), or an error has cost samples of it;
+    /// ends a mix of lights of which samples were lost.
+    fn leave_lost_parts(&mut self) {
+        if self.picture.regions.are_damaged() {
+            self.picture.regions.clear();
+            self.say("the regions have lost samples to an error of the device and are gone".to_owned());
+        }
+        if self.picture.mix.is_damaged() {
+            self.picture.mix.end();
+            self.say("the light mix ends: the device has no room for the films of the groups".to_owned());
+            if let Err(error) = self.session.set_light_groups(Vec::new()) {
+                self.fail(error);
+            }
+            self.edited();
+        }
         if self.session.is_in_region() && self.picture.region().is_none() {
             match self.session.resume(&self.editor, Duration::ZERO) {
                 Ok(()) => self.say("the region is released: the picture was made anew".to_owned()),
@@ -290,8 +304,8 @@ impl Viewer {
 
     /// Traces again after a pause.
     pub(super) fn go_on(&mut self) {
-        if let Some((since, observer)) = self.paused.take().zip(self.picture.observer.as_mut()) {
-            observer.stood_still(since.elapsed());
+        if let Some(since) = self.paused.take() {
+            self.picture.stood_still(since.elapsed());
         }
     }
 

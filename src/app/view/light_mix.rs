@@ -1,8 +1,10 @@
 //! The light mix of the window: a film for each group of lights beside that of the picture, and the factors with which the pictures
 //! of the groups are added up. Changing a factor changes what is shown and traces nothing anew.
 
+use std::collections::HashMap;
 use std::path::Path;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use glam::{DVec3, Mat3, Vec3};
 use miette::{IntoDiagnostic, Result, miette};
@@ -16,14 +18,13 @@ use crate::client::wavelet::out_of_memory;
 use crate::client::window::panel::{LightMixData, MixGroupRow, MixTargetRow};
 use crate::client::{ClientError, Settings};
 use crate::color::profile::{rec709_from_xyz, rec709_luminance, xyz_from_rec709};
-use crate::gpu::{Cmd, Gpu};
+use crate::gpu::{Cmd, Gpu, Region};
 use crate::image::Grid;
 use crate::image::bitmap::Bitmap;
 use crate::image::mix::{MixExample, MixFreedom, MixRgb, examples_of, factors_like};
 use crate::scene::desc::IntegratorKind;
 use crate::scene::light_groups::{self as groups, LightGroup};
 use crate::scene::{SceneDesc, limits};
-use crate::stream::Epoch;
 use crate::tracer::Scene;
 
 /// Most targets.
@@ -31,6 +32,9 @@ const MOST_TARGETS: usize = 16;
 
 /// Pixels around a target whose mean is compared with it.
 const SPOT: usize = 2;
+
+/// The colours at the targets are read again after so long.
+const REREAD: Duration = Duration::from_millis(500);
 
 /// Pixels of a picture that the mix is to look like, about, of which each counts.
 const EXAMPLES: usize = 1 << 16;
@@ -48,16 +52,47 @@ struct MixTarget {
     color: MixRgb,
 }
 
-/// The films of the groups, their factors, and what the mix is to look like.
+/// How a group's light is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MixLight {
+    intensity: f32,
+    /// Factors on linear R, G, B, of which the largest is 1.
+    tint: MixRgb,
+}
+
+impl MixLight {
+    /// Light as it is in the scene.
+    const AS_IT_IS: Self = Self { intensity: 1.0, tint: [1.0; 3] };
+
+    /// The light of these factors; black keeps its colour.
+    fn of(factor: MixRgb, before: Self) -> Self {
+        let intensity = factor.into_iter().fold(0.0, f32::max);
+        let tint = if intensity > 0.0 { factor.map(|c| c / intensity) } else { before.tint };
+        Self { intensity, tint }
+    }
+
+    fn factor(self) -> MixRgb {
+        self.tint.map(|c| c * self.intensity)
+    }
+}
+
+/// The films of the groups, how each is shown, and what the mix is to look like.
 #[derive(Default)]
 pub struct LightMix {
     films: Option<GroupFilms>,
-    factors: Vec<MixRgb>,
+    /// In the order of the groups.
+    lights: Vec<MixLight>,
+    /// The lights of groups by name, for when they are mixed again.
+    known: HashMap<String, MixLight>,
+    /// The group that is shown alone.
+    solo: Option<usize>,
     targets: Vec<MixTarget>,
     /// Whether lights keep their colours where factors are sought.
     keeps_colors: bool,
-    /// What a mix would be of, in words, as of this epoch.
-    offer: Option<(Epoch, String)>,
+    /// What a mix would be of, in words, for this scene, size and method.
+    offer: Option<(Arc<Scene>, [u32; 2], IntegratorKind, String)>,
+    /// The colours of the groups at the targets, and when they were read.
+    spots: Option<(Instant, Vec<Vec<MixRgb>>)>,
 }
 
 /// The groups of lights of a scene, each emitter one as far as there are not too many.
@@ -81,16 +116,31 @@ impl LightMix {
 
     /// Whether something else is shown than the picture of all lights as they are.
     pub fn is_mixing(&self) -> bool {
-        self.is_on() && self.factors.iter().flatten().any(|factor| *factor != 1.0)
+        self.is_on() && self.factors().flatten().any(|factor| factor != 1.0)
     }
 
-    /// Begins with empty films of groups. All lights are as they are, unless the groups are the same as before.
+    /// The factors by which the light of each group is multiplied.
+    fn factors(&self) -> impl Iterator<Item = MixRgb> + use<> {
+        let solo = self.solo;
+        let factor = move |(i, light): (usize, MixLight)| match solo {
+            Some(solo) if solo != i => [0.0; 3],
+            _ => light.factor(),
+        };
+        self.lights.clone().into_iter().enumerate().map(factor)
+    }
+
+    /// Begins with empty films of groups. Lights are as they were in the last mix, by name, or else as they are in the scene.
     pub fn begin(&mut self, films: GroupFilms) {
-        let same = self.films.as_ref().is_some_and(|known| known.groups() == films.groups());
-        if !same {
-            self.factors = vec![[1.0; 3]; films.groups().len()];
-        }
+        self.remember();
+        let light = |group: &LightGroup| self.known.get(&group.name).copied().unwrap_or(MixLight::AS_IT_IS);
+        self.lights = films.groups().iter().map(light).collect();
         self.films = Some(films);
+        self.spots = None;
+    }
+
+    fn remember(&mut self) {
+        let names = self.films.iter().flat_map(|films| films.groups()).map(|group| group.name.clone());
+        self.known.extend(names.zip(self.lights.iter().copied()));
     }
 
     /// The groups; none where they are not traced.
@@ -101,11 +151,20 @@ impl LightMix {
     /// Another epoch begins.
     pub fn begin_epoch(&mut self) {
         self.films.iter_mut().for_each(GroupFilms::clear);
+        // They were places of another picture.
+        self.targets.clear();
+        self.spots = None;
     }
 
-    /// Ends it: the lights are as they are in the scene.
+    /// Ends it: the lights are as they are in the scene. What they were is remembered for the next mix.
     pub fn end(&mut self) {
-        *self = Self::default();
+        self.remember();
+        *self = Self { known: std::mem::take(&mut self.known), ..Self::default() };
+    }
+
+    /// Whether a film of a group has lost samples to an error.
+    pub fn is_damaged(&mut self) -> bool {
+        self.device_films().any(|film| film.is_damaged())
     }
 
     /// The films.
@@ -115,21 +174,20 @@ impl LightMix {
 
     /// Multiplies a group's light.
     pub fn set(&mut self, group: usize, factor: MixRgb) {
-        if let Some(place) = self.factors.get_mut(group) {
-            *place = factor.map(|f| if f.is_finite() { f.max(0.0) } else { 1.0 });
+        if let Some(light) = self.lights.get_mut(group) {
+            *light = MixLight::of(factor.map(|f| if f.is_finite() { f.max(0.0) } else { 1.0 }), *light);
         }
     }
 
-    /// Shows one group alone, or all of them as they are where it is shown alone already.
+    /// Shows one group alone, or all of them again where it is shown alone already.
     pub fn solo(&mut self, group: usize) {
-        let alone = |i: usize| if i == group { [1.0; 3] } else { [0.0; 3] };
-        let solo: Vec<MixRgb> = (0..self.factors.len()).map(alone).collect();
-        self.factors = if self.factors == solo { vec![[1.0; 3]; solo.len()] } else { solo };
+        self.solo = if self.solo == Some(group) { None } else { Some(group) };
     }
 
     /// Shows all lights as they are.
     pub fn reset(&mut self) {
-        self.factors.fill([1.0; 3]);
+        self.lights.fill(MixLight::AS_IT_IS);
+        self.solo = None;
     }
 
     /// Whether lights keep their colours where factors are sought.
@@ -139,44 +197,45 @@ impl LightMix {
 
     /// The options of `pointillist mix` that set these factors; nothing where all are 1.
     pub fn options(&self) -> String {
-        let changed = self.groups().iter().zip(&self.factors).filter(|(_, factor)| **factor != [1.0; 3]);
+        let changed = self.groups().iter().zip(self.factors()).filter(|(_, factor)| *factor != [1.0; 3]);
         let options: Vec<String> =
-            changed.map(|(group, factor)| crate::app::mix::option(&group.name, *factor)).collect();
+            changed.map(|(group, factor)| crate::app::mix::option(&group.name, factor)).collect();
         options.join(" ")
     }
 
     /// What the panel shows.
     pub fn data(&self) -> LightMixData {
-        let rows = self.groups().iter().zip(&self.factors);
+        let row = |(group, light): (&LightGroup, &MixLight)| MixGroupRow {
+            name: group.name.clone(),
+            emitters: group.emitters.iter().map(|emitter| emitter.name.clone()).collect(),
+            intensity: light.intensity,
+            tint: light.tint,
+        };
         let target = |target: &MixTarget| MixTargetRow { pixel: target.pixel, color: target.color };
         LightMixData {
             is_on: self.is_on(),
-            summary: self.offer.as_ref().map(|(_, offer)| offer.clone()).unwrap_or_default(),
-            groups: rows
-                .map(|(group, factor)| MixGroupRow { name: group.name.clone(), factor: *factor })
-                .collect(),
+            summary: self.offer.as_ref().map(|(.., offer)| offer.clone()).unwrap_or_default(),
+            groups: self.groups().iter().zip(&self.lights).map(row).collect(),
+            solo: self.solo,
             targets: self.targets.iter().map(target).collect(),
             keeps_colors: self.keeps_colors,
         }
     }
 
-    /// Tells what a mix would be of and take, unless that is known for this epoch.
-    pub fn offer(
-        &mut self,
-        epoch: Epoch,
-        desc: &SceneDesc,
-        scene: &Scene,
-        run: &RunSpec,
-        memory: GroupMemory,
-    ) {
-        if self.is_on() || self.offer.as_ref().is_some_and(|(known, _)| *known == epoch) {
+    /// Tells what a mix would be of and take, unless that is known for this scene, size and method.
+    pub fn offer(&mut self, desc: &SceneDesc, scene: &Arc<Scene>, run: &RunSpec, memory: GroupMemory) {
+        let size = [run.film.width, run.film.height];
+        let known = self.offer.as_ref().is_some_and(|(known, of, method, _)| {
+            Arc::ptr_eq(known, scene) && (*of, *method) == (size, run.integrator)
+        });
+        if self.is_on() || known {
             return;
         }
         let offer = match groups_of(desc, scene, run) {
             Ok(groups) => light_groups::summary(&groups, run, memory),
             Err(why) => why.to_string(),
         };
-        self.offer = Some((epoch, offer));
+        self.offer = Some((scene.clone(), size, run.integrator, offer));
     }
 
     /// Samples that the processor has drawn since the last call, and how long that took.
@@ -206,12 +265,13 @@ impl LightMix {
         settings: &Settings,
         detail: u32,
     ) -> Result<Vec<PictureLayer<'_>>, ClientError> {
-        let factors = self.factors.clone();
+        let (factors, settings) = (self.factors(), without_masking(settings));
         let films = self.device_films().zip(factors).filter(|(_, factor)| *factor != [0.0; 3]);
         let layer = |(film, factor): (_, MixRgb)| {
             let film: &mut VulkanFilm = film;
-            let xyz = film.linear(cmd, None, settings, detail)?;
-            Ok(PictureLayer { xyz, origin: [0, 0], matrix: on_xyz(factor), share: 1.0 })
+            let whole = Region { origin: [0, 0], extent: [film.spec().width, film.spec().height] };
+            let xyz = film.linear(cmd, None, &settings, detail)?;
+            Ok(PictureLayer { xyz, origin: [0, 0], matrix: on_xyz(factor), shares: vec![(whole, 1.0)] })
         };
         films.map(layer).collect()
     }
@@ -219,10 +279,10 @@ impl LightMix {
     /// The mix, scene-linear XYZ before glare and tone curve.
     pub fn linear(&mut self, settings: &Settings, size: [u32; 2]) -> Result<Grid<Vec3>, ClientError> {
         let [width, height] = size.map(|n| n as usize);
-        let settings = Settings { glare: None, ..settings.clone() };
-        let factors = self.factors.clone();
+        let settings = Settings { glare: None, ..without_masking(settings) };
+        let factors = self.factors();
         let mut sum = vec![Vec3::ZERO; width * height];
-        for (film, factor) in self.device_films().zip(factors) {
+        for (film, factor) in self.device_films().zip(factors).filter(|(_, factor)| *factor != [0.0; 3]) {
             let matrix = on_xyz(factor);
             for (sum, xyz) in sum.iter_mut().zip(film.reconstruct(&settings, 1)?) {
                 *sum += matrix * Vec3::from(xyz);
@@ -231,13 +291,30 @@ impl LightMix {
         Grid::from_rows(width, height, sum).ok_or_else(|| out_of_memory([width, height]))
     }
 
-    /// Adds a place as a target: at first it is displayed as it should be.
-    pub fn add_target(&mut self, pixel: [u32; 2], xyz: Vec3, settings: &Settings) -> Result<()> {
+    /// Adds a place as a target: at first it is to be displayed as it is.
+    ///
+    /// # Errors
+    ///
+    /// When there are too many, and without samples.
+    pub fn add_target(&mut self, pixel: [u32; 2], settings: &Settings) -> Result<()> {
         if self.targets.len() == MOST_TARGETS {
             return Err(miette!("there are {MOST_TARGETS} targets already: remove one"));
         }
-        let color = ToneMapper::new(&plain(settings)).linear(xyz).to_array();
-        self.targets.push(MixTarget { pixel, color });
+        self.targets.push(MixTarget { pixel, color: [0.0; 3] });
+        self.spots = None;
+        let spots = match self.spots() {
+            Ok(spots) => spots,
+            Err(error) => {
+                self.targets.pop();
+                return Err(error);
+            }
+        };
+        let here = spots.iter().filter_map(|spots| spots.last()).zip(self.factors());
+        let rgb = here.map(|(spot, factor)| Vec3::from(*spot) * Vec3::from(factor)).sum::<Vec3>();
+        let xyz = (xyz_from_rec709() * rgb.as_dvec3()).as_vec3();
+        if let Some(target) = self.targets.last_mut() {
+            target.color = ToneMapper::new(&plain(settings)).linear(xyz).to_array();
+        }
         Ok(())
     }
 
@@ -252,6 +329,7 @@ impl LightMix {
     pub fn forget_target(&mut self, place: usize) {
         if place < self.targets.len() {
             self.targets.remove(place);
+            self.spots = None;
         }
     }
 
@@ -264,8 +342,21 @@ impl LightMix {
         if self.targets.is_empty() {
             return Err(miette!("there is no target: add a place whose colour is known"));
         }
+        let spots = self.spots()?;
+        let colors: Vec<MixRgb> =
+            self.targets.iter().map(|target| light_of(target.color, settings)).collect();
+        self.solve(&spots, &colors);
+        Ok(())
+    }
+
+    /// The mean colours of the groups around the targets, read a few times a second at most.
+    fn spots(&mut self) -> Result<Vec<Vec<MixRgb>>> {
+        if let Some((read, spots)) = &self.spots
+            && read.elapsed() < REREAD
+        {
+            return Ok(spots.clone());
+        }
         let (size, groups) = self.pictures()?;
-        // One pixel for each target: the mean of its surroundings.
         let spot = |picture: &[MixRgb], [x, y]: [u32; 2]| -> MixRgb {
             let near = |at: u32, n: usize| {
                 let at = (at as usize).min(n - 1);
@@ -277,14 +368,11 @@ impl LightMix {
             let sum = places.fold(Vec3::ZERO, |sum, i| sum + Vec3::from(picture[i]));
             (sum / count).to_array()
         };
-        let spots: Vec<Vec<MixRgb>> = groups
-            .iter()
-            .map(|picture| self.targets.iter().map(|target| spot(picture, target.pixel)).collect())
-            .collect();
-        let colors: Vec<MixRgb> =
-            self.targets.iter().map(|target| light_of(target.color, settings)).collect();
-        self.solve(&spots, &colors);
-        Ok(())
+        let of_group =
+            |picture: &Vec<MixRgb>| self.targets.iter().map(|target| spot(picture, target.pixel)).collect();
+        let spots: Vec<Vec<MixRgb>> = groups.iter().map(of_group).collect();
+        self.spots = Some((Instant::now(), spots.clone()));
+        Ok(spots)
     }
 
     /// Finds the factors with which the mix looks most like this picture: a painted one, which was displayed by these settings, or one of
@@ -296,7 +384,15 @@ impl LightMix {
     pub fn look_like(&mut self, path: &Path, settings: &Settings) -> Result<()> {
         let (size, groups) = self.pictures()?;
         let most = usize::try_from(limits::FILM_PIXELS).unwrap_or(usize::MAX);
-        let example = Bitmap::read(path, false, most).into_diagnostic()?.into_linear();
+        let is_light = path.extension().is_some_and(|ending| {
+            ["exr", "hdr", "pfm"].iter().any(|light| ending.eq_ignore_ascii_case(light))
+        });
+        // What was displayed is encoded by the gamma of the display.
+        let mut example = Bitmap::read(path, !is_light, most).into_diagnostic()?.into_linear();
+        if !is_light {
+            let decode = |c: f32| c.max(0.0).powf(settings.gamma);
+            example.pixels_mut().iter_mut().for_each(|color| *color = color.map(decode));
+        }
         if [example.width(), example.height()] != size {
             return Err(miette!(
                 "{} has {}×{} pixels, and the picture {}×{}: scale it",
@@ -307,9 +403,6 @@ impl LightMix {
                 size[1]
             ));
         }
-        let is_light = path.extension().is_some_and(|ending| {
-            ["exr", "hdr", "pfm"].iter().any(|light| ending.eq_ignore_ascii_case(light))
-        });
         // An odd step visits all columns.
         let step = example.pixels().len().div_ceil(EXAMPLES) | 1;
         let some = |pixels: &[MixRgb]| -> Vec<MixRgb> { pixels.iter().step_by(step).copied().collect() };
@@ -329,12 +422,19 @@ impl LightMix {
         let pictures: Vec<&[MixRgb]> = groups.iter().map(Vec::as_slice).collect();
         let freedom = if self.keeps_colors { MixFreedom::Intensity } else { MixFreedom::Color };
         let examples: Vec<MixExample> = examples_of(colors, |_| true);
-        self.factors = factors_like(&pictures, examples, freedom);
+        let found = factors_like(&pictures, examples, freedom);
+        for (light, factor) in self.lights.iter_mut().zip(found) {
+            *light = MixLight::of(factor, *light);
+        }
+        self.solo = None;
     }
 
     /// Width, height and the linear pictures of all groups.
     fn pictures(&mut self) -> Result<([usize; 2], Vec<Vec<MixRgb>>)> {
         let Some(films) = &mut self.films else { return Err(miette!("the light mix is off")) };
+        if films.films().iter().all(|film| film.counts().paths() == 0) {
+            return Err(miette!("there is no picture of the lights yet: try again in a moment"));
+        }
         films.pictures()
     }
 }
@@ -347,6 +447,11 @@ fn on_xyz(factor: MixRgb) -> Mat3 {
 
 fn brightness(rgb: Vec3) -> f32 {
     rec709_luminance().dot(rgb)
+}
+
+/// The settings without masking of noise, which needs a variance that films of groups do not keep.
+fn without_masking(settings: &Settings) -> Settings {
+    Settings { vm: 0.0, ..settings.clone() }
 }
 
 /// The settings with which light is displayed as a picture without glare.

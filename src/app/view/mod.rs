@@ -42,7 +42,7 @@
 //!
 //! `start` goes from the command line to the open window, in which `loading` shows how far the first scene is; `reload` replaces the
 //! scene by another one, or by itself after a change; `handler` hears winit and decides when a frame is due; `frame` is the
-//! loop; `actions` does what the user asks for; `ending` writes what is left behind when the window closes.
+//! loop; `actions` does what the user asks for, `saving` what of it makes files; `ending` writes what is left behind when the window closes.
 
 mod actions;
 mod comparison;
@@ -66,6 +66,7 @@ mod picture;
 mod preferences;
 mod reload;
 mod saves;
+mod saving;
 mod screen;
 mod session;
 mod start;

@@ -22,8 +22,8 @@ use crate::client::window::action::Action;
 use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::{InputEvent, InputState};
 use crate::client::window::panel::{
-    CompareMode, EffectRow, MapChoice, PanelControls, PanelData, PictureView, RejectedList, RejectedRow,
-    TracerRow,
+    CompareMode, EffectRow, ErrorSummary, MapChoice, PanelControls, PanelData, PictureView, RejectedList,
+    RejectedRow, TracerRow,
 };
 use crate::client::window::viewport::Viewport;
 use crate::remote::{Health, TracerStatus};
@@ -275,6 +275,10 @@ impl ViewerPanel {
             effects: self.effects(session, editor),
             costs: self.costs.state(),
             error: picture.present_observer().map(|observer| {
+                if picture.mix.is_mixing() {
+                    let message = "not known of a mix of lights".to_owned();
+                    return ErrorSummary { message, ..ErrorSummary::default() }.into();
+                }
                 maps::error_summary(observer, self.controls.target, session.is_through()).into()
             }),
             overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),

@@ -2,46 +2,34 @@
 //! frames, and the observer of the error.
 
 mod feed;
+mod frames;
+mod output;
 pub mod regions;
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use miette::Result;
 
-use crate::app::filtered_picture::FilteredPicture;
 use crate::app::light_groups::{GroupFilms, GroupMemory};
 use crate::app::noise_filter::{EpochView, FilteredFrame};
 use crate::app::observer::{Beside, Observer};
-use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::RunSpec;
-use crate::app::tev::TevLink;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::light_mix::LightMix;
-use crate::app::view::picture::regions::{ComposedFilm, Regions};
-use crate::app::view::screen::{PictureParts, PictureSource, Screen};
+use crate::app::view::picture::regions::{RegionRender, Regions};
+use crate::app::view::screen::Screen;
 use crate::app::view::session::RenderSession;
 use crate::app::view::window_filter::WindowFilter;
 use crate::client::film::VulkanFilm;
 use crate::client::light_meter::LightMeter;
-use crate::client::lod::level_of_detail;
-use crate::client::pacing::{FramePlan, Pacer, Situation};
+use crate::client::pacing::Pacer;
 use crate::client::pass::repaint::ShownTexels;
 use crate::client::retained::RetainedSamples;
-use crate::client::window::host::PanelDrawing;
-use crate::client::window::viewport::Viewport;
-use crate::client::{BATCH_CAPACITY, ClientError, Denoise, Film, FilmCounts, FilmSpec, Settings};
-use crate::gpu::{FrameNumber, Gpu, Readiness, Region};
+use crate::client::{ClientError, Film, FilmCounts, FilmSpec, Settings};
+use crate::gpu::{FrameNumber, Gpu, Region};
 use crate::scene::light_groups::LightGroup;
-use crate::stream::BLOCK_SAMPLES;
 use crate::study::ErrorTarget;
-
-/// The picture of another view is waited for until so long after an edit, before one of the first samples is shown.
-const FIRST_WAIT: Duration = Duration::from_millis(40);
-
-/// The same, before the picture after that.
-const NEXT_WAIT: Duration = Duration::from_millis(150);
 
 /// Frame length where neither the command line nor the display says.
 const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
@@ -116,9 +104,6 @@ pub struct LivePicture {
     failures: u32,
 }
 
-/// Paths without any sample after which the picture is shown black.
-const BLACK_PATHS: u64 = 4096;
-
 /// Errors from which on a picture that no change explains stays as it is; before that it is tried again.
 const FAILURES: u32 = 2;
 
@@ -179,7 +164,8 @@ impl LivePicture {
 
     /// Tells the observer which error is wanted.
     pub fn aim(&mut self, target: ErrorTarget) {
-        if let Some(observer) = &mut self.observer {
+        let of_regions = self.regions.iter_mut().filter_map(RegionRender::observer_mut);
+        for observer in self.observer.iter_mut().chain(of_regions) {
             observer.set_target(Some(target));
         }
     }
@@ -356,17 +342,14 @@ impl LivePicture {
 
     /// Tells what a mix of the scene's lights would be of and take.
     pub fn offer_mix(&mut self, session: &RenderSession, editor: &SceneEditor) {
-        let on_host = self.film().is_some_and(VulkanFilm::is_summed_on_host);
-        let memory = if on_host { GroupMemory::Both } else { GroupMemory::Device };
-        self.mix.offer(session.epoch(), editor.desc(), &editor.scene(), session.run_spec(), memory);
+        let memory = self.group_memory();
+        self.mix.offer(editor.desc(), &editor.scene(), session.run_spec(), memory);
     }
 
-    /// What the picture is composed of beside the samples of all of it, for its files.
-    pub fn composition(&self) -> Vec<(&'static str, String)> {
-        let mix = Some(self.mix.options()).filter(|options| !options.is_empty());
-        let regions = Some(self.regions.in_words()).filter(|words| !words.is_empty());
-        let notes = [("displayedMix", mix), ("regions", regions)];
-        notes.into_iter().filter_map(|(name, note)| Some((name, note?))).collect()
+    /// Where the films of groups of lights have their sums.
+    pub fn group_memory(&self) -> GroupMemory {
+        let on_host = self.film().is_some_and(VulkanFilm::is_summed_on_host);
+        if on_host { GroupMemory::WindowOnProcessor } else { GroupMemory::Window }
     }
 
     /// Makes empty films for these groups of lights.
@@ -428,112 +411,6 @@ impl LivePicture {
         self.filter.filter(samples, data.and_then(Result::ok));
     }
 
-    /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
-    pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
-        if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {
-            return None;
-        }
-        self.filter.choose(settings);
-        self.filter.wait();
-        self.filter_now();
-        self.filter.wait();
-        let picture = self.filter.take()?;
-        Some(self.composed(picture, settings))
-    }
-
-    /// A filtered picture with the regions in it.
-    fn composed(&mut self, picture: FilteredPicture, settings: &Settings) -> FilteredPicture {
-        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| !self.regions.is_empty());
-        let Some(film) = film else { return picture };
-        let mut xyz = picture.xyz().clone();
-        match (ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix })
-            .mix_into(&mut xyz, settings)
-        {
-            Ok(()) => xyz.into(),
-            Err(_) => picture,
-        }
-    }
-
-    /// The filter through which the picture is shown.
-    pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
-        let filtered = self.filtered_frame(run, settings).and_then(|frame| frame.filtered.as_ref());
-        filtered.map_or(Denoise::Off, |_| settings.denoise)
-    }
-
-    /// Decides what this frame does.
-    pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
-        let run = session.run_spec();
-        let mut filter = self.look_at_filter(run, settings);
-        // Until the first filtered picture the others go on.
-        let mut filtered = self.filtered_frame(run, settings).map(|frame| frame.samples);
-        let mut is_fresh = self.filter.is_fresh();
-        if let Some(region) = self.regions.traced_mut() {
-            filter = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
-            filtered = region.filtered(settings);
-            is_fresh |= region.filter().is_fresh();
-        }
-        if self.film().is_some_and(VulkanFilm::is_background_ready) {
-            self.repaint = true;
-        }
-        let longest_wait = if self.unseen { FIRST_WAIT } else { NEXT_WAIT };
-        let waits = self.filter.is_reprojecting() && session.elapsed() < longest_wait;
-        let (last, samples) = (&self.last_repaint, self.traced_samples());
-        let growth = match last.samples {
-            last if last == samples => 1.0,
-            0 => f64::INFINITY,
-            last => samples as f64 / last as f64,
-        };
-        let situation = Situation {
-            since_edit: now - self.last_edit,
-            since_repaint: now - last.at,
-            lod: level_of_detail(&run.film, self.samples()),
-            growth,
-            shown_detail: last.detail,
-            due: !waits && self.unseen || self.repaint || is_fresh,
-            waiting: session.fill().0 * BLOCK_SAMPLES,
-            // In order of index only full batches are rasterised.
-            batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
-            filter: filter && filtered.is_some(),
-        };
-        let mut plan = self.pacer.plan(&situation);
-        if filter && !situation.due {
-            // The picture comes when it is filtered; the first and the last one as soon as they can.
-            let soon = filtered.is_none() || !self.running && filtered != Some(samples);
-            let due = filtered.is_some() && std::mem::take(&mut plan.repaint);
-            match self.regions.traced_mut() {
-                Some(region) if due || soon => region.filter_now(),
-                None if (due || soon) && !self.filter.is_busy() => self.filter_now(),
-                _ => {}
-            }
-        }
-        plan.repaint &= situation.due || !waits;
-        if run.deterministic {
-            plan.samples = plan.samples.max(BATCH_CAPACITY);
-        }
-        plan
-    }
-
-    /// Whether a frame with this plan shows something.
-    pub fn wants_show(&self, plan: &FramePlan, panel_is_due: bool) -> bool {
-        self.show || (!self.hidden && (plan.repaint || panel_is_due))
-    }
-
-    /// Acquires an image of the window to draw into; returns its extent, or `None` where there is nothing to draw into now.
-    pub fn acquire(&mut self) -> Result<Option<[u32; 2]>, ClientError> {
-        let Some(screen) = &mut self.screen else { return Ok(None) };
-        let (readiness, extent) = screen.acquire()?;
-        self.hidden = matches!(readiness, Readiness::Hidden);
-        match readiness {
-            Readiness::Ready => return Ok(extent),
-            Readiness::Busy | Readiness::Hidden => {}
-            Readiness::SurfaceLost => {
-                screen.replace_surface()?;
-                tracing::info!("the surface was lost and replaced");
-            }
-        }
-        Ok(None)
-    }
-
     /// Rasterises the batch although it is not full.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.film_mut().map_or(Ok(()), VulkanFilm::flush)?;
@@ -552,119 +429,6 @@ impl LivePicture {
         time + std::mem::take(&mut self.filter_time)
     }
 
-    /// Asks for a last repaint once the render has ended and the film has all of its samples.
-    pub fn hear_end(&mut self, session: &RenderSession) {
-        if session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.running) {
-            self.repaint = true;
-            tracing::info!("the render has ended");
-        }
-    }
-
-    /// Whether there is something to show: a picture of the present epoch, or the last one of the one before.
-    pub fn has_picture(&mut self) -> bool {
-        self.film_mut().is_some_and(|film| film.painted().is_some()) || self.is_known()
-    }
-
-    /// Whether the film shows the present epoch: it has samples, or enough paths have found none that it is black.
-    fn is_known(&self) -> bool {
-        self.samples() > 0 || self.counts().paths() >= BLACK_PATHS
-    }
-
-    /// Repaints the picture if the plan says so or it was asked for, draws the panel over it and swaps. The frame `began` with
-    /// the run of the panel.
-    pub fn show(
-        &mut self,
-        session: &RenderSession,
-        plan: &FramePlan,
-        settings: &Settings,
-        viewport: &Viewport,
-        panel: Option<&mut PanelDrawing>,
-        began: Instant,
-    ) -> Result<ShownFrame, ClientError> {
-        let samples = self.samples();
-        // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
-        let partial = !session.run_spec().deterministic || session.is_complete();
-        let ready = if partial { self.is_known() } else { samples >= BATCH_CAPACITY as u64 };
-        let repaint = plan.repaint || self.repaint;
-        let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
-        if partial && ready && repaint && !is_filtered {
-            self.flush()?;
-        }
-        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| is_filtered);
-        let detail = match filtered {
-            Some(_) => Some(1),
-            None => (ready && repaint).then_some(plan.detail),
-        };
-        let samples = match (self.regions.traced(), filtered) {
-            (Some(region), _) => region.samples(),
-            (None, Some(frame)) => frame.samples,
-            (None, None) => samples,
-        };
-        let source = match filtered {
-            Some(frame) => Some(PictureSource::Filtered(frame.shown.xyz())),
-            None if self.mix.is_mixing() && !settings.view.is_error() => detail.map(PictureSource::Mix),
-            None => detail.map(PictureSource::Film),
-        };
-        let number = match &mut self.screen {
-            Some(screen) => {
-                let parts = PictureParts { regions: &mut self.regions, mix: &mut self.mix };
-                screen.show(settings, source, parts, viewport, panel)?
-            }
-            None => FrameNumber::default(),
-        };
-        self.show = false;
-        if let Some(detail) = detail {
-            let film = session.run_spec().film;
-            if self.painted.as_ref().is_none_or(|p| p.film != film || p.settings != *settings) {
-                self.painted = Some(Painted { settings: settings.clone(), film });
-            }
-            self.failures = 0;
-            if std::mem::take(&mut self.unseen) {
-                self.filter.prepare();
-            }
-            self.repaint = false;
-            self.filter.is_seen();
-            self.last_repaint = LastRepaint { at: began, samples, detail };
-        }
-        Ok(ShownFrame { number, began, samples, detail, filtered: is_filtered })
-    }
-
-    /// Takes the picture as it is now, to be written by another thread.
-    pub fn snapshot(
-        &mut self,
-        path: &Path,
-        session: &RenderSession,
-        settings: &Settings,
-    ) -> Result<FilmSnapshot> {
-        let filtered = self.filtered_frame(session.run_spec(), settings);
-        let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
-        let filtered = filtered.cloned().map(|picture| self.composed(picture, settings).display(settings));
-        let filtered = filtered.transpose()?;
-        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
-            return Err(miette::miette!("there is no picture to save"));
-        };
-        if film.is_damaged() {
-            return Err(miette::miette!(
-                "samples were lost to an error of the device: change something, then save"
-            ));
-        }
-        // In order of index the sums must stay those of whole batches until the last one.
-        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
-        let mut film = ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
-        let snapshot = FilmSnapshot::take(path, &mut film, settings, filtered);
-        film.keep_batch(false);
-        let snapshot = match (snapshot, self.mix.films()) {
-            (Ok(FilmSnapshot::Exr(data, mut layers)), Some(films)) => {
-                layers.extend(films.channels()?);
-                Ok(FilmSnapshot::Exr(data, layers))
-            }
-            (snapshot, _) => snapshot,
-        };
-        // The window's own picture may have another encoding.
-        self.repaint = true;
-        snapshot
-    }
-
     /// The samples that are kept.
     pub fn kept(&self) -> &RetainedSamples {
         &self.kept
@@ -679,26 +443,5 @@ impl LivePicture {
     pub fn weight_at(&mut self, pixel: [u32; 2]) -> f32 {
         let whole = self.film_mut().and_then(|film| film.weight_at(pixel).ok()).unwrap_or(0.0);
         whole + self.regions.weight_at(pixel)
-    }
-
-    /// Shows the film in tev, unless it is empty.
-    pub fn send_to_tev(
-        &mut self,
-        tev: &mut TevLink,
-        name: &str,
-        session: &RenderSession,
-    ) -> Result<(), ClientError> {
-        let film = self.screen.as_mut().and_then(Screen::film_mut);
-        let Some(film) = film.filter(|film| film.counts().paths() > 0) else { return Ok(()) };
-        let film = &mut ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
-        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
-        let sent = tev.send(name, film);
-        film.keep_batch(false);
-        sent
-    }
-
-    /// Takes the film out of the window, for the files written at the end.
-    pub fn take_film(&mut self) -> Option<VulkanFilm> {
-        self.screen.as_mut().and_then(Screen::take_film)
     }
 }

@@ -44,8 +44,12 @@ pub struct RenderSession {
     paths: Option<u64>,
     /// Where the samples of the whole picture lie.
     window: UvWindow,
-    /// One past the last index of the whole picture that has arrived.
+    /// One past the largest index of the whole picture that has arrived. What was under way before it when a region was begun is never traced.
     reached: u64,
+    /// Indices of the whole picture that have arrived.
+    arrived: u64,
+    /// Some before the largest may be missing.
+    has_gaps: bool,
     /// A region is traced and not the whole picture.
     in_region: bool,
     /// What was rejected of the whole picture before a region was traced.
@@ -86,6 +90,8 @@ impl RenderSession {
             paths,
             window: UvWindow::PICTURE,
             reached: 0,
+            arrived: 0,
+            has_gaps: false,
             in_region: false,
             rejected: Rejections::default(),
             groups: Vec::new(),
@@ -212,7 +218,8 @@ impl RenderSession {
 
     /// Begins the next epoch at once, with the editor's scene and camera. Blocks of the last one will be dropped on arrival.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
-        (self.window, self.reached, self.stale) = (self.wanted_window(), 0, false);
+        (self.window, self.stale) = (self.wanted_window(), false);
+        (self.reached, self.arrived, self.has_gaps) = (0, 0, false);
         self.rejected = Rejections::default();
         self.trace_whole(editor)?;
         self.began = Instant::now();
@@ -233,6 +240,7 @@ impl RenderSession {
         }
         if !self.in_region {
             self.rejected.merge(&self.tracers.rejections());
+            self.has_gaps |= !self.run.deterministic;
         }
         let (epoch, window) = (self.next_epoch(), widest_window(run.film));
         let order = order(editor.scene(), camera, 0..u64::MAX, window, epoch);
@@ -253,7 +261,7 @@ impl RenderSession {
         let camera = editor.camera(self.size())?;
         let (epoch, first) = (self.next_epoch(), self.reached);
         let paths = self.paths.map_or(u64::MAX - first, |paths| {
-            paths.saturating_sub(first.saturating_mul(method::paths_per_index(self.run.integrator)))
+            paths.saturating_sub(self.arrived.saturating_mul(method::paths_per_index(self.run.integrator)))
         });
         let scene = match self.groups.as_slice() {
             [] => editor.scene(),
@@ -323,10 +331,13 @@ impl RenderSession {
 
     /// Hands over waiting blocks, `budget` samples at most. Never waits.
     pub fn drain(&mut self, budget: usize, mut take: impl FnMut(&Block)) -> Drained {
-        let (in_region, reached) = (self.in_region, &mut self.reached);
+        let (in_region, reached, arrived) = (self.in_region, &mut self.reached, &mut self.arrived);
         let drained = self.lanes.drain(budget, |block| {
-            let end = block.header.first_index + block.header.index_count;
-            *reached = if in_region { *reached } else { end.max(*reached) };
+            let header = &block.header;
+            if !in_region {
+                *reached = (header.first_index + header.index_count).max(*reached);
+                *arrived += header.index_count;
+            }
             take(block);
         });
         self.through = self.ended.is_some() && self.lanes.is_drained();
@@ -346,6 +357,11 @@ impl RenderSession {
     /// Sleeps until a block or an event is there, at most `timeout`.
     pub fn wait(&mut self, timeout: Duration) {
         self.lanes.wait(timeout);
+    }
+
+    /// Whether paths before the last ones may be missing from the whole picture, because a region was traced between.
+    pub fn has_gaps(&self) -> bool {
+        self.has_gaps
     }
 
     /// Whether a region is traced and not the whole picture.

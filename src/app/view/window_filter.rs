@@ -83,7 +83,7 @@ impl WindowFilter {
         }
     }
 
-    /// Starts with an epoch of which no sample is there yet, if the settings ask for a filter; features are traced at once.
+    /// Starts the thread with an epoch of which no sample is there yet; features are traced once the settings ask for a filter.
     pub fn start_anew(
         &mut self,
         run: &RunSpec,
@@ -91,12 +91,19 @@ impl WindowFilter {
         settings: &Settings,
         device: Option<Arc<Gpu>>,
     ) {
-        self.choose(settings);
         self.view = Some(view);
-        if self.is_wanting(run, settings) {
+        if run.replicated {
             self.thread = NoiseFilter::start(self.threads).ok();
             self.set_device(device);
             self.begin(run);
+        }
+        self.prepare_for(run, settings);
+    }
+
+    /// Notes which filter the settings ask for, and traces features where they ask for one.
+    pub fn prepare_for(&mut self, run: &RunSpec, settings: &Settings) {
+        self.choose(settings);
+        if is_asked_for(run, settings) {
             self.prepare();
         }
     }

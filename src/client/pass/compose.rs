@@ -6,7 +6,9 @@ use glam::Mat3;
 
 use crate::client::layout::ComposePush;
 use crate::client::pass::ShaderVariants;
-use crate::gpu::{Access, Attachment, Blend, Cmd, Gpu, GpuError, Image, LoadOp, TexelFormat, Texture};
+use crate::gpu::{
+    Access, Attachment, Blend, Cmd, Gpu, GpuError, Image, LoadOp, Region, TexelFormat, Texture,
+};
 
 /// A picture that is part of another one.
 pub struct PictureLayer<'a> {
@@ -16,8 +18,9 @@ pub struct PictureLayer<'a> {
     pub origin: [u32; 2],
     /// Its XYZ are multiplied by this.
     pub matrix: Mat3,
-    /// Its part of what is shown, from 0 to 1, beside what is there already; of a sum every layer has 1.
-    pub share: f32,
+    /// Rectangles of the picture, and the layer's part of what is shown there, from 0 to 1, beside what is there already. They begin and end
+    /// at multiples of the internal resolution, or at the edge of the picture. Of a sum every layer has 1 everywhere.
+    pub shares: Vec<(Region, f32)>,
 }
 
 /// Draws layers into a picture before glare and tone curve.
@@ -76,16 +79,22 @@ fn draw(
     cmd.access(layer.xyz, Access::Sampled);
     cmd.access(target, Access::ColorBlend);
     let row = |i: usize| layer.matrix.row(i).extend(0.0).to_array();
-    let push = ComposePush {
-        x: row(0),
-        y: row(1),
-        z: row(2),
-        origin: layer.origin.map(|at| (at / detail) as i32),
-        share: layer.share,
-        padding: 0.0,
-    };
-    let attachment = Attachment { image: target, level: 0, load };
     let textures = [Texture::texels(layer.xyz)];
-    cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[attachment]);
+    cmd.rendering(&[Attachment { image: target, level: 0, load }], |cmd| {
+        for (Region { origin: [x, y], extent: [width, height] }, share) in &layer.shares {
+            let ends = [x + width, y + height].map(|end| end.div_ceil(detail) as i32);
+            let push = ComposePush {
+                x: row(0),
+                y: row(1),
+                z: row(2),
+                part: [(x / detail) as i32, (y / detail) as i32, ends[0], ends[1]],
+                origin: layer.origin.map(|at| (at / detail) as i32),
+                share: *share,
+                padding: 0.0,
+            };
+            cmd.bind(pipeline, bytemuck::bytes_of(&push), &textures);
+            cmd.draw_triangle();
+        }
+    });
     Ok(())
 }

@@ -204,6 +204,12 @@ impl InputState {
         self.asks_region = asks;
     }
 
+    /// Drags no rectangle any more, whatever is held.
+    pub fn cancel_region(&mut self) {
+        self.asks_region = false;
+        self.press.take_if(|press| press.region);
+    }
+
     /// Whether the next drag of the left button is a rectangle.
     pub fn asks_region(&self) -> bool {
         self.asks_region

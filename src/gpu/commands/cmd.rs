@@ -242,7 +242,7 @@ impl Cmd<'_> {
     }
 
     /// Draws one triangle that covers the attachments.
-    pub(in crate::gpu) fn draw_triangle(&mut self) {
+    pub fn draw_triangle(&mut self) {
         // SAFETY: the pipeline reads no vertices.
         unsafe { self.gpu.device.cmd_draw(self.raw, 3, 1, 0, 0) };
     }

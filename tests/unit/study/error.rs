@@ -52,12 +52,14 @@ fn the_error_of_mixed_pictures_is_that_of_their_mean() {
             origin: [16, -8],
             size: [40, 32],
             pixels: noisy(side, seed + 1000)[..40 * 32].iter().copied().map(better).collect(),
-            per_pixel: 9.0,
+            per_pixel: vec![9.0; 40 * 32],
         };
         let before = pixels.clone();
-        others.mix_into(&mut pixels, [side; 2], 1.0);
+        let mut per_pixel = vec![1.0; side * side];
+        others.mix_into(&mut pixels, side, &mut per_pixel);
         let inside = |i: usize| (16..56).contains(&(i % side)) && i / side < 24;
         assert!((0..side * side).all(|i| inside(i) || pixels[i] == before[i]));
+        assert!((0..side * side).all(|i| per_pixel[i] == if inside(i) { 10.0 } else { 1.0 }));
         let part = |pixels: &[ReplicatePixel]| -> Vec<ReplicatePixel> {
             (0..side * side).filter(|i| inside(*i)).map(|i| pixels[i]).collect()
         };

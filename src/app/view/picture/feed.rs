@@ -47,6 +47,11 @@ impl LivePicture {
             self.rasterised += drained.samples as u64;
             return writer.finish();
         }
+        if session.is_in_region() {
+            // Its film is gone: these samples are no one's.
+            session.drain(left.max(BLOCK_SAMPLES), |_| ());
+            return Ok(());
+        }
         let observer = self.observer.as_ref();
         let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| self.kept.caught_up());
         let Some(film) = film else {

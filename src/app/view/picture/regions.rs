@@ -3,7 +3,9 @@
 //! While a region is traced, the tracer sees nothing but it: a camera with that crop window, another randomisation, a film, a noise
 //! filter and an observer of the error of its own. The film of the whole picture gets no sample meanwhile, so that what lies outside
 //! stays as it is bit for bit, and what it has inside is neither lost nor biased. Shown, saved and stated is, inside, the mean of both
-//! pictures, each with the share of its paths per pixel: both are estimates of the same picture, and shares depend on no sample's value.
+//! pictures, and of those of other regions where they overlap, each with the share of its paths per pixel: all are estimates of the same
+//! picture, and shares depend on no sample's value. Photon mapping, which is biased at first, begins a region with a map of its own, and
+//! so with a larger bias than the picture around it has by then. Particle tracing has no regions: its paths do not know the camera.
 
 use std::time::{Duration, Instant};
 
@@ -27,6 +29,7 @@ use crate::client::window::panel::RegionDrawing;
 use crate::client::{ClientError, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Settings, develop};
 use crate::gpu::{Cmd, Gpu, Region};
 use crate::image::Grid;
+use crate::scene::desc::IntegratorKind;
 use crate::stream::{PathCounts, Sample};
 use crate::study::ErrorTarget;
 use crate::tracer::Camera;
@@ -47,7 +50,7 @@ const REGION_SEED: u32 = 0x3c6e_f35f;
 pub struct RegionRender {
     /// Where it lies in the picture, pixels.
     pub rectangle: Region,
-    /// How it is traced: as the whole picture, but for size and seed.
+    /// How it is traced: as the whole picture, but for size and seed, and in order of arrival.
     run: RunSpec,
     film: VulkanFilm,
     filter: WindowFilter,
@@ -92,15 +95,9 @@ impl RegionRender {
         counts.camera_samples + counts.light_samples
     }
 
-    /// Its part of what is shown, beside a picture of this number of paths per pixel.
-    fn share(&self, whole: f64) -> f32 {
-        let own = per_pixel(&self.film);
-        if own > 0.0 { (own / (own + whole)) as f32 } else { 0.0 }
-    }
-
     /// Takes over a picture that was filtered; returns whether the next one is to be shown through the filter.
     pub fn look_at_filter(&mut self, settings: &Settings, pacer: &mut Pacer, spent: &mut Duration) -> bool {
-        self.filter.choose(settings);
+        self.filter.prepare_for(&self.run, settings);
         if let Some(time) = self.filter.poll() {
             pacer.filtered(time);
             *spent += time;
@@ -138,6 +135,11 @@ impl RegionRender {
         self.observer.as_ref()
     }
 
+    /// As [`observer`](Self::observer), to be changed.
+    pub fn observer_mut(&mut self) -> Option<&mut Observer> {
+        self.observer.as_mut()
+    }
+
     /// The picture of its own samples alone, scene-linear XYZ before glare and tone curve, as these settings show it.
     fn linear(&mut self, settings: &Settings) -> Result<Grid<Vec3>, ClientError> {
         if let Some(frame) = self.filter.shown(&self.run, settings) {
@@ -151,10 +153,42 @@ impl RegionRender {
     }
 }
 
-/// Paths per pixel of a film.
+/// Paths per pixel of a film, of those that begin within the picture.
 pub fn per_pixel(film: &VulkanFilm) -> f64 {
-    let FilmSpec { width, height, .. } = *film.spec();
-    film.counts().paths() as f64 / (f64::from(width) * f64::from(height))
+    let spec @ FilmSpec { width, height, .. } = *film.spec();
+    film.counts().paths() as f64 * spec.coverage() / (f64::from(width) * f64::from(height))
+}
+
+/// A rectangle that has a part of the samples of what is shown there.
+type Share = (Region, f32);
+
+/// The parts of a rectangle with `own` paths per pixel in what is shown there: `whole` paths per pixel are everywhere, and each of the `others`
+/// has some within a rectangle. Those whose share is 0 are left out.
+fn shares(rectangle: Region, own: f64, whole: f64, others: &[(Region, f64)]) -> Vec<Share> {
+    let end = |region: &Region, axis: usize| region.origin[axis] + region.extent[axis];
+    let cuts = |axis: usize| {
+        let (low, high) = (rectangle.origin[axis], end(&rectangle, axis));
+        let edges = others.iter().flat_map(|(other, _)| [other.origin[axis], end(other, axis)]);
+        let mut cuts: Vec<u32> = edges.filter(|edge| (low..high).contains(edge)).chain([low, high]).collect();
+        cuts.sort_unstable();
+        cuts.dedup();
+        cuts
+    };
+    let (columns, rows) = (cuts(0), cuts(1));
+    let mut parts = Vec::new();
+    for y in rows.windows(2) {
+        for x in columns.windows(2) {
+            let origin = [x[0], y[0]];
+            let holds = |other: &Region| {
+                (0..2).all(|axis| (other.origin[axis]..end(other, axis)).contains(&origin[axis]))
+            };
+            let there: f64 = others.iter().filter(|(other, _)| holds(other)).map(|(_, n)| n).sum();
+            let share = own / (own + there + whole).max(f64::MIN_POSITIVE);
+            let part = Region { origin, extent: [x[1] - x[0], y[1] - y[0]] };
+            parts.extend((share > 0.0).then_some((part, share as f32)));
+        }
+    }
+    parts
 }
 
 impl Regions {
@@ -168,9 +202,43 @@ impl Regions {
         self.list.last_mut().filter(|_| self.is_traced)
     }
 
-    /// Forgets all of them: another view, or another film.
+    /// Forgets all of them: another view, or another film. Threads that still filter or add up are waited for by another one.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        let busy: Vec<_> = self.list.drain(..).map(|region| (region.filter, region.observer)).collect();
+        self.is_traced = false;
+        if !busy.is_empty() {
+            let spawned = std::thread::Builder::new().name("regions".into()).spawn(move || drop(busy));
+            if let Err(error) = spawned {
+                tracing::warn!("no thread for what ends: {error}");
+            }
+        }
+    }
+
+    /// All regions.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut RegionRender> {
+        self.list.iter_mut()
+    }
+
+    /// Whether the film of one of them has lost samples to an error.
+    pub fn are_damaged(&self) -> bool {
+        self.list.iter().any(|region| region.film.is_damaged())
+    }
+
+    /// The parts that each region has in what is shown beside a picture of this number of paths per pixel.
+    fn shares(&self, whole: f64, settings: &Settings) -> Vec<Vec<Share>> {
+        let mut others = Vec::new();
+        let mut of_all = Vec::new();
+        for region in &self.list {
+            let own = per_pixel(&region.film);
+            let mut parts = shares(region.rectangle, own, whole, &others);
+            if settings.view.is_error() {
+                // There is no mean of variances: the one is shown that has more samples.
+                parts.retain_mut(|(_, share)| std::mem::replace(share, 1.0) >= 0.5);
+            }
+            of_all.push(parts);
+            others.push((region.rectangle, own));
+        }
+        of_all
     }
 
     /// What the panel shows of the one that is being traced.
@@ -232,9 +300,8 @@ impl Regions {
         whole: f64,
     ) -> Result<Vec<PictureLayer<'_>>, ClientError> {
         let mut images = Vec::new();
-        for region in &mut self.list {
-            let share = shown_share(region.share(whole), settings);
-            if share > 0.0 {
+        for (shares, region) in self.shares(whole, settings).into_iter().zip(&mut self.list) {
+            if !shares.is_empty() {
                 region.filter.is_seen();
                 let filtered = region
                     .filter
@@ -243,16 +310,11 @@ impl Regions {
                     .filter(|_| detail == 1);
                 let origin = region.rectangle.origin;
                 let xyz = region.film.linear(cmd, filtered, settings, detail)?;
-                images.push(PictureLayer { xyz, origin, matrix: Mat3::IDENTITY, share });
+                images.push(PictureLayer { xyz, origin, matrix: Mat3::IDENTITY, shares });
             }
         }
         Ok(images)
     }
-}
-
-/// The share with which a region is drawn: where variance is shown there is no mean, and the one counts that has more samples.
-fn shown_share(share: f32, settings: &Settings) -> f32 {
-    if settings.view.is_error() { share.round() } else { share }
 }
 
 /// The film of a picture together with its regions, or with the mix of its lights, for what is saved.
@@ -265,19 +327,19 @@ pub struct ComposedFilm<'a> {
 impl ComposedFilm<'_> {
     /// Mixes the regions into a picture, scene-linear XYZ before glare and tone curve.
     pub fn mix_into(&mut self, picture: &mut Grid<Vec3>, settings: &Settings) -> Result<(), ClientError> {
-        let whole = per_pixel(self.film);
-        for region in &mut self.regions.list {
-            let share = shown_share(region.share(whole), settings);
-            if share == 0.0 {
-                continue;
-            }
+        let shares = self.regions.shares(per_pixel(self.film), settings);
+        for (shares, region) in shares.into_iter().zip(&mut self.regions.list) {
             let own = region.linear(settings)?;
             let [x0, y0] = region.rectangle.origin.map(|n| n as usize);
             let width = picture.width();
-            for (y, row) in own.pixels().chunks_exact(own.width()).enumerate() {
-                let start = (y0 + y) * width + x0;
-                for (out, xyz) in picture.pixels_mut()[start..].iter_mut().zip(row) {
-                    *out = out.lerp(*xyz, share);
+            for (part, share) in shares {
+                let [x, y, columns, rows] =
+                    [part.origin[0], part.origin[1], part.extent[0], part.extent[1]].map(|n| n as usize);
+                for y in y..y + rows {
+                    let row = &mut picture.pixels_mut()[y * width + x..][..columns];
+                    for (out, x) in row.iter_mut().zip(x..) {
+                        *out = out.lerp(own.at(x - x0, y - y0), share);
+                    }
                 }
             }
         }
@@ -332,11 +394,11 @@ impl Film for ComposedFilm<'_> {
 
     fn develop(&mut self) -> Result<FilmData, ClientError> {
         let mut data = self.film.develop()?;
-        let whole = per_pixel(self.film);
-        for region in &mut self.regions.list {
-            let share = region.share(whole);
-            if share > 0.0 {
-                develop::mix_region(&mut data, &region.film.develop()?, region.rectangle.origin, share);
+        let shares = self.regions.shares(per_pixel(self.film), &Settings::default());
+        for (shares, region) in shares.into_iter().zip(&mut self.regions.list) {
+            let own = region.film.develop()?;
+            for (part, share) in shares {
+                develop::mix_region(&mut data, &own, region.rectangle.origin, part, share);
             }
         }
         Ok(data)
@@ -357,6 +419,18 @@ impl LivePicture {
         }
     }
 
+    /// The render stood still for so long, after a pause: that time does not count.
+    pub fn stood_still(&mut self, time: Duration) {
+        match self.regions.traced_mut() {
+            Some(region) => {
+                region.began += time;
+                region.observer.iter_mut().for_each(|observer| observer.stood_still(time));
+            }
+            None => {}
+        }
+        self.observer.iter_mut().for_each(|observer| observer.stood_still(time));
+    }
+
     /// Traces this rectangle of the picture and nothing else.
     ///
     /// # Errors
@@ -371,6 +445,11 @@ impl LivePicture {
         settings: &Settings,
         target: ErrorTarget,
     ) -> Result<()> {
+        if session.run_spec().integrator == IntegratorKind::Light {
+            return Err(miette!(
+                "particle tracing cannot be kept to a region: its paths begin at the lights; choose another method on the tab Render"
+            ));
+        }
         if rectangle.extent.iter().any(|side| *side < LEAST) {
             return Err(miette!(
                 "a region has {LEAST} pixels or more along each side: drag a larger rectangle"
@@ -386,6 +465,7 @@ impl LivePicture {
                 "{MOST_REGIONS} regions of this view have samples of their own already: move the camera or change something to begin anew"
             ));
         }
+        let last = self.regions.is_traced;
         self.end_region(session, editor)?;
         let Some(screen) = &self.screen else { return Err(miette!("there is no window yet")) };
         let whole = session.run_spec();
@@ -412,10 +492,14 @@ impl LivePicture {
         region.filter.start_anew(&region.run, view, settings, device);
         session.trace_region(editor, &region.run, camera)?;
         if let Some((whole, own)) = self.observer.as_ref().zip(region.observer.as_ref()) {
-            whole.lend_shown(rectangle, own);
+            // What the last region has found comes first.
+            match self.regions.list.last().and_then(|last| last.observer.as_ref()).filter(|_| last) {
+                Some(last) => last.ask_for(rectangle, whole, own),
+                None => whole.lend_shown(rectangle, own),
+            }
         }
         self.regions.list.push(region);
-        self.regions.is_traced = true;
+        (self.regions.is_traced, self.running) = (true, true);
         self.shown_anew();
         Ok(())
     }
@@ -434,5 +518,69 @@ impl LivePicture {
         self.running = true;
         self.shown_anew();
         Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn region(x: u32, y: u32, width: u32, height: u32) -> Region {
+        Region { origin: [x, y], extent: [width, height] }
+    }
+
+    /// Where regions overlap each has the share of its paths in the mean of all, drawn one after the other.
+    #[test]
+    fn overlapping_regions_have_the_shares_of_their_paths() {
+        let regions =
+            [(region(8, 8, 24, 16), 2000.0), (region(16, 0, 24, 16), 50.0), (region(8, 8, 24, 16), 10.0)];
+        let whole = 16.0;
+        let mut weights = vec![[0.0f64; 4]; 48 * 32];
+        weights.iter_mut().for_each(|weight| weight[0] = 1.0);
+        for (i, (rectangle, own)) in regions.iter().enumerate() {
+            let mut drawn = [0; 48 * 32];
+            for (part, share) in shares(*rectangle, *own, whole, &regions[..i]) {
+                for y in part.origin[1]..part.origin[1] + part.extent[1] {
+                    for x in part.origin[0]..part.origin[0] + part.extent[0] {
+                        let place = (y * 48 + x) as usize;
+                        drawn[place] += 1;
+                        weights[place].iter_mut().for_each(|weight| *weight *= 1.0 - f64::from(share));
+                        weights[place][i + 1] += f64::from(share);
+                    }
+                }
+            }
+            let holds = |place: usize| {
+                let at = [place as u32 % 48, place as u32 / 48];
+                (0..2).all(|a| {
+                    (rectangle.origin[a]..rectangle.origin[a] + rectangle.extent[a]).contains(&at[a])
+                })
+            };
+            assert!((0..48 * 32).all(|place| drawn[place] == i32::from(holds(place))), "region {i}");
+        }
+        for (place, weights) in weights.iter().enumerate() {
+            let at = [place as u32 % 48, place as u32 / 48];
+            let there = |(rectangle, own): &(Region, f64)| {
+                let inside = (0..2).all(|a| {
+                    (rectangle.origin[a]..rectangle.origin[a] + rectangle.extent[a]).contains(&at[a])
+                });
+                if inside { *own } else { 0.0 }
+            };
+            let paths: Vec<f64> = std::iter::once(whole).chain(regions.iter().map(there)).collect();
+            let sum: f64 = paths.iter().sum();
+            for (weight, paths) in weights.iter().zip(&paths) {
+                assert!((weight - paths / sum).abs() < 1e-6, "{at:?}: {weights:?} of {paths:?}");
+            }
+        }
+        assert!(shares(region(0, 0, 8, 8), 0.0, whole, &[]).is_empty());
+        assert_eq!(shares(region(0, 0, 8, 8), 1.0, 0.0, &[]), [(region(0, 0, 8, 8), 1.0)]);
+    }
+
+    #[test]
+    fn rectangles_lie_on_the_grain_and_in_the_picture() {
+        let between = |a: [f64; 2], b: [f64; 2]| rectangle_between(a.into(), b.into(), [101, 67]);
+        assert_eq!(between([13.2, 9.9], [30.1, 20.0]), region(12, 8, 20, 12));
+        assert_eq!(between([30.1, 20.0], [13.2, 9.9]), region(12, 8, 20, 12));
+        assert_eq!(between([-50.0, 60.0], [500.0, 400.0]), region(0, 60, 101, 7));
+        assert_eq!(between([200.0, 200.0], [300.0, 300.0]).extent, [1, 3]);
     }
 }

@@ -15,6 +15,8 @@ pub struct LightMixData {
     pub summary: String,
     /// The groups.
     pub groups: Vec<MixGroupRow>,
+    /// The one that is shown alone.
+    pub solo: Option<usize>,
     /// Places whose colour is known.
     pub targets: Vec<MixTargetRow>,
     /// Lights keep their colours where factors are sought.
@@ -26,8 +28,12 @@ pub struct LightMixData {
 pub struct MixGroupRow {
     /// Its name.
     pub name: String,
-    /// Factors on linear R, G, B.
-    pub factor: [f32; 3],
+    /// The names of its lights.
+    pub emitters: Vec<String>,
+    /// Factor on its light.
+    pub intensity: f32,
+    /// Factors on linear R, G, B beside that, of which the largest is 1.
+    pub tint: [f32; 3],
 }
 
 /// A place whose colour is known.
@@ -55,24 +61,26 @@ pub(super) fn show(ui: &mut Ui, mix: &LightMixData, actions: &mut Vec<Action>) {
     }
     for (group, row) in mix.groups.iter().enumerate() {
         ui.horizontal(|ui| {
-            let intensity = row.factor.iter().copied().fold(0.0, f32::max);
-            let mut tint = if intensity > 0.0 { row.factor.map(|c| c / intensity) } else { [1.0; 3] };
-            let mut value = intensity;
+            let (mut tint, mut value) = (row.tint, row.intensity);
             let slider = Slider::new(&mut value, 0.0..=MOST).logarithmic(true).smallest_positive(1e-3);
             let slider = ui.add(slider.clamping(SliderClamping::Edits).max_decimals(3).suffix("×"));
-            let label = ui.colored_label(style::BRIGHT, &row.name);
+            let shown = mix.solo.is_none_or(|solo| solo == group);
+            let label = ui.colored_label(if shown { style::BRIGHT } else { style::DIM }, &row.name);
+            let label = label.on_hover_text(row.emitters.join(", "));
             let slider = slider.labelled_by(label.id);
             let colored = ui.color_edit_button_rgb(&mut tint).on_hover_text("Colour");
             if slider.changed() || colored.changed() {
                 actions.push(Action::SetMix { group, factor: tint.map(|c| c * value) });
             }
-            if ui.small_button("Solo").on_hover_text("Shows these lights alone, or all again").clicked() {
+            let solo = ui.selectable_label(mix.solo == Some(group), "Solo");
+            if solo.on_hover_text("Shows these lights alone, or all again").clicked() {
                 actions.push(Action::SoloMix(group));
             }
         });
     }
     ui.horizontal(|ui| {
-        let changed = mix.groups.iter().any(|row| row.factor != [1.0; 3]);
+        let changed =
+            mix.solo.is_some() || mix.groups.iter().any(|row| (row.intensity, row.tint) != (1.0, [1.0; 3]));
         if ui.add_enabled(changed, Button::new("Reset")).on_hover_text("All lights as they are").clicked() {
             actions.push(Action::ResetMix);
         }

@@ -93,7 +93,7 @@ pub(super) fn region(ui: &mut Ui, region: Option<RegionDrawing>, actions: &mut V
         }
     });
     if let Some(RegionDrawing { extent: [width, height], per_pixel, .. }) = region {
-        let words = format!("{width}×{height} pixels, {per_pixel:.0} paths per pixel of its own; its error:");
+        let words = format!("{width}×{height} pixels with {per_pixel:.0} paths each; the error is theirs");
         ui.colored_label(style::ACCENT, words);
     }
 }

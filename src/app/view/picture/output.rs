@@ -1,0 +1,115 @@
+//! What leaves the window: pictures for files and for tev, with their regions and the mix of lights.
+
+use std::path::Path;
+
+use miette::Result;
+
+use super::LivePicture;
+use crate::app::filtered_picture::FilteredPicture;
+use crate::app::outputs::FilmSnapshot;
+use crate::app::run_spec::RunSpec;
+use crate::app::tev::TevLink;
+use crate::app::view::picture::regions::ComposedFilm;
+use crate::app::view::screen::Screen;
+use crate::app::view::session::RenderSession;
+use crate::client::film::VulkanFilm;
+use crate::client::{ClientError, Denoise, Film, Settings};
+
+impl LivePicture {
+    /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
+    pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
+        if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {
+            return None;
+        }
+        self.filter.choose(settings);
+        self.filter.wait();
+        self.filter_now();
+        self.filter.wait();
+        let picture = self.filter.take()?;
+        Some(self.composed(picture, settings))
+    }
+
+    /// A filtered picture with the regions in it.
+    fn composed(&mut self, picture: FilteredPicture, settings: &Settings) -> FilteredPicture {
+        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| !self.regions.is_empty());
+        let Some(film) = film else { return picture };
+        let mut xyz = picture.xyz().clone();
+        match (ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix })
+            .mix_into(&mut xyz, settings)
+        {
+            Ok(()) => xyz.into(),
+            Err(_) => picture,
+        }
+    }
+
+    /// The filter through which the picture is shown.
+    pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
+        let filtered = self.filtered_frame(run, settings).and_then(|frame| frame.filtered.as_ref());
+        filtered.map_or(Denoise::Off, |_| settings.denoise)
+    }
+
+    /// What the picture is composed of beside the samples of all of it, for its files.
+    pub fn composition(&self) -> Vec<(&'static str, String)> {
+        let mix = Some(self.mix.options()).filter(|options| !options.is_empty());
+        let regions = Some(self.regions.in_words()).filter(|words| !words.is_empty());
+        let notes = [("displayedMix", mix), ("regions", regions)];
+        notes.into_iter().filter_map(|(name, note)| Some((name, note?))).collect()
+    }
+
+    /// Takes the picture as it is now, to be written by another thread.
+    pub fn snapshot(
+        &mut self,
+        path: &Path,
+        session: &RenderSession,
+        settings: &Settings,
+    ) -> Result<FilmSnapshot> {
+        let filtered = self.filtered_frame(session.run_spec(), settings);
+        let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
+        let filtered = filtered.cloned().map(|picture| self.composed(picture, settings).display(settings));
+        let filtered = filtered.transpose()?;
+        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
+            return Err(miette::miette!("there is no picture to save"));
+        };
+        if film.is_damaged() {
+            return Err(miette::miette!(
+                "samples were lost to an error of the device: change something, then save"
+            ));
+        }
+        // In order of index the sums must stay those of whole batches until the last one.
+        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
+        let mut film = ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
+        let snapshot = FilmSnapshot::take(path, &mut film, settings, filtered);
+        film.keep_batch(false);
+        let snapshot = match (snapshot, self.mix.films()) {
+            (Ok(FilmSnapshot::Exr(data, mut layers)), Some(films)) => {
+                layers.extend(films.channels()?);
+                Ok(FilmSnapshot::Exr(data, layers))
+            }
+            (snapshot, _) => snapshot,
+        };
+        // The window's own picture may have another encoding.
+        self.repaint = true;
+        snapshot
+    }
+
+    /// Shows the film in tev, unless it is empty.
+    pub fn send_to_tev(
+        &mut self,
+        tev: &mut TevLink,
+        name: &str,
+        session: &RenderSession,
+    ) -> Result<(), ClientError> {
+        let film = self.screen.as_mut().and_then(Screen::film_mut);
+        let Some(film) = film.filter(|film| film.counts().paths() > 0) else { return Ok(()) };
+        let film = &mut ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
+        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
+        let sent = tev.send(name, film);
+        film.keep_batch(false);
+        sent
+    }
+
+    /// Takes the film out of the window, for the files written at the end.
+    pub fn take_film(&mut self) -> Option<VulkanFilm> {
+        self.screen.as_mut().and_then(Screen::take_film)
+    }
+}
