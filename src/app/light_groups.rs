@@ -11,6 +11,8 @@ use super::outputs::Outputs;
 use super::run_spec::RunSpec;
 use crate::client::{ClientError, Film, FilmSpec, develop};
 use crate::color::Profile;
+use crate::image::Grid;
+use crate::image::mix::MixRgb;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{AovDesc, IntegratorKind};
 use crate::scene::light_groups::{self, Emitter, LightGroup};
@@ -193,26 +195,25 @@ impl GroupFilms {
         self.films.iter_mut().try_for_each(|film| film.flush())
     }
 
-    /// Width, height and the pictures, linear Rec.709.
-    pub fn pictures(&mut self) -> Result<([usize; 2], Vec<Vec<[f32; 3]>>)> {
-        let mut size = [0; 2];
-        let mut picture = |film: &mut Box<dyn Film>| {
+    /// The pictures, linear Rec.709.
+    pub fn pictures(&mut self) -> Result<Vec<Grid<MixRgb>>> {
+        let picture = |film: &mut Box<dyn Film>| {
             let data = film.develop().into_diagnostic()?;
-            size = [data.width as usize, data.height as usize];
-            Ok(develop::linear_rgb(&data, &Profile::srgb()))
+            let pixels = develop::linear_rgb(&data, &Profile::srgb());
+            let picture = Grid::from_rows(data.width as usize, data.height as usize, pixels);
+            picture.ok_or_else(|| miette::miette!("the picture is incomplete"))
         };
-        let pictures = self.films.iter_mut().map(&mut picture).collect::<Result<Vec<_>>>()?;
-        Ok((size, pictures))
+        self.films.iter_mut().map(picture).collect()
     }
 
     /// The pictures as layers of an EXR file, linear Rec.709.
     pub fn channels(&mut self) -> Result<Vec<Channel>> {
         let mut channels = Vec::new();
-        let (_, pictures) = self.pictures()?;
-        for (group, rgb) in self.groups.iter().zip(pictures) {
+        let pictures = self.pictures()?;
+        for (group, picture) in self.groups.iter().zip(pictures) {
             for (c, axis) in ["R", "G", "B"].into_iter().enumerate() {
                 let name = format!("{}.{axis}", group.name);
-                channels.push((name, rgb.iter().map(|pixel| pixel[c]).collect()));
+                channels.push((name, picture.pixels().iter().map(|pixel| pixel[c]).collect()));
             }
         }
         Ok(channels)

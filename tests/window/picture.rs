@@ -88,8 +88,8 @@ fn a_saved_scene_renders_to_what_the_window_shows() {
     press(None, ']');
     press(Some(CTRL), 's');
     viewer.wait_for("saved ");
-    let saved = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
-    let saved = saved.filter(|path| path.extension().is_some_and(|ending| ending == "xml")).next().unwrap();
+    let mut saved = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let saved = saved.find(|path| path.extension().is_some_and(|ending| ending == "xml")).unwrap();
     let changed = render(&saved, "changed.png");
     assert!(changed != first, "the changes are seen");
     shows(&changed, "the saved scene's picture");

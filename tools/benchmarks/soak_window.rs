@@ -180,7 +180,15 @@ fn region(desktop: &Desktop, dice: &mut Dice, size: i32) {
     for down in [true, false] {
         [CTRL, SHIFT].into_iter().for_each(|key| desktop.key(key, down));
         if down {
-            drag(desktop, dice, 1, 5..size, 0);
+            let corner = |dice: &mut Dice| (dice.between(5, size), dice.between(5, 500));
+            let (from, to) = (corner(dice), corner(dice));
+            desktop.pointer(from.0, from.1);
+            desktop.button(1, true);
+            for step in 1..=5 {
+                desktop.pointer(from.0 + (to.0 - from.0) * step / 5, from.1 + (to.1 - from.1) * step / 5);
+                std::thread::sleep(Duration::from_millis(16));
+            }
+            desktop.button(1, false);
         }
     }
     std::thread::sleep(Duration::from_millis(500 + dice.below(1000) as u64));

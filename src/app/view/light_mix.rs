@@ -356,20 +356,20 @@ impl LightMix {
         {
             return Ok(spots.clone());
         }
-        let (size, groups) = self.pictures()?;
-        let spot = |picture: &[MixRgb], [x, y]: [u32; 2]| -> MixRgb {
+        let groups = self.pictures()?;
+        let spot = |picture: &Grid<MixRgb>, [x, y]: [u32; 2]| -> MixRgb {
             let near = |at: u32, n: usize| {
                 let at = (at as usize).min(n - 1);
                 at.saturating_sub(SPOT)..(at + SPOT + 1).min(n)
             };
-            let (rows, columns) = (near(y, size[1]), near(x, size[0]));
+            let (rows, columns) = (near(y, picture.height()), near(x, picture.width()));
             let count = (rows.len() * columns.len()) as f32;
-            let places = rows.flat_map(|y| columns.clone().map(move |x| y * size[0] + x));
-            let sum = places.fold(Vec3::ZERO, |sum, i| sum + Vec3::from(picture[i]));
+            let places = rows.flat_map(|y| columns.clone().map(move |x| [x, y]));
+            let sum = places.fold(Vec3::ZERO, |sum, [x, y]| sum + Vec3::from(picture.at(x, y)));
             (sum / count).to_array()
         };
         let of_group =
-            |picture: &Vec<MixRgb>| self.targets.iter().map(|target| spot(picture, target.pixel)).collect();
+            |picture: &Grid<MixRgb>| self.targets.iter().map(|target| spot(picture, target.pixel)).collect();
         let spots: Vec<Vec<MixRgb>> = groups.iter().map(of_group).collect();
         self.spots = Some((Instant::now(), spots.clone()));
         Ok(spots)
@@ -382,7 +382,8 @@ impl LightMix {
     ///
     /// When it cannot be read, has another size, or there are no samples.
     pub fn look_like(&mut self, path: &Path, settings: &Settings) -> Result<()> {
-        let (size, groups) = self.pictures()?;
+        let groups = self.pictures()?;
+        let size = groups.first().map_or([0, 0], |picture| [picture.width(), picture.height()]);
         let most = usize::try_from(limits::FILM_PIXELS).unwrap_or(usize::MAX);
         let is_light = path.extension().is_some_and(|ending| {
             ["exr", "hdr", "pfm"].iter().any(|light| ending.eq_ignore_ascii_case(light))
@@ -406,7 +407,7 @@ impl LightMix {
         // An odd step visits all columns.
         let step = example.pixels().len().div_ceil(EXAMPLES) | 1;
         let some = |pixels: &[MixRgb]| -> Vec<MixRgb> { pixels.iter().step_by(step).copied().collect() };
-        let groups: Vec<Vec<MixRgb>> = groups.iter().map(|picture| some(picture)).collect();
+        let groups: Vec<Vec<MixRgb>> = groups.iter().map(|picture| some(picture.pixels())).collect();
         let colors = some(example.pixels());
         let clipped = |color: &MixRgb| !is_light && color.iter().any(|c| *c >= BRIGHTEST);
         let known: Vec<usize> = (0..colors.len()).filter(|i| !clipped(&colors[*i])).collect();
@@ -429,8 +430,8 @@ impl LightMix {
         self.solo = None;
     }
 
-    /// Width, height and the linear pictures of all groups.
-    fn pictures(&mut self) -> Result<([usize; 2], Vec<Vec<MixRgb>>)> {
+    /// The linear pictures of all groups.
+    fn pictures(&mut self) -> Result<Vec<Grid<MixRgb>>> {
         let Some(films) = &mut self.films else { return Err(miette!("the light mix is off")) };
         if films.films().iter().all(|film| film.counts().paths() == 0) {
             return Err(miette!("there is no picture of the lights yet: try again in a moment"));

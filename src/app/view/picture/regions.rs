@@ -421,12 +421,9 @@ impl LivePicture {
 
     /// The render stood still for so long, after a pause: that time does not count.
     pub fn stood_still(&mut self, time: Duration) {
-        match self.regions.traced_mut() {
-            Some(region) => {
-                region.began += time;
-                region.observer.iter_mut().for_each(|observer| observer.stood_still(time));
-            }
-            None => {}
+        if let Some(region) = self.regions.traced_mut() {
+            region.began += time;
+            region.observer.iter_mut().for_each(|observer| observer.stood_still(time));
         }
         self.observer.iter_mut().for_each(|observer| observer.stood_still(time));
     }
