@@ -136,12 +136,12 @@ pub fn summary(groups: &[LightGroup], run: &RunSpec, memory: GroupMemory) -> Str
     let texels: u64 = run.film.padded_extent().map(u64::from).iter().product();
     let bytes = (per_texel * streams + shown) * texels * groups.len() as u64;
     let list: Vec<String> = groups.iter().map(list).collect();
-    format!(
-        "{} groups of lights: {}; their films take {:.1} MiB in addition to the picture's",
-        groups.len(),
-        list.join(", "),
-        bytes as f64 / f64::from(1 << 20)
-    )
+    let (count, list, mebibytes) = (groups.len(), list.join(", "), bytes as f64 / f64::from(1 << 20));
+    let in_addition = format!("{mebibytes:.1} MiB in addition to the picture's");
+    match count {
+        1 => format!("1 group of lights: {list}; its film takes {in_addition}"),
+        _ => format!("{count} groups of lights: {list}; their films take {in_addition}"),
+    }
 }
 
 impl GroupFilms {

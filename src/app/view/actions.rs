@@ -162,7 +162,8 @@ impl Viewer {
             Action::SavePng => self.save_picture("png")?,
             Action::SaveExr => self.save_picture("exr")?,
             Action::SaveScene => {
-                return self.save_scene().map(|path| Some(format!("saved {}", path.display())));
+                let mix = if self.picture.mix.is_mixing() { ", without the light mix" } else { "" };
+                return self.save_scene().map(|path| Some(format!("saved {}{mix}", path.display())));
             }
             Action::CopyCommand => return self.copy_command().map(Some),
             Action::KeepSnapshot | Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {

@@ -108,7 +108,8 @@ impl Viewer {
         let panel = &self.panel;
         let is_free =
             !panel.host.is_under_pointer() && !panel.input.is_dragging() && !panel.input.is_ctrl_held();
-        let is_free = is_free && !panel.input.asks_region();
+        // Whoever is asked for a place clicks at it, whatever lies over it.
+        let is_free = is_free && !panel.input.asks_region() && self.asked.is_none();
         if !is_press || !is_free || !self.shows_gizmo() {
             return false;
         }

@@ -188,6 +188,8 @@ impl LightMix {
     pub fn reset(&mut self) {
         self.lights.fill(MixLight::AS_IT_IS);
         self.solo = None;
+        // They are met no more.
+        self.targets.clear();
     }
 
     /// Whether lights keep their colours where factors are sought.

@@ -115,6 +115,8 @@ impl EguiHost {
         }
         if matches!(event, WindowEvent::KeyboardInput { .. }) {
             // Without a widget that has the keyboard, egui would take Tab for moving its focus.
+            // Escape closes what has popped up, such as a choice of colours, and nothing else.
+            let modal = modal || active && egui::Popup::is_any_open(&self.context);
             let wanted = modal || active && self.context.egui_wants_keyboard_input();
             return wanted && (self.handle(window, event) || modal);
         }

@@ -48,6 +48,14 @@ pub struct MixTargetRow {
 /// Largest intensity of the slider.
 const MOST: f32 = 64.0;
 
+/// Whether these are two colours: the button rounds what it is given, which is no change.
+fn differs(a: [f32; 3], b: [f32; 3]) -> bool {
+    a.iter().zip(b).any(|(a, b)| (a - b).abs() >= ROUNDED)
+}
+
+/// Differences of a component that the colour button makes by rounding to 8 bits.
+const ROUNDED: f32 = 5e-3;
+
 /// Draws the section.
 pub(super) fn show(ui: &mut Ui, mix: &LightMixData, actions: &mut Vec<Action>) {
     if !mix.is_on {
@@ -68,8 +76,8 @@ pub(super) fn show(ui: &mut Ui, mix: &LightMixData, actions: &mut Vec<Action>) {
             let label = ui.colored_label(if shown { style::BRIGHT } else { style::DIM }, &row.name);
             let label = label.on_hover_text(row.emitters.join(", "));
             let slider = slider.labelled_by(label.id);
-            let colored = ui.color_edit_button_rgb(&mut tint).on_hover_text("Colour");
-            if slider.changed() || colored.changed() {
+            let colored = ui.color_edit_button_rgb(&mut tint).on_hover_text("Tint of these lights");
+            if slider.changed() || colored.changed() && differs(tint, row.tint) {
                 actions.push(Action::SetMix { group, factor: tint.map(|c| c * value) });
             }
             let solo = ui.selectable_label(mix.solo == Some(group), "Solo");
@@ -89,7 +97,9 @@ pub(super) fn show(ui: &mut Ui, mix: &LightMixData, actions: &mut Vec<Action>) {
             actions.push(Action::ToggleLightMix);
         }
     });
-    ui.colored_label(style::DIM, "E saves the picture of each group as a layer.");
+    if ui.button("Save the layers").on_hover_text("An EXR file with the picture of each group  E").clicked() {
+        actions.push(Action::SaveExr);
+    }
     ui.separator();
     ui.horizontal(|ui| {
         let hint = "Finds the lights with which the picture looks most like an image file: one painted over a saved picture, or EXR";
@@ -108,7 +118,7 @@ pub(super) fn show(ui: &mut Ui, mix: &LightMixData, actions: &mut Vec<Action>) {
     for (place, target) in mix.targets.iter().enumerate() {
         ui.horizontal(|ui| {
             let mut color = target.color;
-            if ui.color_edit_button_rgb(&mut color).changed() {
+            if ui.color_edit_button_rgb(&mut color).changed() && differs(color, target.color) {
                 actions.push(Action::SetMixTarget { place, color });
             }
             let [x, y] = target.pixel;
