@@ -221,8 +221,7 @@ impl Viewer {
                 self.panel.controls.dialog.ask_example(&folder);
             }
             Action::MixLike(path) => {
-                let settings = self.panel.controls.settings.clone();
-                self.picture.mix.look_like(&path, &settings)?;
+                self.picture.mix.look_like(&path, &self.panel.controls.settings)?;
                 self.picture.request_repaint();
                 return Ok(Some(format!("the lights are mixed like {}", path.display())));
             }
@@ -231,9 +230,8 @@ impl Viewer {
                 return Ok(Some("now choose its colour in the tab Scene".to_owned()));
             }
             Action::SetMixTarget { place, color } => {
-                let settings = self.panel.controls.settings.clone();
                 self.picture.mix.set_target(place, color);
-                self.picture.mix.meet_targets(&settings)?;
+                self.picture.mix.meet_targets(&self.panel.controls.settings)?;
                 self.picture.request_repaint();
             }
             Action::ForgetMixTarget(place) => self.change_mix(|mix| mix.forget_target(place)),
@@ -339,8 +337,7 @@ impl Viewer {
         let size = self.session.size();
         let place = self.on_picture(at);
         let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
-        let settings = self.panel.controls.settings.clone();
-        self.picture.mix.add_target(pixel, &settings)
+        self.picture.mix.add_target(pixel, &self.panel.controls.settings)
     }
 
     /// The rectangle of the picture between two places of the window.
@@ -356,9 +353,9 @@ impl Viewer {
         }
         let camera = self.editor.camera(self.session.size())?;
         let view = EpochView { scene: self.editor.scene(), camera };
-        let (settings, target) = (self.panel.controls.settings.clone(), self.panel.target());
-        let Self { picture, session, editor, .. } = self;
-        picture.begin_region(rectangle, session, view, editor, &settings, target)?;
+        let Self { picture, session, editor, panel, .. } = self;
+        let (settings, target) = (&panel.controls.settings, panel.target());
+        picture.begin_region(rectangle, session, view, editor, settings, target)?;
         self.go_on();
         let [width, height] = rectangle.extent;
         Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))

@@ -14,7 +14,7 @@ use crate::app::rejected::RejectedReport;
 use crate::app::report::{ErrorReport, Seconds, write_json};
 use crate::app::run_spec::{ChoiceReport, RunEnd};
 use crate::app::view::Viewer;
-use crate::app::view::picture::regions::ComposedFilm;
+use crate::app::view::picture::output::ComposedFilm;
 use crate::app::view::screen::Screen;
 use crate::app::{predictions, process, tell};
 use crate::client::window::statistics::RecentValues;

@@ -3,7 +3,7 @@
 
 mod feed;
 mod frames;
-mod output;
+pub mod output;
 pub mod regions;
 
 use std::sync::Arc;

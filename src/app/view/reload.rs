@@ -10,6 +10,7 @@ use miette::Result;
 
 use crate::app::tell;
 use crate::app::view::Viewer;
+use crate::app::view::light_mix::LightMix;
 use crate::app::view::loader::{ReadyScene, SceneLoader, ViewSource, brief};
 use crate::app::view::loading::title;
 use crate::app::view::views::KeptViews;
@@ -84,7 +85,12 @@ impl Viewer {
         std::mem::swap(&mut self.editor, &mut editor);
         let lost = if again { self.editor.take_over(editor) } else { 0 };
         self.session.replace(run, choose, digest);
-        self.picture.mix.end();
+        // Lights of another scene may have the same names.
+        if again {
+            self.picture.mix.end()
+        } else {
+            self.picture.mix = LightMix::default()
+        }
         self.session.set_effects(&self.editor);
         self.options.name = source.name();
         self.source = source;

@@ -33,8 +33,7 @@ impl LivePicture {
         let mut filtered = self.filtered_frame(run, settings).map(|frame| frame.samples);
         let mut is_fresh = self.filter.is_fresh();
         // Regions that are traced no more are filtered once from all that they have.
-        let traced = self.regions.traced().map(|region| region.rectangle);
-        for region in self.regions.iter_mut().filter(|region| Some(region.rectangle) != traced) {
+        for region in self.regions.released_mut() {
             let is_ready = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
             if is_ready && region.filtered(settings) != Some(region.samples()) {
                 region.filter_now();

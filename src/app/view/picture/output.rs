@@ -2,18 +2,83 @@
 
 use std::path::Path;
 
-use miette::Result;
+use glam::Vec3;
+use miette::{IntoDiagnostic, Result};
 
 use super::LivePicture;
 use crate::app::filtered_picture::FilteredPicture;
 use crate::app::outputs::FilmSnapshot;
 use crate::app::run_spec::RunSpec;
 use crate::app::tev::TevLink;
-use crate::app::view::picture::regions::ComposedFilm;
+use crate::app::view::light_mix::LightMix;
+use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::app::view::screen::Screen;
 use crate::app::view::session::RenderSession;
 use crate::client::film::VulkanFilm;
-use crate::client::{ClientError, Denoise, Film, Settings};
+use crate::client::reference::ReferenceFilm;
+use crate::client::wavelet::out_of_memory;
+use crate::client::{ClientError, Denoise, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Settings};
+use crate::image::Grid;
+use crate::stream::{PathCounts, Sample};
+
+/// The film of a picture together with its regions, or with the mix of its lights, for what is saved.
+pub struct ComposedFilm<'a> {
+    pub film: &'a mut VulkanFilm,
+    pub regions: &'a mut Regions,
+    pub mix: &'a mut LightMix,
+}
+
+impl Film for ComposedFilm<'_> {
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        self.film.add(samples)
+    }
+
+    fn count_paths(&mut self, paths: PathCounts) {
+        self.film.count_paths(paths);
+    }
+
+    fn flush(&mut self) -> Result<(), ClientError> {
+        self.film.flush()?;
+        self.regions.flush()
+    }
+
+    fn clear(&mut self) {
+        self.film.clear();
+        self.regions.clear();
+    }
+
+    fn keep_batch(&mut self, keep: bool) {
+        self.film.keep_batch(keep);
+    }
+
+    fn counts(&self) -> FilmCounts {
+        self.film.counts()
+    }
+
+    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+        let is_composed = !self.regions.is_empty() || self.mix.is_mixing();
+        if settings.view.is_error() || !is_composed {
+            return self.film.display(settings);
+        }
+        let FilmSpec { width, height, .. } = *self.film.spec();
+        if self.mix.is_mixing() {
+            return ReferenceFilm::show(&self.mix.linear(settings, [width, height])?, settings);
+        }
+        let linear = self.film.reconstruct(&Settings { glare: None, ..settings.clone() }, 1)?;
+        let pixels = linear.into_iter().map(Vec3::from).collect();
+        let size = [width as usize, height as usize];
+        let picture = Grid::from_rows(size[0], size[1], pixels);
+        let mut picture = picture.ok_or_else(|| out_of_memory(size))?;
+        self.regions.mix_into(&mut picture, per_pixel(self.film), settings)?;
+        ReferenceFilm::show(&picture, settings)
+    }
+
+    fn develop(&mut self) -> Result<FilmData, ClientError> {
+        let mut data = self.film.develop()?;
+        self.regions.mix_into_sums(&mut data, per_pixel(self.film))?;
+        Ok(data)
+    }
+}
 
 impl LivePicture {
     /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
@@ -26,20 +91,21 @@ impl LivePicture {
         self.filter_now();
         self.filter.wait();
         let picture = self.filter.take()?;
-        Some(self.composed(picture, settings))
+        // A device that cannot give the regions cannot give the film either, and that is told.
+        self.composed(picture, settings).ok()
     }
 
     /// A filtered picture with the regions in it.
-    fn composed(&mut self, picture: FilteredPicture, settings: &Settings) -> FilteredPicture {
-        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| !self.regions.is_empty());
-        let Some(film) = film else { return picture };
+    fn composed(
+        &mut self,
+        picture: FilteredPicture,
+        settings: &Settings,
+    ) -> Result<FilteredPicture, ClientError> {
+        let film = self.screen.as_ref().and_then(Screen::film).filter(|_| !self.regions.is_empty());
+        let Some(whole) = film.map(per_pixel) else { return Ok(picture) };
         let mut xyz = picture.xyz().clone();
-        match (ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix })
-            .mix_into(&mut xyz, settings)
-        {
-            Ok(()) => xyz.into(),
-            Err(_) => picture,
-        }
+        self.regions.mix_into(&mut xyz, whole, settings)?;
+        Ok(xyz.into())
     }
 
     /// The filter through which the picture is shown.
@@ -65,8 +131,10 @@ impl LivePicture {
     ) -> Result<FilmSnapshot> {
         let filtered = self.filtered_frame(session.run_spec(), settings);
         let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
-        let filtered = filtered.cloned().map(|picture| self.composed(picture, settings).display(settings));
-        let filtered = filtered.transpose()?;
+        let filtered = match filtered.cloned() {
+            Some(picture) => Some(self.composed(picture, settings).into_diagnostic()?.display(settings)?),
+            None => None,
+        };
         let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
             return Err(miette::miette!("there is no picture to save"));
         };

@@ -17,20 +17,17 @@ use crate::app::noise_filter::EpochView;
 use crate::app::observer::{Beside, Observer};
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
-use crate::app::view::light_mix::LightMix;
 use crate::app::view::session::RenderSession;
 use crate::app::view::window_filter::WindowFilter;
 use crate::client::film::VulkanFilm;
 use crate::client::pacing::Pacer;
 use crate::client::pass::compose::PictureLayer;
-use crate::client::reference::ReferenceFilm;
 use crate::client::wavelet::out_of_memory;
 use crate::client::window::panel::RegionDrawing;
-use crate::client::{ClientError, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Settings, develop};
+use crate::client::{ClientError, Film, FilmData, FilmSpec, Settings, develop};
 use crate::gpu::{Cmd, Gpu, Region};
 use crate::image::Grid;
 use crate::scene::desc::IntegratorKind;
-use crate::stream::{PathCounts, Sample};
 use crate::study::ErrorTarget;
 use crate::tracer::Camera;
 
@@ -214,6 +211,12 @@ impl Regions {
         }
     }
 
+    /// Those that are traced no more.
+    pub fn released_mut(&mut self) -> impl Iterator<Item = &mut RegionRender> {
+        let count = self.list.len() - usize::from(self.is_traced);
+        self.list[..count].iter_mut()
+    }
+
     /// All regions.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut RegionRender> {
         self.list.iter_mut()
@@ -315,20 +318,16 @@ impl Regions {
         }
         Ok(images)
     }
-}
 
-/// The film of a picture together with its regions, or with the mix of its lights, for what is saved.
-pub struct ComposedFilm<'a> {
-    pub film: &'a mut VulkanFilm,
-    pub regions: &'a mut Regions,
-    pub mix: &'a mut LightMix,
-}
-
-impl ComposedFilm<'_> {
-    /// Mixes the regions into a picture, scene-linear XYZ before glare and tone curve.
-    pub fn mix_into(&mut self, picture: &mut Grid<Vec3>, settings: &Settings) -> Result<(), ClientError> {
-        let shares = self.regions.shares(per_pixel(self.film), settings);
-        for (shares, region) in shares.into_iter().zip(&mut self.regions.list) {
+    /// Mixes them into a picture of `whole` paths per pixel, scene-linear XYZ before glare and tone curve.
+    pub fn mix_into(
+        &mut self,
+        picture: &mut Grid<Vec3>,
+        whole: f64,
+        settings: &Settings,
+    ) -> Result<(), ClientError> {
+        let shares = self.shares(whole, settings);
+        for (shares, region) in shares.into_iter().zip(&mut self.list) {
             let own = region.linear(settings)?;
             let [x0, y0] = region.rectangle.origin.map(|n| n as usize);
             let width = picture.width();
@@ -345,63 +344,17 @@ impl ComposedFilm<'_> {
         }
         Ok(())
     }
-}
 
-impl Film for ComposedFilm<'_> {
-    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        self.film.add(samples)
-    }
-
-    fn count_paths(&mut self, paths: PathCounts) {
-        self.film.count_paths(paths);
-    }
-
-    fn flush(&mut self) -> Result<(), ClientError> {
-        self.film.flush()?;
-        self.regions.flush()
-    }
-
-    fn clear(&mut self) {
-        self.film.clear();
-        self.regions.clear();
-    }
-
-    fn keep_batch(&mut self, keep: bool) {
-        self.film.keep_batch(keep);
-    }
-
-    fn counts(&self) -> FilmCounts {
-        self.film.counts()
-    }
-
-    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
-        let is_composed = !self.regions.is_empty() || self.mix.is_mixing();
-        if settings.view.is_error() || !is_composed {
-            return self.film.display(settings);
-        }
-        let FilmSpec { width, height, .. } = *self.film.spec();
-        if self.mix.is_mixing() {
-            return ReferenceFilm::show(&self.mix.linear(settings, [width, height])?, settings);
-        }
-        let linear = self.film.reconstruct(&Settings { glare: None, ..settings.clone() }, 1)?;
-        let pixels = linear.into_iter().map(Vec3::from).collect();
-        let size = [width as usize, height as usize];
-        let picture = Grid::from_rows(size[0], size[1], pixels);
-        let mut picture = picture.ok_or_else(|| out_of_memory(size))?;
-        self.mix_into(&mut picture, settings)?;
-        ReferenceFilm::show(&picture, settings)
-    }
-
-    fn develop(&mut self) -> Result<FilmData, ClientError> {
-        let mut data = self.film.develop()?;
-        let shares = self.regions.shares(per_pixel(self.film), &Settings::default());
-        for (shares, region) in shares.into_iter().zip(&mut self.regions.list) {
+    /// Mixes their sums into those of a picture of `whole` paths per pixel.
+    pub fn mix_into_sums(&mut self, data: &mut FilmData, whole: f64) -> Result<(), ClientError> {
+        let shares = self.shares(whole, &Settings::default());
+        for (shares, region) in shares.into_iter().zip(&mut self.list) {
             let own = region.film.develop()?;
             for (part, share) in shares {
-                develop::mix_region(&mut data, &own, region.rectangle.origin, part, share);
+                develop::mix_region(data, &own, region.rectangle.origin, part, share);
             }
         }
-        Ok(data)
+        Ok(())
     }
 }
 
