@@ -6,6 +6,7 @@
 
 #define BILATERAL_PUSH
 #include "include/layout.glsl"
+#include "include/gather.glsl"
 #include "include/lod.glsl"
 
 // Whether it is the light stream, whose sums are shown.
@@ -42,7 +43,7 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 here = texelFetch(sums, at, 0);
     float error = texelFetch(errors, at, 0).r;
-    float lod = masked_lod(color, variance, gl_FragCoord.xy * push.inverse_target, 0.0, push.variance_lod,
+    float lod = masked_lod(color, variance, gl_FragCoord.xy, 0.0, push.variance_lod,
                            SUMMED ? 1.0 : 0.0);
     float strength = clamp(lod - float(STAGE), 0.0, 1.0);
     filtered = here;

@@ -5,6 +5,7 @@
 
 #define RECONSTRUCT_PUSH
 #include "include/layout.glsl"
+#include "include/gather.glsl"
 #include "include/lod.glsl"
 
 // Whether it is the light stream, whose sums are shown: the number of samples is random too.
@@ -16,9 +17,9 @@ layout(set = 0, binding = 1) uniform sampler2D variance;
 layout(location = 0) out vec4 grey;
 
 void main() {
-    vec2 uv = (gl_FragCoord.xy * push.detail + push.pad) * push.inverse_target;
+    vec2 texel = gl_FragCoord.xy * push.texels + push.pad;
     float lod = SUMMED ? push.lod.y : push.lod.x;
     float level = SUMMED ? push.variance_lod.y : push.variance_lod.x;
-    float error = relative_variance(color, variance, uv, lod, level, SUMMED ? 1.0 : 0.0);
+    float error = relative_variance(color, variance, texel, lod, level, SUMMED ? 1.0 : 0.0);
     grey = vec4(vec3(min(sqrt(error), 1.0)), 1.0);
 }

@@ -6,8 +6,8 @@
 
 #define RECONSTRUCT_PUSH
 #include "include/layout.glsl"
-#include "include/lod.glsl"
 #include "include/gather.glsl"
+#include "include/lod.glsl"
 
 const uint GAUSSIAN = 0u;
 const uint CATMULL_ROM = 1u;
@@ -27,13 +27,15 @@ layout(constant_id = 3) const uint LIGHT = ABSENT;
 // Support of the Gaussian: 2R texels along each axis, and E, 0 for no window.
 layout(constant_id = 4) const int TAPS = 5;
 layout(constant_id = 5) const int EXPONENT = 8;
+// Whether levels that differ from pixel to pixel are read from an atlas.
+layout(constant_id = 6) const bool ATLAS = true;
 
 #include "include/truncated.glsl"
 
 // All levels.
 layout(set = 0, binding = 0) uniform sampler2D camera;
 layout(set = 0, binding = 1) uniform sampler2D camera_variance;
-// The two levels that are read, or the atlas twice where noise is masked.
+// The two levels that are read; where noise is masked twice the atlas, or all levels.
 layout(set = 0, binding = 2) uniform sampler2D camera_near;
 layout(set = 0, binding = 3) uniform sampler2D camera_far;
 layout(set = 0, binding = 4) uniform sampler2D light;
@@ -56,14 +58,15 @@ Levels levels_at(sampler2D image, sampler2D near, sampler2D far, float lod) {
     Levels at;
     int level = int(max(floor(lod), 0.0));
     ivec2 full = textureSize(image, 0);
+    int next = min(level + 1, int(push.max_level));
     if (MASKING) {
-        at.near = atlas_level(full, level);
-        at.far = atlas_level(full, min(level + 1, int(push.max_level)));
+        at.near = ATLAS ? atlas_level(full, level) : mip_level(full, level);
+        at.far = ATLAS ? atlas_level(full, next) : mip_level(full, next);
     } else {
-        at.near = Level(ivec2(0), textureSize(near, 0));
-        at.far = Level(ivec2(0), textureSize(far, 0));
+        at.near = Level(ivec2(0), textureSize(near, 0), 0);
+        at.far = Level(ivec2(0), textureSize(far, 0), 0);
     }
-    vec2 texel = gl_FragCoord.xy * push.detail + push.pad;
+    vec2 texel = gl_FragCoord.xy * push.texels + push.pad;
     at.p_near = position(texel, at.near, full);
     at.p_far = position(texel, at.far, full);
     at.f = lod - float(level);
@@ -91,20 +94,12 @@ vec4 gaussian(sampler2D near, sampler2D far, Levels at, const uint extent) {
     return mix(a, blurred(far, at.p_far, at.far, exp2(2.0 * (1.0 - at.f))), at.f);
 }
 
-// Trilinear: by hardware, but from the atlas where the level differs from pixel to pixel.
-vec4 trilinear(sampler2D image, sampler2D near, vec2 uv, float lod, Levels at) {
-    if (MASKING) {
-        return mix(bilinear(near, at.p_near, at.near), bilinear(near, at.p_far, at.far), max(at.f, 0.0));
-    }
-    return textureLod(image, uv, max(lod, 0.0));
-}
-
 // Smallest weight, as a part of the bilinear one, at which the cubic is taken: negative lobes beside an empty region
 // would otherwise divide by nearly nothing.
 const float CATMULL_ROM_MIN_WEIGHT = 0.05;
 
-vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, vec2 uv, float lod, const uint extent) {
-    ivec2 texel = ivec2(gl_FragCoord.xy * push.detail + push.pad);
+vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, float lod, const uint extent) {
+    ivec2 texel = ivec2(gl_FragCoord.xy * push.texels + push.pad);
     if (KIND == NONE || extent == TEXEL) {
         return texelFetch(image, texel, 0);
     }
@@ -116,31 +111,32 @@ vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, vec2 uv, float lod,
         }
         return sums;
     }
-    vec4 linear = trilinear(image, near, uv, lod, at);
+    float f = max(at.f, 0.0);
+    vec4 linear = mix(bilinear(near, at.p_near, at.near), bilinear(far, at.p_far, at.far), f);
     if (KIND == MIPMAP) {
         return linear;
     }
-    vec4 sums = mix(catmull_rom(near, at.p_near, at.near), catmull_rom(far, at.p_far, at.far), max(at.f, 0.0));
+    vec4 sums = mix(catmull_rom(near, at.p_near, at.near), catmull_rom(far, at.p_far, at.far), f);
     return sums.w > CATMULL_ROM_MIN_WEIGHT * linear.w ? sums : linear;
 }
 
 void main() {
-    vec2 uv = (gl_FragCoord.xy * push.detail + push.pad) * push.inverse_target;
+    vec2 texel = gl_FragCoord.xy * push.texels + push.pad;
     vec3 total = vec3(0.0);
     if (CAMERA != ABSENT) {
         float lod = push.lod.x;
         if (MASKING && CAMERA != TEXEL) {
-            lod = masked_lod(camera, camera_variance, uv, lod, push.variance_lod.x, 0.0);
+            lod = masked_lod(camera, camera_variance, texel, lod, push.variance_lod.x, 0.0);
         }
-        vec4 sums = sums_at(camera, camera_near, camera_far, uv, lod, CAMERA);
+        vec4 sums = sums_at(camera, camera_near, camera_far, lod, CAMERA);
         total += sums.w > 0.0 ? sums.xyz / sums.w : vec3(0.0);
     }
     if (LIGHT != ABSENT) {
         float lod = push.lod.y;
         if (MASKING && LIGHT != TEXEL) {
-            lod = masked_lod(light, light_variance, uv, lod, push.variance_lod.y, 1.0);
+            lod = masked_lod(light, light_variance, texel, lod, push.variance_lod.y, 1.0);
         }
-        total += sums_at(light, light_near, light_far, uv, lod, LIGHT).xyz * push.light_scale;
+        total += sums_at(light, light_near, light_far, lod, LIGHT).xyz * push.light_scale;
     }
     xyz = vec4(total, 1.0);
 }

@@ -1,13 +1,19 @@
 // The three ways of the paper's Figure 2 to read an image of sums at a fractional level.
 // Each returns an average of sums: XYZ and W keep their ratio, and levels mix rightly.
 //
-// A level is a rectangle of the only level of some image: the view of one level, or the atlas of all levels where the
-// level differs from pixel to pixel. Fetching from different levels within a quad is impossible on lavapipe (it takes
-// the first pixel's level for all four), and a constant level is also the faster path.
+// A level is a rectangle of level `mip` of some image: a view of one level, or, where the level differs from pixel to pixel, a level
+// of the view of all of them. Fetching from different levels within a quad is impossible on lavapipe (it takes the first pixel's
+// level for all four): there it is a rectangle of the atlas of all levels.
 struct Level {
     ivec2 origin;
     ivec2 size;
+    int mip;
 };
+
+// The level of an image of all levels, whose level 0 has the extent `full`.
+Level mip_level(ivec2 full, int level) {
+    return Level(ivec2(0), max(full >> level, ivec2(1)), level);
+}
 
 // The level of an atlas, whose level 0 has the extent `full`; the same as `atlas_origin` in src/client/pass/images.rs.
 Level atlas_level(ivec2 full, int level) {
@@ -15,7 +21,7 @@ Level atlas_level(ivec2 full, int level) {
     // The next power of two.
     int high = 1 << (findMSB(max(full.y - 1, 0)) + 1);
     ivec2 origin = level == 0 ? ivec2(0) : ivec2(full.x, high - (high >> (level - 1)) + level);
-    return Level(origin, size);
+    return Level(origin, size, 0);
 }
 
 // Position in texels of a level, from texels of level 0, whose extent is `full`; exact on level 0.
@@ -60,7 +66,7 @@ vec4 windowed_gaussian(sampler2D image, vec2 p, Level level, float sigma) {
             float s2 = s * s;
             float s4 = s2 * s2;
             float w = (1.0 - s4 * s4) * (gx[x] * gy[y]);
-            sum += w * texelFetch(image, ivec2(level.origin.x + clamp(first.x + x, 0, last.x), ty), 0);
+            sum += w * texelFetch(image, ivec2(level.origin.x + clamp(first.x + x, 0, last.x), ty), level.mip);
             weights += w;
         }
     }
@@ -79,7 +85,7 @@ vec4 narrow_gaussian(sampler2D image, vec2 p, Level level, float sigma) {
         int ty = level.origin.y + clamp(first.y + y, 0, last.y);
         vec4 row = vec4(0.0);
         for (int x = 0; x < 4; ++x) {
-            row += gx[x] * texelFetch(image, ivec2(level.origin.x + clamp(first.x + x, 0, last.x), ty), 0);
+            row += gx[x] * texelFetch(image, ivec2(level.origin.x + clamp(first.x + x, 0, last.x), ty), level.mip);
         }
         sum += gy[y] * row;
     }
@@ -105,14 +111,14 @@ vec4 catmull_rom(sampler2D image, vec2 at_texel, Level level) {
         vec4 row = vec4(0.0);
         for (int x = 0; x < 4; ++x) {
             ivec2 at = clamp(ivec2(base) + ivec2(x - 1, y - 1), ivec2(0), last);
-            row += wx[x] * texelFetch(image, level.origin + at, 0);
+            row += wx[x] * texelFetch(image, level.origin + at, level.mip);
         }
         sum += wy[y] * row;
     }
     return sum;
 }
 
-// Bilinear, clamped to the edge.
+// Bilinear, clamped to the edge. By arithmetic: the texture units of GPUs interpolate with fractions of 8 bits.
 vec4 bilinear(sampler2D image, vec2 at_texel, Level level) {
     vec2 p = clamp(at_texel - 0.5, vec2(0.0), vec2(level.size - 1));
     ivec2 a = ivec2(p);
@@ -120,7 +126,18 @@ vec4 bilinear(sampler2D image, vec2 at_texel, Level level) {
     vec2 f = p - vec2(a);
     a += level.origin;
     b += level.origin;
-    vec4 top = mix(texelFetch(image, a, 0), texelFetch(image, ivec2(b.x, a.y), 0), f.x);
-    vec4 bottom = mix(texelFetch(image, ivec2(a.x, b.y), 0), texelFetch(image, b, 0), f.x);
+    vec4 top = mix(texelFetch(image, a, level.mip), texelFetch(image, ivec2(b.x, a.y), level.mip), f.x);
+    vec4 bottom = mix(texelFetch(image, ivec2(a.x, b.y), level.mip), texelFetch(image, b, level.mip), f.x);
     return mix(top, bottom, f.y);
+}
+
+// Trilinear at `texel` of level 0, from a view of all levels; `lod` is the same for the whole picture.
+vec4 trilinear(sampler2D image, vec2 texel, float lod) {
+    ivec2 full = textureSize(image, 0);
+    int near = int(lod);
+    int far = min(near + 1, textureQueryLevels(image) - 1);
+    Level a = mip_level(full, near);
+    Level b = mip_level(full, far);
+    return mix(bilinear(image, position(texel, a, full), a), bilinear(image, position(texel, b, full), b),
+               lod - float(near));
 }

@@ -28,15 +28,13 @@ layout(push_constant) uniform DownsamplePush {
 layout(push_constant) uniform ReconstructPush {
     vec2 lod;             // level of detail by sample count: camera, light
     vec2 variance_lod;    // level at which colour and variance are read for noise masking
-    vec2 inverse_target;  // 1 / extent of the padded target
     float pad;            // texels of overscan on every side
     float light_scale;    // texels of the picture / light paths; 0 while there are none
     float noise_masking;  // Vm: levels per factor 4 of excess relative variance
     float max_level;      // coarsest level
     float energy;         // mean sum of squared weights of one splat
     float inverse_scale;  // 1 / luminance scale
-    float detail;         // picture pixels per pixel drawn, along each axis: 1, 2 or 4
-    float padding;
+    vec2 texels;          // texels of the sums per pixel drawn, along each axis
 } push;
 #endif
 
@@ -54,13 +52,11 @@ layout(push_constant) uniform ComposePush {
 
 #ifdef BILATERAL_PUSH
 layout(push_constant) uniform BilateralPush {
-    vec2 inverse_target;  // 1 / extent of the padded target
     float variance_lod;   // level at which colour and variance are read
     float noise_masking;  // Vm: stages per factor 4 of excess relative variance
     float max_level;      // coarsest level
     float energy;         // mean sum of squared weights of one splat
     float inverse_scale;  // 1 / luminance scale
-    float padding;
 } push;
 #endif
 

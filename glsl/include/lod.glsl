@@ -1,5 +1,6 @@
 // Noise masking: the level of detail at which the relative error of the mean is acceptable (paper §4.3, made
-// relative and dimensionless). The same as src/client/lod.rs.
+// relative and dimensionless). The same as src/client/lod.rs. Images are views of all levels, places are in texels of level 0.
+// Needs gather.glsl.
 
 // The relative variance that needs no further blur: 5 % standard error.
 const float ACCEPTED = 0.05 * 0.05;
@@ -9,9 +10,9 @@ const float DARK = 0.02;
 // Relative variance of the mean after the blur of level `lod`. `summed` is 1 for the light stream, whose sums are shown: the number
 // of samples is random, which adds 1 to the relative variance of each (Poisson); 0 for the camera stream. `variance_lod` is the
 // level at which variance and colour are read.
-float relative_variance(sampler2D color, sampler2D variance, vec2 uv, float lod, float variance_lod, float summed) {
-    float v = textureLod(variance, uv, variance_lod).r;
-    vec2 yw = textureLod(color, uv, variance_lod).yw;
+float relative_variance(sampler2D color, sampler2D variance, vec2 texel, float lod, float variance_lod, float summed) {
+    float v = trilinear(variance, texel, variance_lod).r;
+    vec2 yw = trilinear(color, texel, variance_lod).yw;
     if (!(yw.y > 0.0)) {
         return 1.0;
     }
@@ -27,8 +28,8 @@ float relative_variance(sampler2D color, sampler2D variance, vec2 uv, float lod,
 }
 
 // The level of detail that noise masking asks for, in [-1, max_level].
-float masked_lod(sampler2D color, sampler2D variance, vec2 uv, float lod, float variance_lod, float summed) {
-    float relative = relative_variance(color, variance, uv, lod, variance_lod, summed);
+float masked_lod(sampler2D color, sampler2D variance, vec2 texel, float lod, float variance_lod, float summed) {
+    float relative = relative_variance(color, variance, texel, lod, variance_lod, summed);
     float excess = 0.5 * log2(relative / ACCEPTED);
     float extra = excess > 0.0 ? push.noise_masking * excess : 0.0;
     return clamp(lod + extra, -1.0, push.max_level);

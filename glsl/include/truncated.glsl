@@ -18,7 +18,7 @@ vec4 truncated_gaussian(sampler2D image, vec2 p, Level level, float sigma) {
             if (EXPONENT > 0) {
                 w *= 1.0 - pow(smoothstep(0.0, radius, sqrt(d2)), float(EXPONENT));
             }
-            sum += w * texelFetch(image, level.origin + ivec2(x, y), 0);
+            sum += w * texelFetch(image, level.origin + ivec2(x, y), level.mip);
             weights += w;
         }
     }

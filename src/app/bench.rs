@@ -4,6 +4,7 @@
 //! copies as many `Rgba32F` texels as the picture has from image to image: the yardstick of all passes. Two frames are in
 //! flight. The first [`run::WARM_UP`] frames compile pipelines and touch memory; they are not counted.
 
+mod bytes;
 mod run;
 
 use std::sync::Arc;
@@ -20,8 +21,10 @@ use super::report::{Percentiles, Seconds, check_json, human, publish};
 use super::run_spec::RunSpec;
 use super::timings::{self, TimingCapture, describe};
 use super::{method, process};
-use crate::client::{FilmSpec, Settings, SplatFilter};
+use crate::client::Settings;
+use crate::client::traffic::{MODEL, PassTraffic};
 use crate::gpu::Gpu;
+use bytes::BytesReport;
 use run::WARM_UP;
 pub use run::{BenchJob, PassTimes, measure};
 
@@ -35,6 +38,11 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
         timings::check(path, args.json.iter().chain([&args.source.scene]))?;
     }
     check_json(args.json.as_deref(), &args.source.scene)?;
+    if args.bytes {
+        let filter = args.source.filter.unwrap_or_default();
+        let report = BytesReport::new(filter, &args.display.settings());
+        return publish(&report.table(), "the report", &report, args.json.as_deref());
+    }
     process::listen_for_interrupt();
     let started = Instant::now();
     let Opened { input, scene, camera, device } = load::open(&args.source, &mut Seconds::default())?;
@@ -114,8 +122,13 @@ impl BenchReport {
             let milliseconds = Percentiles::of(times);
             let runs = *measured.runs.get(name).unwrap_or(&0) as f64 / times.len().max(1) as f64;
             // The samples of a frame are shared by its runs.
-            let bytes = modelled_bytes(name, &run.film, per_frame / runs.max(1.0), settings.vm > 0.0)
-                .map(|b| b * runs);
+            let traffic = PassTraffic {
+                samples: per_frame / runs.max(1.0),
+                on_film: measured.samples,
+                is_masked: settings.vm > 0.0,
+                ..PassTraffic::still(run.film)
+            };
+            let bytes = traffic.bytes(name).map(|b| b * runs);
             let seconds = milliseconds.p50 * 1e-3;
             PassReport {
                 name,
@@ -149,9 +162,7 @@ impl BenchReport {
             rasterised_samples_per_second: (raster > 0.0).then(|| measured.samples as f64 / raster),
             samples_per_frame: per_frame,
             scopes_without_time: measured.untimed,
-            bytes_model: "every texel read and written once per pass, blended sprites read and write their footprint; \
-                          none for mips unless noise is masked (then the whole chain), nor for passes without a model; \
-                          `variance` includes `variance fold`",
+            bytes_model: MODEL,
             copy: "vkCmdCopyImage of the picture, RGBA 32-bit floats, in every frame",
             passes: passes.collect(),
         }
@@ -195,57 +206,4 @@ impl BenchReport {
         }
         out
     }
-}
-
-/// Texels that a sprite covers.
-fn footprint(filter: SplatFilter) -> f64 {
-    match filter {
-        SplatFilter::Gaussian => 25.0,
-        SplatFilter::Tent => 4.0,
-        SplatFilter::Box => 1.0,
-        SplatFilter::Scaled(_) => 36.0,
-    }
-}
-
-/// Bytes that one run of pass `name` moves by design, on a film of `spec` with `samples` samples in the batch: what its
-/// shader reads and writes, not what caches save or tiles waste. `masking`: noise is masked.
-///
-/// Every texel of an image counts once per pass that reads it and once per pass that writes it (a blur that reads a texel
-/// for several outputs still counts it once). A blended sprite reads and writes every texel of its footprint; a clear
-/// writes the target. Passes that are not listed have no model.
-fn modelled_bytes(name: &str, spec: &FilmSpec, samples: f64, masking: bool) -> Option<f64> {
-    let [width, height] = spec.padded_extent().map(f64::from);
-    let film = width * height;
-    let picture = f64::from(spec.width) * f64::from(spec.height);
-    let slots = f64::from(spec.batch_slots());
-    let vertices = 24.0 * samples;
-    let sprites = samples * footprint(spec.filter);
-    let (color, scalar) = (16.0, 4.0);
-    // Levels 1 and up of a mip chain hold a third of level 0.
-    let chain = 1.0 / 3.0;
-    Some(match name {
-        // Sums of colour and variance, two floats each.
-        "clear" => film * 2.0 * (color + scalar),
-        "splat" => film * slots * color + vertices + sprites * 2.0 * color,
-        // Old hi and lo and the batch in; new hi and lo and the means out.
-        "fold" => film * (color * (2.0 + slots) + 3.0 * color),
-        // The means in; with the fold of the variance, which is part of the scope.
-        "variance" => {
-            film * slots * scalar + vertices + sprites * (color + 2.0 * scalar) + fold_variance(film, slots)
-        }
-        "variance fold" => fold_variance(film, slots),
-        "readback" | "copy" => picture * color * 2.0,
-        "tonemap" => picture * (color + scalar),
-        // One level of the camera stream at least; its neighbour is a quarter of it.
-        "reconstruct" => film * color * 1.25 + picture * color,
-        // The whole chain of colour and variance. Without masking only the levels are built that the level of detail asks for,
-        // none once there are several samples per pixel: no figure.
-        "mips" if masking => film * (color + scalar) * (1.0 + 2.0 * chain),
-        "atlas" => film * color * 2.0 * (1.0 + chain),
-        _ => return None,
-    })
-}
-
-fn fold_variance(film: f64, slots: f64) -> f64 {
-    film * 4.0 * (2.0 + slots + 2.0)
 }

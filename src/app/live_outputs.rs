@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use super::args::RenderArgs;
 use super::observer::Observer;
-use super::outputs::{FilmSnapshot, Outputs};
+use super::outputs::{Outputs, PendingSnapshot};
 use super::rejected::RejectedReport;
 use super::run_spec::{RunEnd, RunSpec};
 use super::tev::TevLink;
@@ -112,7 +112,7 @@ impl<'a> LiveOutputs<'a> {
         let texels: f64 = self.run.film.padded_extent().map(f64::from).iter().product();
         let spp = (film.counts().paths() as f64 / texels) as u64;
         let pictures = self.outputs.files().map(|path| {
-            let snapshot = FilmSnapshot::take(path, film, &self.settings, None)?;
+            let snapshot = PendingSnapshot::take(path, film, &self.settings, None)?;
             Ok((snapshot_path(path, spp), snapshot))
         });
         let pictures = pictures.collect::<Result<Vec<_>>>()?;

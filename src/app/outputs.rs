@@ -12,7 +12,7 @@ use super::layers::Channel;
 use super::report::{Seconds, is_special};
 use super::run_spec::{RunEnd, RunSpec, display_options};
 use crate::client::effects::Effects;
-use crate::client::{Denoise, DisplayImage, Film, FilmData, Settings, develop};
+use crate::client::{Denoise, DisplayImage, Film, FilmData, Readback, Settings, develop};
 use crate::color::Profile;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
@@ -125,15 +125,16 @@ impl Outputs {
     }
 }
 
-/// A picture taken from a film, to be written on another thread, because encoding takes longer than a frame.
-pub enum FilmSnapshot {
+/// A picture that a device still computes, to be waited for and written on another thread, because encoding takes longer than a
+/// frame, too.
+pub enum PendingSnapshot {
     /// The displayed picture, and the number of paths in it.
-    Png(DisplayImage, u64),
+    Png(Readback<DisplayImage>, u64),
     /// The sums, and channels beside them.
-    Exr(FilmData, Vec<Channel>),
+    Exr(Readback<FilmData>, Vec<Channel>),
 }
 
-impl FilmSnapshot {
+impl PendingSnapshot {
     /// Takes the picture; the ending of `path` says which. `filtered` is what is displayed instead of the film, if anything is.
     pub fn take(
         path: &Path,
@@ -144,15 +145,34 @@ impl FilmSnapshot {
         Ok(match check_target(path).into_diagnostic()? {
             FileFormat::Png => {
                 let paths = film.counts().paths();
-                let shown = filtered.map_or_else(|| film.display(settings).into_diagnostic(), Ok);
-                FilmSnapshot::Png(shown?, paths)
+                let shown = filtered.map(Readback::ready).map_or_else(|| film.begin_display(settings), Ok);
+                Self::Png(shown.into_diagnostic()?, paths)
             }
-            FileFormat::Exr => FilmSnapshot::Exr(film.develop().into_diagnostic()?, Vec::new()),
+            FileFormat::Exr => Self::Exr(film.begin_develop().into_diagnostic()?, Vec::new()),
         })
     }
 
+    /// Waits for the picture and writes it.
+    pub fn write(self, path: &Path, run: &RunSpec, outcome: &RunEnd, settings: &Settings) -> Result<()> {
+        let snapshot = match self {
+            Self::Png(shown, paths) => FilmSnapshot::Png(shown.wait().into_diagnostic()?, paths),
+            Self::Exr(data, layers) => FilmSnapshot::Exr(data.wait().into_diagnostic()?, layers),
+        };
+        snapshot.write(path, run, outcome, settings)
+    }
+}
+
+/// A picture taken from a film.
+enum FilmSnapshot {
+    /// The displayed picture, and the number of paths in it.
+    Png(DisplayImage, u64),
+    /// The sums, and channels beside them.
+    Exr(FilmData, Vec<Channel>),
+}
+
+impl FilmSnapshot {
     /// Writes the picture.
-    pub fn write(&self, path: &Path, run: &RunSpec, outcome: &RunEnd, settings: &Settings) -> Result<()> {
+    fn write(&self, path: &Path, run: &RunSpec, outcome: &RunEnd, settings: &Settings) -> Result<()> {
         let written = match self {
             FilmSnapshot::Png(shown, paths) => {
                 let picture = PngPicture {

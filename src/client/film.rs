@@ -1,4 +1,4 @@
-//! The film on a Vulkan device: accumulators, batches and the order of the passes.
+//! The film on a Vulkan device: sums, the repaint that shows them, and what a film of a moving picture leaves out.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,32 +9,38 @@ use crate::client::Film;
 use crate::client::background::BackgroundPolicy;
 use crate::client::error::ClientError;
 use crate::client::pass::compose::PictureLayer;
-use crate::client::pass::images::StreamImages;
-use crate::client::pass::repaint::{FilmSums, Repaint, ShownTexels, floats};
-use crate::client::raster::{Raster, Streams};
-use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
-use crate::client::state::FilmState;
-use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region, read_image};
+use crate::client::pass::repaint::{FilmSums, Repaint, ShownTexels};
+use crate::client::readback::Readback;
+use crate::client::sample_sums::{SampleSums, SumsPlace};
+use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings, SplatFilter};
+use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region};
 use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
+
+/// Pixels of the picture along a side of a texel of coarse sums.
+const COARSE: u32 = 4;
 
 /// A film on a Vulkan device; [`ReferenceFilm`](crate::client::reference::ReferenceFilm) is its reference.
 ///
 /// The same samples in the same order give the same bits on the same device, however they are split into calls.
+///
+/// A picture of few samples is blurred over several mip levels, and those below are not read. [`begin_coarsely`](Self::begin_coarsely)
+/// leaves them out: the sums have a texel for 4×4 pixels, a sixteenth of the work, as long as the level of detail is 2 or more.
 pub struct VulkanFilm {
+    spec: FilmSpec,
     gpu: Arc<Gpu>,
-    state: FilmState,
-    raster: Raster,
-    /// Camera and light; made with the stream's first sample.
-    streams: Streams,
+    place: SumsPlace,
+    /// The sums of the picture.
+    sums: SampleSums,
+    /// The coarse ones; made when they are wanted first.
+    coarse: Option<SampleSums>,
+    is_coarse: bool,
     /// Made with the first repaint.
     repaint: Option<Repaint>,
     /// Whether [`paint`](Self::paint) waits for tables that take long to make.
     policy: BackgroundPolicy,
     /// Whether only full batches are rasterised.
     keep_batch: bool,
-    /// A batch was lost since the last clear.
-    damaged: bool,
 }
 
 impl VulkanFilm {
@@ -44,9 +50,7 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Gpu`] when there is no memory.
     pub fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        let state = FilmState::new(spec)?;
-        let raster = Raster::device(&gpu)?;
-        Ok(Self::with_raster(gpu, state, raster))
+        Self::with_sums(gpu, spec, SumsPlace::Device)
     }
 
     /// As [`new`](Self::new), with sums that the processor makes, as the reference does: for devices that are the processor. Its bits
@@ -56,51 +60,137 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Extent`].
     pub fn summed_on_host(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        let raster = Raster::host(&gpu);
-        Ok(Self::with_raster(gpu, FilmState::new(spec)?, raster))
+        Self::with_sums(gpu, spec, SumsPlace::Host)
     }
 
-    fn with_raster(gpu: Arc<Gpu>, state: FilmState, raster: Raster) -> Self {
-        Self {
+    fn with_sums(gpu: Arc<Gpu>, spec: FilmSpec, place: SumsPlace) -> Result<Self, ClientError> {
+        Ok(Self {
+            spec,
+            place,
+            sums: SampleSums::new(&gpu, spec, place)?,
             gpu,
-            state,
-            raster,
-            streams: [None, None],
+            coarse: None,
+            is_coarse: false,
             repaint: None,
             policy: BackgroundPolicy::Block,
             keep_batch: false,
-            damaged: false,
-        }
+        })
+    }
+
+    /// The same film for another device, after this one was lost; `None` where its sums were on it.
+    pub fn moved_to(self, gpu: &Arc<Gpu>) -> Option<Self> {
+        let sums = self.sums.moved_to(gpu)?;
+        let coarse = self.coarse.and_then(|coarse| coarse.moved_to(gpu));
+        let is_coarse = self.is_coarse && coarse.is_some();
+        Some(Self { gpu: gpu.clone(), sums, coarse, is_coarse, repaint: None, ..self })
+    }
+
+    /// Takes over sums that were read from a film of the same specification by [`begin_backup`](Self::begin_backup).
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`] when there is no memory; the film is empty then.
+    pub fn restore(&mut self, data: &FilmData) -> Result<(), ClientError> {
+        self.clear();
+        self.sums.restore(data)
+    }
+
+    /// Reads the sums, with the overscan of the film, without waiting for the GPU: they survive the device.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`].
+    pub fn begin_backup(&mut self) -> Result<Readback<FilmData>, ClientError> {
+        self.flush()?;
+        self.present_mut().develop(0)
     }
 
     /// The specification of the film.
     pub fn spec(&self) -> &FilmSpec {
-        self.state.spec()
+        &self.spec
+    }
+
+    /// The sums that samples are added to.
+    fn present(&self) -> &SampleSums {
+        self.coarse.as_ref().filter(|_| self.is_coarse).unwrap_or(&self.sums)
+    }
+
+    fn present_mut(&mut self) -> &mut SampleSums {
+        self.coarse.as_mut().filter(|_| self.is_coarse).unwrap_or(&mut self.sums)
+    }
+
+    /// Forgets everything, and adds up the samples that come coarsely until [`sharpen`](Self::sharpen).
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Extent`].
+    pub fn begin_coarsely(&mut self) -> Result<(), ClientError> {
+        self.clear();
+        if self.coarse.is_none() {
+            let spec = Self::coarse_spec(&self.spec);
+            self.coarse = Some(SampleSums::new(&self.gpu, spec, self.place)?);
+        }
+        self.is_coarse = true;
+        Ok(())
+    }
+
+    /// The specification of the coarse sums of a film.
+    pub fn coarse_spec(spec: &FilmSpec) -> FilmSpec {
+        // The tent is about as wide as the mip level whose texels they are, with the splat filter that it is made with.
+        let [width, height] = [spec.width, spec.height].map(|n| n.div_ceil(COARSE));
+        FilmSpec { width, height, filter: SplatFilter::Tent, ..*spec }
+    }
+
+    /// Whether the sums are coarse.
+    pub fn is_coarse(&self) -> bool {
+        self.is_coarse
+    }
+
+    /// Whether the sums are coarse and there are samples for a finer picture than they can give: one stream has its level of detail
+    /// below 2.
+    pub fn must_sharpen(&self) -> bool {
+        let FilmCounts { camera_samples, light_samples, .. } = self.counts();
+        self.is_coarse && camera_samples.max(light_samples) > Self::coarse_samples(&self.spec)
+    }
+
+    /// The samples of a stream up to which coarse sums suffice: then its level of detail is 2.
+    pub fn coarse_samples(spec: &FilmSpec) -> u64 {
+        let [width, height] = spec.padded_extent().map(u64::from);
+        width * height / u64::from(COARSE * COARSE)
+    }
+
+    /// Begins with sums of full resolution, which are empty: the same samples must be added again.
+    pub fn sharpen(&mut self) {
+        self.sums.clear();
+        self.is_coarse = false;
     }
 
     /// Samples of the batch, which [`flush`](Self::flush) would rasterise.
     pub fn waiting(&self) -> usize {
-        self.state.waiting()
+        self.present().waiting()
     }
 
-    /// Whether a batch was lost to an error since the last clear: the counts and paths are those of more samples than the sums.
+    /// Whether samples were lost to an error since the last clear: the counts and paths are those of more samples than the sums.
     pub fn is_damaged(&self) -> bool {
-        self.damaged
+        self.present().is_damaged()
     }
 
     /// The frame that rasterises the last batch.
     pub fn rasterised(&self) -> FrameNumber {
-        self.raster.rasterised()
+        let coarse = self.coarse.as_ref().map_or(FrameNumber::default(), SampleSums::rasterised);
+        self.sums.rasterised().max(coarse)
     }
 
     /// Samples that the processor has drawn since the last call, and how long it took.
     pub fn take_host_time(&mut self) -> (u64, Duration) {
-        self.raster.take_host_time()
+        let (samples, time) = self.sums.take_host_time();
+        let (more, longer) = self.coarse.as_mut().map(SampleSums::take_host_time).unwrap_or_default();
+        (samples + more, time + longer)
     }
 
     /// Whether the camera and the light stream have images, because they had a sample.
     pub fn allocated_streams(&self) -> [bool; 2] {
-        [self.streams[0].is_some(), self.streams[1].is_some()]
+        self.present().allocated_streams()
     }
 
     /// Records into `cmd` what [`display`](Self::display) does, without reading back: the encoded picture, to be drawn into a
@@ -117,8 +207,8 @@ impl VulkanFilm {
         regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
-        self.raster.complete(cmd, self.state.spec(), &mut self.streams)?;
-        let (repaint, sums) = self.sums()?;
+        self.present_mut().complete(cmd)?;
+        let (repaint, sums) = self.sums();
         repaint.policy = policy;
         repaint.paint(cmd, sums, settings, detail, regions)
     }
@@ -132,7 +222,7 @@ impl VulkanFilm {
         layers: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
-        let (repaint, _) = self.sums()?;
+        let (repaint, _) = self.sums();
         repaint.policy = policy;
         repaint.paint_sum(cmd, settings, detail, layers)
     }
@@ -148,9 +238,9 @@ impl VulkanFilm {
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
         if filtered.is_none() {
-            self.raster.complete(cmd, self.state.spec(), &mut self.streams)?;
+            self.present_mut().complete(cmd)?;
         }
-        let (repaint, sums) = self.sums()?;
+        let (repaint, sums) = self.sums();
         repaint.policy = policy;
         match filtered {
             Some(picture) => repaint.linear_filtered(cmd, picture, settings, detail),
@@ -168,14 +258,14 @@ impl VulkanFilm {
         regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
-        let (repaint, _) = self.sums()?;
+        let (repaint, _) = self.sums();
         repaint.policy = policy;
         repaint.paint_filtered(cmd, picture, settings, regions)
     }
 
     /// Whether the sums are in memory: [`develop`](Film::develop) waits for no device.
     pub fn is_summed_on_host(&self) -> bool {
-        self.raster.host_sums().is_some()
+        self.place == SumsPlace::Host
     }
 
     /// Whether [`paint`](Self::paint) waits for tables that take long to make, as it does at first, or shows the picture
@@ -205,16 +295,10 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Gpu`].
     pub fn weight_at(&mut self, pixel: [u32; 2]) -> Result<f32, ClientError> {
-        let pad = self.state.spec().pad();
-        let texel = pixel.map(|at| at + pad);
-        let sum = match self.raster.host_sums() {
-            Some(sums) => sums.stream(0).and_then(|sums| sums.color_at(texel)),
-            None => {
-                let region = Region { origin: texel, extent: [1, 1] };
-                self.develop_region(region)?.camera.first().copied()
-            }
-        };
-        Ok(sum.map_or(0.0, |sum| sum[3]))
+        let scale = if self.is_coarse { COARSE } else { 1 };
+        let sums = self.present_mut();
+        let pad = sums.spec().pad();
+        Ok(sums.weight_at(pixel.map(|at| at / scale + pad))? / (scale * scale) as f32)
     }
 
     /// What the last [`paint`](Self::paint) shows within a rectangle of the picture; `None` before the first. Waits for the GPU.
@@ -233,53 +317,23 @@ impl VulkanFilm {
         repaint.reconstruct(sums, settings, detail)
     }
 
-    /// The sums with the overscan around the picture, `width` and `height` being those of the padded target.
+    /// The sums with the overscan around the picture, `width` and `height` being those of the padded target. Coarse ones have a texel
+    /// for 4×4 pixels.
     pub fn develop_padded(&mut self) -> Result<FilmData, ClientError> {
         self.complete()?;
-        if let Some(sums) = self.raster.host_sums() {
-            return Ok(sums.develop(&self.state, 0));
-        }
-        self.develop_region(Region { origin: [0, 0], extent: self.state.spec().padded_extent() })
-    }
-
-    fn develop_region(&mut self, region: Region) -> Result<FilmData, ClientError> {
-        let mut data = FilmData {
-            width: region.extent[0],
-            height: region.extent[1],
-            luminance_scale: self.state.scale(),
-            counts: self.state.counts(),
-            ..FilmData::default()
-        };
-        let samples = self.state.samples();
-        for (i, stream) in self.streams.iter_mut().enumerate() {
-            let Some(stream) = stream.as_mut().filter(|s| samples[i] > 0 && s.is_defined()) else {
-                continue;
-            };
-            // hi is the rounded sum: lo adds nothing to an f32.
-            let color = read_image(&self.gpu, stream.color.sums_mut(), region)?;
-            let color = floats(&color).chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect();
-            let variance = match &mut stream.variance {
-                Some(variance) => floats(&read_image(&self.gpu, variance.sums_mut(), region)?),
-                None => Vec::new(),
-            };
-            if i == 0 {
-                (data.camera, data.camera_variance) = (color, variance);
-            } else {
-                (data.light, data.light_variance) = (color, variance);
-            }
-        }
-        Ok(data)
+        self.present_mut().develop(0)?.wait()
     }
 
     /// Rasterises the batch; returns the passes of a repaint, and the sums.
     fn repaint(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
         self.complete()?;
-        if self.raster.host_sums().is_some() {
-            let mut frame = self.gpu.begin()?;
-            self.raster.complete(&mut frame.cmd(), self.state.spec(), &mut self.streams)?;
+        if self.is_summed_on_host() {
+            let gpu = self.gpu.clone();
+            let mut frame = gpu.begin()?;
+            self.present_mut().complete(&mut frame.cmd())?;
             frame.submit()?;
         }
-        self.sums()
+        Ok(self.sums())
     }
 
     /// Rasterises the batch, unless it is to be kept.
@@ -288,51 +342,33 @@ impl VulkanFilm {
     }
 
     /// The passes of a repaint, and the sums.
-    fn sums(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
-        let lods = self.state.lods();
-        let (light_scale, inverse_scale) = (self.state.light_scale(), self.state.scale().recip());
+    fn sums(&mut self) -> (&mut Repaint, FilmSums<'_>) {
         let repaint = match &mut self.repaint {
             Some(repaint) => repaint,
-            empty => empty.insert(Repaint::new(&self.gpu, *self.state.spec())?),
+            empty => empty.insert(Repaint::new(&self.gpu, self.spec)),
         };
-        let [camera, light] = &mut self.streams;
-        let streams = [camera.as_mut().zip(lods[0]), light.as_mut().zip(lods[1])];
-        Ok((repaint, FilmSums { streams, light_scale, inverse_scale }))
+        let sums = self.coarse.as_mut().filter(|_| self.is_coarse).unwrap_or(&mut self.sums);
+        (repaint, sums.view())
     }
 }
 
 impl Film for VulkanFilm {
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        for sample in samples {
-            if self.state.take(sample) {
-                self.raster.push(*sample);
-                if self.state.is_full() {
-                    self.flush()?;
-                }
-            }
-        }
-        Ok(())
+        self.present_mut().add(samples)
     }
 
     fn count_paths(&mut self, paths: PathCounts) {
-        self.state.count_paths(paths);
+        self.present_mut().count_paths(paths);
     }
 
     fn flush(&mut self) -> Result<(), ClientError> {
-        let samples = self.state.waiting();
-        if !self.state.start_raster() {
-            return Ok(());
-        }
-        let outcome = self.raster.draw(&self.state, &mut self.streams, samples);
-        self.damaged |= outcome.is_err();
-        outcome
+        self.present_mut().flush()
     }
 
     fn clear(&mut self) {
-        self.raster.clear();
-        self.damaged = false;
-        self.streams.iter_mut().flatten().for_each(StreamImages::forget);
-        self.state.clear();
+        self.sums.clear();
+        self.coarse.iter_mut().for_each(SampleSums::clear);
+        self.is_coarse = false;
     }
 
     fn keep_batch(&mut self, keep: bool) {
@@ -340,7 +376,7 @@ impl Film for VulkanFilm {
     }
 
     fn counts(&self) -> FilmCounts {
-        self.state.counts()
+        self.present().counts()
     }
 
     fn on_device(&mut self) -> Option<&mut VulkanFilm> {
@@ -348,17 +384,21 @@ impl Film for VulkanFilm {
     }
 
     fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+        self.begin_display(settings)?.wait()
+    }
+
+    fn develop(&mut self) -> Result<FilmData, ClientError> {
+        self.begin_develop()?.wait()
+    }
+
+    fn begin_display(&mut self, settings: &Settings) -> Result<Readback<DisplayImage>, ClientError> {
         let (repaint, sums) = self.repaint()?;
         repaint.display(sums, settings)
     }
 
-    fn develop(&mut self) -> Result<FilmData, ClientError> {
+    fn begin_develop(&mut self) -> Result<Readback<FilmData>, ClientError> {
         self.complete()?;
-        let spec = self.state.spec();
-        let (pad, extent) = (spec.pad(), [spec.width, spec.height]);
-        if let Some(sums) = self.raster.host_sums() {
-            return Ok(sums.develop(&self.state, pad));
-        }
-        self.develop_region(Region { origin: [pad, pad], extent })
+        let sums = self.present_mut();
+        sums.develop(sums.spec().pad())
     }
 }

@@ -4,7 +4,7 @@
 //! [`lod`](crate::client::lod). Weights are computed with arithmetic, never with hardware bilinear
 //! filtering, whose fractions have 8 bits on common devices.
 
-use crate::client::settings::{BATCH_CAPACITY, FilmSpec, ScaledFilter, SplatFilter};
+use crate::client::settings::{CHUNK_SAMPLES, FilmSpec, ScaledFilter, SplatFilter};
 use crate::stream::{Sample, UvWindow};
 
 /// The paper's 5-texel filter row at distances 0, 1, 2 and the zero border at 3, in texels.
@@ -195,12 +195,26 @@ impl FilmSpec {
         [self.width + 2 * self.pad(), self.height + 2 * self.pad()]
     }
 
+    /// Number of samples of a full batch: half a sample per texel, in whole chunks, from 1 to 64 of them. A fold reads and writes all
+    /// texels however many samples it adds. At that density no texel gets more additions in `f32` than one of a film of 360².
+    pub const fn batch_capacity(&self) -> usize {
+        const MOST_CHUNKS: usize = 64;
+        let [width, height] = self.padded_extent();
+        let chunks = width as usize * height as usize / (2 * CHUNK_SAMPLES);
+        CHUNK_SAMPLES
+            * match chunks {
+                0 => 1,
+                1..MOST_CHUNKS => chunks,
+                _ => MOST_CHUNKS,
+            }
+    }
+
     /// Copies of the padded target among which the samples of a batch are dealt, so that the plain `f32` sum of one
     /// texel takes no more than about [`ADDS_PER_SUM`] of them when they cover the film evenly; 1 from about 190² on.
     pub const fn batch_slots(&self) -> u32 {
         let [width, height] = self.padded_extent();
         let taps = self.filter.taps_per_axis();
-        let adds = (BATCH_CAPACITY * taps * taps) as u64;
+        let adds = self.batch_capacity() as u64 * (taps * taps) as u64;
         adds.div_ceil(ADDS_PER_SUM * width as u64 * height as u64) as u32
     }
 

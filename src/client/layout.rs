@@ -47,7 +47,7 @@ blocks! {
         inverse_scale: f32,
     }
 
-    /// Constants of `fold.frag`.
+    /// Constants of `fold.comp`.
     FoldPush, 4 {
         /// 1 / luminance scale, a power of two.
         inverse_scale: f32,
@@ -60,13 +60,11 @@ blocks! {
     }
 
     /// Constants of `reconstruct.frag`; pairs are camera, light.
-    ReconstructPush, 56 {
+    ReconstructPush, 48 {
         /// Level of detail by sample count.
         lod: [f32; 2],
         /// Level at which colour and variance are read for noise masking.
         variance_lod: [f32; 2],
-        /// 1 / extent of the padded target.
-        inverse_target: [f32; 2],
         /// Texels of overscan on every side.
         pad: f32,
         /// Texels of the picture / light paths; 0 while there are none.
@@ -79,10 +77,8 @@ blocks! {
         energy: f32,
         /// 1 / luminance scale, a power of two.
         inverse_scale: f32,
-        /// Picture pixels per pixel drawn, along each axis: 1, 2 or 4.
-        detail: f32,
-        /// Fills the last 8 bytes.
-        padding: f32,
+        /// Texels of the sums per pixel drawn, along each axis.
+        texels: [f32; 2],
     }
 
     /// Constants of `compose.frag`.
@@ -104,9 +100,7 @@ blocks! {
     }
 
     /// Constants of `bilateral_error.frag` and `bilateral.frag`.
-    BilateralPush, 32 {
-        /// 1 / extent of the padded target.
-        inverse_target: [f32; 2],
+    BilateralPush, 20 {
         /// Level at which colour and variance are read.
         variance_lod: f32,
         /// `Vm`: stages per factor 4 of excess relative variance.
@@ -117,8 +111,6 @@ blocks! {
         energy: f32,
         /// 1 / luminance scale, a power of two.
         inverse_scale: f32,
-        /// Fills the last 8 bytes.
-        padding: f32,
     }
 
     /// Constants of `tonemap.frag`.

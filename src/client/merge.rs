@@ -7,20 +7,15 @@
 
 use std::collections::BTreeMap;
 
-use crate::client::settings::{BATCH_CAPACITY, FilmSpec, SplatFilter, Summation};
+use crate::client::settings::{CHUNK_SAMPLES, FilmSpec, SplatFilter, Summation};
 use crate::color::Xyz;
 use crate::stream::Sample;
 
 /// Most samples of one stream in a cell and slot of the batch that are not merged: 288 additions to a texel if its neighbours have as
-/// many. A batch that covers its slots evenly has at most [`ADDS_PER_SUM`](crate::client::filter::ADDS_PER_SUM)/36 = 1.8 in a cell,
+/// many, and twice as many where a batch has several chunks: those that came before the cell was found dense stay as they are.
+/// A batch that covers its slots evenly has at most [`ADDS_PER_SUM`](crate::client::filter::ADDS_PER_SUM)/36 = 1.8 in a cell,
 /// so that pictures of even density are not merged.
 const DENSE: u32 = 8;
-
-/// Entries of the table that counts the samples of cells. Cells that share an entry only look denser than they are.
-const ENTRIES: usize = 1 << 16;
-
-/// Most samples that the merging of one batch can make: four for each cell.
-pub const MAX_MERGED: usize = 4 * BATCH_CAPACITY / DENSE as usize;
 
 /// A cell whose entry has more samples than the limit.
 #[derive(Default)]
@@ -34,7 +29,8 @@ struct Cell {
 /// Finds the dense cells of a batch of one stream and merges their samples.
 #[derive(Default)]
 pub struct Merger {
-    /// Number of samples in the cells of an entry.
+    /// Number of samples in the cells of an entry; as many entries as a batch has samples. Cells that share one only look denser than
+    /// they are.
     counts: Vec<u32>,
     /// Cells of full entries by row and column.
     cells: BTreeMap<[u32; 2], Cell>,
@@ -42,11 +38,12 @@ pub struct Merger {
     filter: SplatFilter,
     /// Largest number in a cell that is not dense.
     limit: u32,
-    found: bool,
+    /// Largest number of samples of an entry.
+    fullest: u32,
 }
 
 impl Merger {
-    /// Begins with a batch for this film, of which all samples are counted. Sums of one float, which are kept to show what the second costs, are not merged; neither
+    /// Begins with a batch for this film, of which all samples are counted, chunk by chunk. Sums of one float, which are kept to show what the second costs, are not merged; neither
     /// are filters of a size of their own, which are not linear.
     pub fn begin(&mut self, spec: &FilmSpec) {
         let linear = !matches!(spec.filter, SplatFilter::Scaled(_));
@@ -55,24 +52,30 @@ impl Merger {
         } else {
             u32::MAX
         };
-        (self.extent, self.filter, self.found) = (spec.padded_extent(), spec.filter, false);
+        (self.extent, self.filter, self.fullest) = (spec.padded_extent(), spec.filter, 0);
         self.cells.clear();
         self.counts.clear();
-        self.counts.resize(ENTRIES, 0);
+        self.counts.resize(spec.batch_capacity().next_power_of_two(), 0);
     }
 
     /// Counts a sample at this position in padded texels, inside the target.
     #[inline]
     pub fn count(&mut self, p: [f32; 2]) {
-        let entry = entry(self.cell(p));
+        let entry = self.entry(self.cell(p));
         self.counts[entry] += 1;
-        self.found |= self.counts[entry] > self.limit;
+        self.fullest = self.fullest.max(self.counts[entry]);
     }
 
-    /// Whether a cell may be dense, once all samples were counted; then [`confirm`](Self::confirm) must hear of all of them again.
+    /// Whether a cell may be dense, once all samples of a chunk were counted; then [`confirm`](Self::confirm) must hear of all of them
+    /// again.
     #[inline]
     pub fn found(&self) -> bool {
-        self.found
+        self.fullest > self.limit
+    }
+
+    /// Whether a cell may have a chunk of samples: the batch must end, as the sums of its deviations are those of all samples.
+    pub fn is_full(&self) -> bool {
+        self.fullest as usize >= CHUNK_SAMPLES
     }
 
     /// Counts a sample in its cell itself, where cells share an entry. Cells that reach into the border of the padded target have
@@ -80,7 +83,7 @@ impl Merger {
     pub fn confirm(&mut self, p: [f32; 2]) {
         let cell = self.cell(p);
         let whole = self.filter == SplatFilter::Box || (0..2).all(|i| (1..self.extent[i]).contains(&cell[i]));
-        if whole && self.counts[entry(cell)] > self.limit {
+        if whole && self.counts[self.entry(cell)] > self.limit {
             self.cells.entry([cell[1], cell[0]]).or_default().count += 1;
         }
     }
@@ -88,7 +91,7 @@ impl Merger {
     /// Whether the sample at this position is in a dense cell.
     pub fn is_dense(&self, p: [f32; 2]) -> bool {
         let [column, row] = self.cell(p);
-        self.counts[entry([column, row])] > self.limit
+        self.counts[self.entry([column, row])] > self.limit
             && self.cells.get(&[row, column]).is_some_and(|cell| cell.count > self.limit)
     }
 
@@ -158,10 +161,10 @@ impl Merger {
         let shift = if self.filter == SplatFilter::Box { 0.0 } else { 0.5 };
         p.map(|p| (p + shift) as u32)
     }
-}
 
-/// The table's entry of a cell. Neighbours have different ones.
-#[inline]
-fn entry([column, row]: [u32; 2]) -> usize {
-    (column.wrapping_add(row.wrapping_mul(40_503)) & (ENTRIES as u32 - 1)) as usize
+    /// The table's entry of a cell. Neighbours have different ones.
+    #[inline]
+    fn entry(&self, [column, row]: [u32; 2]) -> usize {
+        (column.wrapping_add(row.wrapping_mul(40_503)) as usize) & (self.counts.len() - 1)
+    }
 }

@@ -31,7 +31,7 @@
 //! |---|---|
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
 //! | [`wavelet`], [`oidn`] | the noise filters of what is displayed: our own, and Open Image Denoise where it is installed |
-//! | [`film`], [`raster`], [`pass`] | the Vulkan film and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
+//! | [`film`], [`sample_sums`], [`raster`], [`pass`] | the Vulkan film, its sums and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
@@ -59,16 +59,20 @@ pub mod oidn;
 pub mod pacing;
 pub mod pass;
 pub mod raster;
+pub mod readback;
 pub mod reference;
 pub mod retained;
+pub mod sample_sums;
 pub mod settings;
 pub mod state;
+pub mod traffic;
 pub mod upload;
 pub mod wavelet;
 pub mod window;
 pub mod zones;
 
 pub use error::ClientError;
+pub use readback::Readback;
 pub use settings::*;
 
 use crate::stream::{PathCounts, Sample};
@@ -102,6 +106,16 @@ pub trait Film {
 
     /// The sums, cropped to the picture; rasterises the batch first and waits for the GPU.
     fn develop(&mut self) -> Result<FilmData, ClientError>;
+
+    /// As [`display`](Self::display), without waiting for the GPU.
+    fn begin_display(&mut self, settings: &Settings) -> Result<Readback<DisplayImage>, ClientError> {
+        self.display(settings).map(Readback::ready)
+    }
+
+    /// As [`develop`](Self::develop), without waiting for the GPU.
+    fn begin_develop(&mut self) -> Result<Readback<FilmData>, ClientError> {
+        self.develop().map(Readback::ready)
+    }
 
     /// Share of the light that the last picture lacks because fireflies were reweighted; `None` where they are not.
     fn withheld(&self) -> Option<f64> {

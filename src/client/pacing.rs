@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use crate::client::settings::BATCH_CAPACITY;
+use crate::client::settings::CHUNK_SAMPLES;
 use crate::stream::block::BLOCK_SAMPLES;
 
 /// After an edit the picture counts as changing for this long.
@@ -31,10 +31,13 @@ const REPAINT_SHARE: f64 = 0.5;
 const LEAST_SAMPLES_SHARE: f64 = 0.25;
 
 /// Upper bound on the samples of a frame, whatever they seem to cost, so that input is polled in time.
-const MOST_SAMPLES: usize = 64 * BATCH_CAPACITY;
+const MOST_SAMPLES: usize = 64 * CHUNK_SAMPLES;
 
 /// Upper bound on the samples taken beyond the budget, so that the next edit does not wait long.
-const MOST_WAITING: usize = BATCH_CAPACITY / 2;
+const MOST_WAITING: usize = CHUNK_SAMPLES / 2;
+
+/// Share of the budget that drawing a batch may take: it is drawn before it is full where that would take longer.
+const BATCH_SHARE: f64 = 0.5;
 
 /// Weight of a new measurement.
 const BLEND: f64 = 0.2;
@@ -74,6 +77,10 @@ pub struct Situation {
     pub waiting: usize,
     /// Samples that the film has and has not rasterised, because its batch is not full.
     pub batched: usize,
+    /// Samples of a full batch; 0 where it is not known.
+    pub capacity: usize,
+    /// Number of streams, each of which is folded apart.
+    pub streams: u32,
     /// A repaint shows the picture through the noise filter.
     pub filter: bool,
 }
@@ -87,7 +94,7 @@ pub struct FramePlan {
     pub detail: u32,
     /// Repaint the picture.
     pub repaint: bool,
-    /// Rasterise the batch although it is not full, and show nothing yet: the repaint is for the next frame.
+    /// Rasterise the batch although it is not full; without a repaint that is for the next frame.
     pub flush: bool,
 }
 
@@ -96,7 +103,10 @@ pub struct FramePlan {
 pub struct Pacer {
     budget: f64,
     per_sample: Mean,
-    per_batch: Mean,
+    /// What the loop takes for a sample until it is in a batch.
+    per_fed_sample: Mean,
+    /// The fold of one stream.
+    per_fold: Mean,
     /// For `detail` 1, 2, 4.
     repaint: [Mean; 3],
     /// The noise filter, and what a repaint takes besides.
@@ -113,7 +123,8 @@ impl Pacer {
         Self {
             budget: budget.as_secs_f64().max(1e-3),
             per_sample: Mean::default(),
-            per_batch: Mean::default(),
+            per_fed_sample: Mean::default(),
+            per_fold: Mean::default(),
             repaint: [Mean::default(); 3],
             filter: Mean::default(),
             filtered_repaint: Mean::default(),
@@ -127,16 +138,23 @@ impl Pacer {
         Duration::from_secs_f64(self.budget)
     }
 
-    /// `samples` took this long to rasterise, apart from what [`batch`](Self::batch) counts.
+    /// `samples` took this long to rasterise, apart from what [`fold`](Self::fold) counts.
     pub fn samples(&mut self, samples: u64, time: Duration) {
         if samples > 0 {
             self.per_sample.add(time.as_secs_f64() / samples as f64);
         }
     }
 
-    /// Work per batch whatever its number of samples: folding.
-    pub fn batch(&mut self, time: Duration) {
-        self.per_batch.add(time.as_secs_f64());
+    /// `samples` took this long from the lanes into the batch: the processor copies, sorts and uploads them.
+    pub fn fed(&mut self, samples: u64, time: Duration) {
+        if samples > 0 {
+            self.per_fed_sample.add(time.as_secs_f64() / samples as f64);
+        }
+    }
+
+    /// Work per batch of a stream whatever its number of samples: folding.
+    pub fn fold(&mut self, time: Duration) {
+        self.per_fold.add(time.as_secs_f64());
     }
 
     /// A repaint at this `detail` took this long.
@@ -174,31 +192,41 @@ impl Pacer {
             false => self.repaint_cost(detail),
         };
         // A repaint needs the samples of a batch that is not full: that it is folded early is part of its price.
-        let price = cost + self.per_batch.get();
+        let fold = self.per_fold.get() * f64::from(now.streams.max(1));
+        let price = cost + fold;
         let rest = (REST * LEAP / now.growth).clamp(1.0, REST) * price;
         let rested = now.since_repaint.as_secs_f64() >= rest.max(0.9 * self.budget);
         let finer = detail < now.shown_detail;
         let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
-        let batch = now.batched as f64 * self.per_sample.get() + self.per_batch.get();
+        let drawing = now.batched as f64 * self.per_sample.get();
         // The next picture of a still scene is not urgent, but an edit may come while the device is busy.
-        if repaint && !changing && !now.due && !now.filter && now.batched > 0 && batch + cost > self.budget {
+        if repaint
+            && !changing
+            && !now.due
+            && !now.filter
+            && now.batched > 0
+            && drawing + fold + cost > self.budget
+        {
             return FramePlan { samples: 0, detail, repaint: false, flush: true };
         }
-        let taken = self.panel.get() + self.per_batch.get() + if repaint { cost } else { 0.0 };
+        let taken = self.panel.get() + fold + if repaint { cost } else { 0.0 };
         let least = LEAST_SAMPLES_SHARE * self.budget;
         // The first picture after an edit is worth more than the samples that would make it a little finer.
         let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
         // The next picture is not urgent, but full lanes would hold the tracer up.
         let waiting = if repaint { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
-        let samples = self.affordable(left * self.trust).max(waiting);
-        FramePlan { samples, detail, repaint, flush: false }
+        let samples = self.affordable(left * self.trust, fold, now.capacity).max(waiting);
+        // A batch that has grown large must not hold up a frame; but it should not be folded for next to nothing.
+        let flush = !repaint && drawing > fold.max(BATCH_SHARE * self.budget);
+        FramePlan { samples, detail, repaint, flush }
     }
 
-    /// Whole blocks that can be rasterised in this time, at least one.
-    fn affordable(&self, seconds: f64) -> usize {
-        let samples = match self.per_sample.get() {
+    /// Whole blocks that can be taken and rasterised in this time, at least one, where each batch of `capacity` is folded.
+    fn affordable(&self, seconds: f64, fold: f64, capacity: usize) -> usize {
+        let folds = if capacity > 0 { fold / capacity as f64 } else { 0.0 };
+        let samples = match self.per_sample.get() + self.per_fed_sample.get() + folds {
             cost if cost > 0.0 => (seconds / cost).min(MOST_SAMPLES as f64) as usize,
-            _ => BATCH_CAPACITY,
+            _ => CHUNK_SAMPLES,
         };
         (samples / BLOCK_SAMPLES).max(1) * BLOCK_SAMPLES
     }
@@ -252,8 +280,39 @@ mod tests {
             due: false,
             waiting: 0,
             batched: 0,
+            capacity: 0,
+            streams: 1,
             filter: false,
         }
+    }
+
+    /// Every batch that is planned costs its fold, and the processor's work for a sample counts, too.
+    #[test]
+    fn folds_and_feeding_cost() {
+        let mut pacer = pacer(100.0, 1.0);
+        let alone = pacer.plan(&still()).samples;
+        pacer.fold(ms(0.5));
+        let now = Situation { capacity: 10 * BLOCK_SAMPLES, ..still() };
+        let folded = pacer.plan(&now).samples;
+        // 100 ns a sample and 0.5 ms for each 10,240 of them; 15 ms are left, less one fold.
+        let wanted = 14.5e6 / (100.0 + 0.5e6 / 10_240.0);
+        assert!((folded as f64 / wanted - 1.0).abs() < 0.02, "{folded} of {wanted}, without folds {alone}");
+        let twice = pacer.plan(&Situation { streams: 2, ..now }).samples;
+        assert!((twice as f64 / (14e6 / (100.0 + 1e6 / 10_240.0)) - 1.0).abs() < 0.02, "{twice}");
+        pacer.fed(1000, ms(0.1));
+        assert!((pacer.plan(&now).samples as f64 / (14.5e6 / (200.0 + 0.5e6 / 10_240.0)) - 1.0).abs() < 0.02);
+    }
+
+    /// A large batch is drawn before it holds up a frame, unless its fold would cost more than it.
+    #[test]
+    fn large_batches_are_drawn_early() {
+        let mut pacer = pacer(1000.0, 10.0);
+        let quiet = Situation { growth: 1.0, ..still() };
+        assert!(!pacer.plan(&Situation { batched: 7 * BLOCK_SAMPLES, ..quiet }).flush);
+        assert!(pacer.plan(&Situation { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
+        pacer.fold(ms(12.0));
+        assert!(!pacer.plan(&Situation { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
+        assert!(pacer.plan(&Situation { batched: 13 * BLOCK_SAMPLES, ..quiet }).flush);
     }
 
     #[test]
@@ -318,7 +377,7 @@ mod tests {
         assert_eq!(pacer.plan(&still()).samples, BLOCK_SAMPLES);
         assert!(pacer.plan(&still()).repaint);
         // Before anything was measured, a batch.
-        assert_eq!(Pacer::new(ms(16.0)).plan(&still()).samples, BATCH_CAPACITY);
+        assert_eq!(Pacer::new(ms(16.0)).plan(&still()).samples, CHUNK_SAMPLES);
     }
 
     #[test]

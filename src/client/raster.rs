@@ -10,9 +10,9 @@ use crate::client::pass::images::{BatchImages, StreamImages};
 use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
 use crate::client::pass::variance::VariancePass;
 use crate::client::reference::sums::HostSums;
-use crate::client::settings::FilmSpec;
+use crate::client::settings::{FilmData, FilmSpec};
 use crate::client::state::FilmState;
-use crate::client::upload::{SampleBatch, VertexBuffers};
+use crate::client::upload::BatchVertices;
 use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu};
 use crate::stream::Sample;
 
@@ -28,11 +28,10 @@ pub enum Raster {
     Host(Box<HostRaster>),
 }
 
-/// Vertex buffers, passes and the images of a batch.
+/// The batch, its passes and the images that they draw into.
 pub struct DeviceRaster {
     gpu: Arc<Gpu>,
-    batch: SampleBatch,
-    vertices: VertexBuffers,
+    batch: BatchVertices,
     /// Made with the first batch.
     passes: Option<Passes>,
     /// The frame that rasterises the last batch.
@@ -59,14 +58,13 @@ pub struct HostRaster {
 
 impl Raster {
     /// On the device.
-    pub fn device(gpu: &Arc<Gpu>) -> Result<Self, ClientError> {
-        Ok(Self::Device(Box::new(DeviceRaster {
+    pub fn device(gpu: &Arc<Gpu>) -> Self {
+        Self::Device(Box::new(DeviceRaster {
             gpu: gpu.clone(),
-            batch: SampleBatch::default(),
-            vertices: VertexBuffers::new(gpu)?,
+            batch: BatchVertices::new(gpu),
             passes: None,
             rasterised: FrameNumber::default(),
-        })))
+        }))
     }
 
     /// On the processor.
@@ -75,12 +73,42 @@ impl Raster {
         Self::Host(Box::new(HostRaster { gpu: gpu.clone(), sums, copied: false, spent: (0, Duration::ZERO) }))
     }
 
+    /// The same for another device, after this one was lost; `None` where the batch was on it.
+    pub fn moved_to(self, gpu: &Arc<Gpu>) -> Option<Self> {
+        match self {
+            Self::Device(_) => None,
+            Self::Host(host) => {
+                Some(Self::Host(Box::new(HostRaster { gpu: gpu.clone(), copied: false, ..*host })))
+            }
+        }
+    }
+
     /// Adds a valid sample to the batch.
     #[inline]
     pub fn push(&mut self, sample: Sample) {
         match self {
             Self::Device(device) => device.batch.push(sample),
             Self::Host(host) => host.sums.push(sample),
+        }
+    }
+
+    /// Whether a chunk of the batch is full and [`send`](Self::send) must be next.
+    #[inline]
+    pub fn is_chunk_full(&self) -> bool {
+        match self {
+            Self::Device(device) => device.batch.is_chunk_full(),
+            Self::Host(_) => false,
+        }
+    }
+
+    /// Sends the chunk to the device. Returns whether the batch must be drawn now: its samples are too dense.
+    pub fn send(&mut self, spec: &FilmSpec) -> Result<bool, ClientError> {
+        match self {
+            Self::Device(device) => {
+                device.batch.store(spec)?;
+                Ok(device.batch.is_too_dense())
+            }
+            Self::Host(_) => Ok(false),
         }
     }
 
@@ -105,7 +133,6 @@ impl Raster {
         match self {
             Self::Device(device) => {
                 let outcome = device.draw(state, streams);
-                // Kept, they would outgrow the vertex buffer.
                 device.batch.clear();
                 outcome
             }
@@ -117,6 +144,28 @@ impl Raster {
                 outcome
             }
         }
+    }
+
+    /// Puts sums that were read from a device, with the overscan of the film, in the place of those that there are.
+    pub fn restore(
+        &mut self,
+        data: &FilmData,
+        spec: &FilmSpec,
+        streams: &mut Streams,
+    ) -> Result<(), ClientError> {
+        let Self::Device(device) = self else { return Ok(()) };
+        let color = [data.camera.as_flattened(), data.light.as_flattened()];
+        let variance = [&data.camera_variance, &data.light_variance];
+        make_images(&device.gpu, spec, color.map(|sums| sums.len() as u64), true, streams)?;
+        let mut frame = device.gpu.begin()?;
+        for (stream, images) in streams.iter_mut().enumerate() {
+            let Some(images) = images.as_mut().filter(|_| !color[stream].is_empty()) else { continue };
+            // The rests are zero.
+            images.define(&mut frame.cmd());
+            copy_sums(&device.gpu, &mut frame.cmd(), color[stream], variance[stream], images)?;
+        }
+        device.rasterised = frame.submit()?;
+        Ok(())
     }
 
     /// Records the copy of sums that the images do not hold yet.
@@ -161,26 +210,26 @@ impl DeviceRaster {
     /// Uploads the batch and records its passes.
     fn draw(&mut self, state: &FilmState, streams: &mut Streams) -> Result<(), ClientError> {
         let (spec, inverse_scale) = (state.spec(), state.scale().recip());
-        make_images(&self.gpu, spec, state.samples(), streams)?;
+        make_images(&self.gpu, spec, state.samples(), true, streams)?;
         let passes = match &mut self.passes {
             Some(passes) => passes,
             empty => empty.insert(Passes::new(&self.gpu, spec)?),
         };
-        let (vertices, parts) = self.vertices.upload(&mut self.batch, spec)?;
+        self.batch.finish(spec)?;
         let push = splat_push(spec, inverse_scale);
         let mut frame = self.gpu.begin()?;
         let cmd = &mut frame.cmd();
-        for (stream, parts) in streams.iter_mut().zip([parts.camera, parts.light]) {
+        for (i, stream) in streams.iter_mut().enumerate() {
             let Some(stream) = stream else {
                 continue;
             };
             // Also for a stream whose samples all lie outside: what is displayed must be defined.
             stream.define(cmd);
-            if parts.all.is_empty() {
+            if self.batch.is_empty(i) {
                 continue;
             }
             stream.changed();
-            let sprites = Sprites { vertices, parts, push };
+            let sprites = Sprites { vertices: &self.batch, stream: i, push };
             let targets = &mut passes.targets;
             passes.splat.record(cmd, &sprites, &mut targets.color);
             passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
@@ -191,7 +240,7 @@ impl DeviceRaster {
             }
         }
         let number = frame.submit()?;
-        self.vertices.submitted(number);
+        self.batch.submitted(number);
         self.rasterised = number;
         Ok(())
     }
@@ -214,39 +263,49 @@ impl HostRaster {
             return Ok(());
         }
         let drawn = [0, 1].map(|stream| self.sums.stream(stream).map_or(0, |_| 1));
-        make_images(&self.gpu, spec, drawn, streams)?;
+        make_images(&self.gpu, spec, drawn, false, streams)?;
         let cmd = &mut cmd.scope("copy");
         for (i, images) in streams.iter_mut().enumerate() {
             let Some((sums, images)) = self.sums.stream(i).zip(images.as_mut()) else { continue };
-            // The buffers outlive the frame that reads them, though they are dropped here.
-            let upload = |bytes: &[u8]| Buffer::filled(&self.gpu, "sums", BufferUse::Upload, bytes);
-            images.changed();
-            cmd.copy_from_buffer(&upload(bytemuck::cast_slice(sums.color_sums()))?, images.color.sums_mut());
-            if let Some(variance) = &mut images.variance {
-                cmd.copy_from_buffer(
-                    &upload(bytemuck::cast_slice(sums.variance_sums()))?,
-                    variance.sums_mut(),
-                );
-            }
-            images.written();
+            copy_sums(&self.gpu, cmd, bytemuck::cast_slice(sums.color_sums()), sums.variance_sums(), images)?;
         }
         self.copied = true;
         Ok(())
     }
 }
 
-/// Makes a stream's images with its first sample.
+/// Records the copy of a stream's sums into its images.
+fn copy_sums(
+    gpu: &Arc<Gpu>,
+    cmd: &mut Cmd<'_>,
+    color: &[f32],
+    variance: &[f32],
+    images: &mut StreamImages,
+) -> Result<(), ClientError> {
+    // The buffers outlive the frame that reads them, though they are dropped here.
+    let upload = |sums: &[f32]| Buffer::filled(gpu, "sums", BufferUse::Upload, bytemuck::cast_slice(sums));
+    images.changed();
+    cmd.copy_from_buffer(&upload(color)?, images.color.sums_mut());
+    if let Some(sums) = &mut images.variance {
+        cmd.copy_from_buffer(&upload(variance)?, sums.sums_mut());
+    }
+    images.written();
+    Ok(())
+}
+
+/// Makes a stream's images with its first sample; `folded` as in [`StreamImages::new`].
 fn make_images(
     gpu: &Arc<Gpu>,
     spec: &FilmSpec,
     samples: [u64; 2],
+    folded: bool,
     streams: &mut Streams,
 ) -> Result<(), ClientError> {
     /// The prefixes of the names of the streams' images.
     const NAMES: [&str; 2] = ["camera", "light"];
     for (i, stream) in streams.iter_mut().enumerate() {
         if samples[i] > 0 && stream.is_none() {
-            *stream = Some(StreamImages::new(gpu, NAMES[i], spec)?);
+            *stream = Some(StreamImages::new(gpu, NAMES[i], spec, folded)?);
         }
     }
     Ok(())

@@ -55,8 +55,9 @@ impl OptionNames for SplatFilter {
     }
 }
 
-/// Number of samples that a batch holds: it is splatted and folded when full, or on `flush`.
-pub const BATCH_CAPACITY: usize = 65_536;
+/// Number of samples that are sorted and uploaded at once. A batch, which is splatted and folded when it is full or on `flush`, holds
+/// one chunk of them or, on a large film, several ([`FilmSpec::batch_capacity`]).
+pub const CHUNK_SAMPLES: usize = 65_536;
 
 /// The filter that spreads a sample over texels.
 #[derive(

@@ -4,7 +4,7 @@
 use crate::client::error::ClientError;
 use crate::client::filter::{MAX_EXTENT, accepts};
 use crate::client::lod::{StreamLod, power_of_two_below};
-use crate::client::settings::{BATCH_CAPACITY, FilmCounts, FilmSpec};
+use crate::client::settings::{CHUNK_SAMPLES, FilmCounts, FilmSpec};
 use crate::stream::{PathCounts, Sample};
 
 /// Counts and scale since the last clear, and how full the batch is.
@@ -14,7 +14,9 @@ pub struct FilmState {
     counts: FilmCounts,
     /// Samples in the batch.
     waiting: usize,
-    /// Sum and count of the positive luminances in the batch, in sample order, until the scale is known.
+    /// Samples of a full batch.
+    capacity: usize,
+    /// Sum and count of the positive luminances in the chunk, in sample order, until the scale is known.
     luminance: (f64, u64),
     luminance_scale: Option<f32>,
 }
@@ -30,8 +32,13 @@ impl FilmState {
         if !(1..=max).contains(&spec.width) || !(1..=max).contains(&spec.height) {
             return Err(ClientError::Extent { width: spec.width, height: spec.height, max });
         }
-        let counts = FilmCounts::default();
-        Ok(Self { spec, counts, waiting: 0, luminance: (0.0, 0), luminance_scale: None })
+        let (counts, capacity) = (FilmCounts::default(), spec.batch_capacity());
+        Ok(Self { spec, counts, waiting: 0, capacity, luminance: (0.0, 0), luminance_scale: None })
+    }
+
+    /// Makes batches of one chunk, whatever the size of the film.
+    pub fn take_small_batches(&mut self) {
+        self.capacity = CHUNK_SAMPLES;
     }
 
     /// The specification of the film.
@@ -53,13 +60,24 @@ impl FilmState {
         self.counts.camera_samples += u64::from(!light);
         self.counts.light_samples += u64::from(light);
         self.waiting += 1;
+        if self.luminance_scale.is_none() && self.waiting.is_multiple_of(CHUNK_SAMPLES) {
+            self.find_scale();
+        }
         true
+    }
+
+    /// Sets the luminance scale, if it is not known and a sample of the chunk had light. It is that of a chunk, so that it does not
+    /// depend on the size of the film. Black chunks leave it open: their deviations are 0 in every unit.
+    fn find_scale(&mut self) {
+        if self.luminance_scale.is_none() && self.luminance.1 > 0 {
+            self.luminance_scale = Some(power_of_two_below(self.luminance.0 / self.luminance.1 as f64));
+        }
     }
 
     /// True when the batch must be rasterised before the next sample.
     #[inline]
     pub fn is_full(&self) -> bool {
-        self.waiting >= BATCH_CAPACITY
+        self.waiting >= self.capacity
     }
 
     /// Samples in the batch.
@@ -68,12 +86,8 @@ impl FilmState {
     }
 
     /// Begins the raster of the batch: the next one is empty. False when there is nothing to draw.
-    ///
-    /// The first batch with light sets the luminance scale. Black ones leave it open: their deviations are 0 in every unit.
     pub fn start_raster(&mut self) -> bool {
-        if self.luminance_scale.is_none() && self.luminance.1 > 0 {
-            self.luminance_scale = Some(power_of_two_below(self.luminance.0 / self.luminance.1 as f64));
-        }
+        self.find_scale();
         std::mem::take(&mut self.waiting) > 0
     }
 

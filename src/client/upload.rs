@@ -1,70 +1,55 @@
-//! From samples to mapped vertex memory: the batch, and the two buffers that frames in flight read.
+//! From samples to vertex buffers: chunks of a batch, sorted and copied as they come, and the buffers that frames in flight read.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use crate::client::error::ClientError;
-use crate::client::merge::{MAX_MERGED, Merger};
-use crate::client::settings::{BATCH_CAPACITY, FilmSpec};
+use crate::client::merge::Merger;
+use crate::client::settings::{CHUNK_SAMPLES, FilmSpec};
 use crate::gpu::{Buffer, BufferUse, FrameNumber, Gpu};
 use crate::stream::Sample;
 
-/// Texels on a side of the squares by which a batch is sorted. lavapipe rasterises in tiles of this size and gains
+/// Texels on a side of the squares by which a chunk is sorted. lavapipe rasterises in tiles of this size and gains
 /// 18 to 36 %; other devices gain from locality.
 const TILE: f32 = 64.0;
 
 /// Bytes of a vertex.
 pub const STRIDE: usize = size_of::<Sample>();
 
-/// Samples that wait for the next flush, in the order in which they came.
+/// Samples that wait, in the order in which they came, and how they are sorted.
 #[derive(Default)]
-pub struct SampleBatch {
+struct SampleSorter {
     samples: Vec<Sample>,
     /// Bucket of every sample: its tile, then the same for samples of dense cells, then both for the light stream.
     buckets: Vec<u32>,
     /// Start of every bucket in the sorted order.
     starts: Vec<u32>,
+    /// The samples in that order. Vertex memory may be slow to write anywhere but in one go.
+    sorted: Vec<Sample>,
     /// Those of the camera and of the light stream.
     mergers: [Merger; 2],
 }
 
-/// The samples of one stream in a vertex buffer.
+/// The samples of one stream in a sorted chunk.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct StreamVertices {
+struct StreamRange {
     /// All of them.
-    pub all: Range<u32>,
+    all: Range<u32>,
     /// Those outside of dense cells: the front of `all`.
-    pub single: Range<u32>,
-    /// What the others were merged to, at positions in padded texels.
-    pub merged: Range<u32>,
+    single: Range<u32>,
 }
 
-/// The two streams in a vertex buffer: camera at the front, light behind it, merged samples at the end.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Partition {
-    /// Vertices of the camera stream.
-    pub camera: StreamVertices,
-    /// Vertices of the light stream.
-    pub light: StreamVertices,
-}
-
-impl SampleBatch {
-    /// Adds one valid sample; [`BATCH_CAPACITY`] at most.
-    #[inline]
-    pub fn push(&mut self, sample: Sample) {
-        self.samples.push(sample);
+impl SampleSorter {
+    /// Begins a batch.
+    fn begin(&mut self, spec: &FilmSpec) {
+        self.mergers.iter_mut().for_each(|merger| merger.begin(spec));
     }
 
-    /// Forgets all samples.
-    pub fn clear(&mut self) {
-        self.samples.clear();
-    }
-
-    /// Writes the samples to `vertices` and forgets them.
+    /// Sorts the samples and forgets them: camera at the front, light behind it.
     ///
     /// Stable within a tile of a stream, so the order depends on nothing but the order of arrival. Samples
     /// outside the padded target are left out.
-    fn write(&mut self, spec: &FilmSpec, vertices: &mut [Sample]) -> Partition {
+    fn sort(&mut self, spec: &FilmSpec) -> (&[Sample], [StreamRange; 2]) {
         let [width, height] = spec.padded_extent().map(|n| n as f32);
         let columns = (width / TILE).ceil() as u32;
         let tiles = columns * (height / TILE).ceil() as u32;
@@ -72,7 +57,6 @@ impl SampleBatch {
         self.starts.clear();
         self.starts.resize(outside as usize + 2, 0);
         self.buckets.clear();
-        self.mergers.iter_mut().for_each(|merger| merger.begin(spec));
         for sample in &self.samples {
             let p = spec.texel_position(sample.uv);
             let inside = spec.holds(p);
@@ -95,29 +79,18 @@ impl SampleBatch {
             self.starts[i] += self.starts[i - 1];
         }
         let start = |bucket: u32| self.starts[bucket as usize];
-        let stream = |first: u32| StreamVertices {
+        let stream = |first: u32| StreamRange {
             all: start(first)..start(first + 2 * tiles),
             single: start(first)..start(first + tiles),
-            merged: 0..0,
         };
-        let mut parts = [stream(0), stream(2 * tiles)];
+        let streams = [stream(0), stream(2 * tiles)];
+        self.sorted.resize(self.samples.len(), Sample::default());
         for (sample, bucket) in self.samples.drain(..).zip(&self.buckets) {
-            if *bucket < outside {
-                let place = &mut self.starts[*bucket as usize];
-                vertices[*place as usize] = sample;
-                *place += 1;
-            }
+            let place = &mut self.starts[*bucket as usize];
+            self.sorted[*place as usize] = sample;
+            *place += 1;
         }
-        let mut end = vertices.len();
-        for (part, merger) in parts.iter_mut().zip(&mut self.mergers) {
-            let merged = merger.take();
-            let first = end - merged.len();
-            vertices[first..end].copy_from_slice(&merged);
-            part.merged = first as u32..end as u32;
-            end = first;
-        }
-        let [camera, light] = parts;
-        Partition { camera, light }
+        (&self.sorted[..streams[1].all.end as usize], streams)
     }
 
     /// Adds up the samples of dense cells and moves them to the buckets of such.
@@ -138,52 +111,196 @@ impl SampleBatch {
             }
         }
     }
+
+    /// What the samples of the camera's and the light's dense cells were merged to, at positions in padded texels.
+    fn merged(&mut self) -> [Vec<Sample>; 2] {
+        self.mergers.each_mut().map(Merger::take)
+    }
 }
 
-/// Two mapped buffers: one is written while the GPU may still read the other.
-pub struct VertexBuffers {
+/// Vertices in one of the buffers of a batch.
+#[derive(Clone, Debug)]
+struct VertexRange {
+    buffer: usize,
+    range: Range<u32>,
+}
+
+/// Vertices of one stream of a batch; none of the ranges is empty.
+#[derive(Debug, Default)]
+struct StreamVertices {
+    /// All samples.
+    all: Vec<VertexRange>,
+    /// Those outside of dense cells.
+    single: Vec<VertexRange>,
+    /// What the others were merged to, at positions in padded texels.
+    merged: Vec<VertexRange>,
+}
+
+/// The part of a stream's samples that a draw takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexPart {
+    /// All samples.
+    All,
+    /// Those outside of dense cells.
+    Single,
+    /// What the others were merged to, at positions in padded texels.
+    Merged,
+}
+
+/// The samples of a batch: those that wait for their chunk, and the chunks in mapped buffers.
+pub struct BatchVertices {
     gpu: Arc<Gpu>,
-    buffers: [(Buffer, FrameNumber); 2],
-    next: usize,
+    sorter: SampleSorter,
+    /// Each holds a chunk, and has the last frame that reads it; those of the batch come first.
+    buffers: Vec<(Buffer, FrameNumber)>,
+    /// Number of buffers that the batch has filled.
+    filled: usize,
+    /// Whether the batch has begun.
+    begun: bool,
+    /// Camera and light.
+    streams: [StreamVertices; 2],
 }
 
-impl VertexBuffers {
-    /// Buffers for [`BATCH_CAPACITY`] samples each, and for what is merged of them.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Gpu`] when there is no memory.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self, ClientError> {
-        let bytes = (BATCH_CAPACITY + MAX_MERGED) * STRIDE;
-        let make = |name| Buffer::new(gpu, name, BufferUse::Vertices, bytes);
-        let pair = [make("samples 0")?, make("samples 1")?];
-        let buffers = pair.map(|buffer| (buffer, FrameNumber::default()));
-        Ok(Self { gpu: gpu.clone(), buffers, next: 0 })
-    }
-
-    /// Moves a batch into the next buffer, as soon as the GPU has finished with it.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Gpu`] when the device was lost.
-    pub fn upload(
-        &mut self,
-        batch: &mut SampleBatch,
-        spec: &FilmSpec,
-    ) -> Result<(&Buffer, Partition), ClientError> {
-        let (buffer, frame) = &mut self.buffers[self.next];
-        if *frame > FrameNumber::default() {
-            self.gpu.wait(*frame)?;
+impl BatchVertices {
+    /// No samples; buffers are made when they are needed.
+    pub fn new(gpu: &Arc<Gpu>) -> Self {
+        Self {
+            gpu: gpu.clone(),
+            sorter: SampleSorter::default(),
+            buffers: Vec::new(),
+            filled: 0,
+            begun: false,
+            streams: Default::default(),
         }
-        let partition = batch.write(spec, bytemuck::cast_slice_mut(buffer.mapped_mut()));
-        Ok((buffer, partition))
     }
 
-    /// Notes the frame that reads the buffer of the last [`upload`](Self::upload).
-    pub fn submitted(&mut self, frame: FrameNumber) {
-        self.buffers[self.next].1 = frame;
-        self.next = 1 - self.next;
+    /// Adds one valid sample; when the chunk [is full](Self::is_chunk_full), [`store`](Self::store) must be next.
+    #[inline]
+    pub fn push(&mut self, sample: Sample) {
+        self.sorter.samples.push(sample);
     }
+
+    /// Whether the chunk is full.
+    #[inline]
+    pub fn is_chunk_full(&self) -> bool {
+        self.sorter.samples.len() >= CHUNK_SAMPLES
+    }
+
+    /// Forgets the batch.
+    pub fn clear(&mut self) {
+        self.sorter.samples.clear();
+        self.streams = Default::default();
+        (self.filled, self.begun) = (0, false);
+    }
+
+    /// Moves the waiting samples into a buffer.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`] when there is no memory or the device was lost; the samples are lost.
+    pub fn store(&mut self, spec: &FilmSpec) -> Result<(), ClientError> {
+        if self.sorter.samples.is_empty() {
+            return Ok(());
+        }
+        if !std::mem::replace(&mut self.begun, true) {
+            self.sorter.begin(spec);
+        }
+        let buffer = self.filled;
+        // Sorted first: the device goes on meanwhile.
+        let (sorted, ranges) = self.sorter.sort(spec);
+        if sorted.is_empty() {
+            return Ok(());
+        }
+        copy(&self.gpu, &mut self.buffers, buffer, most_buffers(spec), sorted)?;
+        self.filled += 1;
+        for (stream, StreamRange { all, single }) in self.streams.iter_mut().zip(ranges) {
+            let part = |range: Range<u32>| (!range.is_empty()).then_some(VertexRange { buffer, range });
+            stream.all.extend(part(all));
+            stream.single.extend(part(single));
+        }
+        Ok(())
+    }
+
+    /// Whether the batch must end although it is not full: its samples are too dense.
+    pub fn is_too_dense(&self) -> bool {
+        self.begun && self.sorter.mergers.iter().any(Merger::is_full)
+    }
+
+    /// Moves the last chunk, and what samples were merged to, into buffers: the batch can be drawn.
+    ///
+    /// # Errors
+    ///
+    /// As [`store`](Self::store).
+    pub fn finish(&mut self, spec: &FilmSpec) -> Result<(), ClientError> {
+        self.store(spec)?;
+        for (stream, merged) in self.sorter.merged().into_iter().enumerate() {
+            for samples in merged.chunks(CHUNK_SAMPLES) {
+                let buffer = self.filled;
+                copy(&self.gpu, &mut self.buffers, buffer, most_buffers(spec), samples)?;
+                self.filled += 1;
+                let range = 0..samples.len() as u32;
+                self.streams[stream].merged.push(VertexRange { buffer, range });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a stream, 0 of the camera and 1 of light, has no samples to be drawn.
+    pub fn is_empty(&self, stream: usize) -> bool {
+        self.streams[stream].all.is_empty()
+    }
+
+    /// Buffers and ranges of vertices of a part of a stream.
+    pub fn ranges(&self, stream: usize, part: VertexPart) -> impl Iterator<Item = (&Buffer, &Range<u32>)> {
+        let vertices = &self.streams[stream];
+        let ranges = match part {
+            VertexPart::All => &vertices.all,
+            VertexPart::Single => &vertices.single,
+            VertexPart::Merged => &vertices.merged,
+        };
+        ranges.iter().map(|VertexRange { buffer, range }| (&self.buffers[*buffer].0, range))
+    }
+
+    /// Notes the frame that reads the batch, and begins the next one.
+    pub fn submitted(&mut self, frame: FrameNumber) {
+        for (_, last) in &mut self.buffers[..self.filled] {
+            *last = frame;
+        }
+        // The next batch takes those that have rested longest.
+        self.buffers.rotate_left(self.filled);
+        self.clear();
+    }
+}
+
+/// Most buffers: one batch is filled while the device reads another. What is merged is less than was sent.
+fn most_buffers(spec: &FilmSpec) -> usize {
+    2 * spec.batch_capacity() / CHUNK_SAMPLES
+}
+
+/// Copies samples into the buffer of this index, once the device has finished with it. Makes another one instead of waiting,
+/// where there are not `most` yet and there is memory.
+fn copy(
+    gpu: &Arc<Gpu>,
+    buffers: &mut Vec<(Buffer, FrameNumber)>,
+    index: usize,
+    most: usize,
+    samples: &[Sample],
+) -> Result<(), ClientError> {
+    let is_busy = buffers.get(index).is_none_or(|(_, frame)| !gpu.has_completed(*frame));
+    if is_busy && (index >= buffers.len() || buffers.len() < most) {
+        let name = format!("samples {}", buffers.len());
+        match Buffer::new(gpu, &name, BufferUse::Vertices, CHUNK_SAMPLES * STRIDE) {
+            Ok(buffer) => buffers.insert(index, (buffer, FrameNumber::default())),
+            Err(error) if index >= buffers.len() => return Err(error.into()),
+            Err(_) => {}
+        }
+    }
+    let (buffer, frame) = &mut buffers[index];
+    if *frame > FrameNumber::default() {
+        gpu.wait(*frame)?;
+    }
+    buffer.mapped_mut()[..size_of_val(samples)].copy_from_slice(bytemuck::cast_slice(samples));
+    Ok(())
 }
 
 #[cfg(test)]
@@ -202,32 +319,60 @@ mod tests {
         }
     }
 
+    /// Sorts samples as one batch; returns them with the ranges of camera and light, and what is merged of each.
+    fn sort(spec: &FilmSpec, samples: &[Sample]) -> (Vec<Sample>, [StreamRange; 2], [Vec<Sample>; 2]) {
+        let mut sorter = SampleSorter::default();
+        sorter.begin(spec);
+        sorter.samples.extend(samples);
+        let (sorted, ranges) = sorter.sort(spec);
+        let sorted = sorted.to_vec();
+        (sorted, ranges, sorter.merged())
+    }
+
+    fn of<'s>(samples: &'s [Sample], range: &Range<u32>) -> &'s [Sample] {
+        &samples[range.start as usize..range.end as usize]
+    }
+
     /// Camera at the front, light behind it, stable within a tile, the outside left out.
     #[test]
     fn partition_is_stable() {
         let spec = spec(SplatFilter::Gaussian);
-        let mut batch = SampleBatch::default();
         let sample = |i: u32| Sample {
             uv: [(i * 37 % 101) as f32 / 100.0, (i * 53 % 97) as f32 / 80.0],
             xyz: Xyz::new(i as f32, 1.0, 1.0),
             w: if i.is_multiple_of(3) { -1.0 } else { 1.0 },
         };
-        (0..300).for_each(|i| batch.push(sample(i)));
-        let mut vertices = vec![Sample::default(); 512];
-        let parts = batch.write(&spec, &mut vertices);
-        assert!(batch.samples.is_empty());
-        assert_eq!((parts.camera.all.start, parts.camera.all.end), (0, parts.light.all.start));
+        let samples: Vec<Sample> = (0..300).map(sample).collect();
+        let (sorted, [camera, light], merged) = sort(&spec, &samples);
+        assert!(camera.all == (0..light.all.start) && merged.iter().all(Vec::is_empty));
 
         let inside = |s: &Sample| spec.holds(spec.texel_position(s.uv));
         let tile = |s: &Sample| spec.texel_position(s.uv).map(|x| (x / 64.0) as i32);
-        for (part, sign) in [(parts.camera, 1.0), (parts.light, -1.0)] {
-            assert!(part.single == part.all && part.merged.is_empty());
-            let got = &vertices[part.all.start as usize..part.all.end as usize];
-            let mut wanted: Vec<Sample> = (0..300).map(sample).filter(|s| s.w == sign && inside(s)).collect();
+        for (part, sign) in [(camera, 1.0), (light, -1.0)] {
+            assert_eq!(part.single, part.all);
+            let mut wanted: Vec<Sample> =
+                samples.iter().copied().filter(|s| s.w == sign && inside(s)).collect();
             wanted.sort_by_key(|s| (tile(s)[1], tile(s)[0]));
-            assert_eq!(got, wanted);
+            assert_eq!(of(&sorted, &part.all), wanted);
         }
-        assert!((0..300).map(sample).any(|s| !inside(&s)), "case too easy: nothing lies outside");
+        assert!(samples.iter().any(|s| !inside(s)), "case too easy: nothing lies outside");
+    }
+
+    /// The sum of a part of samples in `f64`.
+    fn total(samples: &[Sample], f: &dyn Fn(&Sample) -> f32) -> f64 {
+        samples.iter().map(|s| f64::from(f(s))).sum::<f64>()
+    }
+
+    /// Samples in the cell between (and for the box, right below) the centres of texels 40 and 41.
+    fn dense(spec: &FilmSpec, count: u32) -> Vec<Sample> {
+        let sample = |i: u32| {
+            let t = [(i % 7) as f32 * 0.05, (i % 11) as f32 * 0.04];
+            let p = [40.52 + t[0], 40.52 + t[1]].map(|p| p - spec.pad() as f32);
+            let (x, w) = ((i % 13) as f32, 1.0 + (i % 3) as f32);
+            let uv = [p[0] / spec.width as f32, p[1] / spec.height as f32];
+            Sample { uv, xyz: Xyz::new(x, 2.0, 3.0), w }
+        };
+        (0..count).map(sample).collect()
     }
 
     /// Samples of a dense cell become those at the centres around it, with the same total and centre of gravity; the others, and all
@@ -240,40 +385,24 @@ mod tests {
         {
             let spec = spec(filter);
             let limit = 8 * spec.batch_slots();
-            let mut batch = SampleBatch::default();
-            // In the cell between (and for the box, right below) the centres of texels 40 and 41.
-            let dense: Vec<Sample> = (0..limit + 1)
-                .map(|i| {
-                    let t = [(i % 7) as f32 * 0.05, (i % 11) as f32 * 0.04];
-                    let p = [40.52 + t[0], 40.52 + t[1]].map(|p| p - spec.pad() as f32);
-                    let (x, w) = ((i % 13) as f32, 1.0 + (i % 3) as f32);
-                    Sample { uv: [p[0] / 100.0, p[1] / 70.0], xyz: Xyz::new(x, 2.0, 3.0), w }
-                })
-                .collect();
+            let dense = dense(&spec, limit + 1);
             let lone = Sample { uv: [0.9, 0.9], xyz: Xyz::new(1.0, 1.0, 1.0), w: 1.0 };
-            dense.iter().for_each(|s| batch.push(*s));
-            batch.push(lone);
-            let mut vertices = vec![Sample::default(); dense.len() + 1 + MAX_MERGED];
-            let part = batch.write(&spec, &mut vertices).camera;
-            let range = |r: &Range<u32>| r.start as usize..r.end as usize;
+            let samples: Vec<Sample> = dense.iter().copied().chain([lone]).collect();
+            let (sorted, [part, _], [merged, _]) = sort(&spec, &samples);
             assert_eq!(part.all.len(), dense.len() + 1);
-            let merged = &vertices[range(&part.merged)];
             assert_eq!(merged.len(), centres, "{filter:?}");
             if centres == 0 {
                 assert_eq!(part.single, part.all);
                 continue;
             }
-            assert_eq!(&vertices[range(&part.single)], &[lone]);
-            let total = |samples: &[Sample], f: &dyn Fn(&Sample) -> f32| {
-                samples.iter().map(|s| f64::from(f(s))).sum::<f64>()
-            };
+            assert_eq!(of(&sorted, &part.single), &[lone]);
             for f in [|s: &Sample| s.w, |s: &Sample| s.xyz.x, |s: &Sample| s.xyz.y, |s: &Sample| s.xyz.z] {
-                assert!((total(merged, &f) / total(&dense, &f) - 1.0).abs() < 1e-6, "{filter:?}");
+                assert!((total(&merged, &f) / total(&dense, &f) - 1.0).abs() < 1e-6, "{filter:?}");
             }
             for i in 0..2usize {
                 assert!(merged.iter().all(|s| s.uv[i].fract() == 0.5));
                 let weights = |s: &Sample| s.w;
-                let place = total(merged, &|s: &Sample| s.w * s.uv[i]) / total(merged, &weights);
+                let place = total(&merged, &|s: &Sample| s.w * s.uv[i]) / total(&merged, &weights);
                 let wanted = total(&dense, &|s: &Sample| s.w * spec.texel_position(s.uv)[i]);
                 let wanted = wanted / total(&dense, &weights);
                 assert!(filter == SplatFilter::Box || (place - wanted).abs() < 1e-5, "{filter:?}");
@@ -281,18 +410,32 @@ mod tests {
         }
     }
 
-    /// As many dense cells as a batch can have fit.
+    /// A cell that becomes dense over several chunks is merged from the chunk on in which it does, into few samples for the whole batch.
     #[test]
-    fn the_densest_batch_fits() {
-        let spec = FilmSpec { width: 16_000, height: 16_000, ..spec(SplatFilter::Gaussian) };
-        let mut batch = SampleBatch::default();
-        for i in 0..BATCH_CAPACITY as u32 {
-            let cell = i / 9;
-            let uv = [(cell % 100) as f32 * 0.008 + 0.1, (cell / 100) as f32 * 0.01 + 0.1];
-            batch.push(Sample { uv, xyz: Xyz::new(1.0, 1.0, 1.0), w: 1.0 });
+    fn cells_grow_dense_from_chunk_to_chunk() {
+        let spec = FilmSpec { width: 1_000, height: 800, ..spec(SplatFilter::Gaussian) };
+        assert!(spec.batch_capacity() > CHUNK_SAMPLES && spec.batch_slots() == 1);
+        let samples = dense(&spec, 5 * 12);
+        let mut sorter = SampleSorter::default();
+        sorter.begin(&spec);
+        let mut drawn = Vec::new();
+        for chunk in samples.chunks(5) {
+            sorter.samples.extend(chunk);
+            let (sorted, [camera, _]) = sorter.sort(&spec);
+            assert_eq!(camera.all.len(), 5);
+            drawn.extend_from_slice(of(sorted, &camera.single));
         }
-        let mut vertices = vec![Sample::default(); BATCH_CAPACITY + MAX_MERGED];
-        let part = batch.write(&spec, &mut vertices).camera;
-        assert!(part.merged.len() > MAX_MERGED / 2 && part.merged.start >= part.all.end, "{part:?}");
+        // The second chunk exceeds the limit of 8, from which on the cell itself is counted; with the third one it is dense.
+        assert_eq!(drawn.len(), 10);
+        let merged = sorter.merged();
+        assert_eq!(merged.each_ref().map(Vec::len), [4, 0]);
+        drawn.extend(&merged[0]);
+        for f in [|s: &Sample| s.w, |s: &Sample| s.xyz.x] {
+            assert!((total(&drawn, &f) / total(&samples, &f) - 1.0).abs() < 1e-6);
+        }
+        assert!(!sorter.mergers[0].is_full());
+        sorter.samples.extend(dense(&spec, CHUNK_SAMPLES as u32));
+        sorter.sort(&spec);
+        assert!(sorter.mergers[0].is_full(), "the deviations of a batch take no more");
     }
 }

@@ -26,7 +26,7 @@ mod resources;
 mod timing;
 mod window;
 
-pub use commands::cmd::{Attachment, Cmd, LoadOp, Scope, StorageBinding, Texture, TextureSampler};
+pub use commands::cmd::{Attachment, Cmd, LoadOp, Scope, StorageBinding, Texture};
 pub use commands::copies::{Region, read_image};
 pub use commands::frame::GpuFrame;
 pub use device::gpu::{FrameNumber, Gpu, GpuOptions, Inventory};

@@ -3,7 +3,7 @@
 
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
-    BATCH_CAPACITY, ClientError, ColorOutput, Film, FilmSpec, Reconstruction, Settings, SplatFilter,
+    CHUNK_SAMPLES, ClientError, ColorOutput, Film, FilmSpec, Reconstruction, Settings, SplatFilter,
     VarianceForm, develop,
 };
 use pointillist::color::Xyz;
@@ -78,7 +78,7 @@ fn threads_leave_no_trace() {
 #[test]
 fn calls_leave_no_trace() {
     let spec = spec(33, 20, SplatFilter::Gaussian);
-    let samples = mixed(&spec, 2 * BATCH_CAPACITY + 777);
+    let samples = mixed(&spec, 2 * CHUNK_SAMPLES + 777);
     let mut one_call = film(spec);
     one_call.add(&samples).expect("add");
     let mut many = film(spec);

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::common::{assert_silent, gpu};
 use pointillist::client::film::VulkanFilm;
+use pointillist::client::layout::DownsamplePush;
 use pointillist::client::{Film, Reconstruction, SplatFilter};
 use pointillist::gpu::{
     Access, Attachment, Blend, DeviceChoice, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat,
@@ -42,16 +43,17 @@ fn an_unknown_device_is_a_sentence() {
 #[test]
 fn validation_catches_a_planted_hazard() {
     let own = crate::common::open(false);
-    let make = |name| Image::new(&own, name, TexelFormat::R32F, [8, 8]).expect(name);
-    let [mut source, mut copy, mut hi, mut lo] = ["source", "copy", "hi", "lo"].map(make);
+    let make = |(name, side)| Image::new(&own, name, TexelFormat::R32F, [side; 2]).expect(name);
+    let [mut source, mut copy, mut hi, mut lo] =
+        [("source", 8), ("copy", 8), ("color", 4), ("variance", 4)].map(make);
     let pipeline = Pipeline::new(
         &own,
         &GraphicsDesc {
             name: "planted",
             vert: ("fullscreen.vert", &[]),
-            frag: ("fold_variance.frag", &[]),
-            push_bytes: 0,
-            textures: 3,
+            frag: ("downsample.frag", &[2, 2, 1]),
+            push_bytes: size_of::<DownsamplePush>(),
+            textures: 2,
             attachments: &[(TexelFormat::R32F, Blend::Replace); 2],
             topology: Topology::Fullscreen,
             vertex: VertexLayout::default(),
@@ -70,7 +72,8 @@ fn validation_catches_a_planted_hazard() {
         cmd.access(&mut hi, Access::ColorWrite);
         cmd.access(&mut lo, Access::ColorWrite);
         let attachments = [&hi, &lo].map(Attachment::whole);
-        cmd.draw_fullscreen(&pipeline, &[], &[Texture::texels(&copy); 3], &attachments);
+        let push = DownsamplePush { source: [8; 2] };
+        cmd.draw_fullscreen(&pipeline, bytemuck::bytes_of(&push), &[Texture::texels(&copy); 2], &attachments);
         if planted {
             drop(frame); // never submitted
         } else {

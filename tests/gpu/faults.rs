@@ -22,7 +22,8 @@ fn impossible_films_are_refused() {
         let text = film.flush().expect_err("too large").to_string();
         assert!(text.contains("smaller picture"), "{text}");
         // The film stays usable: it refuses every batch, and does not grow.
-        assert!(film.add(&scene(&huge, 70_000, 1, 0)).is_err());
+        film.add(&scene(&huge, 70_000, 1, 0)).expect("a part of a batch");
+        assert!(film.flush().is_err() && film.waiting() == 0);
     }
     assert_silent(gpu());
 }

@@ -2,7 +2,7 @@
 
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
-use pointillist::client::{BATCH_CAPACITY, Film, FilmSpec, SplatFilter, Summation};
+use pointillist::client::{CHUNK_SAMPLES, Film, FilmSpec, SplatFilter, Summation};
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
 use pointillist::stream::Sample;
@@ -54,7 +54,7 @@ fn judge(spec: &FilmSpec, [column, row]: [u32; 2], samples: &[Sample]) -> [f64; 
 fn batch(spec: &FilmSpec, scattered: bool, color: impl Fn(usize) -> Xyz) -> Vec<Sample> {
     let mut random = Random(16);
     let at = |column: u32, t: f32, size: u32| (column as f32 + t) / size as f32;
-    (0..BATCH_CAPACITY)
+    (0..CHUNK_SAMPLES)
         .map(|i| {
             let t =
                 if scattered { [random.within(0.01, 0.99), random.within(0.01, 0.99)] } else { [0.3, 0.6] };
@@ -195,14 +195,14 @@ fn p6_the_densest_batch_that_is_not_merged() {
 fn mixture(count: usize) {
     let spec = large(SplatFilter::Gaussian, Summation::TwoFloat);
     let mut random = Random(7);
-    let ratios: Vec<[f32; 2]> = (0..BATCH_CAPACITY).map(|_| [random.f32(), random.f32()]).collect();
+    let ratios: Vec<[f32; 2]> = (0..CHUNK_SAMPLES).map(|_| [random.f32(), random.f32()]).collect();
     let samples = batch(&spec, true, |i| {
         // Another hue, so that the picture's shifts where the dark ones are lost.
         let (y, hue) = if i % 1000 == 500 { (1e7, [1.0, 1.0]) } else { (1.0, [3.0, 0.2]) };
         Xyz::new(y * hue[0] * (0.5 + ratios[i][0]), y, y * hue[1] * (0.5 + ratios[i][1]))
     });
     let plain = large(SplatFilter::Gaussian, Summation::Plain);
-    let batches = count.div_ceil(BATCH_CAPACITY);
+    let batches = count.div_ceil(CHUNK_SAMPLES);
     for ((device, mut film), (_, mut naive)) in films(spec).into_iter().zip(films(plain)) {
         let [sum, hue] = errors(&mut *film, &spec, &samples, batches);
         let naive = errors(&mut *naive, &plain, &samples, 16);

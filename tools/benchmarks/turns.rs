@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{BATCH_CAPACITY, Film, FilmSpec, Settings, SplatFilter};
+use pointillist::client::{CHUNK_SAMPLES, Film, FilmSpec, Settings, SplatFilter};
 use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::scene::desc::IntegratorKind;
@@ -113,7 +113,7 @@ fn paint() -> Outcome {
     // The R2 sequence (Roberts 2018).
     let at = |i: usize| [0.754_877_7, 0.569_840_3].map(|a: f64| (a * i as f64).fract() as f32);
     let samples: Vec<Sample> =
-        (0..BATCH_CAPACITY).map(|i| Sample { uv: at(i), xyz: Xyz::new(0.4, 0.5, 0.6), w: 1.0 }).collect();
+        (0..CHUNK_SAMPLES).map(|i| Sample { uv: at(i), xyz: Xyz::new(0.4, 0.5, 0.6), w: 1.0 }).collect();
     let settings = Settings::default();
     answer(|| {
         film.count_paths(PathCounts { camera: samples.len() as u64, light: 0 });

@@ -21,6 +21,10 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
+    /// Time nothing: print the bytes that every pass moves by design at 512×512, 1920×1080 and 3840×2160.
+    #[arg(long)]
+    pub bytes: bool,
+
     /// Number of frames to measure, after a warm-up.
     #[arg(long, value_name = "N", default_value_t = 120, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: u32,

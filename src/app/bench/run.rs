@@ -13,7 +13,7 @@ use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::app::timings::TimingCapture;
 use crate::client::film::VulkanFilm;
-use crate::client::{BATCH_CAPACITY, Film, Settings};
+use crate::client::{CHUNK_SAMPLES, Film, Settings};
 use crate::gpu::{Access, Attachment, Gpu, Image, Inventory, TexelFormat, TimingRows};
 use crate::server::{Priority, Server};
 use crate::stream::{DrainOrder, Epoch, Lanes};
@@ -143,7 +143,7 @@ impl Loop<'_> {
         self.lanes.wait(PATIENCE);
         note(&mut self.capture, "wait for samples", start)?;
         let (start, mut writer) = (Instant::now(), FilmWriter::new(&mut self.film, None));
-        self.lanes.drain(BATCH_CAPACITY, |block| writer.block(block));
+        self.lanes.drain(CHUNK_SAMPLES, |block| writer.block(block));
         writer.finish().into_diagnostic()?;
         note(&mut self.capture, "drain", start)?;
         let start = Instant::now();

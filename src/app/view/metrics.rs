@@ -265,7 +265,7 @@ impl ViewerMetrics {
         }
         let batches = count("fold");
         if batches > 0 {
-            pacer.batch(Duration::from_secs_f64(sum(&["fold", "variance fold", "clear"]) / batches as f64));
+            pacer.fold(Duration::from_secs_f64(sum(&["fold", "variance fold", "clear"]) / batches as f64));
         }
         let repaints = count("tonemap");
         if repaints > 0 {

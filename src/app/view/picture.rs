@@ -25,7 +25,7 @@ use crate::client::film::VulkanFilm;
 use crate::client::light_meter::LightMeter;
 use crate::client::pacing::Pacer;
 use crate::client::pass::repaint::ShownTexels;
-use crate::client::retained::RetainedSamples;
+use crate::client::retained::{RETAINED_SAMPLES, RetainedSamples};
 use crate::client::{ClientError, Film, FilmCounts, FilmSpec, Settings};
 use crate::gpu::{FrameNumber, Gpu, Region};
 use crate::scene::light_groups::LightGroup;
@@ -96,6 +96,8 @@ pub struct LivePicture {
     running: bool,
     /// Samples that films were given since the start, kept ones again after a resize.
     pub rasterised: u64,
+    /// Samples that the loop has taken since it was asked last, and how long it took.
+    fed: (u64, Duration),
     /// With what the last picture was painted.
     pub painted: Option<Painted>,
     /// The film that the device could not hold, until another one is asked for.
@@ -103,6 +105,9 @@ pub struct LivePicture {
     /// Errors that were no fault of film or settings since the last repaint.
     failures: u32,
 }
+
+/// Samples of a stream that coarse sums take at most: the store has room for those of both, and for what comes in the same frame.
+const MOST_COARSE: u64 = RETAINED_SAMPLES as u64 / 4;
 
 /// Errors from which on a picture that no change explains stays as it is; before that it is tried again.
 const FAILURES: u32 = 2;
@@ -130,6 +135,7 @@ impl LivePicture {
             hidden: false,
             running: true,
             rasterised: 0,
+            fed: (0, Duration::ZERO),
             painted: None,
             refused: None,
             failures: 0,
@@ -304,7 +310,10 @@ impl LivePicture {
             observer.begin(run);
         }
         (self.unseen, self.running, self.failures) = (true, true, 0);
-        if let Some(film) = self.film_mut() {
+        // Its samples are kept as long as coarse sums suffice. In order of index the sums are those of whole batches.
+        let coarse = !run.deterministic && VulkanFilm::coarse_samples(&run.film) <= MOST_COARSE;
+        let Some(film) = self.film_mut() else { return };
+        if !coarse || film.begin_coarsely().is_err() {
             film.clear();
         }
     }
@@ -407,7 +416,8 @@ impl LivePicture {
     fn filter_now(&mut self) {
         let samples = self.samples();
         // Where the sums are not at hand, pictures have no detail within pixels.
-        let data = self.film_mut().filter(|film| film.is_summed_on_host()).map(Film::develop);
+        let film = self.film_mut().filter(|film| film.is_summed_on_host() && !film.is_coarse());
+        let data = film.map(Film::develop);
         self.filter.filter(samples, data.and_then(Result::ok));
     }
 
@@ -426,6 +436,9 @@ impl LivePicture {
         let [(a, b), (c, d)] = parts;
         let (samples, time) = (samples + a + c, time + b + d);
         self.pacer.samples(samples, time);
+        let (fed, taken) = std::mem::take(&mut self.fed);
+        // Where the processor draws, full batches are drawn meanwhile.
+        self.pacer.fed(fed, taken.saturating_sub(time));
         time + std::mem::take(&mut self.filter_time)
     }
 

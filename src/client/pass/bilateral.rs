@@ -67,7 +67,7 @@ impl BilateralPass {
         };
         let cmd = &mut cmd.scope("bilateral");
         let color = stream.color.sums();
-        let all = [color, stream.variance_sums()].map(Texture::trilinear);
+        let all = [color, stream.variance_sums()].map(Texture::all_levels);
         let push = bytemuck::bytes_of(push);
         let BilateralImages { sums, errors } = images;
         let pipeline = self.errors.get(&[u32::from(summed)], &[TexelFormat::R32F])?;

@@ -35,7 +35,7 @@ impl ErrorViewPass {
         let pipeline = self.pipelines.get(&[u32::from(summed)], &[TexelFormat::Rgba32F])?;
         let i = usize::from(summed);
         (push.lod[i], push.variance_lod[i]) = (lod.base, lod.variance);
-        let textures = [stream.color.sums(), stream.variance_sums()].map(Texture::trilinear);
+        let textures = [stream.color.sums(), stream.variance_sums()].map(Texture::all_levels);
         let cmd = &mut cmd.scope("error view");
         cmd.access(target, Access::ColorWrite);
         cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[Attachment::whole(target)]);

@@ -3,32 +3,31 @@
 use std::sync::Arc;
 
 use crate::client::layout::FoldPush;
-use crate::client::pass::fullscreen;
 use crate::client::pass::images::{AccumulatorImages, BatchImages};
 use crate::client::settings::{FilmSpec, Summation};
-use crate::gpu::{Cmd, Gpu, GpuError, Pipeline, TexelFormat};
+use crate::gpu::{Cmd, ComputeDesc, ComputePipeline, Gpu, GpuError};
 
 /// Folds the colour of a batch.
 ///
-/// Reads: old hi and lo, `batch.color`. Writes: new hi and lo, and the means if there is a variance to be made of them.
+/// Reads: `batch.color`. Changes: the stream's sums and rests. Writes: the means, if there is a variance to be made of them.
 pub struct FoldPass {
-    pipeline: Pipeline,
+    pipeline: ComputePipeline,
 }
 
 impl FoldPass {
     /// Compiles the pass.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
-        let means = spec.variance.is_some();
-        let (shader, floats) = match spec.sums {
-            Summation::TwoFloat => ("fold.frag", 2),
-            Summation::Plain => ("fold_plain.frag", 1),
+        let two_float = spec.sums == Summation::TwoFloat;
+        let constants = [spec.batch_slots(), spec.variance.is_some().into(), two_float.into()];
+        let desc = ComputeDesc {
+            shader: ("fold.comp", &constants),
+            push_bytes: size_of::<FoldPush>(),
+            images: &[true; 4],
         };
-        let formats = &[TexelFormat::Rgba32F; 3][..floats + usize::from(means)];
-        let frag = (shader, &[spec.batch_slots(), u32::from(means)][..]);
-        Ok(Self { pipeline: fullscreen(gpu, frag, size_of::<FoldPush>(), floats as u32 + 1, formats)? })
+        Ok(Self { pipeline: ComputePipeline::new(gpu, &desc)? })
     }
 
-    /// Adds `batch.color` to `sums`; both the old and the new sums are there afterwards.
+    /// Adds `batch.color` to `sums`.
     pub fn record(
         &self,
         cmd: &mut Cmd<'_>,

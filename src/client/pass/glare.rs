@@ -163,19 +163,19 @@ impl GlareShaders {
         for (channel, work) in (0..).zip(work) {
             let bindings =
                 [lines[0], StorageBinding::Image(picture), StorageBinding::Buffer(&tables.gain), work];
-            cmd.dispatch(&self.rows, bytemuck::bytes_of(&push(channel)), &bindings, pairs);
+            cmd.dispatch(&self.rows, bytemuck::bytes_of(&push(channel)), &bindings, [pairs, 1]);
         }
         cmd.storage_in_turn();
         for (channel, work) in (0..).zip(work) {
             let kernel = &tables.kernels[(channel as usize).min(tables.kernels.len() - 1)];
             let bindings = [lines[1], StorageBinding::Buffer(kernel), work];
             let columns = tables.axes[0].half as u32 + 1;
-            cmd.dispatch(&self.columns, bytemuck::bytes_of(&push(channel)), &bindings, columns);
+            cmd.dispatch(&self.columns, bytemuck::bytes_of(&push(channel)), &bindings, [columns, 1]);
         }
         cmd.storage_in_turn();
         cmd.access(picture, Access::Storage);
         let bindings = [lines[0], StorageBinding::Image(picture), work[0], work[1], work[2]];
-        cmd.dispatch(&self.back, bytemuck::bytes_of(&push(0)), &bindings, pairs);
+        cmd.dispatch(&self.back, bytemuck::bytes_of(&push(0)), &bindings, [pairs, 1]);
     }
 }
 

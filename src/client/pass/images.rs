@@ -2,18 +2,18 @@
 //!
 //! # Bytes per pixel
 //!
-//! The paper has 40 bytes per pixel in two streams. Here every stream that has samples holds a sum of two floats, twice (a
-//! fold reads one and writes the other), with mip levels of the rounded sums:
+//! The paper has 40 bytes per pixel in two streams. Here every stream that has samples holds a sum of two floats, with mip levels of
+//! the rounded sums:
 //!
 //! | images | bytes per texel | made |
 //! |---|---|---|
-//! | colour of a stream: 2 × (16 · 4/3 + 16) | 75 | with its first sample |
-//! | variance of a stream: a quarter of that | 19 | if the film keeps it: noise masking, error view, EXR files |
+//! | colour of a stream: 16 · 4/3 + 16 | 37 | with its first sample |
+//! | variance of a stream: a quarter of that | 9 | if the film keeps it: noise masking, error view, EXR files |
 //! | batch: colour, and variance with means | 16 + 20 | with the first batch, for both streams |
 //! | picture: XYZ and encoded | 16 + 4, or 8 for scRGB | with the first repaint |
 //! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so |
 //!
-//! With the overscan of a 512² film these are 77 bytes per pixel for the colour and 41 for variance and means. A film below
+//! Where the processor makes the sums, the device has no second floats and no batch. A film below
 //! 190² texels has several copies of the batch ([`FilmSpec::batch_slots`]). The window keeps the variance: its samples would be
 //! gone when someone asks for it. Glare has tables of its own and one complex number per channel and frequency.
 
@@ -21,79 +21,74 @@ use std::sync::Arc;
 
 use crate::client::effects::{DETAILS, Effects};
 use crate::client::settings::{FilmSpec, Summation};
-use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, Pipeline, TexelFormat, Texture};
+use crate::gpu::{
+    Access, Attachment, Cmd, ComputePipeline, Gpu, GpuError, Image, StorageBinding, TexelFormat,
+};
 
-/// Sums of two floats per value, or of one: each is a pair of images, the old and the new, which change places with every
-/// fold.
+/// Sums of two floats per value, or of one, which [folds](crate::client::pass::fold) change in place.
 pub struct AccumulatorImages {
     /// Rounded sums, with mip levels.
-    hi: [Image; 2],
-    /// The rests that rounding left out; `None` for plain sums.
-    lo: Option<[Image; 2]>,
-    /// Index of the image of each pair that holds the sums.
-    current: usize,
+    sums: Image,
+    /// The rests that rounding left out; `None` for sums of one float, and where the sums are only copied to the device.
+    rests: Option<Image>,
 }
 
 impl AccumulatorImages {
+    /// Images of this format; `rests` where sums have two floats.
     fn new(
         gpu: &Arc<Gpu>,
         name: &str,
         format: TexelFormat,
-        sums: Summation,
+        rests: bool,
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let name = |half: &str| format!("{name} {half}");
-        let hi = |half| Image::with_mips(gpu, &name(half), format, extent);
-        let lo = |half| Image::new(gpu, &name(half), format, extent);
+        let rest = || Image::storage(gpu, &format!("{name} rests"), format, extent);
         Ok(Self {
-            hi: [hi("hi 0")?, hi("hi 1")?],
-            lo: match sums {
-                Summation::TwoFloat => Some([lo("lo 0")?, lo("lo 1")?]),
-                Summation::Plain => None,
-            },
-            current: 0,
+            sums: Image::storage_with_mips(gpu, &format!("{name} sums"), format, extent)?,
+            rests: rests.then(rest).transpose()?,
         })
     }
 
-    /// Adds `batch` to the sums with a pipeline that reads the old sums and the batch, and writes the new sums, which become
-    /// the current ones, and the `means` where they are wanted.
+    /// Runs a compute shader for every texel that adds `batch` to the sums, and writes the `means` where they are wanted. The shader's
+    /// bindings are sums, rests, batch and means; one that is not read holds the sums.
     pub fn fold(
         &mut self,
         cmd: &mut Cmd<'_>,
-        pipeline: &Pipeline,
+        pipeline: &ComputePipeline,
         push: &[u8],
         batch: &mut Image,
         means: Option<&mut Image>,
     ) {
-        let old = self.current;
-        self.current = 1 - old;
-        for pair in std::iter::once(&mut self.hi).chain(&mut self.lo) {
-            cmd.access_levels(&mut pair[old], 0..1, Access::Sampled);
-            cmd.access_levels(&mut pair[1 - old], 0..1, Access::ColorWrite);
+        /// Texels of a workgroup: `local_size` of the shaders.
+        const GROUP: [u32; 2] = [16, 8];
+        let Self { sums, rests } = self;
+        cmd.access_levels(sums, 0..1, Access::Storage);
+        for image in rests.iter_mut().chain([&mut *batch]) {
+            cmd.access(image, Access::Storage);
         }
-        cmd.access(batch, Access::Sampled);
-        let mut textures = Vec::new();
-        let mut attachments = Vec::new();
-        for pair in std::iter::once(&self.hi).chain(&self.lo) {
-            textures.push(Texture::texels(&pair[old]));
-            attachments.push(Attachment::whole(&pair[1 - old]));
+        let mut bindings = vec![&*sums, rests.as_ref().unwrap_or(sums), batch];
+        if pipeline.bindings() > bindings.len() {
+            bindings.push(match means {
+                Some(means) => {
+                    cmd.access(means, Access::Storage);
+                    means
+                }
+                None => sums,
+            });
         }
-        textures.push(Texture::texels(batch));
-        if let Some(means) = means {
-            cmd.access(means, Access::ColorWrite);
-            attachments.push(Attachment::whole(means));
-        }
-        cmd.draw_fullscreen(pipeline, push, &textures, &attachments);
+        let bindings: Vec<_> = bindings.into_iter().map(StorageBinding::Image).collect();
+        let [width, height] = sums.extent(0);
+        cmd.dispatch(pipeline, push, &bindings, [width.div_ceil(GROUP[0]), height.div_ceil(GROUP[1])]);
     }
 
-    /// The current sums, rounded, and their mip levels.
+    /// The sums, rounded, and their mip levels.
     pub fn sums(&self) -> &Image {
-        &self.hi[self.current]
+        &self.sums
     }
 
     /// The same, to be drawn into or copied from.
     pub fn sums_mut(&mut self) -> &mut Image {
-        &mut self.hi[self.current]
+        &mut self.sums
     }
 }
 
@@ -123,15 +118,16 @@ pub struct StreamImages {
 }
 
 impl StreamImages {
-    /// Images for this film; `name` is the stream's.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec) -> Result<Self, GpuError> {
+    /// Images for this film; `name` is the stream's. `folded` is false where the device only gets copies of the sums, which need no
+    /// second float.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec, folded: bool) -> Result<Self, GpuError> {
         let extent = spec.padded_extent();
-        let sums = |what: &str, format, sums| {
-            AccumulatorImages::new(gpu, &format!("{name} {what}"), format, sums, extent)
+        let sums = |what: &str, format, rests| {
+            AccumulatorImages::new(gpu, &format!("{name} {what}"), format, rests, extent)
         };
-        let variance = || sums("variance", TexelFormat::R32F, Summation::TwoFloat);
+        let variance = || sums("variance", TexelFormat::R32F, folded);
         Ok(Self {
-            color: sums("color", TexelFormat::Rgba32F, spec.sums)?,
+            color: sums("color", TexelFormat::Rgba32F, folded && spec.sums == Summation::TwoFloat)?,
             variance: spec.variance.map(|_| variance()).transpose()?,
             mips: MipState::default(),
             atlas: None,
@@ -199,9 +195,7 @@ impl StreamImages {
         self.changed();
         let cmd = &mut cmd.scope("clear");
         for sums in std::iter::once(&mut self.color).chain(&mut self.variance) {
-            let current = sums.current;
-            let mut images: Vec<_> =
-                std::iter::once(&mut sums.hi).chain(&mut sums.lo).map(|pair| &mut pair[current]).collect();
+            let mut images: Vec<_> = std::iter::once(&mut sums.sums).chain(&mut sums.rests).collect();
             for image in &mut images {
                 cmd.access_levels(image, 0..1, Access::ColorWrite);
             }
@@ -244,7 +238,7 @@ impl BatchImages {
     /// Images of this film's padded extent, those that are drawn into with all slots below each other.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let [width, height] = spec.padded_extent();
-        let make = |name, format, height| Image::new(gpu, name, format, [width, height]);
+        let make = |name, format, height| Image::storage(gpu, name, format, [width, height]);
         let high = height * spec.batch_slots();
         let deviations = || {
             let variance = make("batch variance", TexelFormat::R32F, high)?;
@@ -294,7 +288,7 @@ impl PictureImages {
             empty => {
                 let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
                 // Glare writes it from a compute shader.
-                empty.insert(Image::storage(gpu, "picture XYZ", coarse)?)
+                empty.insert(Image::storage(gpu, "picture XYZ", TexelFormat::Rgba32F, coarse)?)
             }
         };
         self.encoded = self.encoded.take().filter(|image| image.format() == format);

@@ -94,19 +94,7 @@ impl ShaderVariants {
     }
 }
 
-/// A pipeline whose fragment shader runs once for every texel of its attachments, whose values replace those that are there.
-fn fullscreen(
-    gpu: &Arc<Gpu>,
-    frag: (&str, &[u32]),
-    push_bytes: usize,
-    textures: u32,
-    formats: &[TexelFormat],
-) -> Result<Pipeline, GpuError> {
-    let attachments: Vec<_> = formats.iter().map(|format| (*format, Blend::Replace)).collect();
-    blended(gpu, frag, push_bytes, textures, &attachments)
-}
-
-/// The same, with attachments that are blended each in its own way.
+/// A pipeline whose fragment shader runs once for every texel of its attachments, each of which is blended in its own way.
 fn blended(
     gpu: &Arc<Gpu>,
     frag: (&str, &[u32]),

@@ -33,14 +33,16 @@ pub struct StreamInput<'a> {
 /// Reads: all levels of `color` (and `variance` where noise is masked) of the streams that have samples.
 /// Writes: `picture.xyz`.
 pub struct ReconstructPass {
-    /// Constants: reconstruction, masking, extents of the camera's and the light's kernel, taps and exponent.
+    gpu: Arc<Gpu>,
+    /// Constants: reconstruction, masking, extents of the camera's and the light's kernel, taps and exponent, atlas.
     pipelines: ShaderVariants,
 }
 
 impl ReconstructPass {
     /// A pass without pipelines.
     pub fn new(gpu: &Arc<Gpu>) -> Self {
-        Self { pipelines: ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), 8) }
+        let pipelines = ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), 8);
+        Self { gpu: gpu.clone(), pipelines }
     }
 
     /// Draws the picture from the camera's and the light's stream, of which at least one must be there.
@@ -59,7 +61,8 @@ impl ReconstructPass {
         let masking = push.noise_masking > 0.0 && streams.iter().flatten().any(|s| s.filtered.is_none());
         let [camera, light] =
             streams.each_ref().map(|stream| kernel_extent(kind, masking, stream.as_ref()) as u32);
-        let constants = [kind as u32, u32::from(masking), camera, light, taps, exponent];
+        let atlas = masking && !self.gpu.fetches_any_level();
+        let constants = [kind as u32, u32::from(masking), camera, light, taps, exponent, u32::from(atlas)];
         let pipeline = self.pipelines.get(&constants, &[TexelFormat::Rgba32F])?;
         for (i, stream) in streams.iter().enumerate() {
             if let Some(stream) = stream {
@@ -79,17 +82,18 @@ impl ReconstructPass {
     }
 }
 
-/// The textures of one stream: all levels of colour and variance, and the two levels around its level of detail (twice the
-/// atlas where noise is masked).
+/// The textures of one stream: all levels of colour and variance, and the two levels around its level of detail (where noise is
+/// masked twice the atlas, or all levels).
 fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
     let color = stream.images.color.sums();
-    let all = Texture::trilinear(color);
+    let all = Texture::all_levels(color);
     if let Some(filtered) = stream.filtered {
         return [Texture::texels(filtered); 4];
     }
-    if let Some(atlas) = stream.images.atlas().filter(|_| masking) {
-        let variance = Texture::trilinear(stream.images.variance_sums());
-        return [all, variance, Texture::texels(atlas), Texture::texels(atlas)];
+    if masking {
+        let variance = Texture::all_levels(stream.images.variance_sums());
+        let levels = stream.images.atlas().map_or(all, Texture::texels);
+        return [all, variance, levels, levels];
     }
     let near = stream.lod.base.max(0.0) as u32;
     let far = (near + 1).min(color.levels() - 1);

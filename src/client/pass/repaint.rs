@@ -17,6 +17,7 @@ use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
+use crate::client::readback::Readback;
 use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, FilmSpec, Settings};
 use crate::color::pq;
 use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, Image, Region, TexelFormat, read_image};
@@ -27,9 +28,11 @@ type Streams<'a> = [Option<(&'a mut StreamImages, StreamLod)>; 2];
 
 /// The sums that a repaint shows.
 pub struct FilmSums<'a> {
+    /// Their extent, which may be less than the picture's, and their filter.
+    pub spec: FilmSpec,
     /// Camera and light.
     pub streams: Streams<'a>,
-    /// Texels of the picture / light paths; 0 while there are none.
+    /// Texels within the picture / light paths; 0 while there are none.
     pub light_scale: f32,
     /// 1 / luminance scale, a power of two.
     pub inverse_scale: f32,
@@ -47,7 +50,6 @@ pub struct Repaint {
     glare: GlarePass,
     tonemap: TonemapPass,
     picture: PictureImages,
-    readback: Buffer,
     /// Whether a repaint waits for tables that take long to make.
     pub policy: BackgroundPolicy,
     /// Whether the last repaint was to show glare.
@@ -56,9 +58,8 @@ pub struct Repaint {
 
 impl Repaint {
     /// Makes passes for this film; images are made when they are drawn into first.
-    pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        let bytes = spec.width as usize * spec.height as usize * TexelFormat::Rgba8.bytes();
-        Ok(Self {
+    pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Self {
+        Self {
             gpu: gpu.clone(),
             spec,
             mips: MipsPass::new(gpu),
@@ -69,10 +70,9 @@ impl Repaint {
             glare: GlarePass::new(gpu),
             tonemap: TonemapPass::new(gpu),
             picture: PictureImages::new([spec.width, spec.height]),
-            readback: Buffer::new(gpu, "picture readback", BufferUse::Readback, bytes)?,
             policy: BackgroundPolicy::Block,
             shows_glare: false,
-        })
+        }
     }
 
     /// Records everything up to the encoded picture; `detail` as in
@@ -240,24 +240,34 @@ impl Repaint {
         Ok(Some(ShownTexels { xyz, displayed }))
     }
 
-    /// The encoded picture in 8 bits, whatever the window shows; waits for the GPU.
+    /// The encoded picture in 8 bits, whatever the window shows.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`] when there is no memory or the device was lost, [`ClientError::NoVariance`] when the settings need
     /// what the film does not keep.
-    pub fn display(&mut self, sums: FilmSums<'_>, settings: &Settings) -> Result<DisplayImage, ClientError> {
+    pub fn display(
+        &mut self,
+        sums: FilmSums<'_>,
+        settings: &Settings,
+    ) -> Result<Readback<DisplayImage>, ClientError> {
         let gpu = self.gpu.clone();
         self.policy = BackgroundPolicy::Block;
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
+        let (width, height) = (self.spec.width, self.spec.height);
+        let bytes = width as usize * height as usize * TexelFormat::Rgba8.bytes();
+        let buffer = Buffer::new(&gpu, "picture readback", BufferUse::Readback, bytes)?;
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
         self.paint(cmd, sums, &settings, 1, &mut [])?;
         let (_, encoded) = self.picture.get(&self.gpu, &Effects::new(&settings, 1))?;
-        cmd.scope("readback").copy_to_buffer(encoded, region(&self.spec, 1), &self.readback);
-        gpu.wait(frame.submit()?)?;
-        let rgb = self.readback.mapped().chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
-        Ok(DisplayImage { width: self.spec.width, height: self.spec.height, rgb })
+        cmd.scope("readback").copy_to_buffer(encoded, region(&self.spec, 1), &buffer);
+        let number = frame.submit()?;
+        Ok(Readback::new(move || {
+            gpu.wait(number)?;
+            let rgb = buffer.mapped().chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
+            Ok(DisplayImage { width, height, rgb })
+        }))
     }
 
     /// The picture before the tone curve, scene-linear `[X, Y, Z]`, of `⌈size / detail⌉` pixels; waits for the GPU.
@@ -291,13 +301,16 @@ impl Repaint {
         if variance && self.spec.variance.is_none() {
             return Err(ClientError::NoVariance);
         }
+        // Texels of the sums for each pixel that is drawn.
+        let texels = |picture: u32, sums: u32| effects.detail as f32 * (sums as f32 / picture as f32);
+        let texels = [texels(self.spec.width, sums.spec.width), texels(self.spec.height, sums.spec.height)];
         for (images, lod) in sums.streams.iter_mut().flatten() {
-            *lod = lod.coarsened(effects.detail);
+            *lod = lod.coarsened(texels[0].min(texels[1]).round() as u32);
             // Sums that were never written, because the batch that made the images could not be drawn.
             images.define(cmd);
             let levels = levels_needed(kind, variance, lod);
             self.mips.record(cmd, images, levels, variance)?;
-            if effects.masking.is_some() && !effects.bilateral(lod) {
+            if effects.masking.is_some() && !effects.bilateral(lod) && !self.gpu.fetches_any_level() {
                 images.fill_atlas(&self.gpu, cmd)?;
             }
         }
@@ -315,14 +328,13 @@ impl Repaint {
             return Ok(());
         };
         let push = ReconstructPush {
-            inverse_target: self.spec.padded_extent().map(|n| 1.0 / n as f32),
-            pad: self.spec.pad() as f32,
+            pad: sums.spec.pad() as f32,
             light_scale: sums.light_scale,
             noise_masking: settings.vm,
             max_level,
-            energy: self.spec.filter.energy(),
+            energy: sums.spec.filter.energy(),
             inverse_scale: sums.inverse_scale,
-            detail: effects.detail as f32,
+            texels,
             ..ReconstructPush::default()
         };
         if effects.view.is_error() {
@@ -337,13 +349,11 @@ impl Repaint {
                 continue;
             };
             let push = BilateralPush {
-                inverse_target: push.inverse_target,
                 variance_lod: lod.variance,
                 noise_masking: push.noise_masking,
                 max_level: lod.max_level,
                 energy: push.energy,
                 inverse_scale: push.inverse_scale,
-                padding: 0.0,
             };
             self.bilateral.record(cmd, images, light, &push)?;
         }

@@ -1,22 +1,21 @@
 //! Draws samples as filter-shaped sprites, additively (paper §4.2, steps 1 and 2).
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use crate::client::layout::SplatPush;
 use crate::client::settings::FilmSpec;
-use crate::client::upload::{STRIDE, StreamVertices};
+use crate::client::upload::{BatchVertices, STRIDE, VertexPart};
 use crate::gpu::{
-    Access, Attachment, Blend, Buffer, Cmd, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat,
-    Texture, Topology, VertexLayout,
+    Access, Attachment, Blend, Cmd, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat, Texture,
+    Topology, VertexLayout,
 };
 
-/// The samples of one stream in a vertex buffer.
+/// The samples of one stream of a batch.
 pub struct Sprites<'a> {
-    /// The buffer of the batch.
-    pub vertices: &'a Buffer,
-    /// The stream's parts of it.
-    pub parts: StreamVertices,
+    /// The batch.
+    pub vertices: &'a BatchVertices,
+    /// 0 for the camera, 1 for light.
+    pub stream: usize,
     /// The constants of `splat.vert`.
     pub push: SplatPush,
 }
@@ -24,7 +23,7 @@ pub struct Sprites<'a> {
 impl Sprites<'_> {
     /// Draws every sample into `target`, cleared first, with a pipeline of [`sprite_pipeline`].
     pub fn draw(&self, cmd: &mut Cmd<'_>, pipeline: &Pipeline, textures: &[Texture<'_>], target: &mut Image) {
-        self.draw_parts(cmd, pipeline, textures, target, &[(&self.parts.all, self.push)]);
+        self.draw_parts(cmd, pipeline, textures, target, &[(VertexPart::All, self.push)]);
     }
 
     /// As [`draw`](Self::draw), for a pipeline whose output is linear in the samples: those of dense cells are drawn as they were
@@ -32,7 +31,7 @@ impl Sprites<'_> {
     pub fn draw_merged(&self, cmd: &mut Cmd<'_>, pipeline: &Pipeline, target: &mut Image) {
         // The positions of merged samples are texels already.
         let merged = SplatPush { picture: [1.0; 2], pad: 0.0, ..self.push };
-        let parts = [(&self.parts.single, self.push), (&self.parts.merged, merged)];
+        let parts = [(VertexPart::Single, self.push), (VertexPart::Merged, merged)];
         self.draw_parts(cmd, pipeline, &[], target, &parts);
     }
 
@@ -42,13 +41,18 @@ impl Sprites<'_> {
         pipeline: &Pipeline,
         textures: &[Texture<'_>],
         target: &mut Image,
-        parts: &[(&Range<u32>, SplatPush)],
+        parts: &[(VertexPart, SplatPush)],
     ) {
         cmd.access(target, Access::ColorWrite);
         cmd.rendering(&[Attachment::cleared(target)], |cmd| {
-            for (range, push) in parts.iter().filter(|(range, _)| !range.is_empty()) {
-                cmd.bind(pipeline, bytemuck::bytes_of(push), textures);
-                cmd.draw_sprites(self.vertices, STRIDE, range.start, range.end - range.start);
+            for (part, push) in parts {
+                let mut ranges = self.vertices.ranges(self.stream, *part).peekable();
+                if ranges.peek().is_some() {
+                    cmd.bind(pipeline, bytemuck::bytes_of(push), textures);
+                }
+                for (buffer, range) in ranges {
+                    cmd.draw_sprites(buffer, STRIDE, range.start, range.end - range.start);
+                }
             }
         });
     }

@@ -3,18 +3,17 @@
 
 use std::sync::Arc;
 
-use crate::client::pass::fullscreen;
 use crate::client::pass::images::{AccumulatorImages, Deviations};
 use crate::client::pass::splat::{Sprites, sprite_constants, sprite_pipeline};
 use crate::client::settings::{FilmSpec, VarianceForm};
-use crate::gpu::{Access, Cmd, Gpu, GpuError, Pipeline, TexelFormat, Texture};
+use crate::gpu::{Access, Cmd, ComputeDesc, ComputePipeline, Gpu, GpuError, Pipeline, TexelFormat, Texture};
 
 /// Adds one batch to a stream's sum of squared deviations.
 ///
-/// Reads: the batch's vertices, `batch.means`, old hi and lo. Writes: `batch.variance`, new hi and lo.
+/// Reads: the batch's vertices, `batch.means`. Writes: `batch.variance`. Changes: the stream's sums and rests.
 pub struct VariancePass {
     splat: Pipeline,
-    fold: Pipeline,
+    fold: ComputePipeline,
 }
 
 impl VariancePass {
@@ -23,7 +22,9 @@ impl VariancePass {
         let [filter, slots] = sprite_constants(spec);
         let frag = ("splat_variance.frag", &[filter, slots, form as u32][..]);
         let splat = sprite_pipeline(gpu, frag, true, 1, TexelFormat::R32F)?;
-        let fold = fullscreen(gpu, ("fold_variance.frag", &[slots]), 0, 3, &[TexelFormat::R32F; 2])?;
+        let fold =
+            ComputeDesc { shader: ("fold_variance.comp", &[slots]), push_bytes: 0, images: &[true; 3] };
+        let fold = ComputePipeline::new(gpu, &fold)?;
         Ok(Self { splat, fold })
     }
 

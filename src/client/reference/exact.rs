@@ -13,7 +13,7 @@ use crate::client::reference::ReferenceFilm;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, draw};
 use crate::client::reference::sums::HostSums;
-use crate::client::settings::{BATCH_CAPACITY, DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
+use crate::client::settings::{CHUNK_SAMPLES, DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::client::state::FilmState;
 use crate::image::Grid;
 use crate::math::exact_sum::ExactSum;
@@ -47,6 +47,8 @@ impl ExactFilm {
     pub fn new(spec: FilmSpec, threads: usize, luminance_scale: f32) -> Result<Self, ClientError> {
         let mut film = ReferenceFilm::new(spec, threads)?;
         film.state.set_scale(luminance_scale);
+        // Its sums in 64 bits have room for no more.
+        film.state.take_small_batches();
         Ok(Self { film, luminance_scale, streams: Default::default() })
     }
 
@@ -140,11 +142,10 @@ struct BandSums {
 /// The taps of ordinary samples are rounded to multiples of 2^−36 of the luminance scale, …
 const UNIT_BITS: u32 = 36;
 
-/// … and none of their values reaches this. So the sum over a batch of 2^16 samples fits into 64 bits.
+/// … and none of their values reaches this. So the sum over a chunk of 2^16 samples fits into 64 bits.
 const ORDINARY: f32 = 1024.0;
 
-const _: () =
-    assert!(BATCH_CAPACITY as f64 * ORDINARY as f64 * (1u64 << UNIT_BITS) as f64 <= i64::MAX as f64);
+const _: () = assert!(CHUNK_SAMPLES as f64 * ORDINARY as f64 * (1u64 << UNIT_BITS) as f64 <= i64::MAX as f64);
 
 /// Of a number below 2^51: what rounds it to an integer, which the last bits then hold.
 const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;

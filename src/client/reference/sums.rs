@@ -5,7 +5,7 @@ use crate::client::merge::Merger;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::splat::{Bins, Sprite};
 use crate::client::reference::variance::VarianceParameters;
-use crate::client::settings::{BATCH_CAPACITY, FilmData};
+use crate::client::settings::{CHUNK_SAMPLES, FilmData};
 use crate::client::state::FilmState;
 use crate::stream::Sample;
 
@@ -92,7 +92,7 @@ impl HostStream {
             sums: spec.sums,
             form: spec.variance.unwrap_or_default(),
             inverse_scale: state.scale().recip(),
-            samples_per_sum: BATCH_CAPACITY.div_ceil(spec.batch_slots() as usize),
+            samples_per_sum: CHUNK_SAMPLES.div_ceil(spec.batch_slots() as usize),
         };
         let sums = match &mut self.sums {
             Some(sums) => sums,

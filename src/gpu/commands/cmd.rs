@@ -53,40 +53,30 @@ impl<'a> Attachment<'a> {
     }
 }
 
-/// The sampler of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureSampler {
-    /// The texel that holds the position.
-    Nearest = 0,
-    /// Interpolated between texels and levels, clamped to the edge.
-    Trilinear = 1,
-}
-
-/// One image to sample, made ready by [`Cmd::access`].
+/// One image to read texel by texel, made ready by [`Cmd::access`]. Shaders interpolate by arithmetic: texture units of GPUs do it with
+/// fractions of 8 bits, and need not do it at all for images of 32-bit floats.
 #[derive(Clone, Copy)]
 pub struct Texture<'a> {
     /// The image.
     pub image: &'a Image,
     /// One level, or `None` for all of them.
     pub level: Option<u32>,
-    /// Its sampler.
-    pub sampler: TextureSampler,
 }
 
 impl<'a> Texture<'a> {
-    /// One level of an image, read texel by texel.
+    /// One level of an image.
     pub fn level(image: &'a Image, level: u32) -> Self {
-        Self { image, level: Some(level), sampler: TextureSampler::Nearest }
+        Self { image, level: Some(level) }
     }
 
-    /// Level 0 of an image, read texel by texel.
+    /// Level 0 of an image.
     pub fn texels(image: &'a Image) -> Self {
         Self::level(image, 0)
     }
 
-    /// All levels of an image, interpolated.
-    pub fn trilinear(image: &'a Image) -> Self {
-        Self { image, level: None, sampler: TextureSampler::Trilinear }
+    /// All levels of an image.
+    pub fn all_levels(image: &'a Image) -> Self {
+        Self { image, level: None }
     }
 }
 
@@ -213,7 +203,7 @@ impl Cmd<'_> {
             .iter()
             .map(|texture| {
                 [vk::DescriptorImageInfo::default()
-                    .sampler(self.gpu.samplers[texture.sampler as usize])
+                    .sampler(self.gpu.sampler)
                     .image_view(texture.image.view_of(texture.level))
                     .image_layout(Access::Sampled.layout())]
             })
@@ -263,16 +253,16 @@ impl Cmd<'_> {
         }
     }
 
-    /// Runs `groups` workgroups of a compute shader with these push constants and bindings 0, 1, ….
+    /// Runs `across` × `down` workgroups of a compute shader with these push constants and bindings 0, 1, ….
     pub fn dispatch(
         &mut self,
         pipeline: &ComputePipeline,
         push: &[u8],
         bindings: &[StorageBinding<'_>],
-        groups: u32,
+        [across, down]: [u32; 2],
     ) {
         assert_eq!(push.len(), pipeline.push_bytes, "push constants are not those of the pipeline");
-        assert_eq!(bindings.len(), pipeline.bindings, "bindings are not those of the pipeline");
+        assert_eq!(bindings.len(), pipeline.bindings(), "bindings are not those of the pipeline");
         let buffers = bindings.iter().map(|binding| match binding {
             StorageBinding::Buffer(buffer) => {
                 [vk::DescriptorBufferInfo::default().buffer(buffer.raw).range(vk::WHOLE_SIZE)]
@@ -310,7 +300,7 @@ impl Cmd<'_> {
                 self.gpu.device.cmd_push_constants(self.raw, layout, stage, 0, push);
             }
             self.gpu.push_descriptor.cmd_push_descriptor_set(self.raw, compute, layout, 0, &writes);
-            self.gpu.device.cmd_dispatch(self.raw, groups, 1, 1);
+            self.gpu.device.cmd_dispatch(self.raw, across, down, 1);
         }
     }
 }

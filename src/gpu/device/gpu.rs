@@ -82,12 +82,11 @@ pub struct Gpu {
     /// The loss of the device that tests have planned.
     pub(in crate::gpu) loss: Loss,
     retired: Mutex<RetireQueue>,
-    /// Graphics pipelines without a holder, by their descriptions.
+    /// Pipelines without a holder, by their descriptions.
     spares: Mutex<HashMap<String, Vec<PipelineHandles>>>,
     /// Names and constants of the pipelines that were compiled.
     compiled: Mutex<Vec<String>>,
-    /// Nearest and trilinear.
-    pub(in crate::gpu) samplers: [vk::Sampler; 2],
+    pub(in crate::gpu) sampler: vk::Sampler,
     info: DeviceInfo,
     large_points: bool,
     /// The last field: it is destroyed after the device.
@@ -182,7 +181,7 @@ impl Gpu {
             retired: Mutex::default(),
             spares: Mutex::default(),
             compiled: Mutex::default(),
-            samplers: [vk::Sampler::null(); 2],
+            sampler: vk::Sampler::null(),
             large_points: physical.large_points && !options.quads,
             info: physical.info,
             device,
@@ -190,7 +189,7 @@ impl Gpu {
         })
     }
 
-    /// Makes the semaphore of the frames, the samplers and the frames; a timestamp's tick takes `tick` nanoseconds.
+    /// Makes the semaphore of the frames, the sampler and the frames; a timestamp's tick takes `tick` nanoseconds.
     fn fill(&mut self, tick: f32) -> Result<(), GpuError> {
         let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
@@ -198,24 +197,15 @@ impl Gpu {
         self.timeline = unsafe { self.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
         self.name(self.queue, "queue");
         self.name(self.timeline, "frame timeline");
-        let modes = [
-            (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST, "sampler nearest"),
-            (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR, "sampler trilinear"),
-        ];
-        for (i, (filter, mipmap, name)) in modes.into_iter().enumerate() {
-            let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-            let info = vk::SamplerCreateInfo::default()
-                .mag_filter(filter)
-                .min_filter(filter)
-                .mipmap_mode(mipmap)
-                .address_mode_u(edge)
-                .address_mode_v(edge)
-                .address_mode_w(edge)
-                .max_lod(vk::LOD_CLAMP_NONE);
-            // SAFETY: no feature beyond core 1.0 is asked for.
-            self.samplers[i] = unsafe { self.device.create_sampler(&info, None) }.named("vkCreateSampler")?;
-            self.name(self.samplers[i], name);
-        }
+        let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let info = vk::SamplerCreateInfo::default()
+            .address_mode_u(edge)
+            .address_mode_v(edge)
+            .address_mode_w(edge)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        // SAFETY: no feature beyond core 1.0 is asked for.
+        self.sampler = unsafe { self.device.create_sampler(&info, None) }.named("vkCreateSampler")?;
+        self.name(self.sampler, "sampler");
         let frames = self.frames.get_mut().unwrap_or_else(PoisonError::into_inner);
         frames.fill(&self.device, &self.debug, self.queue_family, tick)
     }
@@ -228,6 +218,11 @@ impl Gpu {
     /// Whether points of at least 8 pixels can be drawn; sprites are instanced quads otherwise.
     pub fn large_points(&self) -> bool {
         self.large_points
+    }
+
+    /// Whether the pixels of a quad can fetch texels of different levels of an image: lavapipe takes the first pixel's level for all.
+    pub fn fetches_any_level(&self) -> bool {
+        self.info.kind != DeviceKind::Cpu
     }
 
     /// Bytes that the threads of one workgroup can share.
@@ -464,7 +459,7 @@ impl Drop for Gpu {
             self.collect_retired(u64::MAX);
             spares.into_values().flatten().for_each(|handles| handles.destroy(&self.device));
             self.frames().destroy(&self.device);
-            self.samplers.into_iter().for_each(|s| self.device.destroy_sampler(s, None));
+            self.device.destroy_sampler(self.sampler, None);
             self.device.destroy_semaphore(self.timeline, None);
             self.memory.destroy();
             self.device.destroy_device(None);

@@ -80,19 +80,25 @@ impl Image {
         Self::create(gpu, name, format, extent, false, vk::ImageUsageFlags::empty())
     }
 
-    /// As [`new`](Self::new), with mip levels down to 1×1.
-    pub fn with_mips(
+    /// As [`new`](Self::new), for compute shaders to read and write as well; of [`TexelFormat::Rgba32F`] or [`TexelFormat::R32F`],
+    /// which every device offers for that.
+    pub fn storage(
         gpu: &Arc<Gpu>,
         name: &str,
         format: TexelFormat,
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
-        Self::create(gpu, name, format, extent, true, vk::ImageUsageFlags::empty())
+        Self::create(gpu, name, format, extent, false, vk::ImageUsageFlags::STORAGE)
     }
 
-    /// As [`new`](Self::new), of format [`TexelFormat::Rgba32F`], for compute shaders to write as well.
-    pub fn storage(gpu: &Arc<Gpu>, name: &str, extent: [u32; 2]) -> Result<Self, GpuError> {
-        Self::create(gpu, name, TexelFormat::Rgba32F, extent, false, vk::ImageUsageFlags::STORAGE)
+    /// As [`storage`](Self::storage), with mip levels down to 1×1.
+    pub fn storage_with_mips(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        format: TexelFormat,
+        extent: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        Self::create(gpu, name, format, extent, true, vk::ImageUsageFlags::STORAGE)
     }
 
     fn create(

@@ -108,12 +108,17 @@ impl Pipeline {
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        if self.handles.pipeline == vk::Pipeline::null() {
-            // It could not be compiled.
-            self.gpu.retire(Retired::Pipeline(self.handles));
-        } else {
-            self.gpu.keep_spare(std::mem::take(&mut self.description), self.handles);
-        }
+        leave(&self.gpu, &mut self.description, self.handles);
+    }
+}
+
+/// Leaves a pipeline to the next one of the same description.
+fn leave(gpu: &Gpu, description: &mut String, handles: PipelineHandles) {
+    if handles.pipeline == vk::Pipeline::null() {
+        // It could not be compiled.
+        gpu.retire(Retired::Pipeline(handles));
+    } else {
+        gpu.keep_spare(std::mem::take(description), handles);
     }
 }
 
@@ -128,29 +133,37 @@ pub struct ComputeDesc<'a> {
     pub images: &'a [bool],
 }
 
-/// A compute pipeline with its layouts. Dropping it retires it.
+/// A compute pipeline with its layouts. Dropping it leaves it to the next one of the same description.
 pub struct ComputePipeline {
     gpu: Arc<Gpu>,
+    /// The description as text, by which the pipeline is found again.
+    description: String,
     pub(in crate::gpu) handles: PipelineHandles,
     pub(in crate::gpu) push_bytes: usize,
-    pub(in crate::gpu) bindings: usize,
+    bindings: usize,
 }
 
 impl ComputePipeline {
-    /// Compiles a pipeline.
+    /// A pipeline of this description: one that nobody holds any more, else a new one.
     ///
     /// # Errors
     ///
     /// [`GpuError::Shader`] for an unknown shader, [`GpuError::Call`] naming it.
     pub fn new(gpu: &Arc<Gpu>, desc: &ComputeDesc<'_>) -> Result<Self, GpuError> {
         let (name, constants) = desc.shader;
+        let description = format!("{desc:?}");
+        let spare = gpu.take_spare(&description);
         // A failure drops `pipeline`, which retires what has been made.
         let mut pipeline = ComputePipeline {
             gpu: gpu.clone(),
-            handles: PipelineHandles::default(),
+            description,
+            handles: spare.unwrap_or_default(),
             push_bytes: desc.push_bytes,
             bindings: desc.images.len(),
         };
+        if spare.is_some() {
+            return Ok(pipeline);
+        }
         let compute = vk::ShaderStageFlags::COMPUTE;
         let kind = |image: &bool| match image {
             true => vk::DescriptorType::STORAGE_IMAGE,
@@ -176,9 +189,16 @@ impl ComputePipeline {
     }
 }
 
+impl ComputePipeline {
+    /// Number of its bindings.
+    pub fn bindings(&self) -> usize {
+        self.bindings
+    }
+}
+
 impl Drop for ComputePipeline {
     fn drop(&mut self) {
-        self.gpu.retire(Retired::Pipeline(self.handles));
+        leave(&self.gpu, &mut self.description, self.handles);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Tests of `client::state`.
 
-use pointillist::client::settings::{BATCH_CAPACITY, FilmCounts, FilmSpec};
+use pointillist::client::settings::{CHUNK_SAMPLES, FilmCounts, FilmSpec};
 use pointillist::client::state::*;
 use pointillist::color::Xyz;
 use pointillist::stream::{PathCounts, Sample};
@@ -22,7 +22,7 @@ fn batches_and_scale() {
     assert_eq!(state.scale(), 1.0);
     assert!(state.take(&grey(4.0, -1.0)) && state.take(&grey(16.0, 2.0)) && state.start_raster());
     assert_eq!((state.scale(), state.samples()), (4.0, [2, 1]));
-    for _ in 1..BATCH_CAPACITY {
+    for _ in 1..CHUNK_SAMPLES {
         state.take(&grey(1e9, 1.0));
     }
     assert!(!state.is_full() && state.take(&grey(1e9, 1.0)) && state.is_full());

@@ -6,8 +6,9 @@ use super::LivePicture;
 use crate::app::film_writer::FilmWriter;
 use crate::app::view::screen::Screen;
 use crate::app::view::session::RenderSession;
+use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
-use crate::client::{BATCH_CAPACITY, ClientError, Film, FilmSpec};
+use crate::client::{CHUNK_SAMPLES, ClientError, Film, FilmSpec};
 use crate::stream::BLOCK_SAMPLES;
 
 /// After an edit the loop waits this long for the first samples before it reads messages again.
@@ -39,6 +40,17 @@ impl LivePicture {
 
     /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
     fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
+        let (begin, before) = (Instant::now(), self.rasterised);
+        let outcome = self.take(session, budget);
+        self.fed = (self.fed.0 + self.rasterised - before, self.fed.1 + begin.elapsed());
+        outcome?;
+        match self.film().is_some_and(VulkanFilm::must_sharpen) {
+            true => self.sharpen(),
+            false => Ok(()),
+        }
+    }
+
+    fn take(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
         let left = self.feed(budget)?;
         if let Some(region) = self.regions.traced_mut() {
             let (film, observer, filter) = region.feed();
@@ -68,6 +80,21 @@ impl LivePicture {
         });
         self.rasterised += drained.samples as u64;
         writer.finish()
+    }
+
+    /// Adds the kept samples up again at full resolution, where the sums are coarse.
+    pub fn sharpen(&mut self) -> Result<(), ClientError> {
+        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|film| film.is_coarse());
+        let Some(film) = film else { return Ok(()) };
+        film.sharpen();
+        let mut outcome = Ok(());
+        self.kept.each(|samples, _, paths| {
+            film.count_paths(paths);
+            if outcome.is_ok() {
+                outcome = film.add(samples);
+            }
+        });
+        outcome
     }
 
     /// Gives the film the kept samples that it lacks, `budget` at most, and reads no others.
@@ -109,7 +136,7 @@ impl LivePicture {
         let start = Instant::now();
         while !session.is_through() && start.elapsed() < time || !self.kept.caught_up() {
             session.hear_server();
-            self.read(session, BATCH_CAPACITY)?;
+            self.read(session, CHUNK_SAMPLES)?;
             if self.film().is_none() {
                 break;
             }

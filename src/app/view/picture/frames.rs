@@ -10,7 +10,7 @@ use crate::client::lod::level_of_detail;
 use crate::client::pacing::{FramePlan, Situation};
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::viewport::Viewport;
-use crate::client::{BATCH_CAPACITY, ClientError, Settings};
+use crate::client::{ClientError, Settings};
 use crate::gpu::{FrameNumber, Readiness};
 use crate::stream::BLOCK_SAMPLES;
 
@@ -66,6 +66,8 @@ impl LivePicture {
             waiting: session.fill().0 * BLOCK_SAMPLES,
             // In order of index only full batches are rasterised.
             batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
+            capacity: run.film.batch_capacity(),
+            streams: self.film().map_or(0, |film| film.allocated_streams().map(u32::from).iter().sum()),
             filter: filter && filtered.is_some(),
         };
         let mut plan = self.pacer.plan(&situation);
@@ -81,7 +83,7 @@ impl LivePicture {
         }
         plan.repaint &= situation.due || !waits;
         if run.deterministic {
-            plan.samples = plan.samples.max(BATCH_CAPACITY);
+            plan.samples = plan.samples.max(run.film.batch_capacity());
         }
         plan
     }
@@ -140,7 +142,11 @@ impl LivePicture {
         let samples = self.samples();
         // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
         let partial = !session.run_spec().deterministic || session.is_complete();
-        let ready = if partial { self.is_known() } else { samples >= BATCH_CAPACITY as u64 };
+        let ready = if partial {
+            self.is_known()
+        } else {
+            samples >= session.run_spec().film.batch_capacity() as u64
+        };
         let repaint = plan.repaint || self.repaint;
         let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
         if partial && ready && repaint && !is_filtered {

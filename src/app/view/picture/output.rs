@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use super::LivePicture;
 use crate::app::filtered_picture::FilteredPicture;
-use crate::app::outputs::FilmSnapshot;
+use crate::app::outputs::PendingSnapshot;
 use crate::app::run_spec::RunSpec;
 use crate::app::tev::TevLink;
 use crate::app::view::light_mix::LightMix;
@@ -17,7 +17,9 @@ use crate::app::view::session::RenderSession;
 use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
 use crate::client::wavelet::out_of_memory;
-use crate::client::{ClientError, Denoise, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Settings};
+use crate::client::{
+    ClientError, Denoise, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Readback, Settings,
+};
 use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
 
@@ -26,6 +28,13 @@ pub struct ComposedFilm<'a> {
     pub film: &'a mut VulkanFilm,
     pub regions: &'a mut Regions,
     pub mix: &'a mut LightMix,
+}
+
+impl ComposedFilm<'_> {
+    /// Whether more than the film is shown.
+    fn is_composed(&self, settings: &Settings) -> bool {
+        !settings.view.is_error() && (!self.regions.is_empty() || self.mix.is_mixing())
+    }
 }
 
 impl Film for ComposedFilm<'_> {
@@ -56,8 +65,7 @@ impl Film for ComposedFilm<'_> {
     }
 
     fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
-        let is_composed = !self.regions.is_empty() || self.mix.is_mixing();
-        if settings.view.is_error() || !is_composed {
+        if !self.is_composed(settings) {
             return self.film.display(settings);
         }
         let FilmSpec { width, height, .. } = *self.film.spec();
@@ -73,6 +81,20 @@ impl Film for ComposedFilm<'_> {
         ReferenceFilm::show(&picture, settings)
     }
 
+    fn begin_display(&mut self, settings: &Settings) -> Result<Readback<DisplayImage>, ClientError> {
+        match self.is_composed(settings) {
+            true => self.display(settings).map(Readback::ready),
+            false => self.film.begin_display(settings),
+        }
+    }
+
+    fn begin_develop(&mut self) -> Result<Readback<FilmData>, ClientError> {
+        match self.regions.is_empty() {
+            true => self.film.begin_develop(),
+            false => self.develop().map(Readback::ready),
+        }
+    }
+
     fn develop(&mut self) -> Result<FilmData, ClientError> {
         let mut data = self.film.develop()?;
         self.regions.mix_into_sums(&mut data, per_pixel(self.film))?;
@@ -86,6 +108,7 @@ impl LivePicture {
         if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {
             return None;
         }
+        self.sharpen().ok()?;
         self.filter.choose(settings);
         self.filter.wait();
         self.filter_now();
@@ -128,7 +151,8 @@ impl LivePicture {
         path: &Path,
         session: &RenderSession,
         settings: &Settings,
-    ) -> Result<FilmSnapshot> {
+    ) -> Result<PendingSnapshot> {
+        self.sharpen().into_diagnostic()?;
         let filtered = self.filtered_frame(session.run_spec(), settings);
         let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
         let filtered = match filtered.cloned() {
@@ -146,12 +170,12 @@ impl LivePicture {
         // In order of index the sums must stay those of whole batches until the last one.
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
         let mut film = ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
-        let snapshot = FilmSnapshot::take(path, &mut film, settings, filtered);
+        let snapshot = PendingSnapshot::take(path, &mut film, settings, filtered);
         film.keep_batch(false);
         let snapshot = match (snapshot, self.mix.films()) {
-            (Ok(FilmSnapshot::Exr(data, mut layers)), Some(films)) => {
+            (Ok(PendingSnapshot::Exr(data, mut layers)), Some(films)) => {
                 layers.extend(films.channels()?);
-                Ok(FilmSnapshot::Exr(data, layers))
+                Ok(PendingSnapshot::Exr(data, layers))
             }
             (snapshot, _) => snapshot,
         };
@@ -167,6 +191,7 @@ impl LivePicture {
         name: &str,
         session: &RenderSession,
     ) -> Result<(), ClientError> {
+        self.sharpen()?;
         let film = self.screen.as_mut().and_then(Screen::film_mut);
         let Some(film) = film.filter(|film| film.counts().paths() > 0) else { return Ok(()) };
         let film = &mut ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
@@ -176,8 +201,9 @@ impl LivePicture {
         sent
     }
 
-    /// Takes the film out of the window, for the files written at the end.
+    /// Takes the film out of the window, for the files written at the end; `None` also where the device fails: the kept samples remain.
     pub fn take_film(&mut self) -> Option<VulkanFilm> {
+        self.sharpen().ok()?;
         self.screen.as_mut().and_then(Screen::take_film)
     }
 }

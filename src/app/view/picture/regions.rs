@@ -400,6 +400,7 @@ impl LivePicture {
                 "particle tracing cannot be kept to a region: its paths begin at the lights; choose another method on the tab Render"
             ));
         }
+        self.sharpen().into_diagnostic()?;
         if rectangle.extent.iter().any(|side| *side < LEAST) {
             return Err(miette!(
                 "a region has {LEAST} pixels or more along each side: drag a larger rectangle"

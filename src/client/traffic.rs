@@ -1,0 +1,134 @@
+//! The bytes that passes move by design: what their shaders read and write, not what caches save or tiles waste.
+//!
+//! Every texel of an image counts once per pass that reads it and once per pass that writes it; a blur that reads a texel for several
+//! outputs still counts it once. A blended sprite reads and writes every texel that it covers; a clear writes the target.
+
+use crate::client::film::VulkanFilm;
+use crate::client::lod::StreamLod;
+use crate::client::pass::reconstruct::levels_needed;
+use crate::client::settings::{FilmSpec, Reconstruction, SplatFilter, Summation};
+use crate::client::upload::STRIDE;
+
+/// The model in one sentence.
+pub const MODEL: &str = "every texel read and written once per pass, blended sprites read and write what they cover; mips and reconstruct by the level of detail; `variance` includes `variance fold`";
+
+/// Bytes of a texel of colour, of variance, and of the encoded picture in 8 bits.
+const COLOR: f64 = 16.0;
+const SCALAR: f64 = 4.0;
+const ENCODED: f64 = 4.0;
+
+/// What the passes of one stream work on.
+#[derive(Clone, Copy, Debug)]
+pub struct PassTraffic {
+    /// The film.
+    pub film: FilmSpec,
+    /// Its sums have a texel for 4×4 pixels.
+    pub is_coarse: bool,
+    /// Samples of the stream in the batch.
+    pub samples: f64,
+    /// Samples of the stream on the film; they decide over the mip levels that are read.
+    pub on_film: u64,
+    /// Picture pixels per reconstructed one, along each axis.
+    pub detail: u32,
+    /// Whether noise is masked.
+    pub is_masked: bool,
+}
+
+/// Passes of a batch and of a repaint, in their order.
+pub const PASSES: [&str; 9] =
+    ["clear", "splat", "fold", "variance", "variance fold", "mips", "reconstruct", "tonemap", "show"];
+
+impl PassTraffic {
+    /// A full batch of a still picture that has as many samples as pixels.
+    pub fn still(film: FilmSpec) -> Self {
+        let on_film = u64::from(film.width) * u64::from(film.height);
+        let samples = film.batch_capacity() as f64;
+        Self { film, is_coarse: false, samples, on_film, detail: 1, is_masked: false }
+    }
+
+    /// A frame in which so many samples arrive while the picture moves: they are all there is.
+    pub fn moving(film: FilmSpec, samples: u64) -> Self {
+        Self { is_coarse: true, samples: samples as f64, on_film: samples, ..Self::still(film) }
+    }
+
+    /// The specification of the sums.
+    fn sums(&self) -> FilmSpec {
+        if self.is_coarse { VulkanFilm::coarse_spec(&self.film) } else { self.film }
+    }
+
+    /// Bytes that one run of the pass of this name moves; `None` for passes without a model. The fold of the variance is part of
+    /// `variance`, too.
+    pub fn bytes(&self, pass: &str) -> Option<f64> {
+        let sums = self.sums();
+        let extent = sums.padded_extent();
+        let texels = f64::from(extent[0]) * f64::from(extent[1]);
+        let picture = f64::from(self.film.width) * f64::from(self.film.height);
+        let drawn = picture / f64::from(self.detail * self.detail);
+        let slots = f64::from(sums.batch_slots());
+        let vertices = STRIDE as f64 * self.samples;
+        let sprites = self.samples * footprint(sums.filter);
+        let floats = if sums.sums == Summation::TwoFloat { 2.0 } else { 1.0 };
+        let has_variance = sums.variance.is_some();
+        let of_variance = |bytes: f64| if has_variance { bytes } else { 0.0 };
+        // Sums and their rests in and out, and the batch in.
+        let fold_variance = texels * SCALAR * (2.0 + 2.0 + slots);
+        Some(match pass {
+            "clear" => texels * (floats * COLOR + of_variance(2.0 * SCALAR)),
+            "splat" => texels * slots * COLOR + vertices + sprites * 2.0 * COLOR,
+            // The means go out as well.
+            "fold" => texels * COLOR * (2.0 * floats + slots) + of_variance(texels * COLOR),
+            "variance" if has_variance => {
+                texels * (slots * SCALAR + COLOR) + vertices + sprites * 2.0 * SCALAR + fold_variance
+            }
+            "variance fold" if has_variance => fold_variance,
+            "mips" => self.mips(extent),
+            "atlas" => texels * COLOR * 2.0 * (1.0 + 1.0 / 3.0),
+            "reconstruct" => self.reconstruct(extent) + drawn * COLOR,
+            "tonemap" => drawn * COLOR + picture * ENCODED,
+            "show" => 2.0 * picture * ENCODED,
+            "readback" | "copy" => 2.0 * picture * COLOR,
+            _ => return None,
+        })
+    }
+
+    /// The level of detail, and the number of levels of the chain.
+    fn level(&self, [width, height]: [u32; 2]) -> Option<StreamLod> {
+        let levels = width.max(height).ilog2() as usize + 1;
+        StreamLod::new(u64::from(width) * u64::from(height), self.on_film, levels)
+    }
+
+    /// Each level that is built is written once, and the one below it read.
+    fn mips(&self, extent: [u32; 2]) -> f64 {
+        let Some(lod) = self.level(extent) else { return 0.0 };
+        let levels = levels_needed(Reconstruction::Gaussian, self.is_masked, &lod);
+        let texel = COLOR + if self.is_masked { SCALAR } else { 0.0 };
+        let pair = |level: u32| texels_of(extent, level - 1) + texels_of(extent, level);
+        (1..levels).map(|level| texel * pair(level)).sum()
+    }
+
+    /// Each level that is read counts once: two of them, or all where noise is masked.
+    fn reconstruct(&self, extent: [u32; 2]) -> f64 {
+        let Some(lod) = self.level(extent) else { return 0.0 };
+        if self.is_masked {
+            let all = 0..=lod.max_level as u32;
+            return all.map(|level| (COLOR + SCALAR) * texels_of(extent, level)).sum();
+        }
+        let near = lod.base.max(0.0) as u32;
+        let far = if lod.base < 0.0 { 0.0 } else { texels_of(extent, near + 1) };
+        COLOR * (texels_of(extent, near) + far)
+    }
+}
+
+/// Texels of a mip level.
+fn texels_of(extent: [u32; 2], level: u32) -> f64 {
+    extent.map(|n| f64::from((n >> level).max(1))).iter().product()
+}
+
+/// Texels that a sprite covers.
+fn footprint(filter: SplatFilter) -> f64 {
+    match filter {
+        SplatFilter::Gaussian | SplatFilter::Scaled(_) => 36.0,
+        SplatFilter::Tent => 4.0,
+        SplatFilter::Box => 1.0,
+    }
+}
