@@ -75,6 +75,9 @@ pub enum GpuError {
         /// Largest extent of a 2-D image, texels.
         limit: u32,
     },
+    /// Bytes are not compiled pipelines of this device.
+    #[error("compiled pipelines cannot be loaded: {0}")]
+    ForeignPipelines(&'static str),
     /// Embedded code is missing or damaged: the build is broken.
     #[error("shader {0} is not embedded in this program or is damaged: build it anew")]
     Shader(String),

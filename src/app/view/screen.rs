@@ -7,6 +7,7 @@ use glam::Vec3;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
+use crate::app::pipelines::PipelineKeeper;
 use crate::app::view::light_mix::LightMix;
 use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::client::background::BackgroundPolicy;
@@ -51,6 +52,7 @@ struct DeviceObjects {
     /// `None` once it was taken out for the files written at the end.
     film: Option<VulkanFilm>,
     swapchain: Swapchain,
+    pipelines: PipelineKeeper,
 }
 
 /// The window, and the film and swapchain on the device that draws into it.
@@ -112,8 +114,9 @@ impl Screen {
         if let Some(bytes) = self.simulated.memory {
             swapchain.gpu().limit_memory(bytes);
         }
+        let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
         let film = Some(new_film(swapchain.gpu(), spec, self.exact)?);
-        Ok(DeviceObjects { film, swapchain })
+        Ok(DeviceObjects { film, swapchain, pipelines })
     }
 
     fn handles(&self) -> Result<(RawDisplayHandle, RawWindowHandle), GpuError> {
@@ -231,7 +234,7 @@ impl Screen {
         viewport: &Viewport,
         panel: Option<&mut PanelDrawing>,
     ) -> Result<FrameNumber, ClientError> {
-        let Some(DeviceObjects { film: Some(film), swapchain }) = &mut self.objects else {
+        let Some(DeviceObjects { film: Some(film), swapchain, pipelines }) = &mut self.objects else {
             return Ok(self.last);
         };
         let gpu = swapchain.gpu().clone();
@@ -271,6 +274,7 @@ impl Screen {
         }
         self.window.pre_present_notify();
         self.last = swapchain.present(frame)?;
+        pipelines.tick();
         Ok(self.last)
     }
 }

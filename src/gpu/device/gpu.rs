@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::{khr, vk};
 
+use crate::gpu::device::cache::PipelineCache;
 use crate::gpu::device::instance::{DebugNames, VulkanInstance};
 use crate::gpu::device::loss::Loss;
 use crate::gpu::device::memory::{Memory, keep_freed_host_memory};
@@ -84,6 +85,8 @@ pub struct Gpu {
     retired: Mutex<RetireQueue>,
     /// Graphics pipelines without a holder, by their descriptions.
     spares: Mutex<HashMap<String, Vec<PipelineHandles>>>,
+    /// The driver's cache of compiled pipelines.
+    pub(in crate::gpu) pipelines: PipelineCache,
     /// Names and constants of the pipelines that were compiled.
     compiled: Mutex<Vec<String>>,
     /// Nearest and trilinear.
@@ -181,6 +184,7 @@ impl Gpu {
             loss: Loss::default(),
             retired: Mutex::default(),
             spares: Mutex::default(),
+            pipelines: PipelineCache::new(physical.origin),
             compiled: Mutex::default(),
             samplers: [vk::Sampler::null(); 2],
             large_points: physical.large_points && !options.quads,
@@ -190,7 +194,7 @@ impl Gpu {
         })
     }
 
-    /// Makes the semaphore of the frames, the samplers and the frames; a timestamp's tick takes `tick` nanoseconds.
+    /// Makes the semaphore of the frames, the cache of pipelines, the samplers and the frames; a timestamp's tick takes `tick` nanoseconds.
     fn fill(&mut self, tick: f32) -> Result<(), GpuError> {
         let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
@@ -198,6 +202,8 @@ impl Gpu {
         self.timeline = unsafe { self.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
         self.name(self.queue, "queue");
         self.name(self.timeline, "frame timeline");
+        let cache = self.pipelines.fill(&self.device)?;
+        self.name(cache, "compiled pipelines");
         let modes = [
             (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST, "sampler nearest"),
             (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR, "sampler trilinear"),
@@ -257,6 +263,11 @@ impl Gpu {
     pub(in crate::gpu) fn note_compiled(&self, shader: &str, constants: &[u32]) {
         let constants = constants.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
         locked(&self.compiled).push(format!("{shader} [{constants}]"));
+    }
+
+    /// Number of pipelines that were compiled.
+    pub fn compiled_pipelines(&self) -> usize {
+        locked(&self.compiled).len()
     }
 
     /// Lets `count` more images and buffers get memory; all later ones are refused as if it were exhausted. For tests of
@@ -463,6 +474,7 @@ impl Drop for Gpu {
             let _ = self.device.device_wait_idle();
             self.collect_retired(u64::MAX);
             spares.into_values().flatten().for_each(|handles| handles.destroy(&self.device));
+            self.pipelines.destroy(&self.device);
             self.frames().destroy(&self.device);
             self.samplers.into_iter().for_each(|s| self.device.destroy_sampler(s, None));
             self.device.destroy_semaphore(self.timeline, None);

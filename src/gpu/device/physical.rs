@@ -4,6 +4,7 @@ use std::ffi::CStr;
 
 use ash::{khr, vk};
 
+use crate::gpu::device::cache::PipelineOrigin;
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock;
@@ -109,6 +110,8 @@ pub(in crate::gpu) struct PhysicalDevice {
     /// The extension that reads the clock of timestamps.
     pub calibrated: Option<&'static CStr>,
     pub limits: vk::PhysicalDeviceLimits,
+    /// What its compiled pipelines are good for.
+    pub origin: PipelineOrigin,
     extensions: Vec<vk::ExtensionProperties>,
     families: Vec<vk::QueueFamilyProperties>,
 }
@@ -163,6 +166,7 @@ impl PhysicalDevice {
             timestamp_bits: 0,
             calibrated,
             limits: p.limits,
+            origin: PipelineOrigin::new(&p),
             extensions,
             families,
         };
