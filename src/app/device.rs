@@ -100,11 +100,11 @@ impl Drop for Device {
 /// `pointillist devices`: one line per device, and what is missing where one cannot be used; and whether Open Image Denoise is there.
 pub fn list() -> Result<()> {
     let mut text = String::new();
-    match gpu::devices() {
+    match gpu::devices_with_memory() {
         Ok(found) => {
-            for device in &found {
+            for (device, memory) in &found {
                 text += &format!(
-                    "{}  {} ({}, Vulkan {}, {}): {}\n",
+                    "{}  {} ({}, Vulkan {}, {}; {memory}): {}\n",
                     device.index,
                     device.name,
                     device.kind,

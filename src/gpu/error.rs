@@ -54,12 +54,14 @@ pub enum GpuError {
         result: vk::Result,
     },
     /// Memory could not be allocated.
-    #[error("no GPU memory for {name}: {source}")]
+    #[error("no GPU memory for {name}: {source}{numbers}")]
     Memory {
         /// Debug name of the resource.
         name: String,
         /// The error of the allocator.
         source: gpu_allocator::AllocationError,
+        /// How much was asked for and how much there is, in words, with a blank before; may be empty.
+        numbers: String,
     },
     /// An image is larger than the device allows.
     #[error(

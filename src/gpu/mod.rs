@@ -30,7 +30,8 @@ pub use commands::cmd::{Attachment, Cmd, LoadOp, Scope, StorageBinding, Texture,
 pub use commands::copies::{Region, read_image};
 pub use commands::frame::GpuFrame;
 pub use device::gpu::{FrameNumber, Gpu, GpuOptions, Inventory};
-pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices};
+pub use device::heaps::{LocalMemory, MemoryBudget};
+pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices, devices_with_memory};
 pub use error::GpuError;
 pub use resources::buffer::{Buffer, BufferUse};
 pub use resources::image::{Image, TexelFormat};

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ash::{khr, vk};
 
 use crate::gpu::device::cache::PipelineCache;
+use crate::gpu::device::heaps::LocalMemory;
 use crate::gpu::device::instance::{DebugNames, VulkanInstance};
 use crate::gpu::device::loss::Loss;
 use crate::gpu::device::memory::{Memory, keep_freed_host_memory};
@@ -134,10 +135,9 @@ impl Gpu {
         if physical.info.kind == DeviceKind::Cpu {
             keep_freed_host_memory();
         }
-        let tick = if physical.timestamp_bits > 0 { physical.limits.timestamp_period } else { 0.0 };
         let mut gpu = Self::bare(instance, physical, options, windows)?;
         // From here on a failure drops `gpu`, which destroys what has been made.
-        gpu.fill(tick)?;
+        gpu.fill()?;
         Ok(Arc::new(gpu))
     }
 
@@ -149,7 +149,7 @@ impl Gpu {
         windows: bool,
     ) -> Result<Self, GpuError> {
         let device = create_device(&instance, &physical, windows)?;
-        let memory = match Memory::new(&instance, &device, physical.raw) {
+        let memory = match Memory::new(&instance, &device, &physical) {
             Ok(memory) => memory,
             Err(error) => {
                 // SAFETY: nothing was made of the device.
@@ -194,8 +194,8 @@ impl Gpu {
         })
     }
 
-    /// Makes the semaphore of the frames, the cache of pipelines, the samplers and the frames; a timestamp's tick takes `tick` nanoseconds.
-    fn fill(&mut self, tick: f32) -> Result<(), GpuError> {
+    /// Makes the semaphore of the frames, the cache of pipelines, the samplers and the frames.
+    fn fill(&mut self) -> Result<(), GpuError> {
         let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
         // SAFETY: timelineSemaphore is enabled.
@@ -223,7 +223,7 @@ impl Gpu {
             self.name(self.samplers[i], name);
         }
         let frames = self.frames.get_mut().unwrap_or_else(PoisonError::into_inner);
-        frames.fill(&self.device, &self.debug, self.queue_family, tick)
+        frames.fill(&self.device, &self.debug, self.queue_family)
     }
 
     /// Describes this device.
@@ -249,6 +249,11 @@ impl Gpu {
     /// All messages of the validation layer so far, oldest first; empty without validation.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.messages()
+    }
+
+    /// How much memory the device has of its own, and what the system tells of its use at the moment.
+    pub fn local_memory(&self) -> LocalMemory {
+        self.memory.local()
     }
 
     /// Lists what exists on the device; what was dropped in the last frames may still be in the list.
@@ -500,10 +505,37 @@ mod tests {
             let gpu = Gpu::bare(instance.clone(), physical.expect("a device"), options, false);
             let mut gpu = gpu.expect("a device");
             if filled {
-                gpu.fill(1.0).expect("its parts");
+                gpu.fill().expect("its parts");
             }
         }
         let messages = instance.messages();
         assert!(messages.is_empty(), "{messages:?}");
+    }
+
+    /// Without timestamps the host times frames, and no query is recorded.
+    #[test]
+    fn queues_without_timestamps_are_timed_by_the_host() {
+        let instance = Arc::new(VulkanInstance::new(true, None).expect("the validation layer"));
+        let mut physical =
+            pick(enumerate(&instance).expect("a driver"), &DeviceChoice::Best).expect("a device");
+        physical.timestamp_bits = 0;
+        let gpu = Gpu::open(instance, physical, GpuOptions::default(), false).expect("a device");
+        gpu.set_timing(true);
+        for _ in 0..3 {
+            let mut frame = gpu.begin().expect("a frame");
+            {
+                let mut cmd = frame.cmd();
+                let mut outer = cmd.scope("outer");
+                drop(outer.scope("inner"));
+            }
+            gpu.wait(frame.submit().expect("submit")).expect("wait");
+        }
+        let times = gpu.take_timings();
+        let counts: Vec<_> = times.iter().map(|t| (t.name, t.count)).collect();
+        assert_eq!(counts, [("outer", 3)]);
+        assert!(times[0].milliseconds > 0.0, "{times:?}");
+        assert_eq!(gpu.queries_recorded(), 0);
+        assert_eq!(gpu.timing_info().bits, 0);
+        assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
     }
 }
