@@ -63,6 +63,9 @@ pub enum GpuError {
         /// How much was asked for and how much there is, in words, with a blank before; may be empty.
         numbers: String,
     },
+    /// The host cannot see the memory of a buffer.
+    #[error("the memory of {0} could not be mapped: render a smaller picture, or with --device cpu")]
+    Unmapped(String),
     /// An image is larger than the device allows.
     #[error(
         "{name} of {width}×{height} texels is larger than this device's limit of {limit}: render a smaller picture"

@@ -12,6 +12,7 @@ use crate::app::view::light_mix::LightMix;
 use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
+use crate::client::pass::glare::glare_detail;
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::window::viewport::Viewport;
@@ -245,6 +246,9 @@ impl Screen {
                     PictureSource::Film(detail) | PictureSource::Mix(detail) => detail,
                     PictureSource::Filtered(_) => 1,
                 };
+                // Regions and lights are drawn at the resolution of the picture that they are part of.
+                let extent = [film.spec().width, film.spec().height];
+                let detail = settings.glare.map_or(detail, |_| detail.max(glare_detail(&gpu, extent)));
                 let cmd = &mut frame.cmd();
                 let mut regions = parts.regions.record(cmd, settings, detail, per_pixel(film))?;
                 Some(match source {

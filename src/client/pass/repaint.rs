@@ -12,7 +12,7 @@ use crate::client::lod::StreamLod;
 use crate::client::pass::bilateral::BilateralPass;
 use crate::client::pass::compose::{ComposePass, PictureLayer};
 use crate::client::pass::error_view::ErrorViewPass;
-use crate::client::pass::glare::GlarePass;
+use crate::client::pass::glare::{GlarePass, glare_detail};
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
@@ -205,10 +205,10 @@ impl Repaint {
 
     /// The effects of a repaint at this internal resolution.
     fn effects(&self, settings: &Settings, detail: u32) -> Effects {
-        match self.policy {
-            BackgroundPolicy::BackgroundCoarse => Effects::with_coarse_glare(settings, detail),
-            _ => Effects::new(settings, detail),
-        }
+        let in_time = if self.policy == BackgroundPolicy::BackgroundCoarse { 2 } else { 1 };
+        let possible =
+            settings.glare.map_or(1, |_| glare_detail(&self.gpu, [self.spec.width, self.spec.height]));
+        Effects::with_glare_at(settings, detail, in_time.max(possible))
     }
 
     /// The encoded picture of the last repaint; `None` before the first.
@@ -253,7 +253,7 @@ impl Repaint {
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
         self.paint(cmd, sums, &settings, 1, &mut [])?;
-        let (_, encoded) = self.picture.get(&self.gpu, &Effects::new(&settings, 1))?;
+        let (_, encoded) = self.picture.get(&self.gpu, &self.effects(&settings, 1))?;
         cmd.scope("readback").copy_to_buffer(encoded, region(&self.spec, 1), &self.readback);
         gpu.wait(frame.submit()?)?;
         let rgb = self.readback.mapped().chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();

@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
 
 use ash::vk;
 
+use crate::gpu::device::allowance::Allowance;
 use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::{GpuError, Named};
 
@@ -57,6 +58,8 @@ pub(in crate::gpu) struct PipelineCache {
     /// Compiling locks it to read: Vulkan synchronises that by itself, but not the merging of two caches.
     raw: RwLock<vk::PipelineCache>,
     origin: PipelineOrigin,
+    /// Pipelines that tests let be compiled.
+    pub compilations: Allowance,
     /// The data that were loaded or taken last.
     known: Mutex<KnownPipelines>,
 }
@@ -83,8 +86,12 @@ impl PipelineCache {
         Ok(made)
     }
 
-    /// The handle, to compile with while it is locked.
-    pub fn lock(&self) -> RwLockReadGuard<'_, vk::PipelineCache> {
+    /// The handle, for one pipeline to be compiled with while it is locked; an error where tests have planned one.
+    pub fn to_compile(&self) -> Result<RwLockReadGuard<'_, vk::PipelineCache>, vk::Result> {
+        self.compilations.take().then(|| self.lock()).ok_or(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
+    }
+
+    fn lock(&self) -> RwLockReadGuard<'_, vk::PipelineCache> {
         self.raw.read().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -1,7 +1,7 @@
 //! The open device, which every other object holds by `Arc`.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::{khr, vk};
@@ -79,7 +79,7 @@ pub struct Gpu {
     /// Largest allocation, bytes.
     pub(in crate::gpu) max_allocation: u64,
     /// Bytes that a workgroup can share, and that a shader can see of one buffer.
-    max_shared: u32,
+    max_shared: AtomicU32,
     max_storage: u32,
     /// The loss of the device that tests have planned.
     pub(in crate::gpu) loss: Loss,
@@ -179,7 +179,7 @@ impl Gpu {
             queries: AtomicU64::new(0),
             max_extent: limits.max_image_dimension2_d,
             max_allocation: v11.max_memory_allocation_size,
-            max_shared: limits.max_compute_shared_memory_size,
+            max_shared: AtomicU32::new(limits.max_compute_shared_memory_size),
             max_storage: limits.max_storage_buffer_range,
             loss: Loss::default(),
             retired: Mutex::default(),
@@ -238,7 +238,7 @@ impl Gpu {
 
     /// Bytes that the threads of one workgroup can share.
     pub fn shared_bytes(&self) -> usize {
-        self.max_shared as usize
+        self.max_shared.load(Ordering::Relaxed) as usize
     }
 
     /// Bytes of one buffer that a shader can see.
@@ -278,12 +278,29 @@ impl Gpu {
     /// Lets `count` more images and buffers get memory; all later ones are refused as if it were exhausted. For tests of
     /// what happens then; `u64::MAX` ends it.
     pub fn fail_allocations_after(&self, count: u64) {
-        self.memory.fail_after(count);
+        self.memory.allocations.set(count);
+    }
+
+    /// Lets the memory of `count` more buffers be mapped for the host; that of all later ones is not. For tests of what
+    /// happens then; `u64::MAX` ends it.
+    pub fn fail_mappings_after(&self, count: u64) {
+        self.memory.mappings.set(count);
+    }
+
+    /// Lets `count` more pipelines be compiled; all later ones are refused as if memory were exhausted. For tests of what
+    /// happens then; `u64::MAX` ends it.
+    pub fn fail_pipelines_after(&self, count: u64) {
+        self.pipelines.compilations.set(count);
     }
 
     /// Gives images and buffers this many bytes at most, as a smaller device would. For tests.
     pub fn limit_memory(&self, bytes: u64) {
         self.memory.limit(bytes);
+    }
+
+    /// Gives the threads of a workgroup this many bytes to share at most, as a smaller device would. For tests.
+    pub fn limit_shared(&self, bytes: u32) {
+        self.max_shared.fetch_min(bytes, Ordering::Relaxed);
     }
 
     /// Lets `submits` more frames be submitted; then the device behaves as if it were lost, for good: submitting,

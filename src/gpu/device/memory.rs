@@ -10,6 +10,7 @@ use gpu_allocator::vulkan::{
 };
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
 
+use crate::gpu::device::allowance::Allowance;
 use crate::gpu::device::heaps::{LocalMemory, Megabytes, MemorySource};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::PhysicalDevice;
@@ -20,8 +21,9 @@ const MIB: u64 = 1 << 20;
 /// The allocator behind a lock. Not dropped by itself: [`Memory::destroy`] must come before the device is destroyed.
 pub(in crate::gpu) struct Memory {
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
-    /// Number of allocations that may still succeed.
-    left: AtomicU64,
+    /// Allocations, and mappings of them, that tests let succeed.
+    pub allocations: Allowance,
+    pub mappings: Allowance,
     /// Bytes that are in use, and the most that may be.
     used: AtomicU64,
     limit: AtomicU64,
@@ -51,7 +53,8 @@ impl Memory {
         })?;
         Ok(Self {
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
-            left: AtomicU64::new(u64::MAX),
+            allocations: Allowance::default(),
+            mappings: Allowance::default(),
             used: AtomicU64::new(0),
             limit: AtomicU64::new(u64::MAX),
             source: MemorySource::new(instance, physical),
@@ -66,11 +69,8 @@ impl Memory {
         location: MemoryLocation,
         linear: bool,
     ) -> Result<Allocation, GpuError> {
-        let one_less = |left: u64| left.checked_sub(1);
         let in_use = self.used.load(Ordering::Relaxed).saturating_add(requirements.size);
-        if in_use > self.limit.load(Ordering::Relaxed)
-            || self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_err()
-        {
+        if in_use > self.limit.load(Ordering::Relaxed) || !self.allocations.take() {
             return Err(self.refused(name, requirements.size, AllocationError::OutOfMemory));
         }
         let desc = AllocationCreateDesc {
@@ -110,11 +110,6 @@ impl Memory {
     /// The allocator itself, for renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
     pub fn shared(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
-    }
-
-    /// Lets `count` more allocations succeed.
-    pub fn fail_after(&self, count: u64) {
-        self.left.store(count, Ordering::Relaxed);
     }
 
     /// Refuses allocations beyond this many bytes in all.
