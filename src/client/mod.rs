@@ -54,6 +54,7 @@ pub mod glare;
 pub mod layout;
 pub mod light_meter;
 pub mod lod;
+pub mod memory;
 pub mod merge;
 pub mod oidn;
 pub mod pacing;
