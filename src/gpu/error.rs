@@ -80,6 +80,9 @@ pub enum GpuError {
         /// Largest extent of a 2-D image, texels.
         limit: u32,
     },
+    /// A pipeline is still being compiled on another thread.
+    #[error("the pipeline {0} is still being compiled: try again")]
+    Compiling(&'static str),
     /// Bytes are not compiled pipelines of this device.
     #[error("compiled pipelines cannot be loaded: {0}")]
     ForeignPipelines(&'static str),
@@ -89,6 +92,11 @@ pub enum GpuError {
 }
 
 impl GpuError {
+    /// Whether the same can be asked for again, once a pipeline has been compiled.
+    pub fn is_compiling(&self) -> bool {
+        matches!(self, GpuError::Compiling(_))
+    }
+
     /// Whether the device is lost and a new one may help.
     pub fn is_device_lost(&self) -> bool {
         matches!(self, GpuError::Call { result: vk::Result::ERROR_DEVICE_LOST, .. })

@@ -29,6 +29,7 @@ mod window;
 pub use commands::cmd::{Attachment, Cmd, LoadOp, Scope, StorageBinding, Texture, TextureSampler};
 pub use commands::copies::{Region, read_image};
 pub use commands::frame::GpuFrame;
+pub use device::cache::CompilingPipeline;
 pub use device::gpu::{FrameNumber, Gpu, GpuOptions, Inventory};
 pub use device::heaps::{LocalMemory, MemoryBudget};
 pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices, devices_with_memory};

@@ -3,7 +3,8 @@
 //! Nothing is read or written here: the owner of the device decides where the bytes are kept.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
 
 use ash::vk;
 
@@ -58,6 +59,10 @@ pub(in crate::gpu) struct PipelineCache {
     /// Compiling locks it to read: Vulkan synchronises that by itself, but not the merging of two caches.
     raw: RwLock<vk::PipelineCache>,
     origin: PipelineOrigin,
+    /// Whether those who record go without a pipeline that is not compiled yet, and the number that is being compiled on other
+    /// threads.
+    background: AtomicBool,
+    under_way: AtomicUsize,
     /// Pipelines that tests let be compiled.
     pub compilations: Allowance,
     /// The data that were loaded or taken last.
@@ -71,6 +76,15 @@ struct KnownPipelines {
     compiled: usize,
     /// Hash of the data.
     hash: Option<u64>,
+}
+
+/// A pipeline that is being compiled on another thread.
+pub struct CompilingPipeline(Arc<Gpu>);
+
+impl Drop for CompilingPipeline {
+    fn drop(&mut self) {
+        self.0.pipelines.under_way.fetch_sub(1, Ordering::Release);
+    }
 }
 
 impl PipelineCache {
@@ -155,6 +169,28 @@ impl Gpu {
             std::mem::replace(&mut known.hash, hash) != hash
         });
         Ok(Some(data).filter(|_| is_new))
+    }
+
+    /// Whether those who record from now on go without a pipeline that is not compiled yet, while it is compiled on another
+    /// thread ([`GpuError::Compiling`]); at first they compile it themselves.
+    pub fn set_background_compiling(&self, on: bool) {
+        self.pipelines.background.store(on, Ordering::Relaxed);
+    }
+
+    /// Whether pipelines are to be compiled on another thread.
+    pub fn compiles_in_background(&self) -> bool {
+        self.pipelines.background.load(Ordering::Relaxed)
+    }
+
+    /// Whether a pipeline is being compiled on another thread.
+    pub fn is_compiling(&self) -> bool {
+        self.pipelines.under_way.load(Ordering::Acquire) > 0
+    }
+
+    /// Counts a pipeline as being compiled on another thread, until what is returned is dropped.
+    pub fn count_compiling(self: &Arc<Self>) -> CompilingPipeline {
+        self.pipelines.under_way.fetch_add(1, Ordering::Relaxed);
+        CompilingPipeline(self.clone())
     }
 
     fn known_pipelines<T>(&self, change: impl FnOnce(&mut KnownPipelines) -> T) -> T {
