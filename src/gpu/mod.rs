@@ -14,6 +14,8 @@
 //!   queue.
 //! - `resources/sync.rs` is the only place that knows stages, access masks and layouts: a pass says
 //!   [`Cmd::access`]`(&mut image, `[`Access::Sampled`]`)`.
+//! - What has been compiled can be taken as bytes ([`Gpu::take_pipelines`]) and loaded by a later run ([`Gpu::load_pipelines`]); `app`
+//!   keeps them in a file.
 //! - With `POINTILLIST_VALIDATION=1` (or [`GpuOptions::validation`]) the Khronos validation layer runs with
 //!   synchronization validation; every message is logged and collected ([`Gpu::validation_messages`]).
 //!
