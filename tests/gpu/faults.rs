@@ -103,7 +103,7 @@ impl Subject {
             let own = open(false);
             plan(&own, allowed);
             let made = self.film(&own);
-            let outcome = made.and_then(|mut film| Ok((self.run(&mut film), film)));
+            let outcome = made.map(|mut film| (self.run(&mut film), film));
             plan(&own, u64::MAX);
             let (outcome, film) = match outcome {
                 Ok((Ok(got), _)) => {

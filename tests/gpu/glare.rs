@@ -182,7 +182,8 @@ fn black_and_huge_pictures() {
 /// does; without glare it stays as it is.
 #[test]
 fn lines_that_do_not_fit_are_transformed_on_a_coarser_grid() {
-    let glare = Some(glare(ADAPTATIONS[0]));
+    let glare = glare(ADAPTATIONS[0]);
+    let shining = Settings { glare: Some(glare), ..plain() };
     // Bytes that a workgroup shares, and pixels per texel of the grid: a line of 64 texels needs 512 bytes.
     for (shared, detail) in [(512, 1), (511, 2), (256, 2), (255, 4), (128, 4)] {
         let own = crate::common::open(false);
@@ -195,13 +196,13 @@ fn lines_that_do_not_fit_are_transformed_on_a_coarser_grid() {
         let grid = |xyz: Vec<[f32; 3]>| {
             Grid::from_rows(width, height, xyz.into_iter().map(Vec3::from_array).collect()).expect("its size")
         };
-        let got = grid(film.reconstruct(&Settings { glare, ..self::plain() }, 1).expect("a picture"));
-        let wanted = ReferenceGlare::default().apply(&grid(plain), &glare.unwrap()).expect("memory");
+        let got = grid(film.reconstruct(&shining, 1).expect("a picture"));
+        let wanted = ReferenceGlare::default().apply(&grid(plain), &glare).expect("memory");
         let wanted: Vec<_> = wanted.pixels().iter().map(|v| v.as_dvec3()).collect();
         let error = difference(got.pixels(), &wanted);
         assert!(error < 1e-5, "{shared} bytes: {error:e} from the reference");
         // The picture that is shown has all its pixels.
-        let shown = film.display(&Settings { glare, ..self::plain() }).expect("a picture");
+        let shown = film.display(&shining).expect("a picture");
         assert_eq!((shown.width, shown.height, shown.rgb.len()), (64, 48, 64 * 48));
         assert_silent(&own);
     }
@@ -209,7 +210,7 @@ fn lines_that_do_not_fit_are_transformed_on_a_coarser_grid() {
     let own = crate::common::open(false);
     own.limit_shared(120);
     let mut film = VulkanFilm::new(own.clone(), spec(64, 48, SplatFilter::Box)).expect("a film");
-    let refused = film.display(&Settings { glare, ..plain() }).expect_err("too large").to_string();
+    let refused = film.display(&shining).expect_err("too large").to_string();
     assert!(refused.contains("the picture for glare"), "{refused}");
     film.display(&plain()).expect("without glare");
     assert_silent(&own);
