@@ -4,12 +4,13 @@ use std::io::{ErrorKind, Write};
 
 use miette::{IntoDiagnostic, Result};
 
+use super::pipelines;
 use crate::client::cascades::CascadeFilm;
 use crate::client::film::VulkanFilm;
 use crate::client::oidn;
 use crate::client::reference::ReferenceFilm;
 use crate::client::{ClientError, Film, FilmSpec};
-use crate::gpu::{self, DeviceChoice, DeviceKind, Gpu};
+use crate::gpu::{self, DeviceChoice, DeviceKind, Gpu, GpuError};
 use crate::server::Priority;
 
 /// The name of the device that needs no driver.
@@ -31,12 +32,19 @@ impl Device {
     pub fn open(choice: Option<&str>) -> Result<Self> {
         match choice {
             Some(CPU) => Ok(Device::Cpu),
-            Some(text) => Gpu::new(&DeviceChoice::parse(text)).map(Device::Vulkan).into_diagnostic(),
-            None => Ok(Gpu::new(&DeviceChoice::Best).map(Device::Vulkan).unwrap_or_else(|error| {
+            Some(text) => Self::vulkan(&DeviceChoice::parse(text)).into_diagnostic(),
+            None => Ok(Self::vulkan(&DeviceChoice::Best).unwrap_or_else(|error| {
                 tracing::warn!("no Vulkan device, rendering with --device cpu: {error}");
                 Device::Cpu
             })),
         }
+    }
+
+    /// The Vulkan device of this choice, with the pipelines that earlier runs have compiled.
+    fn vulkan(choice: &DeviceChoice) -> Result<Self, GpuError> {
+        let gpu = Gpu::new(choice)?;
+        pipelines::load(&gpu);
+        Ok(Device::Vulkan(gpu))
     }
 
     /// The device's name.
@@ -81,14 +89,22 @@ impl Device {
     }
 }
 
+impl Drop for Device {
+    fn drop(&mut self) {
+        if let Device::Vulkan(gpu) = self {
+            pipelines::save(gpu);
+        }
+    }
+}
+
 /// `pointillist devices`: one line per device, and what is missing where one cannot be used; and whether Open Image Denoise is there.
 pub fn list() -> Result<()> {
     let mut text = String::new();
-    match gpu::devices() {
+    match gpu::devices_with_memory() {
         Ok(found) => {
-            for device in &found {
+            for (device, memory) in &found {
                 text += &format!(
-                    "{}  {} ({}, Vulkan {}, {}): {}\n",
+                    "{}  {} ({}, Vulkan {}, {}; {memory}): {}\n",
                     device.index,
                     device.name,
                     device.kind,

@@ -19,11 +19,12 @@ use super::denoise::ViewFilter;
 use super::device::Device;
 use super::filtered_picture::{FilteredPicture, HalfMeans};
 use super::load::{self, Opened};
-use super::plan::{EffectSide, PlannedEffect, plan};
+use super::plan::{EffectSide, PlannedEffect, plan, streams};
 use super::report::{Seconds, check_json, publish};
 use super::run_spec::{RunSpec, shown_variance};
 use super::{method, process};
 use crate::client::effect_list::ClientEffect;
+use crate::client::memory::film_memory;
 use crate::client::{Denoise, FilmSpec, Settings};
 use crate::color::Xyz;
 use crate::gpu::Inventory;
@@ -50,6 +51,8 @@ struct Explained<'a> {
     /// The device on which the passes were timed.
     device: &'a str,
     plan: &'a [PlannedEffect],
+    /// Bytes of every image and buffer that a Vulkan device takes for the film, computed from its specification.
+    film_memory: &'a [(String, u64)],
     /// Bytes of every image and buffer on the device.
     #[serde(skip_serializing_if = "Option::is_none")]
     memory: Option<Vec<(String, u64)>>,
@@ -76,6 +79,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     let settings = args.display.settings();
     run.film.variance = shown_variance(&settings);
     let mut plan = plan(&loaded.desc, &run, &settings);
+    let film_memory = film_memory(&run.film, &settings, streams(run.integrator), usize::MAX);
     let (mut memory, mut pipelines) = (None, None);
     if !args.no_costs {
         let subject = price::Subject { desc: &loaded.desc, scene: &scene, camera: &camera, run: &run };
@@ -106,11 +110,14 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
         auto: run.auto.as_ref().map(|a| a.reason.as_str()),
         device: &run.device,
         plan: &plan,
+        film_memory: &film_memory,
         memory,
         pipelines,
         budget: budget.as_ref(),
     };
-    let words = table(&plan) + &budget.as_ref().map(Budget::words).unwrap_or_default();
+    let words = table(&plan)
+        + &memory_words(&film_memory, &run.film)
+        + &budget.as_ref().map(Budget::words).unwrap_or_default();
     publish(&words, "the plan", &explained, args.json.as_deref())
 }
 
@@ -213,6 +220,17 @@ fn time_of(measured: &PassTimes, is: impl Fn(&str) -> bool) -> f64 {
 /// True for passes and images of the yardstick, which are no part of the picture.
 fn is_yardstick(name: &str) -> bool {
     name.starts_with("copy")
+}
+
+/// The device memory of the film in all, whether or not there is a device.
+fn memory_words(memory: &[(String, u64)], film: &FilmSpec) -> String {
+    let bytes: u64 = memory.iter().map(|(_, bytes)| bytes).sum();
+    let pixels = u64::from(film.width) * u64::from(film.height);
+    format!(
+        "DEVICE MEMORY     {:.1} MB in images and buffers of the film, {} bytes per pixel\n",
+        bytes as f64 * 1e-6,
+        bytes / pixels.max(1)
+    )
 }
 
 /// One line for each effect, the tracer's first.

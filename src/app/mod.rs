@@ -11,7 +11,7 @@
 //! | `plan.rs`, `outputs.rs`, `layers.rs`, `light_groups.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; pictures by groups of lights; figures; rejected values in words |
 //! | `denoise.rs`, `filtered_picture.rs`, `noise_filter.rs`, `reprojection.rs` | the noise filter of a view, with its rays; what it makes of samples; its thread in the window; what another view has shown |
 //! | `live_outputs.rs`, `tev.rs` | snapshots of a render on its way; the same picture in the viewer tev |
-//! | `timings.rs`, `trace.rs`, `process.rs` | `--gpu-timings`; signals and standard error |
+//! | `timings.rs`, `trace.rs`, `process.rs`, `pipelines.rs` | `--gpu-timings`; signals and standard error; the file of compiled pipelines |
 //!
 //! # Rendering from another program
 //!
@@ -91,6 +91,7 @@ mod mix;
 mod noise_filter;
 mod observer;
 mod outputs;
+mod pipelines;
 mod plan;
 mod plugins;
 mod predictions;

@@ -23,7 +23,7 @@ pub struct Effects {
     pub masking: Option<Masking>,
     /// The quantity that is shown.
     pub view: DisplayView,
-    /// Glare of the eye; at full resolution only.
+    /// Glare of the eye; at full resolution, or at the finest one that the device can compute in time.
     pub glare: bool,
     /// Tone curve.
     pub curve: ToneCurve,
@@ -56,9 +56,15 @@ impl Effects {
     /// As [`new`](Self::new), with glare on the grid of half the resolution, and so the whole picture where it is on: its transforms
     /// take a quarter of the time.
     pub fn with_coarse_glare(settings: &Settings, detail: u32) -> Self {
+        Self::with_glare_at(settings, detail, 2)
+    }
+
+    /// As [`new`](Self::new), with glare on the grid of `coarse` picture pixels, one of [`DETAILS`], and so the whole picture where
+    /// it is on.
+    pub fn with_glare_at(settings: &Settings, detail: u32, coarse: u32) -> Self {
         let glare = !settings.view.is_error() && settings.glare.is_some();
-        let effects = Self::new(settings, if glare { detail.max(2) } else { detail });
-        Self { glare: glare && effects.detail == 2, ..effects }
+        let effects = Self::new(settings, if glare { detail.max(coarse) } else { detail });
+        Self { glare: glare && effects.detail == coarse, ..effects }
     }
 
     /// Whether a stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.

@@ -284,6 +284,11 @@ impl VulkanFilm {
         self.repaint.as_ref().is_some_and(Repaint::is_background_ready)
     }
 
+    /// Whether the last [`paint`](Self::paint) left the picture of before, because one of its pipelines is compiled on another thread.
+    pub fn has_given_up(&self) -> bool {
+        self.repaint.as_ref().is_some_and(Repaint::has_given_up)
+    }
+
     /// The encoded picture of the last [`paint`](Self::paint), to be shown again; `None` before the first.
     pub fn painted(&mut self) -> Option<&mut Image> {
         self.repaint.as_mut().and_then(Repaint::painted)

@@ -31,7 +31,7 @@
 //! |---|---|
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
 //! | [`wavelet`], [`oidn`] | the noise filters of what is displayed: our own, and Open Image Denoise where it is installed |
-//! | [`film`], [`sample_sums`], [`raster`], [`pass`] | the Vulkan film, its sums and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel |
+//! | [`film`], [`sample_sums`], [`raster`], [`pass`] | the Vulkan film, its sums and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel, [`memory`] adds them up, [`traffic`] those that passes move |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
@@ -54,6 +54,7 @@ pub mod glare;
 pub mod layout;
 pub mod light_meter;
 pub mod lod;
+pub mod memory;
 pub mod merge;
 pub mod oidn;
 pub mod pacing;

@@ -272,9 +272,9 @@ impl BatchVertices {
     }
 }
 
-/// Most buffers: one batch is filled while the device reads another. What is merged is less than was sent.
+/// Buffers up to which another one is made instead of waiting: a chunk is filled while the device reads a batch.
 fn most_buffers(spec: &FilmSpec) -> usize {
-    2 * spec.batch_capacity() / CHUNK_SAMPLES
+    spec.batch_capacity() / CHUNK_SAMPLES + 1
 }
 
 /// Copies samples into the buffer of this index, once the device has finished with it. Makes another one instead of waiting,

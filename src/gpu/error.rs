@@ -54,13 +54,18 @@ pub enum GpuError {
         result: vk::Result,
     },
     /// Memory could not be allocated.
-    #[error("no GPU memory for {name}: {source}")]
+    #[error("no GPU memory for {name}: {source}{numbers}")]
     Memory {
         /// Debug name of the resource.
         name: String,
         /// The error of the allocator.
         source: gpu_allocator::AllocationError,
+        /// How much was asked for and how much there is, in words, with a blank before; may be empty.
+        numbers: String,
     },
+    /// The host cannot see the memory of a buffer.
+    #[error("the memory of {0} could not be mapped: render a smaller picture, or with --device cpu")]
+    Unmapped(String),
     /// An image is larger than the device allows.
     #[error(
         "{name} of {width}×{height} texels is larger than this device's limit of {limit}: render a smaller picture"
@@ -75,12 +80,23 @@ pub enum GpuError {
         /// Largest extent of a 2-D image, texels.
         limit: u32,
     },
+    /// A pipeline is still being compiled on another thread.
+    #[error("the pipeline {0} is still being compiled: try again")]
+    Compiling(&'static str),
+    /// Bytes are not compiled pipelines of this device.
+    #[error("compiled pipelines cannot be loaded: {0}")]
+    ForeignPipelines(&'static str),
     /// Embedded code is missing or damaged: the build is broken.
     #[error("shader {0} is not embedded in this program or is damaged: build it anew")]
     Shader(String),
 }
 
 impl GpuError {
+    /// Whether the same can be asked for again, once a pipeline has been compiled.
+    pub fn is_compiling(&self) -> bool {
+        matches!(self, GpuError::Compiling(_))
+    }
+
     /// Whether the device is lost and a new one may help.
     pub fn is_device_lost(&self) -> bool {
         matches!(self, GpuError::Call { result: vk::Result::ERROR_DEVICE_LOST, .. })

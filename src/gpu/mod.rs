@@ -14,6 +14,8 @@
 //!   queue.
 //! - `resources/sync.rs` is the only place that knows stages, access masks and layouts: a pass says
 //!   [`Cmd::access`]`(&mut image, `[`Access::Sampled`]`)`.
+//! - What has been compiled can be taken as bytes ([`Gpu::take_pipelines`]) and loaded by a later run ([`Gpu::load_pipelines`]); `app`
+//!   keeps them in a file.
 //! - With `POINTILLIST_VALIDATION=1` (or [`GpuOptions::validation`]) the Khronos validation layer runs with
 //!   synchronization validation; every message is logged and collected ([`Gpu::validation_messages`]).
 //!
@@ -29,8 +31,10 @@ mod window;
 pub use commands::cmd::{Attachment, Cmd, LoadOp, Scope, StorageBinding, Texture};
 pub use commands::copies::{Region, read_image};
 pub use commands::frame::GpuFrame;
+pub use device::cache::CompilingPipeline;
 pub use device::gpu::{FrameNumber, Gpu, GpuOptions, Inventory};
-pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices};
+pub use device::heaps::{LocalMemory, MemoryBudget};
+pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices, devices_with_memory};
 pub use error::GpuError;
 pub use resources::buffer::{Buffer, BufferUse};
 pub use resources::image::{Image, TexelFormat};

@@ -45,6 +45,12 @@ fn explain_measures_what_is_on() {
         names.iter().all(|n| !n.starts_with("light") && !n.starts_with("glare") && *n != "atlas"),
         "{names:?}"
     );
+    // What is told of the film's memory is what was allocated for it.
+    let bytes = |key: &str| -> u64 {
+        plan[key].as_array().unwrap().iter().map(|image| image[1].as_u64().unwrap()).sum()
+    };
+    let ratio = bytes("film_memory") as f64 / bytes("memory") as f64;
+    assert!((0.95..1.05).contains(&ratio), "{ratio}: {} {}", plan["film_memory"], plan["memory"]);
     let pipelines = plan["pipelines"].to_string();
     for absent in ["glare", "bilateral", "error_view"] {
         assert!(!pipelines.contains(absent), "{pipelines}");

@@ -10,6 +10,7 @@ mod layers;
 mod light_groups;
 mod live;
 mod oidn;
+mod pipelines;
 mod plugins;
 mod program;
 mod render_error;

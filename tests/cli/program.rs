@@ -296,6 +296,7 @@ fn devices_are_listed() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(text.contains("cpu"), "{text}");
     assert!(text.lines().count() >= 2, "no Vulkan device is listed:\n{text}");
+    assert!(text.lines().any(|line| line.contains(" MB of memory")), "{text}");
 }
 
 /// Light that no sum could hold is not silently black: its samples are counted, with the path that made them.

@@ -85,6 +85,34 @@ fn validation_catches_a_planted_hazard() {
     assert!(messages.iter().any(|m| m.contains("SYNC-HAZARD-READ-AFTER-WRITE")), "{messages:?}");
 }
 
+/// Pipelines of one run are loaded by the next one on the same device; anything else is refused with a sentence, and the device
+/// compiles as before.
+#[test]
+fn compiled_pipelines_are_kept() {
+    let spec = crate::common::spec(50, 40, SplatFilter::Gaussian);
+    let picture = |gpu: &Arc<Gpu>| {
+        let mut film = VulkanFilm::new(gpu.clone(), spec).expect("a film");
+        film.add(&crate::common::scene(&spec, 3_000, 2, 2)).expect("add");
+        film.display(&crate::common::settings(Reconstruction::Gaussian, 0.5)).expect("display")
+    };
+    let first = crate::common::open(false);
+    assert_eq!(first.take_pipelines().expect("data"), None, "nothing was compiled");
+    let wanted = picture(&first);
+    let data = first.take_pipelines().expect("data").expect("pipelines were compiled");
+    assert_eq!(first.take_pipelines().expect("data"), None, "nothing new was compiled");
+    let second = crate::common::open(false);
+    assert_eq!(second.pipeline_origin(), first.pipeline_origin());
+    second.load_pipelines(&data).expect("the data of this device");
+    assert!(picture(&second) == wanted);
+    for foreign in [Vec::new(), data[..20].to_vec(), vec![7; 4_000], [&[data[0] ^ 1], &data[1..]].concat()] {
+        let error = second.load_pipelines(&foreign).expect_err("no data of this device");
+        assert!(error.to_string().contains("cannot be loaded"), "{error}");
+    }
+    assert!(picture(&second) == wanted);
+    assert_silent(&first);
+    assert_silent(&second);
+}
+
 /// Scopes are summed by name, only while timing is on.
 #[test]
 fn scopes_are_timed() {

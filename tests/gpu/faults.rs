@@ -1,10 +1,14 @@
 //! The Vulkan film without memory: errors are clear, and the film goes on.
 
+use std::sync::Arc;
+
 use crate::common::{assert_silent, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::{ClientError, Film, Reconstruction, SplatFilter};
-use pointillist::gpu::DeviceKind;
-use pointillist::stream::PathCounts;
+use pointillist::client::{
+    ClientError, DisplayImage, Film, FilmData, Glare, Reconstruction, Settings, SplatFilter,
+};
+use pointillist::gpu::{DeviceKind, Gpu, GpuError};
+use pointillist::stream::{PathCounts, Sample};
 
 /// A film that no device can hold is an error with a sentence, not a crash.
 #[test]
@@ -62,5 +66,106 @@ fn exhausted_memory_leaves_the_film_usable() {
         assert!(run(&mut film).expect("enough memory") == wanted, "after {allowed} allocations");
     }
     assert!(failures > 15, "only {failures} allocations");
+    assert_silent(&own);
+}
+
+/// A small film with both streams, its samples, and two displays that between them run every pass but the error view.
+struct Subject {
+    samples: Vec<Sample>,
+    shown: [Settings; 2],
+}
+
+impl Subject {
+    fn new() -> Self {
+        let masked = settings(Reconstruction::Gaussian, 0.5);
+        let plain = settings(Reconstruction::Mipmap, 0.0);
+        let glare = Settings { glare: Some(Glare::default()), ..plain };
+        Self { samples: scene(&spec(45, 29, SplatFilter::Gaussian), 5_000, 3, 2), shown: [masked, glare] }
+    }
+
+    fn film(&self, gpu: &Arc<Gpu>) -> Result<VulkanFilm, ClientError> {
+        VulkanFilm::new(gpu.clone(), spec(45, 29, SplatFilter::Gaussian))
+    }
+
+    fn run(&self, film: &mut VulkanFilm) -> Result<([DisplayImage; 2], FilmData), ClientError> {
+        film.add(&self.samples)?;
+        film.count_paths(PathCounts { camera: 5_000, light: 5_000 });
+        let [masked, glare] = &self.shown;
+        Ok(([film.display(masked)?, film.display(glare)?], film.develop()?))
+    }
+
+    /// Lets the n-th attempt and all later ones fail, for every n from 0 until none is left, each on a device that has made
+    /// nothing before. Returns the number of failures; `is_expected` tells the error that each must be.
+    fn walk(&self, plan: impl Fn(&Gpu, u64), is_expected: impl Fn(&GpuError) -> bool) -> u64 {
+        let own = open(false);
+        let wanted = self.run(&mut self.film(&own).expect("a film")).expect("nothing fails");
+        assert_silent(&own);
+        for allowed in 0.. {
+            let own = open(false);
+            plan(&own, allowed);
+            let made = self.film(&own);
+            let outcome = made.map(|mut film| (self.run(&mut film), film));
+            plan(&own, u64::MAX);
+            let (outcome, film) = match outcome {
+                Ok((Ok(got), _)) => {
+                    assert!(got == wanted, "with {allowed} attempts the picture is another");
+                    return allowed;
+                }
+                Ok((Err(error), film)) => (error, Some(film)),
+                Err(error) => (error, None),
+            };
+            match &outcome {
+                ClientError::Gpu(error) => assert!(is_expected(error), "after {allowed}: {error}"),
+                other => panic!("after {allowed}: {other}"),
+            }
+            let mut film = film.unwrap_or_else(|| self.film(&own).expect("nothing fails any more"));
+            for settings in &self.shown {
+                film.display(settings).unwrap_or_else(|e| panic!("after {allowed}: {e}"));
+            }
+            film.develop().expect("develop");
+            film.clear();
+            assert!(self.run(&mut film).expect("nothing fails any more") == wanted, "after {allowed}");
+            drop(film);
+            assert_silent(&own);
+        }
+        unreachable!("the loop has no end")
+    }
+}
+
+/// A pipeline that cannot be compiled is one error that names it, after which the film goes on.
+#[test]
+fn pipelines_that_fail_leave_the_film_usable() {
+    let failures = Subject::new().walk(Gpu::fail_pipelines_after, |error| {
+        let text = error.to_string();
+        text.starts_with("vkCreate") && text.contains("Pipelines(") && text.contains("out of memory")
+    });
+    assert!(failures > 10, "only {failures} pipelines");
+}
+
+/// A buffer that the host cannot see is one error that names it; before, its contents were silently empty.
+#[test]
+fn mappings_that_fail_leave_the_film_usable() {
+    let failures = Subject::new().walk(Gpu::fail_mappings_after, |error| {
+        matches!(error, GpuError::Unmapped(_)) && error.to_string().contains("could not be mapped")
+    });
+    assert!(failures > 5, "only {failures} buffers");
+}
+
+/// An allocation that does not fit says what it needs, what is in use and what there is.
+#[test]
+fn exhausted_memory_is_told_in_numbers() {
+    let own = open(false);
+    let mut film = VulkanFilm::new(own.clone(), spec(400, 300, SplatFilter::Gaussian)).expect("a film");
+    own.limit_memory(6_000_000);
+    film.add(&scene(film.spec(), 1, 1, 0)).expect("add");
+    let error = film.flush().expect_err("more than 6 MB").to_string();
+    for part in
+        ["no GPU memory for ", "it needs ", "and may use 6.0 MB", "the device has ", "smaller picture"]
+    {
+        assert!(error.contains(part), "{error}");
+    }
+    assert!(own.local_memory().bytes > 0);
+    own.limit_memory(u64::MAX);
+    film.display(&settings(Reconstruction::Gaussian, 0.0)).expect("enough memory");
     assert_silent(&own);
 }

@@ -1,11 +1,12 @@
 //! Glare on the GPU against its reference and against the convolution written out.
 
-use crate::common::{assert_silent, film, gpu, settings, spec};
+use crate::common::{assert_silent, film, gpu, scene, settings, spec};
 use crate::support::glare::{ADAPTATIONS, difference, direct, glare, noise, point, rounding_bound, total};
 use glam::{DVec3, Vec3};
 use pointillist::client::background::{BackgroundPolicy, join_abandoned};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::glare::GlareKernel;
+use pointillist::client::pass::glare::glare_detail;
 use pointillist::client::reference::glare::ReferenceGlare;
 use pointillist::client::{Adaptation, Film, Glare, Reconstruction, Settings, SplatFilter};
 use pointillist::color::Xyz;
@@ -175,4 +176,42 @@ fn black_and_huge_pictures() {
     assert!(got.pixels().iter().all(|v| v.is_finite()));
     assert!((total(got.pixels()).y / 1e30 - 1.0).abs() < 1e-4);
     assert_silent(gpu());
+}
+
+/// Where a line does not fit the memory that a workgroup shares, the picture with its glare is computed on the finest grid that
+/// does; without glare it stays as it is.
+#[test]
+fn lines_that_do_not_fit_are_transformed_on_a_coarser_grid() {
+    let glare = glare(ADAPTATIONS[0]);
+    let shining = Settings { glare: Some(glare), ..plain() };
+    // Bytes that a workgroup shares, and pixels per texel of the grid: a line of 64 texels needs 512 bytes.
+    for (shared, detail) in [(512, 1), (511, 2), (256, 2), (255, 4), (128, 4)] {
+        let own = crate::common::open(false);
+        own.limit_shared(shared);
+        let mut film = VulkanFilm::new(own.clone(), spec(64, 48, SplatFilter::Box)).expect("a film");
+        assert_eq!(glare_detail(&own, [64, 48]), detail, "{shared} bytes");
+        film.add(&scene(film.spec(), 20_000, 5, 0)).expect("add");
+        let (width, height) = (64_usize.div_ceil(detail as usize), 48_usize.div_ceil(detail as usize));
+        let plain = film.reconstruct(&plain(), detail).expect("a picture");
+        let grid = |xyz: Vec<[f32; 3]>| {
+            Grid::from_rows(width, height, xyz.into_iter().map(Vec3::from_array).collect()).expect("its size")
+        };
+        let got = grid(film.reconstruct(&shining, 1).expect("a picture"));
+        let wanted = ReferenceGlare::default().apply(&grid(plain), &glare).expect("memory");
+        let wanted: Vec<_> = wanted.pixels().iter().map(|v| v.as_dvec3()).collect();
+        let error = difference(got.pixels(), &wanted);
+        assert!(error < 1e-5, "{shared} bytes: {error:e} from the reference");
+        // The picture that is shown has all its pixels.
+        let shown = film.display(&shining).expect("a picture");
+        assert_eq!((shown.width, shown.height, shown.rgb.len()), (64, 48, 64 * 48));
+        assert_silent(&own);
+    }
+    // What fits at no resolution is an error with a sentence.
+    let own = crate::common::open(false);
+    own.limit_shared(120);
+    let mut film = VulkanFilm::new(own.clone(), spec(64, 48, SplatFilter::Box)).expect("a film");
+    let refused = film.display(&shining).expect_err("too large").to_string();
+    assert!(refused.contains("the picture for glare"), "{refused}");
+    film.display(&plain()).expect("without glare");
+    assert_silent(&own);
 }

@@ -7,10 +7,12 @@ use glam::Vec3;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
+use crate::app::pipelines::PipelineKeeper;
 use crate::app::view::light_mix::LightMix;
 use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
+use crate::client::pass::glare::glare_detail;
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::window::viewport::Viewport;
@@ -51,6 +53,7 @@ struct DeviceObjects {
     /// `None` once it was taken out for the files written at the end.
     film: Option<VulkanFilm>,
     swapchain: Swapchain,
+    pipelines: PipelineKeeper,
 }
 
 /// The window, and the film and swapchain on the device that draws into it.
@@ -112,8 +115,9 @@ impl Screen {
         if let Some(bytes) = self.simulated.memory {
             swapchain.gpu().limit_memory(bytes);
         }
+        let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
         let film = Some(new_film(swapchain.gpu(), spec, self.exact)?);
-        Ok(DeviceObjects { film, swapchain })
+        Ok(DeviceObjects { film, swapchain, pipelines })
     }
 
     fn handles(&self) -> Result<(RawDisplayHandle, RawWindowHandle), GpuError> {
@@ -231,7 +235,7 @@ impl Screen {
         viewport: &Viewport,
         panel: Option<&mut PanelDrawing>,
     ) -> Result<FrameNumber, ClientError> {
-        let Some(DeviceObjects { film: Some(film), swapchain }) = &mut self.objects else {
+        let Some(DeviceObjects { film: Some(film), swapchain, pipelines }) = &mut self.objects else {
             return Ok(self.last);
         };
         let gpu = swapchain.gpu().clone();
@@ -242,6 +246,9 @@ impl Screen {
                     PictureSource::Film(detail) | PictureSource::Mix(detail) => detail,
                     PictureSource::Filtered(_) => 1,
                 };
+                // Regions and lights are drawn at the resolution of the picture that they are part of.
+                let extent = [film.spec().width, film.spec().height];
+                let detail = settings.glare.map_or(detail, |_| detail.max(glare_detail(&gpu, extent)));
                 let cmd = &mut frame.cmd();
                 let mut regions = parts.regions.record(cmd, settings, detail, per_pixel(film))?;
                 Some(match source {
@@ -271,6 +278,7 @@ impl Screen {
         }
         self.window.pre_present_notify();
         self.last = swapchain.present(frame)?;
+        pipelines.tick();
         Ok(self.last)
     }
 }

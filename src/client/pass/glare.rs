@@ -1,8 +1,9 @@
 //! Glare of the eye, a convolution by Fourier transform in compute (paper §4.2, step 5).
 
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use crate::client::background::{BackgroundPolicy, BackgroundTask};
+use crate::client::effects::DETAILS;
 use crate::client::error::ClientError;
 use crate::client::glare::{FourierAxis, GlareKernel, spectrum};
 use crate::client::layout::GlarePush;
@@ -188,11 +189,9 @@ impl GlareTables {
             bytes: u64::from(width) * u64::from(height) * 2 * size_of::<[f32; 3]>() as u64,
         };
         let columns = axes[0].half + 1;
-        let work = columns * height.next_multiple_of(2) as usize * size_of::<[f32; 2]>();
-        let most = gpu.shared_bytes() / size_of::<[f32; 2]>();
-        if axes.iter().any(|axis| axis.half > most || axis.radices.len() > STAGES)
-            || work > gpu.storage_bytes()
-        {
+        let work = work_bytes(&axes);
+        if !fits(gpu, &axes) {
+            let most = gpu.shared_bytes() / size_of::<[f32; 2]>();
             let limit = most.min((gpu.storage_bytes() / size_of::<[f32; 2]>()).isqrt()) as u32;
             return Err(
                 GpuError::TooLarge { name: "the picture for glare".into(), width, height, limit }.into()
@@ -220,6 +219,37 @@ impl GlareTables {
             axes,
         })
     }
+}
+
+/// The finest internal resolution, one of [`DETAILS`], at which this device can compute the glare of a picture of this extent; 1
+/// where it cannot at any. The workgroups of many devices share 32 KiB, the transform of a line of 4,096 texels.
+pub fn glare_detail(gpu: &Gpu, extent: [u32; 2]) -> u32 {
+    static TOLD: Once = Once::new();
+    let of = |detail: u32| extent.map(|n| FourierAxis::new(n.div_ceil(detail) as usize));
+    let detail = DETAILS.into_iter().find(|detail| fits(gpu, &of(*detail))).unwrap_or(1);
+    if detail > 1 {
+        TOLD.call_once(|| {
+            let [width, height] = extent;
+            tracing::warn!(
+                "glare of {width}×{height} pixels does not fit this device ({} KiB for a workgroup): the picture is computed \
+                 on a grid of {detail}×{detail} pixels; --device cpu has it in full",
+                gpu.shared_bytes() >> 10
+            );
+        });
+    }
+    detail
+}
+
+/// Whether a workgroup can transform a line of these lengths, and a buffer holds the frequencies of a channel.
+fn fits(gpu: &Gpu, axes: &[FourierAxis; 2]) -> bool {
+    let most = gpu.shared_bytes() / size_of::<[f32; 2]>();
+    let transforms = axes.iter().all(|axis| axis.half <= most && axis.radices.len() <= STAGES);
+    transforms && work_bytes(axes) <= gpu.storage_bytes()
+}
+
+/// Bytes of the frequencies of a channel's rows.
+fn work_bytes([across, down]: &[FourierAxis; 2]) -> usize {
+    (across.half + 1) * down.pixels.next_multiple_of(2) * size_of::<[f32; 2]>()
 }
 
 /// Twiddle factors, then the place of every frequency, as `include/fourier.glsl` reads them.

@@ -213,7 +213,7 @@ fn atlas_origin(full: [u32; 2], level: u32) -> [u32; 2] {
 }
 
 /// Extent of the atlas that holds all levels.
-fn atlas_extent(full: [u32; 2], levels: u32) -> [u32; 2] {
+pub fn atlas_extent(full: [u32; 2], levels: u32) -> [u32; 2] {
     let last = atlas_origin(full, levels - 1)[1];
     [full[0] + (full[0] / 2).max(1), full[1].max(last + 1)]
 }
@@ -276,6 +276,13 @@ impl PictureImages {
     /// What was drawn last: scene-linear XYZ, picture pixels per texel of it and axis, and the encoded picture.
     pub fn shown(&mut self) -> Option<(&mut Image, u32, &mut Image)> {
         Some((self.xyz[self.last].as_mut()?, DETAILS[self.last], self.encoded.as_mut()?))
+    }
+
+    /// Whether [`get`](Self::get) would make nothing for these effects.
+    pub fn holds(&self, effects: &Effects) -> bool {
+        let format = effects.encoded_format();
+        let xyz = DETAILS.into_iter().zip(&self.xyz).any(|(d, xyz)| d == effects.detail && xyz.is_some());
+        xyz && self.encoded.as_ref().is_some_and(|image| image.format() == format)
     }
 
     /// Scene-linear XYZ and the encoded picture for these effects; an encoded picture of another format is retired.

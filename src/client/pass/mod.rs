@@ -54,23 +54,34 @@ pub mod wavelet;
 
 use std::sync::Arc;
 
+use crate::client::background::BackgroundTask;
 use crate::gpu::{Blend, Gpu, GpuError, GraphicsDesc, Pipeline, TexelFormat, Topology, VertexLayout};
 
 /// The pipelines of a fragment shader that runs once for every texel of its attachments: one for each set of
-/// specialization constants, made on first use.
+/// specialization constants, made on first use; on another thread where the device is told to
+/// ([`Gpu::set_background_compiling`]).
 pub struct ShaderVariants {
     gpu: Arc<Gpu>,
     frag: &'static str,
     push_bytes: usize,
     textures: u32,
     blend: Blend,
-    made: Vec<(Vec<u32>, Pipeline)>,
+    /// Whether the caller always waits.
+    waits: bool,
+    made: Vec<(Vec<u32>, Variant)>,
+}
+
+/// A pipeline, or the thread that compiles it.
+enum Variant {
+    Ready(Pipeline),
+    UnderWay(BackgroundTask<Result<Pipeline, GpuError>>),
 }
 
 impl ShaderVariants {
     /// Variants of this shader, with `push_bytes` of push constants and this number of textures.
     pub fn new(gpu: &Arc<Gpu>, frag: &'static str, push_bytes: usize, textures: u32) -> Self {
-        Self { gpu: gpu.clone(), frag, push_bytes, textures, blend: Blend::Replace, made: Vec::new() }
+        let (gpu, blend, made) = (gpu.clone(), Blend::Replace, Vec::new());
+        Self { gpu, frag, push_bytes, textures, blend, waits: false, made }
     }
 
     /// The same, whose texels are combined with what is there.
@@ -78,19 +89,72 @@ impl ShaderVariants {
         Self { blend, ..self }
     }
 
+    /// The same, which are compiled by who asks for them, whatever the device is told: nobody sees a picture meanwhile.
+    pub fn waiting(self) -> Self {
+        Self { waits: true, ..self }
+    }
+
     /// The pipeline with these constants, which draws into attachments of these formats.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Pipeline::new`], and [`GpuError::Compiling`] while another thread compiles it.
     pub fn get(&mut self, constants: &[u32], formats: &[TexelFormat]) -> Result<&Pipeline, GpuError> {
+        let waits = self.waits || !self.gpu.compiles_in_background();
         let at = match self.made.iter().position(|(made, _)| made == constants) {
             Some(at) => at,
             None => {
-                let frag = (self.frag, constants);
-                let attachments: Vec<_> = formats.iter().map(|format| (*format, self.blend)).collect();
-                let made = blended(&self.gpu, frag, self.push_bytes, self.textures, &attachments)?;
-                self.made.push((constants.to_vec(), made));
+                let variant = self.start(constants, formats, waits)?;
+                let is_under_way = matches!(variant, Variant::UnderWay(_));
+                self.made.push((constants.to_vec(), variant));
+                if is_under_way {
+                    return Err(GpuError::Compiling(self.frag));
+                }
                 self.made.len() - 1
             }
         };
-        Ok(&self.made[at].1)
+        if matches!(&self.made[at].1, Variant::UnderWay(task) if waits || task.is_ready()) {
+            // After an error it is forgotten, and the next call tries again.
+            let (_, variant) = self.made.swap_remove(at);
+            let made = match variant {
+                Variant::UnderWay(task) => {
+                    task.wait().unwrap_or_else(|| self.compile(constants, formats)())?
+                }
+                Variant::Ready(pipeline) => pipeline,
+            };
+            self.made.insert(at, (constants.to_vec(), Variant::Ready(made)));
+        }
+        match &self.made[at].1 {
+            Variant::Ready(pipeline) => Ok(pipeline),
+            Variant::UnderWay(_) => Err(GpuError::Compiling(self.frag)),
+        }
+    }
+
+    /// A new variant, which is compiled at once where the caller `waits` or the system gives no thread.
+    fn start(&self, constants: &[u32], formats: &[TexelFormat], waits: bool) -> Result<Variant, GpuError> {
+        if !waits {
+            let (compile, count) = (self.compile(constants, formats), self.gpu.count_compiling());
+            let work = move || {
+                let _count = count;
+                compile()
+            };
+            if let Some(task) = BackgroundTask::start(work) {
+                return Ok(Variant::UnderWay(task));
+            }
+        }
+        self.compile(constants, formats)().map(Variant::Ready)
+    }
+
+    /// What compiles the pipeline with these constants, on any thread.
+    fn compile(
+        &self,
+        constants: &[u32],
+        formats: &[TexelFormat],
+    ) -> impl FnOnce() -> Result<Pipeline, GpuError> + Send + use<> {
+        let (gpu, frag, push_bytes, textures) = (self.gpu.clone(), self.frag, self.push_bytes, self.textures);
+        let constants = constants.to_vec();
+        let attachments: Vec<_> = formats.iter().map(|format| (*format, self.blend)).collect();
+        move || blended(&gpu, (frag, &constants), push_bytes, textures, &attachments)
     }
 }
 

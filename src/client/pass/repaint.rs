@@ -12,7 +12,7 @@ use crate::client::lod::StreamLod;
 use crate::client::pass::bilateral::BilateralPass;
 use crate::client::pass::compose::{ComposePass, PictureLayer};
 use crate::client::pass::error_view::ErrorViewPass;
-use crate::client::pass::glare::GlarePass;
+use crate::client::pass::glare::{GlarePass, glare_detail};
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
@@ -54,6 +54,9 @@ pub struct Repaint {
     pub policy: BackgroundPolicy,
     /// Whether the last repaint was to show glare.
     shows_glare: bool,
+    /// Whether there was a repaint, and whether the last one waits for a pipeline.
+    drawn: bool,
+    gave_up: bool,
 }
 
 impl Repaint {
@@ -72,6 +75,8 @@ impl Repaint {
             picture: PictureImages::new([spec.width, spec.height]),
             policy: BackgroundPolicy::Block,
             shows_glare: false,
+            drawn: false,
+            gave_up: false,
         }
     }
 
@@ -86,8 +91,10 @@ impl Repaint {
         regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
-        self.record(cmd, sums, settings, &effects)?;
-        self.finish(cmd, settings, &effects, regions)
+        self.attempt(&effects, |this| {
+            this.record(cmd, sums, settings, &effects)?;
+            this.finish(cmd, settings, &effects, regions)
+        })
     }
 
     /// Records regions, glare and encoding of this picture, scene-linear XYZ of the film's size, instead of that of the sums.
@@ -99,8 +106,10 @@ impl Repaint {
         regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, 1);
-        self.upload(cmd, picture, &effects)?;
-        self.finish(cmd, settings, &effects, regions)
+        self.attempt(&effects, |this| {
+            this.upload(cmd, picture, &effects)?;
+            this.finish(cmd, settings, &effects, regions)
+        })
     }
 
     /// Records glare and encoding of the sum of these layers, of the same internal resolution.
@@ -112,12 +121,37 @@ impl Repaint {
         layers: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
-        let (xyz, _) = self.picture.get(&self.gpu, &effects)?;
-        match layers.is_empty() {
-            true => clear(cmd, xyz),
-            false => self.compose.sum(cmd, layers, effects.detail, xyz)?,
+        self.attempt(&effects, |this| {
+            let (xyz, _) = this.picture.get(&this.gpu, &effects)?;
+            match layers.is_empty() {
+                true => clear(cmd, xyz),
+                false => this.compose.sum(cmd, layers, effects.detail, xyz)?,
+            }
+            this.finish(cmd, settings, &effects, &mut [])
+        })
+    }
+
+    /// The encoded picture after `draw` has recorded it; the one of before while a pipeline is compiled on another thread.
+    fn attempt(
+        &mut self,
+        effects: &Effects,
+        draw: impl FnOnce(&mut Self) -> Result<(), ClientError>,
+    ) -> Result<&mut Image, ClientError> {
+        let waits = self.gave_up && self.gpu.compiles_in_background() && self.gpu.is_compiling();
+        if !waits {
+            let outcome = draw(self);
+            self.gave_up = matches!(&outcome, Err(ClientError::Gpu(error)) if error.is_compiling());
+            if !self.gave_up {
+                outcome?;
+                self.drawn = true;
+            }
         }
-        self.finish(cmd, settings, &effects, &mut [])
+        Ok(self.picture.get(&self.gpu, effects)?.1)
+    }
+
+    /// Whether the last repaint left the picture of before, because a pipeline is still being compiled.
+    pub fn has_given_up(&self) -> bool {
+        self.gave_up
     }
 
     /// Records everything up to the picture before glare and tone curve, scene-linear XYZ.
@@ -129,6 +163,7 @@ impl Repaint {
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
+        self.gpu.set_background_compiling(false);
         self.record(cmd, sums, settings, &effects)?;
         Ok(self.picture.get(&self.gpu, &effects)?.0)
     }
@@ -167,15 +202,14 @@ impl Repaint {
         settings: &Settings,
         effects: &Effects,
         regions: &mut [PictureLayer<'_>],
-    ) -> Result<&mut Image, ClientError> {
+    ) -> Result<(), ClientError> {
         let (xyz, _) = self.picture.get(&self.gpu, effects)?;
         for region in regions {
             self.compose.mean(cmd, region, effects.detail, xyz)?;
         }
         self.scatter(cmd, settings, effects)?;
         let (xyz, encoded) = self.picture.get(&self.gpu, effects)?;
-        self.tonemap.record(cmd, effects, settings, xyz, encoded)?;
-        Ok(encoded)
+        Ok(self.tonemap.record(cmd, effects, settings, xyz, encoded)?)
     }
 
     /// Records the glare of the picture, where it is wanted.
@@ -203,12 +237,16 @@ impl Repaint {
         self.shows_glare && self.glare.is_ready()
     }
 
-    /// The effects of a repaint at this internal resolution.
+    /// The effects of a repaint at this internal resolution. Its pipelines are compiled on another thread where the caller does not
+    /// wait and there is a picture to be shown meanwhile.
     fn effects(&self, settings: &Settings, detail: u32) -> Effects {
-        match self.policy {
-            BackgroundPolicy::BackgroundCoarse => Effects::with_coarse_glare(settings, detail),
-            _ => Effects::new(settings, detail),
-        }
+        let in_time = if self.policy == BackgroundPolicy::BackgroundCoarse { 2 } else { 1 };
+        let possible =
+            settings.glare.map_or(1, |_| glare_detail(&self.gpu, [self.spec.width, self.spec.height]));
+        let effects = Effects::with_glare_at(settings, detail, in_time.max(possible));
+        let aside = self.policy != BackgroundPolicy::Block && self.drawn && self.picture.holds(&effects);
+        self.gpu.set_background_compiling(aside);
+        effects
     }
 
     /// The encoded picture of the last repaint; `None` before the first.
@@ -260,7 +298,7 @@ impl Repaint {
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
         self.paint(cmd, sums, &settings, 1, &mut [])?;
-        let (_, encoded) = self.picture.get(&self.gpu, &Effects::new(&settings, 1))?;
+        let (_, encoded) = self.picture.get(&self.gpu, &self.effects(&settings, 1))?;
         cmd.scope("readback").copy_to_buffer(encoded, region(&self.spec, 1), &buffer);
         let number = frame.submit()?;
         Ok(Readback::new(move || {
@@ -280,6 +318,7 @@ impl Repaint {
         let gpu = self.gpu.clone();
         let effects = self.effects(settings, detail);
         self.policy = BackgroundPolicy::Block;
+        gpu.set_background_compiling(false);
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
         self.scatter(&mut frame.cmd(), settings, &effects)?;

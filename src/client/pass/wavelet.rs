@@ -175,7 +175,8 @@ impl WaveletPass {
 
 impl WaveletShaders {
     fn new(gpu: &Arc<Gpu>) -> Self {
-        let make = |name, textures| ShaderVariants::new(gpu, name, size_of::<WaveletPush>(), textures);
+        let make =
+            |name, textures| ShaderVariants::new(gpu, name, size_of::<WaveletPush>(), textures).waiting();
         Self {
             weights: make("wavelet_weights.frag", 3),
             separate: make("wavelet_separate.frag", 2),

@@ -128,7 +128,9 @@ fn renderer(parts: RendererParts) -> Result<EguiRenderer, GpuError> {
 fn panel_error(error: RendererError) -> GpuError {
     match error {
         RendererError::Vulkan(result) => GpuError::Call { call: "drawing the panel".into(), result },
-        RendererError::GpuAllocator(source) => GpuError::Memory { name: "the panel".into(), source },
+        RendererError::GpuAllocator(source) => {
+            GpuError::Memory { name: "the panel".into(), source, numbers: String::new() }
+        }
         other => GpuError::Panel(other.to_string()),
     }
 }

@@ -1,11 +1,13 @@
 //! The open device, which every other object holds by `Arc`.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::{khr, vk};
 
+use crate::gpu::device::cache::PipelineCache;
+use crate::gpu::device::heaps::LocalMemory;
 use crate::gpu::device::instance::{DebugNames, VulkanInstance};
 use crate::gpu::device::loss::Loss;
 use crate::gpu::device::memory::{Memory, keep_freed_host_memory};
@@ -77,13 +79,15 @@ pub struct Gpu {
     /// Largest allocation, bytes.
     pub(in crate::gpu) max_allocation: u64,
     /// Bytes that a workgroup can share, and that a shader can see of one buffer.
-    max_shared: u32,
+    max_shared: AtomicU32,
     max_storage: u32,
     /// The loss of the device that tests have planned.
     pub(in crate::gpu) loss: Loss,
     retired: Mutex<RetireQueue>,
     /// Pipelines without a holder, by their descriptions.
     spares: Mutex<HashMap<String, Vec<PipelineHandles>>>,
+    /// The driver's cache of compiled pipelines.
+    pub(in crate::gpu) pipelines: PipelineCache,
     /// Names and constants of the pipelines that were compiled.
     compiled: Mutex<Vec<String>>,
     pub(in crate::gpu) sampler: vk::Sampler,
@@ -130,10 +134,9 @@ impl Gpu {
         if physical.info.kind == DeviceKind::Cpu {
             keep_freed_host_memory();
         }
-        let tick = if physical.timestamp_bits > 0 { physical.limits.timestamp_period } else { 0.0 };
         let mut gpu = Self::bare(instance, physical, options, windows)?;
         // From here on a failure drops `gpu`, which destroys what has been made.
-        gpu.fill(tick)?;
+        gpu.fill()?;
         Ok(Arc::new(gpu))
     }
 
@@ -145,7 +148,7 @@ impl Gpu {
         windows: bool,
     ) -> Result<Self, GpuError> {
         let device = create_device(&instance, &physical, windows)?;
-        let memory = match Memory::new(&instance, &device, physical.raw) {
+        let memory = match Memory::new(&instance, &device, &physical) {
             Ok(memory) => memory,
             Err(error) => {
                 // SAFETY: nothing was made of the device.
@@ -175,11 +178,12 @@ impl Gpu {
             queries: AtomicU64::new(0),
             max_extent: limits.max_image_dimension2_d,
             max_allocation: v11.max_memory_allocation_size,
-            max_shared: limits.max_compute_shared_memory_size,
+            max_shared: AtomicU32::new(limits.max_compute_shared_memory_size),
             max_storage: limits.max_storage_buffer_range,
             loss: Loss::default(),
             retired: Mutex::default(),
             spares: Mutex::default(),
+            pipelines: PipelineCache::new(physical.origin),
             compiled: Mutex::default(),
             sampler: vk::Sampler::null(),
             large_points: physical.large_points && !options.quads,
@@ -189,14 +193,16 @@ impl Gpu {
         })
     }
 
-    /// Makes the semaphore of the frames, the sampler and the frames; a timestamp's tick takes `tick` nanoseconds.
-    fn fill(&mut self, tick: f32) -> Result<(), GpuError> {
+    /// Makes the semaphore of the frames, the cache of pipelines, the sampler and the frames.
+    fn fill(&mut self) -> Result<(), GpuError> {
         let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
         // SAFETY: timelineSemaphore is enabled.
         self.timeline = unsafe { self.device.create_semaphore(&info, None) }.named("vkCreateSemaphore")?;
         self.name(self.queue, "queue");
         self.name(self.timeline, "frame timeline");
+        let cache = self.pipelines.fill(&self.device)?;
+        self.name(cache, "compiled pipelines");
         let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let info = vk::SamplerCreateInfo::default()
             .address_mode_u(edge)
@@ -207,7 +213,7 @@ impl Gpu {
         self.sampler = unsafe { self.device.create_sampler(&info, None) }.named("vkCreateSampler")?;
         self.name(self.sampler, "sampler");
         let frames = self.frames.get_mut().unwrap_or_else(PoisonError::into_inner);
-        frames.fill(&self.device, &self.debug, self.queue_family, tick)
+        frames.fill(&self.device, &self.debug, self.queue_family)
     }
 
     /// Describes this device.
@@ -227,7 +233,7 @@ impl Gpu {
 
     /// Bytes that the threads of one workgroup can share.
     pub fn shared_bytes(&self) -> usize {
-        self.max_shared as usize
+        self.max_shared.load(Ordering::Relaxed) as usize
     }
 
     /// Bytes of one buffer that a shader can see.
@@ -238,6 +244,11 @@ impl Gpu {
     /// All messages of the validation layer so far, oldest first; empty without validation.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.messages()
+    }
+
+    /// How much memory the device has of its own, and what the system tells of its use at the moment.
+    pub fn local_memory(&self) -> LocalMemory {
+        self.memory.local()
     }
 
     /// Lists what exists on the device; what was dropped in the last frames may still be in the list.
@@ -254,15 +265,37 @@ impl Gpu {
         locked(&self.compiled).push(format!("{shader} [{constants}]"));
     }
 
+    /// Number of pipelines that were compiled.
+    pub fn compiled_pipelines(&self) -> usize {
+        locked(&self.compiled).len()
+    }
+
     /// Lets `count` more images and buffers get memory; all later ones are refused as if it were exhausted. For tests of
     /// what happens then; `u64::MAX` ends it.
     pub fn fail_allocations_after(&self, count: u64) {
-        self.memory.fail_after(count);
+        self.memory.allocations.set(count);
+    }
+
+    /// Lets the memory of `count` more buffers be mapped for the host; that of all later ones is not. For tests of what
+    /// happens then; `u64::MAX` ends it.
+    pub fn fail_mappings_after(&self, count: u64) {
+        self.memory.mappings.set(count);
+    }
+
+    /// Lets `count` more pipelines be compiled; all later ones are refused as if memory were exhausted. For tests of what
+    /// happens then; `u64::MAX` ends it.
+    pub fn fail_pipelines_after(&self, count: u64) {
+        self.pipelines.compilations.set(count);
     }
 
     /// Gives images and buffers this many bytes at most, as a smaller device would. For tests.
     pub fn limit_memory(&self, bytes: u64) {
         self.memory.limit(bytes);
+    }
+
+    /// Gives the threads of a workgroup this many bytes to share at most, as a smaller device would. For tests.
+    pub fn limit_shared(&self, bytes: u32) {
+        self.max_shared.fetch_min(bytes, Ordering::Relaxed);
     }
 
     /// Lets `submits` more frames be submitted; then the device behaves as if it were lost, for good: submitting,
@@ -458,6 +491,7 @@ impl Drop for Gpu {
             let _ = self.device.device_wait_idle();
             self.collect_retired(u64::MAX);
             spares.into_values().flatten().for_each(|handles| handles.destroy(&self.device));
+            self.pipelines.destroy(&self.device);
             self.frames().destroy(&self.device);
             self.device.destroy_sampler(self.sampler, None);
             self.device.destroy_semaphore(self.timeline, None);
@@ -483,10 +517,37 @@ mod tests {
             let gpu = Gpu::bare(instance.clone(), physical.expect("a device"), options, false);
             let mut gpu = gpu.expect("a device");
             if filled {
-                gpu.fill(1.0).expect("its parts");
+                gpu.fill().expect("its parts");
             }
         }
         let messages = instance.messages();
         assert!(messages.is_empty(), "{messages:?}");
+    }
+
+    /// Without timestamps the host times frames, and no query is recorded.
+    #[test]
+    fn queues_without_timestamps_are_timed_by_the_host() {
+        let instance = Arc::new(VulkanInstance::new(true, None).expect("the validation layer"));
+        let mut physical =
+            pick(enumerate(&instance).expect("a driver"), &DeviceChoice::Best).expect("a device");
+        physical.timestamp_bits = 0;
+        let gpu = Gpu::open(instance, physical, GpuOptions::default(), false).expect("a device");
+        gpu.set_timing(true);
+        for _ in 0..3 {
+            let mut frame = gpu.begin().expect("a frame");
+            {
+                let mut cmd = frame.cmd();
+                let mut outer = cmd.scope("outer");
+                drop(outer.scope("inner"));
+            }
+            gpu.wait(frame.submit().expect("submit")).expect("wait");
+        }
+        let times = gpu.take_timings();
+        let counts: Vec<_> = times.iter().map(|t| (t.name, t.count)).collect();
+        assert_eq!(counts, [("outer", 3)]);
+        assert!(times[0].milliseconds > 0.0, "{times:?}");
+        assert_eq!(gpu.queries_recorded(), 0);
+        assert_eq!(gpu.timing_info().bits, 0);
+        assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
     }
 }

@@ -1,34 +1,28 @@
 //! Loses the device on purpose, so that what follows can be tested without a faulty driver.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use ash::vk;
 
+use crate::gpu::device::allowance::Allowance;
 use crate::gpu::error::GpuError;
 
 /// The planned loss of a device.
+#[derive(Default)]
 pub(in crate::gpu) struct Loss {
-    /// Number of submissions that still succeed.
-    left: AtomicU64,
+    submissions: Allowance,
     lost: AtomicBool,
-}
-
-impl Default for Loss {
-    fn default() -> Self {
-        Self { left: AtomicU64::new(u64::MAX), lost: AtomicBool::new(false) }
-    }
 }
 
 impl Loss {
     /// Lets `submits` more submissions succeed.
     pub fn after(&self, submits: u64) {
-        self.left.store(submits, Ordering::Relaxed);
+        self.submissions.set(submits);
     }
 
     /// Counts a submission.
     pub fn count_submission(&self) {
-        let one_less = |left: u64| if left == u64::MAX { Some(left) } else { left.checked_sub(1) };
-        if self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_err() {
+        if !self.submissions.take() {
             self.lost.store(true, Ordering::Relaxed);
         }
     }

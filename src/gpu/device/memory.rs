@@ -10,7 +10,10 @@ use gpu_allocator::vulkan::{
 };
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
 
+use crate::gpu::device::allowance::Allowance;
+use crate::gpu::device::heaps::{LocalMemory, Megabytes, MemorySource};
 use crate::gpu::device::instance::VulkanInstance;
+use crate::gpu::device::physical::PhysicalDevice;
 use crate::gpu::error::GpuError;
 
 const MIB: u64 = 1 << 20;
@@ -18,35 +21,43 @@ const MIB: u64 = 1 << 20;
 /// The allocator behind a lock. Not dropped by itself: [`Memory::destroy`] must come before the device is destroyed.
 pub(in crate::gpu) struct Memory {
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
-    /// Number of allocations that may still succeed.
-    left: AtomicU64,
+    /// Allocations, and mappings of them, that tests let succeed.
+    pub allocations: Allowance,
+    pub mappings: Allowance,
     /// Bytes that are in use, and the most that may be.
     used: AtomicU64,
     limit: AtomicU64,
+    source: MemorySource,
 }
 
 impl Memory {
     pub fn new(
         instance: &VulkanInstance,
         device: &ash::Device,
-        physical: vk::PhysicalDevice,
+        physical: &PhysicalDevice,
     ) -> Result<Self, GpuError> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: device.clone(),
-            physical_device: physical,
+            physical_device: physical.raw,
             debug_settings: Default::default(),
             buffer_device_address: false,
             // Films of 512² need some 30 MiB a stream: the library's blocks of 256 MiB would waste memory on CPU devices.
             allocation_sizes: AllocationSizes::new(32 * MIB, 8 * MIB)
                 .with_max_device_memblock_size(256 * MIB),
         })
-        .map_err(|source| GpuError::Memory { name: "the allocator".into(), source })?;
+        .map_err(|source| GpuError::Memory {
+            name: "the allocator".into(),
+            source,
+            numbers: String::new(),
+        })?;
         Ok(Self {
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
-            left: AtomicU64::new(u64::MAX),
+            allocations: Allowance::default(),
+            mappings: Allowance::default(),
             used: AtomicU64::new(0),
             limit: AtomicU64::new(u64::MAX),
+            source: MemorySource::new(instance, physical),
         })
     }
 
@@ -58,12 +69,9 @@ impl Memory {
         location: MemoryLocation,
         linear: bool,
     ) -> Result<Allocation, GpuError> {
-        let one_less = |left: u64| left.checked_sub(1);
         let in_use = self.used.load(Ordering::Relaxed).saturating_add(requirements.size);
-        if in_use > self.limit.load(Ordering::Relaxed)
-            || self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_err()
-        {
-            return Err(GpuError::Memory { name: name.into(), source: AllocationError::OutOfMemory });
+        if in_use > self.limit.load(Ordering::Relaxed) || !self.allocations.take() {
+            return Err(self.refused(name, requirements.size, AllocationError::OutOfMemory));
         }
         let desc = AllocationCreateDesc {
             name,
@@ -72,21 +80,36 @@ impl Memory {
             linear,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         };
-        let mut allocator = self.allocator.lock().unwrap_or_else(|e| e.into_inner());
-        let allocation =
-            allocator.allocate(&desc).map_err(|source| GpuError::Memory { name: name.into(), source })?;
+        let allocation = self.allocator.lock().unwrap_or_else(|e| e.into_inner()).allocate(&desc);
+        let allocation = allocation.map_err(|source| self.refused(name, requirements.size, source))?;
         self.used.fetch_add(allocation.size(), Ordering::Relaxed);
         Ok(allocation)
+    }
+
+    /// The error of an allocation of this many bytes, with the numbers that say why it does not fit.
+    fn refused(&self, name: &str, bytes: u64, source: AllocationError) -> GpuError {
+        let used = Megabytes(self.used.load(Ordering::Relaxed));
+        let limit = match self.limit.load(Ordering::Relaxed) {
+            u64::MAX => String::new(),
+            limit => format!(" and may use {}", Megabytes(limit)),
+        };
+        let numbers = format!(
+            " (it needs {}; images and buffers use {used}{limit}; the device has {}): render a smaller picture, or close \
+             other programs that use the device",
+            Megabytes(bytes),
+            self.source.read()
+        );
+        GpuError::Memory { name: name.into(), source, numbers }
+    }
+
+    /// How much memory there is at the moment.
+    pub fn local(&self) -> LocalMemory {
+        self.source.read()
     }
 
     /// The allocator itself, for renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
     pub fn shared(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
-    }
-
-    /// Lets `count` more allocations succeed.
-    pub fn fail_after(&self, count: u64) {
-        self.left.store(count, Ordering::Relaxed);
     }
 
     /// Refuses allocations beyond this many bytes in all.

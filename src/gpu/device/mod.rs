@@ -3,11 +3,16 @@
 //! - [`gpu`]: [`Gpu`](gpu::Gpu), the root that every other object holds by `Arc`, and how it is opened.
 //! - [`instance`]: the Vulkan instance, the validation layer and its messages.
 //! - [`physical`]: the devices of the machine, what each lacks, and which one is taken.
-//! - [`memory`]: the allocator. [`retire`]: dropped objects that a frame in flight may still use.
+//! - [`cache`]: compiled pipelines, as bytes for later runs.
+//! - [`memory`]: the allocator. [`heaps`]: how much memory there is.
+//!   [`retire`]: dropped objects that a frame in flight may still use.
 //! - [`ring`]: command pools, command buffers and timestamps of the frames in flight.
-//! - [`loss`]: loses the device on purpose, for tests.
+//! - [`loss`] and [`allowance`]: lose the device and let calls fail on purpose, for tests.
 
+pub(in crate::gpu) mod allowance;
+pub(in crate::gpu) mod cache;
 pub(in crate::gpu) mod gpu;
+pub(in crate::gpu) mod heaps;
 pub(in crate::gpu) mod instance;
 pub(in crate::gpu) mod loss;
 pub(in crate::gpu) mod memory;

@@ -2,8 +2,10 @@
 
 use std::ffi::CStr;
 
-use ash::{khr, vk};
+use ash::{ext, khr, vk};
 
+use crate::gpu::device::cache::PipelineOrigin;
+use crate::gpu::device::heaps::{LocalMemory, MemorySource};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock;
@@ -93,7 +95,21 @@ impl DeviceInfo {
 ///
 /// [`GpuError::NoLoader`] and [`GpuError::NoDevice`] where Vulkan or its drivers are not installed.
 pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
-    Ok(enumerate(&VulkanInstance::new(false, None)?)?.into_iter().map(|device| device.info).collect())
+    Ok(devices_with_memory()?.into_iter().map(|(info, _)| info).collect())
+}
+
+/// As [`devices`], each with its memory as it is at the moment.
+///
+/// # Errors
+///
+/// As [`devices`].
+pub fn devices_with_memory() -> Result<Vec<(DeviceInfo, LocalMemory)>, GpuError> {
+    let instance = VulkanInstance::new(false, None)?;
+    let with_memory = |device: PhysicalDevice| {
+        let source = MemorySource::new(&instance, &device);
+        (device.info, source.read())
+    };
+    Ok(enumerate(&instance)?.into_iter().map(with_memory).collect())
 }
 
 /// A physical device and what it offers of what this program needs.
@@ -102,13 +118,15 @@ pub(in crate::gpu) struct PhysicalDevice {
     pub info: DeviceInfo,
     /// Whether points of at least 8 pixels can be drawn; otherwise sprites are instanced quads.
     pub large_points: bool,
-    /// Family of a queue for graphics.
+    /// Family of a queue for graphics and compute.
     pub queue_family: u32,
     /// Valid bits of a timestamp on that queue; 0: no timing.
     pub timestamp_bits: u32,
     /// The extension that reads the clock of timestamps.
     pub calibrated: Option<&'static CStr>,
     pub limits: vk::PhysicalDeviceLimits,
+    /// What its compiled pipelines are good for.
+    pub origin: PipelineOrigin,
     extensions: Vec<vk::ExtensionProperties>,
     families: Vec<vk::QueueFamilyProperties>,
 }
@@ -163,6 +181,7 @@ impl PhysicalDevice {
             timestamp_bits: 0,
             calibrated,
             limits: p.limits,
+            origin: PipelineOrigin::new(&p),
             extensions,
             families,
         };
@@ -177,7 +196,7 @@ impl PhysicalDevice {
             device.lacks("The extension VK_KHR_push_descriptor is missing: update the graphics driver.");
         }
         device.check_formats(instance);
-        device.take_queue_family(|_| true, "It has no queue for graphics.");
+        device.take_queue_family(|_| true, "It has no queue for both graphics and compute.");
         device
     }
 
@@ -197,15 +216,19 @@ impl PhysicalDevice {
         self.extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(extension))
     }
 
-    /// Takes the first family for graphics that is `fit`; without one, `missing` is what the device lacks.
+    /// Takes the first family for graphics and compute that is `fit`; without one, `missing` is what the device lacks.
     fn take_queue_family(&mut self, fit: impl Fn(u32) -> bool, missing: &str) {
-        let graphics = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::GRAPHICS);
-        match (0..).zip(&self.families).find(|(family, f)| graphics(f) && fit(*family)) {
-            Some((family, properties)) => {
-                (self.queue_family, self.timestamp_bits) = (family, properties.timestamp_valid_bits);
+        match usable_family(&self.families, fit) {
+            Some((family, timestamp_bits)) => {
+                (self.queue_family, self.timestamp_bits) = (family, timestamp_bits);
             }
             None => self.lacks(missing),
         }
+    }
+
+    /// Whether the system tells how much memory this program may use.
+    pub fn tells_budget(&self) -> bool {
+        self.offers(ext::memory_budget::NAME)
     }
 
     /// Checks the core features of 1.2 and 1.3.
@@ -235,10 +258,7 @@ impl PhysicalDevice {
     /// Checks what must be possible with each format.
     fn check_formats(&mut self, instance: &VulkanInstance) {
         use vk::FormatFeatureFlags as F;
-        let accumulate = F::COLOR_ATTACHMENT
-            | F::COLOR_ATTACHMENT_BLEND
-            | F::SAMPLED_IMAGE
-            | F::SAMPLED_IMAGE_FILTER_LINEAR;
+        let accumulate = F::COLOR_ATTACHMENT | F::COLOR_ATTACHMENT_BLEND | F::SAMPLED_IMAGE;
         let copied = F::TRANSFER_SRC | F::TRANSFER_DST;
         for (format, needs) in [
             (vk::Format::R32G32B32A32_SFLOAT, accumulate | copied),
@@ -255,7 +275,6 @@ impl PhysicalDevice {
                     "be blended (COLOR_ATTACHMENT_BLEND), so samples cannot be added up",
                 ),
                 (F::SAMPLED_IMAGE, "be read by a shader"),
-                (F::SAMPLED_IMAGE_FILTER_LINEAR, "be read with linear filtering"),
                 (F::TRANSFER_SRC, "be copied from"),
                 (F::TRANSFER_DST, "be copied to"),
             ] {
@@ -265,6 +284,13 @@ impl PhysicalDevice {
             }
         }
     }
+}
+
+/// The first family for graphics and compute that is `fit`, and the valid bits of its timestamps.
+fn usable_family(families: &[vk::QueueFamilyProperties], fit: impl Fn(u32) -> bool) -> Option<(u32, u32)> {
+    let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let mut usable = (0..).zip(families).filter(|(family, f)| f.queue_flags.contains(both) && fit(*family));
+    usable.next().map(|(family, properties)| (family, properties.timestamp_valid_bits))
 }
 
 /// The device of this choice.
@@ -298,4 +324,30 @@ pub(in crate::gpu) fn pick(
 pub(in crate::gpu) fn names(devices: &[PhysicalDevice]) -> String {
     let names: Vec<_> = devices.iter().map(|d| format!("{} {}", d.info.index, d.info.name)).collect();
     names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A queue that draws but does not compute is passed over.
+    #[test]
+    fn a_queue_draws_and_computes() {
+        use vk::QueueFlags as Q;
+        let family = |queue_flags, timestamp_valid_bits| vk::QueueFamilyProperties {
+            queue_flags,
+            timestamp_valid_bits,
+            ..Default::default()
+        };
+        let families = [
+            family(Q::TRANSFER, 64),
+            family(Q::GRAPHICS | Q::TRANSFER, 64),
+            family(Q::COMPUTE, 64),
+            family(Q::GRAPHICS | Q::COMPUTE, 36),
+            family(Q::GRAPHICS | Q::COMPUTE, 0),
+        ];
+        assert_eq!(usable_family(&families, |_| true), Some((3, 36)));
+        assert_eq!(usable_family(&families, |family| family != 3), Some((4, 0)));
+        assert_eq!(usable_family(&families[..3], |_| true), None);
+    }
 }

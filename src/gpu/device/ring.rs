@@ -48,16 +48,11 @@ impl FrameRing {
 
     /// Makes the slots of an empty ring. After an error [`destroy`](Self::destroy) frees what was made.
     ///
-    /// `tick` is the duration of a timestamp's tick in nanoseconds; 0 where the queue has no timestamps.
-    pub fn fill(
-        &mut self,
-        device: &ash::Device,
-        debug: &DebugNames,
-        family: u32,
-        tick: f32,
-    ) -> Result<(), GpuError> {
+    /// The host times frames where there is no clock, because the queue has no timestamps.
+    pub fn fill(&mut self, device: &ash::Device, debug: &DebugNames, family: u32) -> Result<(), GpuError> {
+        let stamps = self.readings.clock.is_some();
         for i in 0..IN_FLIGHT {
-            let timers = Timers::new(device, tick)?;
+            let timers = Timers::new(device, stamps)?;
             debug.name(timers.pool, &format!("frame {i} timestamps"));
             let (pool, commands) = (vk::CommandPool::null(), vk::CommandBuffer::null());
             self.slots.push(FrameSlot { pool, commands, timers, number: 0, submitted: Instant::now() });

@@ -40,7 +40,7 @@ impl Buffer {
     ///
     /// # Errors
     ///
-    /// [`GpuError::Memory`] or [`GpuError::Call`], naming the buffer.
+    /// [`GpuError::Memory`], [`GpuError::Unmapped`] or [`GpuError::Call`], naming the buffer.
     pub fn new(gpu: &Arc<Gpu>, name: &str, usage: BufferUse, bytes: usize) -> Result<Self, GpuError> {
         let (flags, location) = match usage {
             BufferUse::Vertices => (vk::BufferUsageFlags::VERTEX_BUFFER, MemoryLocation::CpuToGpu),
@@ -61,6 +61,10 @@ impl Buffer {
         let bound = unsafe { gpu.device.bind_buffer_memory(raw, memory.memory(), memory.offset()) };
         buffer.allocation = Some(memory);
         bound.named(&format!("vkBindBufferMemory({name})"))?;
+        let mapped = || gpu.memory.mappings.take() && buffer.mapped().len() == bytes;
+        if usage != BufferUse::Scratch && !mapped() {
+            return Err(GpuError::Unmapped(name.into()));
+        }
         Ok(buffer)
     }
 
@@ -71,17 +75,17 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// The contents as the host sees them.
+    /// The contents as the host sees them; empty for [`BufferUse::Scratch`].
     pub fn mapped(&self) -> &[u8] {
         let mapped = self.allocation.as_ref().and_then(Allocation::mapped_slice);
-        mapped.map_or(&[], |all| &all[..self.bytes])
+        mapped.and_then(|all| all.get(..self.bytes)).unwrap_or_default()
     }
 
-    /// The contents, to be written by the host.
+    /// The contents, to be written by the host; empty for [`BufferUse::Scratch`].
     pub fn mapped_mut(&mut self) -> &mut [u8] {
         let bytes = self.bytes;
         let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut);
-        mapped.map_or(&mut [], |all| &mut all[..bytes])
+        mapped.and_then(|all| all.get_mut(..bytes)).unwrap_or_default()
     }
 
     /// Size in bytes.

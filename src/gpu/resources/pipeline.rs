@@ -180,9 +180,11 @@ impl ComputePipeline {
             .name(c"main")
             .specialization_info(&constants);
         let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.handles.layout);
-        // SAFETY: every pointer in `info` lives until the call returns.
-        let made = unsafe { gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
-        let made = made.map(|list| list[0]).map_err(|(_, result)| result);
+        let made = gpu.pipelines.to_compile().and_then(|cache| {
+            // SAFETY: every pointer in `info` lives until the call returns.
+            let made = unsafe { gpu.device.create_compute_pipelines(*cache, &[info], None) };
+            made.map(|list| list[0]).map_err(|(_, result)| result)
+        });
         pipeline.handles.pipeline = gpu.made(made, "vkCreateComputePipelines", name)?;
         gpu.note_compiled(name, desc.shader.1);
         Ok(pipeline)
@@ -303,9 +305,11 @@ fn compile(gpu: &Gpu, desc: &GraphicsDesc<'_>, layout: vk::PipelineLayout) -> Re
         .dynamic_state(&dynamic)
         .layout(layout)
         .push_next(&mut rendering);
-    // SAFETY: every pointer in `info` lives until the call returns; dynamicRendering is enabled.
-    let made = unsafe { gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None) };
-    let made = made.map(|list| list[0]).map_err(|(_, result)| result);
+    let made = gpu.pipelines.to_compile().and_then(|cache| {
+        // SAFETY: every pointer in `info` lives until the call returns; dynamicRendering is enabled.
+        let made = unsafe { gpu.device.create_graphics_pipelines(*cache, &[info], None) };
+        made.map(|list| list[0]).map_err(|(_, result)| result)
+    });
     gpu.made(made, "vkCreateGraphicsPipelines", desc.name)
 }
 

@@ -15,7 +15,7 @@ const TRIES: usize = 4;
 const DRIFT: f64 = 1e-4;
 
 /// The extension whose call reads the device's clock.
-enum CalibrationReader {
+pub(super) enum CalibrationReader {
     Khr(khr::calibrated_timestamps::Device),
     Ext(ext::calibrated_timestamps::Device),
 }
@@ -88,7 +88,7 @@ impl DeviceClock {
         (bits > 0 && period > 0.0).then(|| Self::with(reader, f64::from(period), bits))
     }
 
-    fn with(reader: Option<CalibrationReader>, period: f64, bits: u32) -> Self {
+    pub(super) fn with(reader: Option<CalibrationReader>, period: f64, bits: u32) -> Self {
         Self { reader, period, bits, now: None, worst: 0.0, correction: 0.0 }
     }
 
@@ -133,8 +133,8 @@ impl DeviceClock {
             return;
         }
         // Bounds of the moment of `first`.
-        let length = self.ticks_between(first, last);
-        let latest = seen.checked_sub(Duration::from_nanos(length.max(0.0) as u64)).unwrap_or(seen);
+        let length = self.elapsed(first, last);
+        let latest = seen.checked_sub(Duration::from_nanos(length as u64)).unwrap_or(seen);
         let (mut low, mut high) = (0.0, self.distance(submitted, latest).max(0.0));
         if let Some(known) = self.now {
             let middle = self.distance(submitted, self.host(first));
@@ -164,11 +164,24 @@ impl DeviceClock {
         moved.unwrap_or(known.host)
     }
 
-    /// Nanoseconds from one timestamp to another, which may have wrapped around.
+    /// Nanoseconds from one timestamp to another, which may be the earlier one; the counter may have wrapped around between
+    /// them.
     fn ticks_between(&self, from: u64, to: u64) -> f64 {
-        let unused = 64 - self.bits.clamp(1, 64);
+        let unused = self.unused_bits();
         let ticks = (to.wrapping_sub(from) << unused) as i64 >> unused;
         ticks as f64 * self.period
+    }
+
+    /// Nanoseconds from one timestamp to a later one: the counter may have wrapped around once between them.
+    pub fn elapsed(&self, from: u64, to: u64) -> f64 {
+        let unused = self.unused_bits();
+        let ticks = to.wrapping_sub(from) << unused >> unused;
+        ticks as f64 * self.period
+    }
+
+    /// Bits of a timestamp that mean nothing.
+    fn unused_bits(&self) -> u32 {
+        64 - self.bits.clamp(1, 64)
     }
 
     /// Nanoseconds from `a` to `b`.
@@ -204,6 +217,11 @@ mod tests {
         assert_eq!(clock.ticks_between((1 << 36) - 10, 5), 30.0);
         assert_eq!(clock.ticks_between(5, (1 << 36) - 10), -30.0);
         assert_eq!(DeviceClock::with(None, 1.0, 64).ticks_between(u64::MAX, 4), 5.0);
+        assert_eq!(clock.elapsed((1 << 36) - 10, 5), 30.0);
+        assert_eq!(clock.elapsed(5, (1 << 36) - 10), 2.0 * ((1_u64 << 36) - 15) as f64);
+        assert_eq!(DeviceClock::with(None, 1.0, 64).elapsed(u64::MAX, 4), 5.0);
+        // What stands above the valid bits means nothing.
+        assert_eq!(clock.elapsed(7 << 36 | 100, 3 << 40 | 110), 20.0);
     }
 
     /// Without a readable clock frames bound the offset, better with every frame, and the truth stays within the bound.

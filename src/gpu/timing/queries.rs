@@ -11,9 +11,9 @@ const QUERIES: u32 = 256;
 /// The timestamps of one frame in flight.
 pub(in crate::gpu) struct Timers {
     pub pool: vk::QueryPool,
-    /// Nanoseconds per tick; 0 where there are no timestamps.
-    tick: f32,
-    /// Name and depth of each scope; its timestamps are 2i and 2i + 1.
+    /// Whether the queue has timestamps.
+    stamps: bool,
+    /// Name and depth of each scope; its timestamps are 2i and 2i + 1. Without timestamps, the scopes of depth 0.
     scopes: Vec<(&'static str, u32)>,
     /// Number of open scopes.
     depth: u32,
@@ -23,20 +23,20 @@ pub(in crate::gpu) struct Timers {
 }
 
 impl Timers {
-    pub fn new(device: &ash::Device, tick: f32) -> Result<Self, GpuError> {
+    pub fn new(device: &ash::Device, stamps: bool) -> Result<Self, GpuError> {
         let info =
             vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(QUERIES);
         // SAFETY: no feature is needed for timestamps.
         let pool = unsafe { device.create_query_pool(&info, None) }.named("vkCreateQueryPool")?;
-        Ok(Self { pool, tick, scopes: Vec::new(), depth: 0, untimed: 0, on: false })
+        Ok(Self { pool, stamps, scopes: Vec::new(), depth: 0, untimed: 0, on: false })
     }
 
     /// Forgets the last frame's scopes. The frame must have completed.
     pub fn restart(&mut self, device: &ash::Device, on: bool) {
         self.scopes.clear();
         (self.depth, self.untimed) = (0, 0);
-        self.on = on && self.tick > 0.0;
-        if self.on {
+        self.on = on;
+        if self.on && self.stamps {
             // SAFETY: hostQueryReset is enabled, and the frame that used the pool has completed.
             unsafe { device.reset_query_pool(self.pool, 0, QUERIES) };
         }
@@ -45,13 +45,14 @@ impl Timers {
     /// Opens a scope; returns its first timestamp, or `None` when it is not timed. The second one is the next query.
     pub fn open(&mut self, name: &'static str) -> Option<u32> {
         let first = 2 * self.scopes.len() as u32;
-        let timed = self.on && first + 2 <= QUERIES;
+        let wanted = self.on && (self.stamps || self.depth == 0);
+        let timed = wanted && first + 2 <= QUERIES;
         if timed {
             self.scopes.push((name, self.depth));
         }
-        self.untimed += u32::from(self.on && !timed);
+        self.untimed += u32::from(wanted && !timed);
         self.depth += 1;
-        timed.then_some(first)
+        (timed && self.stamps).then_some(first)
     }
 
     /// Closes the innermost scope.
@@ -64,19 +65,19 @@ impl Timers {
         if self.scopes.is_empty() {
             return;
         }
-        let mut ticks = vec![0_u64; 2 * self.scopes.len()];
+        let scopes = std::mem::take(&mut self.scopes);
+        times.untimed = std::mem::take(&mut self.untimed);
+        if !self.stamps {
+            let names: Vec<_> = scopes.iter().map(|(name, _)| *name).collect();
+            return readings.frame_of_host(times, &names);
+        }
+        let mut ticks = vec![0_u64; 2 * scopes.len()];
         // SAFETY: the frame has completed, so every timestamp of it has been written.
         let read =
             unsafe { device.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64) };
-        let scopes = std::mem::take(&mut self.scopes);
-        times.untimed = std::mem::take(&mut self.untimed);
         if read.is_ok() {
             let runs = scopes.iter().zip(ticks.chunks_exact(2));
-            readings.frame(
-                times,
-                f64::from(self.tick),
-                runs.map(|((name, depth), t)| (*name, *depth, [t[0], t[1]])),
-            );
+            readings.frame(times, runs.map(|((name, depth), t)| (*name, *depth, [t[0], t[1]])));
         }
     }
 

@@ -61,7 +61,7 @@ pub struct TimingRows {
 /// How timestamps become times of the host, and how precise those are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimingInfo {
-    /// Valid bits of a timestamp; 0: nothing is timed.
+    /// Valid bits of a timestamp; 0: the host times whole frames.
     pub bits: u32,
     /// The method that turns device times into host times.
     pub method: String,
@@ -83,7 +83,7 @@ pub(in crate::gpu) struct Readings {
     rows: VecDeque<ScopeRow>,
     frames: VecDeque<FrameTimes>,
     dropped: u64,
-    /// End of the last row without a parent.
+    /// End of the last row, or of the last frame where the host times them.
     end: Option<Instant>,
 }
 
@@ -93,29 +93,22 @@ impl Readings {
         Self { clock, ..Self::default() }
     }
 
-    /// Adds a frame's scopes: name, depth, and the timestamps at both ends, in the order in which they began; a tick takes
-    /// `tick` nanoseconds.
+    /// Adds a frame's scopes: name, depth, and the timestamps at both ends, in the order in which they began.
     pub fn frame(
         &mut self,
         frame: FrameTimes,
-        tick: f64,
         scopes: impl Iterator<Item = (&'static str, u32, [u64; 2])> + Clone,
     ) {
-        for (name, _, [start, end]) in scopes.clone() {
-            let milliseconds = end.saturating_sub(start) as f64 * tick * 1e-6;
-            match self.totals.iter_mut().find(|t| t.name == name) {
-                Some(total) => {
-                    total.count += 1;
-                    total.milliseconds += milliseconds;
-                }
-                None => self.totals.push(ScopeTime { name, count: 1, milliseconds }),
-            }
-        }
         let Some(clock) = &mut self.clock else { return };
-        let outer = scopes.clone().map(|(_, _, ticks)| ticks);
-        let last = outer.clone().map(|t| t[1]).max();
-        if let Some((first, last)) = outer.clone().map(|t| t[0]).next().zip(last) {
-            clock.align(first, last, frame.submitted, frame.seen);
+        for (name, _, [start, end]) in scopes.clone() {
+            add(&mut self.totals, name, clock.elapsed(start, end) * 1e-6);
+        }
+        if let Some((_, _, [first, _])) = scopes.clone().next() {
+            // The counter may have wrapped around within the frame.
+            let since_first = |end: &u64| clock.elapsed(first, *end);
+            let ends = scopes.clone().map(|(_, _, [_, end])| end);
+            let last = ends.max_by(|a, b| since_first(a).total_cmp(&since_first(b)));
+            clock.align(first, last.unwrap_or(first), frame.submitted, frame.seen);
         }
         // The queue runs frames in order; a new calibration may shift them against each other by its correction.
         let slack = Duration::from_nanos((2.0 * clock.error()).clamp(1e3, 1e9) as u64);
@@ -140,6 +133,17 @@ impl Readings {
         }
     }
 
+    /// Adds a frame without timestamps: its time on the host's clock, from its submission or from the moment when the frame
+    /// before was seen to have completed, is divided evenly among these scopes, which do not nest.
+    pub fn frame_of_host(&mut self, frame: FrameTimes, scopes: &[&'static str]) {
+        let begun = self.end.map_or(frame.submitted, |end| end.max(frame.submitted));
+        let milliseconds = frame.seen.saturating_duration_since(begun).as_secs_f64() * 1e3;
+        for name in scopes {
+            add(&mut self.totals, name, milliseconds / scopes.len() as f64);
+        }
+        self.end = Some(frame.seen.max(begun));
+    }
+
     /// The timings since the last call.
     pub fn take_rows(&mut self) -> TimingRows {
         TimingRows {
@@ -155,8 +159,12 @@ impl Readings {
         let (mut bits, mut deviation, mut correction) = (0, None, 0.0);
         let method = match &self.clock {
             None => {
-                untimed.push("All passes: the queue has no timestamps (timestampValidBits is 0).".to_owned());
-                "none".to_owned()
+                untimed.push(
+                    "Single passes: the queue has no timestamps (timestampValidBits is 0). The time of a frame, from its \
+                     submission until it was seen to have completed, is divided evenly among its passes."
+                        .to_owned(),
+                );
+                "none: frames are timed by the host".to_owned()
             }
             Some(clock) => {
                 bits = clock.bits;
@@ -177,5 +185,63 @@ impl Readings {
             );
         }
         TimingInfo { bits, method, deviation, correction, untimed }
+    }
+}
+
+/// Adds a run of this scope.
+fn add(totals: &mut Vec<ScopeTime>, name: &'static str, milliseconds: f64) {
+    match totals.iter_mut().find(|total| total.name == name) {
+        Some(total) => {
+            total.count += 1;
+            total.milliseconds += milliseconds;
+        }
+        None => totals.push(ScopeTime { name, count: 1, milliseconds }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(number: u64, submitted: Instant, milliseconds: u64) -> FrameTimes {
+        let seen = submitted + Duration::from_millis(milliseconds);
+        FrameTimes { frame: number, submitted, seen, untimed: 0 }
+    }
+
+    /// A counter of 36 bits that wraps around within a scope, and between scopes, changes neither sums nor rows.
+    #[test]
+    fn counters_of_36_bits_wrap() {
+        let start = Instant::now() + Duration::from_secs(1);
+        let run = |origin: u64| {
+            let mut readings = Readings::new(Some(DeviceClock::with(None, 1.0, 36)));
+            let at = |ns: u64| (origin + ns) % (1 << 36);
+            let scopes = [("splat", 0, [at(0), at(3_000_000)]), ("fold", 0, [at(3_000_000), at(4_000_000)])];
+            readings.frame(frame(1, start, 5), scopes.into_iter());
+            (readings.totals.clone(), readings.take_rows().rows)
+        };
+        let (totals, rows) = run(1_000);
+        assert_eq!(totals.iter().map(|t| t.milliseconds).collect::<Vec<_>>(), [3.0, 1.0]);
+        for before in [0, 1, 1_500_000, 3_000_000, 3_500_000, 4_000_000] {
+            let (wrapped_totals, wrapped_rows) = run((1 << 36) - before);
+            assert_eq!(wrapped_totals, totals, "{before} ns before the wrap");
+            assert_eq!(wrapped_rows, rows, "{before} ns before the wrap");
+        }
+    }
+
+    /// Frames that overlap are counted once: the sum over all scopes is the time in which any of them ran.
+    #[test]
+    fn the_host_times_frames_without_timestamps() {
+        let mut readings = Readings::new(None);
+        let start = Instant::now();
+        readings.frame_of_host(frame(1, start, 12), &["splat", "fold"]);
+        // Submitted while the first one ran, complete 8 ms after it.
+        readings.frame_of_host(
+            frame(2, start + Duration::from_millis(5), 15),
+            &["splat", "fold", "mips", "tonemap"],
+        );
+        let times: Vec<_> = readings.totals.iter().map(|t| (t.name, t.count, t.milliseconds)).collect();
+        assert_eq!(times, [("splat", 2, 8.0), ("fold", 2, 8.0), ("mips", 1, 2.0), ("tonemap", 1, 2.0)]);
+        let info = readings.info(false);
+        assert!(info.bits == 0 && info.untimed.len() == 1, "{info:?}");
     }
 }

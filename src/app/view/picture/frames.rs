@@ -179,6 +179,8 @@ impl LivePicture {
             None => FrameNumber::default(),
         };
         self.show = false;
+        // The picture of before was shown once more: this one is still due.
+        let detail = detail.filter(|_| !self.film().is_some_and(VulkanFilm::has_given_up));
         if let Some(detail) = detail {
             let film = session.run_spec().film;
             if self.painted.as_ref().is_none_or(|p| p.film != film || p.settings != *settings) {

@@ -1,0 +1,92 @@
+//! The device memory that a film takes, told before anything is allocated.
+//!
+//! One line for each image and buffer, under the name that it has on the device. Tables of less than a megabyte, what a frame holds
+//! for a moment, and the rounding of the driver are left out. [`images`](crate::client::pass::images) has the reasons.
+
+use crate::client::effects::Effects;
+use crate::client::glare::FourierAxis;
+use crate::client::glare::point_spread::GlareProfile;
+use crate::client::pass::images::atlas_extent;
+use crate::client::settings::{CHUNK_SAMPLES, FilmSpec, Glare, Masking, Settings, Summation};
+use crate::client::upload::STRIDE;
+use crate::gpu::TexelFormat;
+
+/// The images and buffers of a film that shows these settings and has so many `samples` of these streams, camera and light; each with
+/// its bytes.
+pub fn film_memory(
+    spec: &FilmSpec,
+    settings: &Settings,
+    streams: [bool; 2],
+    samples: usize,
+) -> Vec<(String, u64)> {
+    let effects = Effects::new(settings, 1);
+    let (padded, extent) = (spec.padded_extent(), [spec.width, spec.height]);
+    let mut list = Vec::new();
+    for (name, _) in ["camera", "light"].into_iter().zip(streams).filter(|(_, on)| *on) {
+        list.extend(sums(&format!("{name} color"), TexelFormat::Rgba32F, spec.sums, padded));
+        if spec.variance.is_some() {
+            list.extend(sums(&format!("{name} variance"), TexelFormat::R32F, Summation::TwoFloat, padded));
+        }
+        match effects.masking {
+            None => {}
+            Some(Masking::LowPass) => {
+                let levels = padded[0].max(padded[1]).ilog2() + 1;
+                list.push(image("atlas", TexelFormat::Rgba32F, atlas_extent(padded, levels)));
+            }
+            Some(Masking::Bilateral) => {
+                for half in 0..2 {
+                    list.push(image(&format!("bilateral sums {half}"), TexelFormat::Rgba32F, padded));
+                    list.push(image(&format!("bilateral errors {half}"), TexelFormat::R32F, padded));
+                }
+            }
+        }
+    }
+    let slots = [padded[0], padded[1] * spec.batch_slots()];
+    list.push(image("batch color", TexelFormat::Rgba32F, slots));
+    if spec.variance.is_some() {
+        list.push(image("batch variance", TexelFormat::R32F, slots));
+        list.push(image("batch means", TexelFormat::Rgba32F, padded));
+    }
+    list.push(image("picture XYZ", TexelFormat::Rgba32F, extent.map(|n| n.div_ceil(effects.detail))));
+    list.push(image("picture encoded", effects.encoded_format(), extent));
+    // The chunks of a batch, and the one that is filled while the device reads them.
+    let capacity = spec.batch_capacity();
+    let chunks = samples.min(capacity).div_ceil(CHUNK_SAMPLES) + usize::from(samples > capacity);
+    list.extend((0..chunks).map(|chunk| (format!("samples {chunk}"), (CHUNK_SAMPLES * STRIDE) as u64)));
+    if let Some(glare) = settings.glare.filter(|_| effects.glare) {
+        list.extend(glare_tables(extent, &glare));
+    }
+    list.sort();
+    list
+}
+
+/// Sums of two floats per value or of one, with mip levels of the rounded sums.
+fn sums(name: &str, format: TexelFormat, sums: Summation, extent: [u32; 2]) -> Vec<(String, u64)> {
+    let levels = extent[0].max(extent[1]).ilog2() + 1;
+    let mips = (0..levels).map(|level| extent.map(|n| (n >> level).max(1))).map(|level| bytes(format, level));
+    let rests = matches!(sums, Summation::TwoFloat).then(|| (format!("{name} rests"), bytes(format, extent)));
+    [(format!("{name} sums"), mips.sum())].into_iter().chain(rests).collect()
+}
+
+/// The tables of glare, and the frequencies that it computes.
+fn glare_tables(extent: [u32; 2], glare: &Glare) -> Vec<(String, u64)> {
+    let axes = extent.map(|n| FourierAxis::new(n as usize));
+    let quarter = extent.map(|n| n.div_ceil(2) as usize);
+    let [across, down] = &axes;
+    let kernel = ((across.half + 1) * (down.half + 1) * size_of::<f32>()) as u64;
+    let work = ((across.half + 1) * down.pixels.next_multiple_of(2) * size_of::<[f32; 2]>()) as u64;
+    let kernels = if GlareProfile::new(glare.adaptation).is_chromatic() { 3 } else { 1 };
+    let gain = (quarter[0] * quarter[1] * size_of::<[f32; 3]>()) as u64;
+    let kernels = (0..kernels).map(|_| ("glare kernel".to_owned(), kernel));
+    let work = ["glare X", "glare Y", "glare Z"].map(|name| (name.to_owned(), work));
+    kernels.chain(work).chain([("glare gain".to_owned(), gain)]).collect()
+}
+
+fn image(name: &str, format: TexelFormat, extent: [u32; 2]) -> (String, u64) {
+    (name.to_owned(), bytes(format, extent))
+}
+
+/// Bytes of one level of this extent.
+fn bytes(format: TexelFormat, [width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height) * format.bytes() as u64
+}

@@ -1,0 +1,238 @@
+//! The pipelines that the driver has compiled, as bytes that a later run of the program loads again.
+//!
+//! Nothing is read or written here: the owner of the device decides where the bytes are kept.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
+
+use ash::vk;
+
+use crate::gpu::device::allowance::Allowance;
+use crate::gpu::device::gpu::Gpu;
+use crate::gpu::error::{GpuError, Named};
+
+/// The device and the driver that compiled pipelines are good for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(in crate::gpu) struct PipelineOrigin {
+    vendor: u32,
+    device: u32,
+    driver: u32,
+    uuid: [u8; vk::UUID_SIZE],
+}
+
+impl PipelineOrigin {
+    pub fn new(properties: &vk::PhysicalDeviceProperties) -> Self {
+        Self {
+            vendor: properties.vendor_id,
+            device: properties.device_id,
+            driver: properties.driver_version,
+            uuid: properties.pipeline_cache_uuid,
+        }
+    }
+
+    /// Checks the header that Vulkan prescribes for the data of a cache (`VkPipelineCacheHeaderVersionOne`). Drivers are
+    /// to refuse what is not theirs, but not all of them survive it.
+    fn check(&self, data: &[u8]) -> Result<(), &'static str> {
+        /// Length, version, vendor and device of four bytes each, then the UUID.
+        const HEADER: usize = 16 + vk::UUID_SIZE;
+        let header = data.get(..HEADER).ok_or("they are too short")?;
+        let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| header[4 * i + byte]));
+        let version = vk::PipelineCacheHeaderVersion::ONE.as_raw() as u32;
+        let length = word(0) as usize;
+        if length < HEADER || length > data.len() || word(1) != version {
+            return Err("their header is damaged");
+        }
+        if word(2) != self.vendor || word(3) != self.device {
+            return Err("another device has compiled them");
+        }
+        if header[16..] != self.uuid {
+            return Err("another driver has compiled them");
+        }
+        Ok(())
+    }
+}
+
+/// The driver's cache of compiled pipelines.
+#[derive(Default)]
+pub(in crate::gpu) struct PipelineCache {
+    /// Compiling locks it to read: Vulkan synchronises that by itself, but not the merging of two caches.
+    raw: RwLock<vk::PipelineCache>,
+    origin: PipelineOrigin,
+    /// Whether those who record go without a pipeline that is not compiled yet, and the number that is being compiled on other
+    /// threads.
+    background: AtomicBool,
+    under_way: AtomicUsize,
+    /// Pipelines that tests let be compiled.
+    pub compilations: Allowance,
+    /// The data that were loaded or taken last.
+    known: Mutex<KnownPipelines>,
+}
+
+/// Data of a cache that the owner of the device has.
+#[derive(Default)]
+struct KnownPipelines {
+    /// Number of pipelines that had been compiled.
+    compiled: usize,
+    /// Hash of the data.
+    hash: Option<u64>,
+}
+
+/// A pipeline that is being compiled on another thread.
+pub struct CompilingPipeline(Arc<Gpu>);
+
+impl Drop for CompilingPipeline {
+    fn drop(&mut self) {
+        self.0.pipelines.under_way.fetch_sub(1, Ordering::Release);
+    }
+}
+
+impl PipelineCache {
+    /// A cache without a handle.
+    pub fn new(origin: PipelineOrigin) -> Self {
+        Self { origin, ..Self::default() }
+    }
+
+    /// Makes the handle.
+    pub fn fill(&mut self, device: &ash::Device) -> Result<vk::PipelineCache, GpuError> {
+        let made = make(device, &[])?;
+        *self.raw.get_mut().unwrap_or_else(PoisonError::into_inner) = made;
+        Ok(made)
+    }
+
+    /// The handle, for one pipeline to be compiled with while it is locked; an error where tests have planned one.
+    pub fn to_compile(&self) -> Result<RwLockReadGuard<'_, vk::PipelineCache>, vk::Result> {
+        self.compilations.take().then(|| self.lock()).ok_or(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
+    }
+
+    fn lock(&self) -> RwLockReadGuard<'_, vk::PipelineCache> {
+        self.raw.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// # Safety
+    ///
+    /// Nothing is compiled any more.
+    pub unsafe fn destroy(&mut self, device: &ash::Device) {
+        let raw = *self.raw.get_mut().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the caller promises that this is the last use; pipelines do not need it.
+        unsafe { device.destroy_pipeline_cache(raw, None) };
+    }
+}
+
+impl Gpu {
+    /// Text that names this device and its driver, for the name of a file: pipelines that one of them has compiled are of
+    /// no use to another.
+    pub fn pipeline_origin(&self) -> String {
+        let PipelineOrigin { vendor, device, driver, uuid } = self.pipelines.origin;
+        let uuid: String = uuid.iter().map(|byte| format!("{byte:02x}")).collect();
+        format!("{vendor:04x}-{device:04x}-{driver:08x}-{uuid}")
+    }
+
+    /// Adds pipelines from an earlier run, which [`take_pipelines`](Self::take_pipelines) has given on this device with
+    /// this driver: what is among them is not compiled again.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::ForeignPipelines`] for anything else, and [`GpuError::Call`]; the device is as before then.
+    pub fn load_pipelines(&self, data: &[u8]) -> Result<(), GpuError> {
+        self.pipelines.origin.check(data).map_err(GpuError::ForeignPipelines)?;
+        let loaded = make(&self.device, data)?;
+        let raw = self.pipelines.raw.write().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the lock keeps others from using the destination, and the source is used here alone.
+        let merged = unsafe {
+            let merged = self.device.merge_pipeline_caches(*raw, &[loaded]);
+            self.device.destroy_pipeline_cache(loaded, None);
+            merged
+        };
+        merged.named("vkMergePipelineCaches")?;
+        self.known_pipelines(|known| known.hash = Some(hash(data)));
+        Ok(())
+    }
+
+    /// The pipelines that this device has compiled or loaded, as bytes for [`load_pipelines`](Self::load_pipelines); `None`
+    /// where nothing has come since the last call.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Call`].
+    pub fn take_pipelines(&self) -> Result<Option<Vec<u8>>, GpuError> {
+        let compiled = self.compiled_pipelines();
+        if self.known_pipelines(|known| known.compiled == compiled) {
+            return Ok(None);
+        }
+        let raw = self.pipelines.lock();
+        // SAFETY: the cache lives as long as `self`.
+        let data = unsafe { self.device.get_pipeline_cache_data(*raw) }.named("vkGetPipelineCacheData")?;
+        let hash = Some(hash(&data));
+        let is_new = self.known_pipelines(|known| {
+            known.compiled = compiled;
+            std::mem::replace(&mut known.hash, hash) != hash
+        });
+        Ok(Some(data).filter(|_| is_new))
+    }
+
+    /// Whether those who record from now on go without a pipeline that is not compiled yet, while it is compiled on another
+    /// thread ([`GpuError::Compiling`]); at first they compile it themselves.
+    pub fn set_background_compiling(&self, on: bool) {
+        self.pipelines.background.store(on, Ordering::Relaxed);
+    }
+
+    /// Whether pipelines are to be compiled on another thread.
+    pub fn compiles_in_background(&self) -> bool {
+        self.pipelines.background.load(Ordering::Relaxed)
+    }
+
+    /// Whether a pipeline is being compiled on another thread.
+    pub fn is_compiling(&self) -> bool {
+        self.pipelines.under_way.load(Ordering::Acquire) > 0
+    }
+
+    /// Counts a pipeline as being compiled on another thread, until what is returned is dropped.
+    pub fn count_compiling(self: &Arc<Self>) -> CompilingPipeline {
+        self.pipelines.under_way.fetch_add(1, Ordering::Relaxed);
+        CompilingPipeline(self.clone())
+    }
+
+    fn known_pipelines<T>(&self, change: impl FnOnce(&mut KnownPipelines) -> T) -> T {
+        change(&mut self.pipelines.known.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// Makes a cache of these data, which are those of this device.
+fn make(device: &ash::Device, data: &[u8]) -> Result<vk::PipelineCache, GpuError> {
+    let info = vk::PipelineCacheCreateInfo::default().initial_data(data);
+    // SAFETY: the data outlive the call and, where there are any, have the header of this device.
+    unsafe { device.create_pipeline_cache(&info, None) }.named("vkCreatePipelineCache")
+}
+
+/// A hash for comparisons within this run.
+fn hash(data: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    data.hash(&mut hasher);
+    hasher.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Only data with a whole header of the same device and driver are given to the driver.
+    #[test]
+    fn foreign_data_are_refused() {
+        let origin = PipelineOrigin { vendor: 0x10de, device: 0x2330, driver: 7, uuid: [9; 16] };
+        let words = [32_u32, 1, 0x10de, 0x2330];
+        let mut data: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        data.extend([9; 16]);
+        data.extend(b"code");
+        assert_eq!(origin.check(&data), Ok(()));
+        for length in 0..32 {
+            assert!(origin.check(&data[..length]).is_err(), "{length} bytes");
+        }
+        // Length, version, vendor, device and UUID: no byte may differ; a longer header is possible.
+        for at in 0..32 {
+            let mut other = data.clone();
+            other[at] ^= 0x40;
+            assert!(origin.check(&other).is_err(), "byte {at}");
+        }
+    }
+}
