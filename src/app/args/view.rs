@@ -9,6 +9,7 @@ use super::remote::{ConnectArgs, OF_TRACER};
 use super::scene::SceneArgs;
 use super::values::{count, host_port, positive};
 use crate::client::{ColorOutput, Denoise};
+use crate::gpu::WindowFault;
 
 /// Options of `pointillist view`.
 #[derive(Args, Debug)]
@@ -83,9 +84,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Vec<u64>,
 
-    /// For tests: the surface is lost once after this many frames.
-    #[arg(long, value_name = "N", hide = true)]
-    pub lose_surface_after: Option<u64>,
+    /// For tests: so many calls of the window system (surface, swapchain, acquire or present) have this result after others.
+    #[arg(long, value_name = "CALL,AFTER,TIMES,RESULT", hide = true)]
+    pub fail_window_call: Vec<WindowFault>,
 
     /// For tests: images and buffers have this many MiB of device memory.
     #[arg(long, value_name = "MIB", hide = true)]

@@ -161,7 +161,7 @@ impl Viewer {
             swapchain.resize([size.width, size.height]);
         }
         self.picture.request_show();
-        self.due = Instant::now();
+        self.clock.set(Instant::now());
         self.panel.host.refresh();
     }
 }

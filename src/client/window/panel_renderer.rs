@@ -42,7 +42,8 @@ impl PanelRenderer {
     ///
     /// # Errors
     ///
-    /// [`GpuError`] naming the call; [`GpuError::Panel`] for triangles with a texture that egui has not delivered.
+    /// [`GpuError`] naming the call; [`GpuError::Panel`] for triangles with a texture that egui has not delivered. The next call makes
+    /// pipelines and textures anew.
     pub fn draw(
         &mut self,
         swapchain: &mut Swapchain,
@@ -53,6 +54,20 @@ impl PanelRenderer {
     ) -> Result<(), GpuError> {
         self.follow(swapchain);
         self.take(textures, frame.number());
+        let outcome = self.try_draw(swapchain, frame, triangles, pixels_per_point);
+        if outcome.is_err() {
+            self.renderer = None;
+        }
+        outcome
+    }
+
+    fn try_draw(
+        &mut self,
+        swapchain: &mut Swapchain,
+        frame: &mut GpuFrame<'_>,
+        triangles: &[ClippedPrimitive],
+        pixels_per_point: f32,
+    ) -> Result<(), GpuError> {
         if !self.renderer.as_ref().is_some_and(|renderer| renderer.fits(swapchain)) {
             self.textures.values_mut().for_each(|(_, known)| *known = false);
             self.renderer = None;

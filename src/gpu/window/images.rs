@@ -8,6 +8,7 @@ use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::{Access, level, levels};
+use crate::gpu::window::faults::{WindowCall, WindowFaults};
 use crate::gpu::window::surface::Surface;
 
 /// The description of a generation.
@@ -18,6 +19,7 @@ pub(in crate::gpu) struct ImagesDesc {
     pub mode: vk::PresentModeKHR,
     /// The generation before, or null.
     pub old: vk::SwapchainKHR,
+    pub faults: WindowFaults,
 }
 
 /// One image of a window.
@@ -71,6 +73,7 @@ impl SwapchainImages {
             .present_mode(desc.mode)
             .clipped(true)
             .old_swapchain(desc.old);
+        desc.faults.check(WindowCall::Swapchain).named("vkCreateSwapchainKHR")?;
         // SAFETY: all values are among those that the surface has offered; the old chain belongs to this surface.
         let raw = unsafe { loader.create_swapchain(&info, None) }.named("vkCreateSwapchainKHR")?;
         gpu.name(raw, "window");

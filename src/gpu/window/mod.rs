@@ -3,9 +3,11 @@
 //! - [`surface`]: which devices can present images in the window, and in which formats.
 //! - [`swapchain`]: acquires, draws and presents images, and makes them anew. [`images`]: one generation of them.
 //! - [`foreign`]: renderers of other crates that draw over the picture.
+//! - [`faults`]: results that tests plan for calls of the window system.
 //! - [`display_loss`]: survives a broken connection to an X display.
 
 pub(in crate::gpu) mod display_loss;
+pub(in crate::gpu) mod faults;
 pub(in crate::gpu) mod foreign;
 pub(in crate::gpu) mod images;
 pub(in crate::gpu) mod surface;

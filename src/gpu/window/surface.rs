@@ -8,6 +8,7 @@ use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::{DeviceChoice, PhysicalDevice, enumerate, names, pick};
 use crate::gpu::error::{GpuError, Named};
+use crate::gpu::window::faults::{WindowCall, WindowFaults};
 
 /// A window and the connection to its display.
 pub(in crate::gpu) type WindowHandles = (RawDisplayHandle, RawWindowHandle);
@@ -52,7 +53,12 @@ pub(in crate::gpu) struct Surface {
 
 impl Surface {
     /// Makes the surface of a window.
-    pub fn new(instance: &Arc<VulkanInstance>, (display, window): WindowHandles) -> Result<Self, GpuError> {
+    pub fn new(
+        instance: &Arc<VulkanInstance>,
+        (display, window): WindowHandles,
+        faults: &WindowFaults,
+    ) -> Result<Self, GpuError> {
+        faults.check(WindowCall::Surface).named("vkCreateSurfaceKHR")?;
         // SAFETY: the handles belong to a live window, as `Swapchain::open` demands; the instance, which this surface
         // keeps alive, was made with the extensions of this display.
         let raw =
