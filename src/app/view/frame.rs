@@ -8,6 +8,7 @@ use winit::dpi::PhysicalSize;
 use crate::app::noise_filter::EpochView;
 use crate::app::tell;
 use crate::app::view::Viewer;
+use crate::app::view::clock::FilmFit;
 use crate::app::view::outline::OutlineKey;
 use crate::app::view::picture::Painted;
 use crate::app::view::screen::{Canvas, Screen, is_device_lost};
@@ -24,9 +25,6 @@ const IDLE: Duration = Duration::from_millis(100);
 /// An epoch that is not shown may be cut off by the next edit after this long: a scene that is too slow for its first picture
 /// must not hold the camera.
 const PATIENCE: Duration = Duration::from_millis(250);
-
-/// How long the window system may take to give the window a size that was asked for.
-const RESIZING: Duration = Duration::from_millis(400);
 
 /// Another method is considered when nothing has been edited for this long.
 const REST: Duration = Duration::from_millis(500);
@@ -49,6 +47,9 @@ impl Viewer {
             return self.await_device(begin);
         }
         self.leave_lost_parts();
+        if self.resting.is_waiting() {
+            self.picture.request_show();
+        }
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
@@ -239,6 +240,7 @@ impl Viewer {
             && !self.session.is_stale()
             && self.saves.is_empty()
             && !self.editor.is_preparing()
+            && !self.resting.is_waiting()
             && self.picture.is_settled()
             && !self.light.is_changing()
             && !self.inspector.is_busy()
@@ -273,7 +275,10 @@ impl Viewer {
         self.match_output();
         let extent = match self.picture.acquire()? {
             Canvas::Ready(extent) => extent,
-            Canvas::Hidden => return Ok(false),
+            Canvas::Hidden => {
+                self.resting.stop();
+                return Ok(false);
+            }
             Canvas::Later(at) => {
                 self.clock.retry_at(at);
                 return Ok(false);
@@ -283,21 +288,17 @@ impl Viewer {
             return Ok(false);
         };
         let area = self.panel.picture_area(&window, extent);
-        if !self.keeps_film(area) {
+        let (size, held) = (self.session.size(), self.panel.host.is_dragging());
+        let mut fit = self.resting.fit(size, area, held, Instant::now());
+        // Before the first picture there is none to be stretched.
+        if fit == FilmFit::Stretched && self.picture.painted.is_none() {
+            fit = FilmFit::Fits;
+        }
+        if fit == FilmFit::Fits {
             self.refit(area)?;
         }
-        self.panel.set_sizes(area, self.session.size());
+        self.panel.set_sizes(area, self.session.size(), fit == FilmFit::Stretched);
         Ok(true)
-    }
-
-    /// Whether the film keeps its size for now although its area has another one: the edge of the dock is dragged, or the dock has
-    /// come or gone and the window is about to change its size by as much.
-    fn keeps_film(&mut self, area: [u32; 2]) -> bool {
-        if area == self.session.size() {
-            self.resizing_until = None;
-        }
-        self.resizing_until = self.resizing_until.filter(|until| Instant::now() < *until);
-        self.resizing_until.is_some() || self.panel.host.is_dragging()
     }
 
     /// Opens or closes the dock.
@@ -319,7 +320,7 @@ impl Viewer {
         if let Some(size) = screen.window.request_inner_size(wanted) {
             self.resized(size);
         }
-        self.resizing_until = Some(Instant::now() + RESIZING);
+        self.resting.expect(Instant::now());
     }
 
     /// Runs the panel if it is due, repaints if the plan says so, and swaps.

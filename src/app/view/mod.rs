@@ -85,7 +85,7 @@ use miette::Result;
 use crate::app::outputs::Outputs;
 use crate::app::tev::TevLink;
 use crate::app::timings::TimingCapture;
-use crate::app::view::clock::{Backoff, FrameClock};
+use crate::app::view::clock::{Backoff, FrameClock, SizeRest};
 use crate::app::view::comparison::Comparison;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::exposure::FollowedLight;
@@ -172,8 +172,8 @@ struct Viewer {
     histogram: HistogramCache,
     views: KeptViews,
     preferences: Preferences,
-    /// Until then the window is about to take a size that was asked for.
-    resizing_until: Option<Instant>,
+    /// When the film takes another size.
+    resting: SizeRest,
     /// The window is to close.
     quit: bool,
     /// Why the window closes, if not because the user wanted it.

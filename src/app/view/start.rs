@@ -18,7 +18,7 @@ use crate::app::outputs::Outputs;
 use crate::app::remote_order::scene_digest;
 use crate::app::tev::TevLink;
 use crate::app::timings::{self, TimingCapture};
-use crate::app::view::clock::{Backoff, FrameClock};
+use crate::app::view::clock::{Backoff, FrameClock, SizeRest};
 use crate::app::view::comparison::Comparison;
 use crate::app::view::exposure::FollowedLight;
 use crate::app::view::gizmo::Gizmo;
@@ -345,7 +345,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         histogram: HistogramCache::default(),
         views,
         preferences,
-        resizing_until: None,
+        resting: SizeRest::default(),
         quit: false,
         outcome: Ok(()),
     };
