@@ -15,6 +15,7 @@ use crate::app::view::screen::{Canvas, Screen, is_device_lost};
 use crate::app::view::session::TracerNews;
 use crate::client::pacing::FramePlan;
 use crate::client::{BATCH_CAPACITY, ClientError, ColorOutput, FilmSpec, OptionNames};
+use crate::gpu::Swapchain;
 
 /// How soon the loop looks again while the device or first samples are waited for.
 const SOON: Duration = Duration::from_millis(1);
@@ -31,6 +32,9 @@ const REST: Duration = Duration::from_millis(500);
 
 /// The selected object is outlined when nothing has been edited for this long.
 const STILL: Duration = Duration::from_millis(60);
+
+/// Time between two looks at the display that the window is on: not every window system says when it is another one.
+const DISPLAY_LOOK: Duration = Duration::from_secs(1);
 
 /// How long the first picture may fail: there is none to go back to.
 const FIRST_PATIENCE: Duration = Duration::from_secs(5);
@@ -170,9 +174,11 @@ impl Viewer {
             self.gesture(gesture);
         }
         self.tick = now;
+        self.follow_display(now);
         self.look_at_files(now);
         if let Some(gpu) = self.picture.gpu().cloned() {
-            self.metrics.completed(&gpu, &mut self.picture.pacer);
+            let shown = self.picture.screen.as_mut().and_then(Screen::swapchain).and_then(Swapchain::shown);
+            self.metrics.completed(&gpu, shown, &mut self.picture.pacer);
         }
         self.act();
         self.outline_selection();
@@ -207,6 +213,18 @@ impl Viewer {
         }
         if self.picture.awaits_first_picture() && !self.clock.has_retry() && !has_failed {
             self.clock.set(Instant::now() + SOON);
+        }
+    }
+
+    /// Takes over the rate of the display that the window is on, unless the user asks for one. Not before the first frame, or the window
+    /// has moved, does the window system always know.
+    fn follow_display(&mut self, now: Instant) {
+        if self.options.budget.is_some() || now < self.look_at_display {
+            return;
+        }
+        self.look_at_display = now + DISPLAY_LOOK;
+        if let Some(budget) = self.picture.screen.as_ref().and_then(Screen::frame_length) {
+            self.picture.pacer.set_budget(budget);
         }
     }
 
@@ -337,6 +355,9 @@ impl Viewer {
         let (settings, viewport, drawing) = self.panel.shown();
         let shown = self.picture.show(&self.session, plan, settings, viewport, drawing, begin)?;
         self.picture.pacer.panel(panel_time);
+        if self.metrics.presented == 0 {
+            self.look_at_display = begin;
+        }
         self.metrics.presented(&shown);
         self.errors.succeed();
         Ok(())

@@ -40,8 +40,6 @@ const FRAME: Duration = Duration::from_millis(100);
 pub(super) struct OpenWindow {
     pub screen: Screen,
     pub host: EguiHost,
-    /// Length of a frame of the display, where it says so.
-    pub rate: Option<Duration>,
 }
 
 /// The window while its scene is loaded.
@@ -156,9 +154,6 @@ impl LoadingWindow {
         let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
         gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
         tracing::info!("the window opens after {:.0?}", options.began.elapsed());
-        let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
-        let rate = rate.filter(|rate| options.budget.is_none() && *rate >= 1000);
-        let rate = rate.map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate)));
         let mut host = EguiHost::default();
         host.open(&window, events, self.proxy.clone());
         let layout = &self.controls.layout;
@@ -170,7 +165,7 @@ impl LoadingWindow {
         window.set_visible(true);
         let (exact, spec) = (self.loader.source.deterministic, film([width, height]));
         let screen = Screen::open(window, &options.device, &options.losses, spec, exact).into_diagnostic()?;
-        Ok(OpenWindow { screen, host, rate })
+        Ok(OpenWindow { screen, host })
     }
 
     fn draw(&mut self) -> Result<(), ClientError> {

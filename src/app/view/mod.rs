@@ -172,6 +172,8 @@ struct Viewer {
     histogram: HistogramCache,
     views: KeptViews,
     preferences: Preferences,
+    /// When it looks which display the window is on.
+    look_at_display: Instant,
     /// When the film takes another size.
     resting: SizeRest,
     /// The window is to close.

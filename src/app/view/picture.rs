@@ -136,14 +136,6 @@ impl LivePicture {
         })
     }
 
-    /// The window is open, on a display that wants frames of this length, if it says so.
-    pub fn open(&mut self, screen: Screen, budget: Option<Duration>) {
-        self.screen = Some(screen);
-        if let Some(budget) = budget {
-            self.pacer = Pacer::new(budget);
-        }
-    }
-
     /// The device.
     pub fn gpu(&self) -> Option<&Arc<Gpu>> {
         self.screen.as_ref().and_then(Screen::gpu)

@@ -282,6 +282,12 @@ impl Screen {
         self.gpu().is_none_or(|gpu| gpu.has_completed(last))
     }
 
+    /// Length of a frame of the display that the window is on, where it is known.
+    pub fn frame_length(&self) -> Option<Duration> {
+        let rate = self.window.current_monitor()?.refresh_rate_millihertz().filter(|rate| *rate >= 1000)?;
+        Some(Duration::from_secs_f64(1e3 / f64::from(rate)))
+    }
+
     /// What the user is to be told since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)

@@ -270,7 +270,7 @@ fn scene(args: &ViewArgs, tracers: &[TracerAddress]) -> Result<SceneArgs> {
 /// Starts the tracer, and the first epoch in the window that is open.
 fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     let LoadingWindow { mut options, mut controls, mut preferences, loader, open, .. } = loading;
-    let Some(OpenWindow { screen, host, rate }) = open else {
+    let Some(OpenWindow { screen, host }) = open else {
         return Err(miette::miette!("there is no window for the scene"));
     };
     let ReadyScene { run, choose, editor, digest } = ready;
@@ -303,7 +303,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         }
         capture = Some(TimingCapture::new(path, screen.gpu())?);
     }
-    picture.open(screen, rate);
+    picture.screen = Some(screen);
     if let Err(error) = picture.refit(session.run_spec()) {
         match is_device_lost(&error) {
             true => picture.lose_device(error).into_diagnostic()?,
@@ -345,6 +345,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         histogram: HistogramCache::default(),
         views,
         preferences,
+        look_at_display: now,
         resting: SizeRest::default(),
         quit: false,
         outcome: Ok(()),

@@ -20,6 +20,7 @@ use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::Access;
 use crate::gpu::window::faults::{WindowCall, WindowFaults};
 use crate::gpu::window::images::{CopyRegion, ImagesDesc, SwapchainImage, SwapchainImages, WindowImage};
+use crate::gpu::window::offers::{HdrMetadata, PresentWait};
 use crate::gpu::window::surface::{ColorOutput, Surface};
 
 /// Least age of images that are made anew only because the driver calls them suboptimal: some drivers call all of them so.
@@ -97,6 +98,12 @@ pub struct Swapchain {
     made: Instant,
     /// The error of the last attempt to present.
     failed: Option<GpuError>,
+    /// Learns when frames are shown, where the device can tell.
+    waits: Option<PresentWait>,
+    /// Tells the display what the picture is mastered for, where the device can.
+    metadata: Option<HdrMetadata>,
+    /// The largest luminance of wide-range colours, cd/m².
+    peak: f32,
     /// The results that tests have planned.
     faults: WindowFaults,
 }
@@ -134,9 +141,13 @@ impl Swapchain {
     ) -> Result<Self, GpuError> {
         let instance = Arc::new(VulkanInstance::new(options.validation, Some(window.0))?);
         let surface = Surface::new(&instance, window, faults)?;
-        let gpu = Gpu::open(instance, surface.pick(choice)?, options, true)?;
+        let physical = surface.pick(choice)?;
+        let offers = physical.window;
+        let gpu = Gpu::open(instance, physical, options, true)?;
         let mut swapchain = Self {
             loader: khr::swapchain::Device::new(&gpu.instance.raw, &gpu.device),
+            waits: offers.present_wait.then(|| PresentWait::new(&gpu)),
+            metadata: offers.hdr_metadata.then(|| HdrMetadata::new(&gpu)),
             gpu,
             surface,
             chain: None,
@@ -153,6 +164,7 @@ impl Swapchain {
             suboptimal: false,
             made: Instant::now(),
             failed: None,
+            peak: 0.0,
             faults: faults.clone(),
         };
         swapchain.recreate()?;
@@ -197,6 +209,26 @@ impl Swapchain {
             self.stale = true;
         }
         offered
+    }
+
+    /// Tells the display the largest luminance of wide-range colours, cd/m².
+    pub fn set_peak(&mut self, peak: f32) {
+        if std::mem::replace(&mut self.peak, peak) != peak {
+            self.describe_colors();
+        }
+    }
+
+    fn describe_colors(&self) {
+        let is_known = self.output == ColorOutput::Hdr10 && self.peak > 0.0;
+        if let (Some(metadata), Some(chain), true) = (&self.metadata, &self.chain, is_known) {
+            metadata.set(chain.raw, self.peak);
+        }
+    }
+
+    /// The last frame that the window has shown, or never will; `None` where the device cannot tell. Never waits.
+    pub fn shown(&mut self) -> Option<FrameNumber> {
+        let waits = self.waits.as_mut()?;
+        Some(waits.shown(self.chain.as_ref()?.raw))
     }
 
     /// Notes that the window has a new size.
@@ -368,8 +400,13 @@ impl Swapchain {
         };
         self.semaphores.push((number.0, acquired.semaphore));
         let (waits, chains, indices) = ([drawn], [chain.raw], [acquired.index]);
-        let info =
+        let ids = [self.presents + 1];
+        let mut id = vk::PresentIdKHR::default().present_ids(&ids);
+        let mut info =
             vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
+        if self.waits.is_some() {
+            info = info.push_next(&mut id);
+        }
         let planned = self.faults.next(WindowCall::Present);
         // After these the wait for the semaphore is enqueued; after other errors nothing has happened.
         let is_enqueued = |result| {
@@ -391,6 +428,9 @@ impl Swapchain {
         if presented.is_ok() || presented.is_err_and(is_enqueued) {
             chain.presented = true;
             self.presents += 1;
+        }
+        if let Some(waits) = self.waits.as_mut().filter(|_| presented.is_ok()) {
+            waits.presented(ids[0], number);
         }
         match presented {
             Ok(suboptimal) => self.suboptimal |= suboptimal,
@@ -433,6 +473,9 @@ impl Swapchain {
             GpuError::NoWindow("it offers no format that pictures can be copied to unchanged.".into())
         })?;
         self.output = output;
+        if let Some(waits) = &mut self.waits {
+            waits.leave();
+        }
         let old = self.chain.take();
         let raw = old.as_ref().map_or(vk::SwapchainKHR::null(), |chain| chain.raw);
         let desc = ImagesDesc { capabilities, extent, format, mode, old: raw, faults: self.faults.clone() };
@@ -446,6 +489,7 @@ impl Swapchain {
         }
         self.chain = Some(made?);
         (self.stale, self.suboptimal, self.made) = (false, false, Instant::now());
+        self.describe_colors();
         Ok(())
     }
 
@@ -466,6 +510,9 @@ impl Swapchain {
                 acquired.claim(&mut frame);
             }
             self.semaphores.push((0, acquired.semaphore));
+        }
+        if let Some(waits) = &mut self.waits {
+            waits.leave();
         }
         let frames = self.gpu.frames();
         // SAFETY: the lock keeps others from submitting. After a lost device nothing is pending either.
