@@ -9,6 +9,7 @@ use super::remote::{ConnectArgs, OF_TRACER};
 use super::scene::SceneArgs;
 use super::values::{count, host_port, positive};
 use crate::client::{ColorOutput, Denoise};
+use crate::color::pq;
 use crate::gpu::WindowFault;
 
 /// Options of `pointillist view`.
@@ -51,6 +52,10 @@ pub struct ViewArgs {
     /// Colour encoding of the window, if the display offers it.
     #[arg(long, value_name = "KIND", default_value = "sdr", help_heading = "Window")]
     pub hdr: ColorOutput,
+
+    /// Peak luminance of the display with --hdr, cd/m², from that of diffuse white on: highlights roll off to it, and the display is told.
+    #[arg(long, value_name = "CD/M2", default_value_t = pq::PEAK, value_parser = clap::value_parser!(u32).range(203..=10_000), help_heading = "Window")]
+    pub hdr_peak: u32,
 
     /// Stop tracing after this many camera paths (k, M, G are accepted); the window stays open.
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Sampling")]

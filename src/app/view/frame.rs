@@ -458,6 +458,7 @@ impl Viewer {
         let settings = &mut self.panel.controls.settings;
         let wanted = settings.output;
         let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) else { return };
+        swapchain.set_peak(settings.peak as f32);
         if swapchain.set_output(wanted) || wanted == ColorOutput::Sdr {
             return;
         }

@@ -147,7 +147,7 @@ impl ViewerApp {
         preferences.arrange(&mut layout);
         let controls = PanelControls {
             own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
-            settings: Settings { output: args.hdr, ..settings },
+            settings: Settings { output: args.hdr, peak: args.hdr_peak, ..settings },
             filter: SplatFilter::Gaussian,
             layout,
             help: false,

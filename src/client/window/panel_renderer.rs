@@ -218,11 +218,13 @@ mod tests {
         }
         // PQ of 203 cd/m² is 0.5807 (BT.2408, table 1: 58 %), of 43.8 cd/m² 0.4235 by the formula of ST 2084.
         for (grey, pq) in [(255, 0.5807), (128, 0.4235)] {
-            let bytes = drawn(ColorOutput::Hdr10, TexelFormat::Rgb10A2, grey);
-            let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-            let channels = [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0);
-            for value in channels {
-                assert!((value - pq).abs() < 0.005, "{grey}: {channels:?} instead of {pq}");
+            for format in [TexelFormat::Rgb10A2, TexelFormat::Bgr10A2] {
+                let bytes = drawn(ColorOutput::Hdr10, format, grey);
+                let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                let channels = [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0);
+                for value in channels {
+                    assert!((value - pq).abs() < 0.005, "{grey}: {channels:?} instead of {pq}");
+                }
             }
         }
     }

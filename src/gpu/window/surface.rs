@@ -39,7 +39,10 @@ impl ColorOutput {
                 &[vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32],
             ),
             Self::ScRgb => (vk::ColorSpaceKHR::EXTENDED_SRGB_LINEAR_EXT, &[vk::Format::R16G16B16A16_SFLOAT]),
-            Self::Hdr10 => (vk::ColorSpaceKHR::HDR10_ST2084_EXT, &[vk::Format::A2B10G10R10_UNORM_PACK32]),
+            Self::Hdr10 => (
+                vk::ColorSpaceKHR::HDR10_ST2084_EXT,
+                &[vk::Format::A2B10G10R10_UNORM_PACK32, vk::Format::A2R10G10B10_UNORM_PACK32],
+            ),
         }
     }
 }
