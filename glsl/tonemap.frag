@@ -35,6 +35,8 @@ layout(constant_id = 3) const uint OUTPUT = SDR;
 // Whether the transfer is the table's, not a power.
 layout(constant_id = 4) const bool TABLE = false;
 layout(constant_id = 5) const uint DITHER = UNDITHERED;
+// The largest luminance of a wide-range output, 1 being diffuse white.
+layout(constant_id = 6) const float CEILING = PEAK / DIFFUSE_WHITE;
 
 // Radiance of this pixel: as it is, or interpolated between the four nearest of a coarser picture.
 vec3 radiance_here() {
@@ -66,7 +68,7 @@ vec3 tabulated(vec3 c) {
 
 void main() {
     vec3 here = radiance_here();
-    float ceiling = OUTPUT == SDR ? 1.0 : PEAK / DIFFUSE_WHITE;
+    float ceiling = OUTPUT == SDR ? 1.0 : CEILING;
     vec3 rgb;
     if (VIEW == GREY) {
         rgb = vec3(clamp(here.y, 0.0, 1.0));

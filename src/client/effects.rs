@@ -8,7 +8,7 @@ use crate::client::lod::StreamLod;
 use crate::client::settings::{
     ColorOutput, DisplayView, Dither, Masking, Reconstruction, Settings, ToneCurve,
 };
-use crate::color::{Profile, profile};
+use crate::color::{Profile, pq, profile};
 use crate::gpu::TexelFormat;
 
 /// Internal resolutions of a repaint: picture pixels per reconstructed one, along each axis.
@@ -29,6 +29,8 @@ pub struct Effects {
     pub curve: ToneCurve,
     /// The encoding of the picture.
     pub output: ColorOutput,
+    /// Largest luminance of a wide-range encoding, cd/m².
+    pub peak: u32,
     /// Whether the transfer is the profile's table.
     pub table: bool,
     /// The dither that hides the steps of the encoding.
@@ -44,13 +46,14 @@ impl Effects {
         let has_curve = matches!(view, DisplayView::Picture | DisplayView::Clipping);
         let curve = if has_curve { settings.curve } else { ToneCurve::Paper };
         let table = output == ColorOutput::Sdr && settings.profile.transfer.is_some();
+        let peak = if output == ColorOutput::Sdr { pq::PEAK } else { settings.peak };
         let dither = if output == ColorOutput::ScRgb { Dither::None } else { settings.dither };
         // A coarse picture is shown while there is no time: the cheaper masking.
         let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
         let masking = (settings.vm > 0.0 && !view.is_error()).then_some(kind);
         // Nor is there time for a convolution, which would need a kernel of its own for every resolution.
         let glare = detail == 1 && !view.is_error() && settings.glare.is_some();
-        Self { detail, masking, view, glare, curve, output, table, dither }
+        Self { detail, masking, view, glare, curve, output, peak, table, dither }
     }
 
     /// As [`new`](Self::new), with glare on the grid of half the resolution, and so the whole picture where it is on: its transforms
@@ -86,7 +89,7 @@ impl Effects {
     }
 
     /// The specialization constants of `tonemap.frag`, in order; it numbers curves, outputs and dithers as the enums do.
-    pub fn tonemap_constants(&self) -> [u32; 6] {
+    pub fn tonemap_constants(&self) -> [u32; 7] {
         let view = match self.view {
             DisplayView::Picture => 0,
             DisplayView::CameraVariance | DisplayView::LightVariance => 1,
@@ -94,7 +97,8 @@ impl Effects {
             DisplayView::Clipping => 3,
         };
         let (curve, output, dither) = (self.curve as u32, self.output as u32, self.dither as u32);
-        [self.detail, view, curve, output, u32::from(self.table), dither]
+        let ceiling = self.peak as f32 / pq::DIFFUSE_WHITE;
+        [self.detail, view, curve, output, u32::from(self.table), dither, ceiling.to_bits()]
     }
 
     /// Format of the encoded picture.

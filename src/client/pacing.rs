@@ -133,6 +133,11 @@ impl Pacer {
         }
     }
 
+    /// Frames have another length from now on.
+    pub fn set_budget(&mut self, budget: Duration) {
+        self.budget = budget.as_secs_f64().max(1e-3);
+    }
+
     /// The length of a frame.
     pub fn budget(&self) -> Duration {
         Duration::from_secs_f64(self.budget)

@@ -6,7 +6,7 @@
 
 use clap::ValueEnum;
 
-use crate::color::Profile;
+use crate::color::{Profile, pq};
 pub use crate::gpu::ColorOutput;
 
 /// The names of a display option's values.
@@ -296,6 +296,8 @@ pub struct Settings {
     pub dither: Dither,
     /// The encoding of the picture; files and 8-bit windows are [`ColorOutput::Sdr`].
     pub output: ColorOutput,
+    /// Largest luminance of wide-range outputs, cd/m²: highlights roll off to it.
+    pub peak: u32,
 }
 
 impl Default for Settings {
@@ -317,6 +319,7 @@ impl Default for Settings {
             profile: Profile::srgb(),
             dither: Dither::default(),
             output: ColorOutput::default(),
+            peak: pq::PEAK,
         }
     }
 }

@@ -3,8 +3,8 @@
 /// Luminance of diffuse white, cd/m² (ITU-R BT.2408).
 pub const DIFFUSE_WHITE: f32 = 203.0;
 
-/// Peak that highlights roll off to on an HDR display, cd/m²: what HDR10 is most often mastered for.
-pub const PEAK: f32 = 1000.0;
+/// The usual peak that highlights roll off to on an HDR display, cd/m²: what HDR10 is most often mastered for.
+pub const PEAK: u32 = 1000;
 
 /// Luminance that 1.0 stands for in scRGB, cd/m².
 pub const SCRGB_WHITE: f32 = 80.0;

@@ -45,6 +45,7 @@ pub use resources::shader::{shader_code, shader_names};
 pub use resources::sync::Access;
 pub use timing::rows::{FrameTimes, ScopeRow, ScopeTime, TimingInfo, TimingRows};
 pub use window::display_loss::{display_lost, survive_display_loss};
+pub use window::faults::{WindowCall, WindowFault, WindowFaults};
 pub use window::foreign::{ForeignRenderer, RendererParts};
 pub use window::images::CopyRegion;
 pub use window::surface::ColorOutput;

@@ -7,7 +7,7 @@ use pointillist::client::reference::tonemap::{ToneMapper, tonemap};
 use pointillist::client::{
     ColorOutput, DisplayView, Dither, Film, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
 };
-use pointillist::color::{Profile, TransferTable, Xyz};
+use pointillist::color::{Profile, TransferTable, Xyz, pq};
 use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
 use pointillist::math::random::Random;
@@ -90,8 +90,9 @@ fn hdr_outputs_equal_the_reference() {
     for curve in [ToneCurve::Paper, ToneCurve::PbrNeutral, ToneCurve::AgX] {
         let base = Settings { curve, exposure: 2.0, ..settings(Reconstruction::Gaussian, 0.0) };
         let xyz = film.reconstruct(&base, 1).expect("reconstruct");
-        for output in [ColorOutput::ScRgb, ColorOutput::Hdr10] {
-            let settings = Settings { output, ..base.clone() };
+        let (scrgb, hdr10) = (ColorOutput::ScRgb, ColorOutput::Hdr10);
+        for (output, peak) in [(scrgb, 1000), (hdr10, 1000), (scrgb, 400), (hdr10, 400), (hdr10, 4000)] {
+            let settings = Settings { output, peak, ..base.clone() };
             let p = ToneMapper::new(&settings);
             let bytes = painted(&mut film, &settings, 1);
             let mut brightest = 0.0f32;
@@ -113,8 +114,10 @@ fn hdr_outputs_equal_the_reference() {
                 } else {
                     0.6 / 1023.0
                 };
-                assert!(worst < bound, "{curve:?} {output:?}: {got:?} instead of {wanted}");
+                assert!(worst < bound, "{curve:?} {output:?} {peak}: {got:?} instead of {wanted}");
             }
+            let top = if output == scrgb { peak as f32 / 80.0 } else { pq::encode(peak as f32 / 10_000.0) };
+            assert!(brightest <= top * 1.000_01, "{curve:?} {output:?}: {brightest} above {peak} cd/m²");
             // Highlights lie above diffuse white: 203/80 in scRGB, 0.58 in PQ; AgX ends there.
             let white = if output == ColorOutput::ScRgb { 203.0 / 80.0 } else { 0.5807 };
             assert_eq!(

@@ -98,7 +98,8 @@ fn textures_outlive_what_happens_to_the_window() {
     for i in 0..59_u32 {
         match i {
             20 => {
-                swapchain.lose_surface_once();
+                let lost = "acquire,0,1,ERROR_SURFACE_LOST_KHR".parse().expect("a fault");
+                swapchain.faults().plan(lost);
                 let outcome = swapchain.acquire(Duration::ZERO).expect("acquire");
                 assert_eq!(outcome, Readiness::SurfaceLost);
                 swapchain.replace_surface(window.handles()).expect("a surface");

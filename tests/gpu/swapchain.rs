@@ -8,7 +8,7 @@ use crate::support::xserver::Server;
 use crate::x11_window::Window;
 use pointillist::gpu::{
     Buffer, BufferUse, ColorOutput, CopyRegion, DeviceChoice, Gpu, GpuError, GpuOptions, Image, Readiness,
-    Swapchain, TexelFormat,
+    Swapchain, TexelFormat, WindowCall,
 };
 use pointillist::math::random::Random;
 use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
@@ -150,10 +150,11 @@ fn lost_surfaces_are_replaced() {
     let mut swapchain = open(&window, size);
     let gpu = swapchain.gpu().clone();
     let (mut picture, pixels) = noise(&gpu, size, 1);
-    swapchain.outdate_once();
+    let fault = |text: &str| text.parse().expect("a fault");
+    swapchain.faults().plan(fault("acquire,0,1,ERROR_OUT_OF_DATE_KHR"));
     show(&mut swapchain, &mut picture);
     for _ in 0..3 {
-        swapchain.lose_surface_once();
+        swapchain.faults().plan(fault("acquire,0,1,ERROR_SURFACE_LOST_KHR"));
         assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::SurfaceLost);
         assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::SurfaceLost);
         swapchain.replace_surface(window.handles()).expect("a surface");
@@ -192,6 +193,106 @@ fn destroyed_windows_are_lost_surfaces() {
     swapchain.replace_surface(window.handles()).expect("a surface");
     show(&mut swapchain, &mut picture);
     window.shows(size, &pixels);
+    assert_silent(&gpu);
+}
+
+/// Shows a picture whatever the window system says, as the viewer does: errors but a lost device are tried again.
+fn show_in_the_end(swapchain: &mut Swapchain, window: &Window, picture: &mut Image) -> Vec<GpuError> {
+    let gpu = swapchain.gpu().clone();
+    let mut errors = Vec::new();
+    while errors.len() < 20 {
+        match swapchain.acquire(PATIENCE) {
+            Ok(Readiness::Ready) => {}
+            Ok(Readiness::SurfaceLost) => {
+                errors.extend(swapchain.replace_surface(window.handles()).err());
+                continue;
+            }
+            Ok(_) => continue,
+            Err(error) => {
+                errors.push(error);
+                continue;
+            }
+        }
+        let mut frame = gpu.begin().expect("a frame");
+        let whole = CopyRegion::whole(picture.extent(0));
+        swapchain.draw(&mut frame, picture, &[whole]);
+        swapchain.present(frame).expect("present");
+        if !swapchain.has_failed() {
+            break;
+        }
+    }
+    errors
+}
+
+/// Every call of the window system fails with every result that it may have, once and several times in a row: the next attempts show the
+/// picture, and nothing is used wrongly or left behind.
+#[test]
+fn every_call_of_the_window_may_fail() {
+    let size = [40, 30];
+    let window = Window::new(size);
+    let mut swapchain = open(&window, size);
+    let gpu = swapchain.gpu().clone();
+    let memory = ["ERROR_OUT_OF_HOST_MEMORY", "ERROR_OUT_OF_DEVICE_MEMORY"];
+    let gone =
+        ["ERROR_OUT_OF_DATE_KHR", "ERROR_SURFACE_LOST_KHR", "ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT"];
+    let creation =
+        ["ERROR_INITIALIZATION_FAILED", "ERROR_NATIVE_WINDOW_IN_USE_KHR", "ERROR_SURFACE_LOST_KHR"];
+    let cases = [
+        ("surface", [&memory[..], &creation[..2]].concat()),
+        ("swapchain", [&memory[..], &creation].concat()),
+        ("acquire", [&memory[..], &gone, &["NOT_READY", "SUBOPTIMAL_KHR", "ERROR_UNKNOWN"]].concat()),
+        ("present", [&memory[..], &gone, &["SUBOPTIMAL_KHR", "ERROR_UNKNOWN"]].concat()),
+    ];
+    let mut seed = 0;
+    for (call, results) in cases {
+        for result in results {
+            for times in [1, 3] {
+                seed += 1;
+                let (mut picture, pixels) = noise(&gpu, size, seed);
+                let plan = |text: String| swapchain.faults().plan(text.parse().expect("a fault"));
+                plan(format!("{call},0,{times},{result}"));
+                match call {
+                    // Only then is it made at all.
+                    "surface" => plan("acquire,0,1,ERROR_SURFACE_LOST_KHR".into()),
+                    "swapchain" => plan("acquire,0,1,ERROR_OUT_OF_DATE_KHR".into()),
+                    _ => {}
+                }
+                let errors = show_in_the_end(&mut swapchain, &window, &mut picture);
+                // Those that the window's images follow by themselves are none.
+                let is_followed = gone.contains(&result) || ["NOT_READY", "SUBOPTIMAL_KHR"].contains(&result);
+                let wanted = if is_followed { 0 } else { times };
+                assert_eq!(errors.len(), wanted, "{call} {result}: {errors:?}");
+                assert!(errors.iter().all(|error| format!("{error:?}").contains(result)), "{errors:?}");
+                for _ in 0..4 {
+                    assert!(show_in_the_end(&mut swapchain, &window, &mut picture).is_empty());
+                }
+                window.shows(size, &pixels);
+            }
+        }
+    }
+    assert_silent(&gpu);
+}
+
+/// Some drivers call all images suboptimal: they are not made anew in every frame for that, and follow the window all the same.
+#[test]
+fn suboptimal_images_are_not_made_anew_all_the_time() {
+    let window = Window::new([40, 30]);
+    let mut swapchain = open(&window, [40, 30]);
+    let gpu = swapchain.gpu().clone();
+    let (mut picture, pixels) = noise(&gpu, [40, 40], 1);
+    swapchain.faults().plan("present,0,1000000,SUBOPTIMAL_KHR".parse().expect("a fault"));
+    for size in [[40, 30], [30, 40]] {
+        window.resize(size);
+        for _ in 0..20 {
+            show(&mut swapchain, &mut picture);
+        }
+        assert_eq!(swapchain.extent(), Some(size));
+        window.shows(size, &cropped(&pixels, [40, 40], size));
+    }
+    let (made, shown) =
+        (swapchain.faults().calls(WindowCall::Swapchain), swapchain.faults().calls(WindowCall::Present));
+    // The first ones, those of the second size, and what a slow machine may take longer than a second for.
+    assert!(shown == 40 && made < 10, "{made} generations in {shown} frames");
     assert_silent(&gpu);
 }
 

@@ -9,9 +9,9 @@ use crate::support::desktop::Desktop;
 use crate::viewer::{PATIENCE, end, end_when, figures, folder, png, program, scene, words};
 
 /// Paths that are traced: the picture is finished soon, and known exactly.
-const PATHS: u64 = 60_000;
+pub const PATHS: u64 = 60_000;
 
-fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
+pub fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
     let paths = PATHS.to_string();
     let picture =
         ["--size", "96x96", "--samples", &paths, "--exposure", "1", "-o", "last.png", "-o", "last.exr"];
@@ -21,17 +21,17 @@ fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
 }
 
 /// What the viewer says when all paths are in the picture.
-const ENDED: &str = "the render has ended";
+pub const ENDED: &str = "the render has ended";
 
 /// Mean of all channels of the PNG, of 255.
-fn mean(folder: &Path) -> f64 {
+pub fn mean(folder: &Path) -> f64 {
     let (width, height, bytes) = png(&folder.join("last.png"));
     assert_eq!((width, height), (96, 96));
     bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
 }
 
 /// Camera paths that the picture's file says it holds.
-fn paths_in(folder: &Path) -> u64 {
+pub fn paths_in(folder: &Path) -> u64 {
     let bytes = std::fs::read(folder.join("last.exr")).unwrap();
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(8192)]).into_owned();
     let at = text.find("--samples ").unwrap_or_else(|| panic!("no command in the file"));
@@ -131,8 +131,8 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
 fn a_lost_surface_is_replaced() {
     let folder = folder("surface");
     let desktop = Desktop::start(300, 300);
-    let output =
-        end_when(view(&desktop, &folder, &["--lose-surface-after", "20"]), &[ENDED, "surface was lost"]);
+    let lost = ["--fail-window-call", "acquire,20,1,ERROR_SURFACE_LOST_KHR"];
+    let output = end_when(view(&desktop, &folder, &lost), &[ENDED, "surface was lost"]);
     assert!(output.status.success(), "{}", words(&output));
     let figures = figures(&folder);
     assert_eq!(figures["surface_losses"], 1);

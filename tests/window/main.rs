@@ -8,6 +8,7 @@ mod support;
 mod elsewhere;
 mod endings;
 mod error;
+mod faults;
 mod first_second;
 mod headless_panel;
 mod input;

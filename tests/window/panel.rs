@@ -179,6 +179,7 @@ fn untouched_values_stay_bit_for_bit() {
             },
             dither: [Dither::Ordered, Dither::BlueNoise][round % 2],
             output: [ColorOutput::Sdr, ColorOutput::ScRgb, ColorOutput::Hdr10][round % 3],
+            peak: [203, 777, 10_000][round % 3],
         };
         let mut controls = PanelControls {
             settings: settings.clone(),

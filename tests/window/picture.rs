@@ -138,7 +138,8 @@ fn resizes_and_drags_leave_a_picture() {
     std::thread::sleep(Duration::from_secs(2));
     for (width, height) in [(192, 192), (96, 160), (300, 200), (1, 1), (128, 128)] {
         desktop.resize(window, width, height);
-        std::thread::sleep(Duration::from_millis(300));
+        // The film follows when the size has been still for 150 ms.
+        std::thread::sleep(Duration::from_millis(500));
     }
     desktop.pointer(100, 100);
     desktop.button(2, true);
@@ -156,6 +157,40 @@ fn resizes_and_drags_leave_a_picture() {
     assert_eq!(figures["validation_messages"], 0);
     assert!(figures["resizes"].as_u64().unwrap() >= 4, "{figures:#}");
     assert!(figures["epochs"].as_u64().unwrap() >= 5, "{figures:#}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// While the window is resized the last picture fills it, and one film is made at the end.
+#[test]
+fn a_resize_in_many_steps_is_one_film() {
+    let folder = folder("steps");
+    let desktop = Desktop::start(500, 400);
+    let options = ["--size", "128x128", "--no-panel", "--samples", "100000", "--integrator", "path"];
+    let outputs = ["-o", "last.png", "--json", "figures.json"];
+    let mut viewer = Listened::new(view(&desktop, &folder, &[&options[..], &outputs].concat()));
+    viewer.wait_for("the render has ended");
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    let mut filled = 0;
+    for i in 1..=40 {
+        desktop.resize(window, 128 + 4 * i, 128 + 2 * i);
+        std::thread::sleep(Duration::from_millis(40));
+        // The last column shows the picture's: a bright wall.
+        let is_bright = |(width, _, rgb): (u32, u32, Vec<u8>)| {
+            rgb.chunks(3 * width as usize).filter(|row| row.iter().rev().take(3).any(|c| *c > 20)).count()
+                > 60
+        };
+        filled += u32::from(shot(&desktop, window).is_some_and(is_bright));
+    }
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(viewer.terminate().status.success());
+    let (width, height, _) = png(&folder.join("last.png"));
+    assert_eq!((width, height), (128 + 160, 128 + 80));
+    let figures = figures(&folder);
+    assert_eq!(figures["validation_messages"], 0);
+    // A machine that is busy with something else for 150 ms makes one between.
+    assert!(figures["resizes"].as_u64().unwrap() <= 4, "{figures:#}");
+    assert!(filled >= 10, "{filled} of 40 looks saw a picture up to the edge");
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -101,6 +101,11 @@ impl Listened {
         String::from_utf8_lossy(&self.heard.lock().unwrap()).into_owned()
     }
 
+    /// How often it has said this so far.
+    pub fn times(&self, said: &str) -> usize {
+        self.words().matches(said).count()
+    }
+
     /// Waits until it has said this, or has ended, however long that takes a busy machine.
     pub fn wait_for(&mut self, said: &str) {
         self.wait_for_times(said, 1);
@@ -109,7 +114,7 @@ impl Listened {
     /// Waits until it has said this so often, or has ended.
     pub fn wait_for_times(&mut self, said: &str, times: usize) {
         let start = Instant::now();
-        while self.words().matches(said).count() < times && self.viewer.try_wait().unwrap().is_none() {
+        while self.times(said) < times && self.viewer.try_wait().unwrap().is_none() {
             if start.elapsed() > PATIENCE {
                 let _ = self.viewer.kill();
                 panic!("the viewer has not said {said:?}: {}", self.words());

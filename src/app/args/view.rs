@@ -9,6 +9,8 @@ use super::remote::{ConnectArgs, OF_TRACER};
 use super::scene::SceneArgs;
 use super::values::{count, host_port, positive};
 use crate::client::{ColorOutput, Denoise};
+use crate::color::pq;
+use crate::gpu::WindowFault;
 
 /// Options of `pointillist view`.
 #[derive(Args, Debug)]
@@ -51,6 +53,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "KIND", default_value = "sdr", help_heading = "Window")]
     pub hdr: ColorOutput,
 
+    /// Peak luminance of the display with --hdr, cd/m², from that of diffuse white on: highlights roll off to it, and the display is told.
+    #[arg(long, value_name = "CD/M2", default_value_t = pq::PEAK, value_parser = clap::value_parser!(u32).range(203..=10_000), help_heading = "Window")]
+    pub hdr_peak: u32,
+
     /// Stop tracing after this many camera paths (k, M, G are accepted); the window stays open.
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Sampling")]
     pub samples: Option<u64>,
@@ -83,9 +89,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Vec<u64>,
 
-    /// For tests: the surface is lost once after this many frames.
-    #[arg(long, value_name = "N", hide = true)]
-    pub lose_surface_after: Option<u64>,
+    /// For tests: so many calls of the window system (surface, swapchain, acquire or present) have this result after others.
+    #[arg(long, value_name = "CALL,AFTER,TIMES,RESULT", hide = true)]
+    pub fail_window_call: Vec<WindowFault>,
 
     /// For tests: images and buffers have this many MiB of device memory.
     #[arg(long, value_name = "MIB", hide = true)]

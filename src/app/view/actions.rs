@@ -499,7 +499,7 @@ impl Viewer {
     /// Draws the window anew, with the panel.
     pub(super) fn refresh(&mut self) {
         self.picture.request_show();
-        self.due = self.due.min(Instant::now() + self.picture.budget());
+        self.clock.hasten(Instant::now() + self.picture.budget());
         self.panel.host.refresh();
     }
 

@@ -8,12 +8,14 @@ use winit::dpi::PhysicalSize;
 use crate::app::noise_filter::EpochView;
 use crate::app::tell;
 use crate::app::view::Viewer;
+use crate::app::view::clock::FilmFit;
 use crate::app::view::outline::OutlineKey;
 use crate::app::view::picture::Painted;
-use crate::app::view::screen::{Screen, is_device_lost};
+use crate::app::view::screen::{Canvas, Screen, is_device_lost};
 use crate::app::view::session::TracerNews;
 use crate::client::pacing::FramePlan;
-use crate::client::{ClientError, ColorOutput, FilmSpec, OptionNames};
+use crate::client::{CHUNK_SAMPLES, ClientError, ColorOutput, FilmSpec, OptionNames};
+use crate::gpu::Swapchain;
 
 /// How soon the loop looks again while the device or first samples are waited for.
 const SOON: Duration = Duration::from_millis(1);
@@ -25,29 +27,41 @@ const IDLE: Duration = Duration::from_millis(100);
 /// must not hold the camera.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// How long the window system may take to give the window a size that was asked for.
-const RESIZING: Duration = Duration::from_millis(400);
-
 /// Another method is considered when nothing has been edited for this long.
 const REST: Duration = Duration::from_millis(500);
 
 /// The selected object is outlined when nothing has been edited for this long.
 const STILL: Duration = Duration::from_millis(60);
 
-/// Devices that may be lost before the viewer gives up.
-const MOST_LOSSES: u32 = 1;
+/// Time between two looks at the display that the window is on: not every window system says when it is another one.
+const DISPLAY_LOOK: Duration = Duration::from_secs(1);
+
+/// How long the first picture may fail: there is none to go back to.
+const FIRST_PATIENCE: Duration = Duration::from_secs(5);
+
+/// Samples that are taken at once while there is no device.
+const AHEAD: usize = CHUNK_SAMPLES;
 
 impl Viewer {
-    /// Messages, read samples, rasterise, repaint, swap.
-    fn frame(&mut self) -> Result<(), ClientError> {
+    /// Messages, read samples, rasterise, repaint, swap. A frame that is tried again reads no samples.
+    fn frame(&mut self, is_retry: bool) -> Result<(), ClientError> {
         let begin = Instant::now();
         self.hear_server();
+        if self.picture.gpu().is_none() {
+            return self.await_device(begin);
+        }
         self.leave_lost_parts();
+        if self.resting.is_waiting() {
+            self.picture.request_show();
+        }
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
         if shows && self.picture.is_freshly_filtered() && !self.session.run_spec().deterministic {
             // It is shown before more samples are read.
+            plan.samples = 0;
+        }
+        if is_retry {
             plan.samples = 0;
         }
         if !self.picture.is_frozen() {
@@ -67,8 +81,38 @@ impl Viewer {
         if shows && self.picture.has_picture() {
             self.show(&plan)?;
         }
+        for message in self.picture.screen.as_mut().map(Screen::take_news).unwrap_or_default() {
+            self.say(message);
+        }
         self.send_to_tev(false)?;
         self.measure(begin);
+        Ok(())
+    }
+
+    /// Opens a device where there is none; until then samples are kept.
+    fn await_device(&mut self, begin: Instant) -> Result<(), ClientError> {
+        if !self.picture.reopen(self.session.run_spec())? {
+            self.clock.retry_at(begin + self.picture.budget());
+            return match self.paused {
+                Some(_) => Ok(()),
+                None => self.picture.read_samples(&mut self.session, AHEAD, begin),
+            };
+        }
+        self.metrics.forget_device();
+        if let Some(gpu) = self.picture.gpu() {
+            self.session.set_device(gpu.info());
+            if let Some(capture) = &mut self.capture {
+                capture.replace_gpu(gpu);
+            }
+        }
+        self.clock.set(Instant::now());
+        if self.session.run_spec().deterministic || self.picture.mix.is_on() {
+            self.edited();
+        }
+        if let Err(error) = self.picture.remake_groups(self.session.run_spec()) {
+            tell(&error.to_string());
+            self.end_mix();
+        }
         Ok(())
     }
 
@@ -80,12 +124,7 @@ impl Viewer {
             self.say("the regions have lost samples to an error of the device and are gone".to_owned());
         }
         if self.picture.mix.is_damaged() {
-            self.picture.mix.end();
-            self.say("the light mix ends: the device has no room for the films of the groups".to_owned());
-            if let Err(error) = self.session.set_light_groups(Vec::new()) {
-                self.fail(error);
-            }
-            self.edited();
+            self.end_mix();
         }
         if self.session.is_in_region() && self.picture.region().is_none() {
             match self.session.resume(&self.editor, Duration::ZERO) {
@@ -93,6 +132,16 @@ impl Viewer {
                 Err(error) => self.fail(error),
             }
         }
+    }
+
+    /// Ends the mix of lights, for which there is no room.
+    fn end_mix(&mut self) {
+        self.picture.mix.end();
+        self.say("the light mix ends: the device has no room for the films of the groups".to_owned());
+        if let Err(error) = self.session.set_light_groups(Vec::new()) {
+            self.fail(error);
+        }
+        self.edited();
     }
 
     /// Shows the picture in tev, where that is asked for: when it is due, or as the `last` one.
@@ -125,9 +174,11 @@ impl Viewer {
             self.gesture(gesture);
         }
         self.tick = now;
+        self.follow_display(now);
         self.look_at_files(now);
         if let Some(gpu) = self.picture.gpu().cloned() {
-            self.metrics.completed(&gpu, &mut self.picture.pacer);
+            let shown = self.picture.screen.as_mut().and_then(Screen::swapchain).and_then(Swapchain::shown);
+            self.metrics.completed(&gpu, shown, &mut self.picture.pacer);
         }
         self.act();
         self.outline_selection();
@@ -137,28 +188,43 @@ impl Viewer {
         let may_cut = self.picture.is_seen() || self.session.elapsed() > PATIENCE;
         if self.session.is_stale() && may_cut {
             match self.restart() {
-                Ok(()) => self.due = now,
+                Ok(()) => self.clock.set(now),
                 Err(error) => return self.fail(error),
             }
         }
-        if now < self.due || !self.picture.is_idle() {
+        let due = self.clock.next();
+        if now < due || !self.picture.is_idle() {
             return;
         }
         // Until its first picture the window opens; that time has a figure of its own.
         let open = self.metrics.presented > 0;
         if open {
-            self.metrics.waited("for the device", now - self.due.max(self.ended));
+            self.metrics.waited("for the device", now.saturating_duration_since(due.max(self.ended)));
         }
-        self.due = self.due.max(now) + self.picture.budget();
-        if let Err(error) = self.frame() {
+        let is_retry = self.clock.begin(now, self.picture.budget());
+        let outcome = self.frame(is_retry);
+        let has_failed = outcome.is_err();
+        if let Err(error) = outcome {
             self.recover(error);
         }
         self.ended = Instant::now();
         if open {
             self.metrics.waited("for a frame", self.ended - now);
         }
-        if self.picture.awaits_first_picture() {
-            self.due = Instant::now() + SOON;
+        if self.picture.awaits_first_picture() && !self.clock.has_retry() && !has_failed {
+            self.clock.set(Instant::now() + SOON);
+        }
+    }
+
+    /// Takes over the rate of the display that the window is on, unless the user asks for one. Not before the first frame, or the window
+    /// has moved, does the window system always know.
+    fn follow_display(&mut self, now: Instant) {
+        if self.options.budget.is_some() || now < self.look_at_display {
+            return;
+        }
+        self.look_at_display = now + DISPLAY_LOOK;
+        if let Some(budget) = self.picture.screen.as_ref().and_then(Screen::frame_length) {
+            self.picture.pacer.set_budget(budget);
         }
     }
 
@@ -184,7 +250,7 @@ impl Viewer {
     /// When the loop must look again.
     pub(super) fn next_look(&mut self, now: Instant) -> Instant {
         let busy = !self.picture.is_idle();
-        if self.metrics.awaits_edit() || (busy && now >= self.due) {
+        if self.metrics.awaits_edit() || (busy && now >= self.clock.next()) {
             return now + SOON;
         }
         let still = self.loader.is_none()
@@ -192,6 +258,7 @@ impl Viewer {
             && !self.session.is_stale()
             && self.saves.is_empty()
             && !self.editor.is_preparing()
+            && !self.resting.is_waiting()
             && self.picture.is_settled()
             && !self.light.is_changing()
             && !self.inspector.is_busy()
@@ -199,9 +266,9 @@ impl Viewer {
             && !self.comparison.is_busy()
             && !self.panel.is_busy();
         if !still {
-            return self.due;
+            return self.clock.next();
         }
-        self.panel.next_run().map_or(now + IDLE, |due| due.min(now + IDLE)).max(self.due)
+        self.panel.next_run().map_or(now + IDLE, |due| due.min(now + IDLE)).max(self.clock.next())
     }
 
     /// Reads the server's events, and reports a path that panicked.
@@ -224,26 +291,32 @@ impl Viewer {
     /// Acquires an image of the window to draw into, and makes the film fit it. False when there is nothing to draw into now.
     fn make_ready(&mut self) -> Result<bool, ClientError> {
         self.match_output();
-        let Some(extent) = self.picture.acquire()? else { return Ok(false) };
+        let extent = match self.picture.acquire()? {
+            Canvas::Ready(extent) => extent,
+            Canvas::Hidden => {
+                self.resting.stop();
+                return Ok(false);
+            }
+            Canvas::Later(at) => {
+                self.clock.retry_at(at);
+                return Ok(false);
+            }
+        };
         let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else {
             return Ok(false);
         };
         let area = self.panel.picture_area(&window, extent);
-        if !self.keeps_film(area) {
+        let (size, held) = (self.session.size(), self.panel.host.is_dragging());
+        let mut fit = self.resting.fit(size, area, held, Instant::now());
+        // Before the first picture there is none to be stretched.
+        if fit == FilmFit::Stretched && self.picture.painted.is_none() {
+            fit = FilmFit::Fits;
+        }
+        if fit == FilmFit::Fits {
             self.refit(area)?;
         }
-        self.panel.set_sizes(area, self.session.size());
+        self.panel.set_sizes(area, self.session.size(), fit == FilmFit::Stretched);
         Ok(true)
-    }
-
-    /// Whether the film keeps its size for now although its area has another one: the edge of the dock is dragged, or the dock has
-    /// come or gone and the window is about to change its size by as much.
-    fn keeps_film(&mut self, area: [u32; 2]) -> bool {
-        if area == self.session.size() {
-            self.resizing_until = None;
-        }
-        self.resizing_until = self.resizing_until.filter(|until| Instant::now() < *until);
-        self.resizing_until.is_some() || self.panel.host.is_dragging()
     }
 
     /// Opens or closes the dock.
@@ -265,7 +338,7 @@ impl Viewer {
         if let Some(size) = screen.window.request_inner_size(wanted) {
             self.resized(size);
         }
-        self.resizing_until = Some(Instant::now() + RESIZING);
+        self.resting.expect(Instant::now());
     }
 
     /// Runs the panel if it is due, repaints if the plan says so, and swaps.
@@ -282,7 +355,11 @@ impl Viewer {
         let (settings, viewport, drawing) = self.panel.shown();
         let shown = self.picture.show(&self.session, plan, settings, viewport, drawing, begin)?;
         self.picture.pacer.panel(panel_time);
+        if self.metrics.presented == 0 {
+            self.look_at_display = begin;
+        }
         self.metrics.presented(&shown);
+        self.errors.succeed();
         Ok(())
     }
 
@@ -381,6 +458,7 @@ impl Viewer {
         let settings = &mut self.panel.controls.settings;
         let wanted = settings.output;
         let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) else { return };
+        swapchain.set_peak(settings.peak as f32);
         if swapchain.set_output(wanted) || wanted == ColorOutput::Sdr {
             return;
         }
@@ -405,29 +483,48 @@ impl Viewer {
     /// Deals with an error of a frame that a new device would have, too, such as too little memory: goes back to the film of the
     /// last picture, or else to its settings, whichever was changed since. Where neither was, it is tried again once; then the
     /// picture stays as it is, without new samples, until something is changed. Before the first picture there is nothing to go
-    /// back to.
+    /// back to: it is tried again for a while.
     fn step_back(&mut self, error: ClientError) {
+        let now = Instant::now();
+        let is_known = self.errors.has_failed();
+        self.clock.set(self.errors.fail(now, &error));
         let Some(Painted { settings, film }) = self.picture.painted.clone() else {
-            return self.fail(miette::Report::from_err(error));
+            if self.errors.lasts(now) > FIRST_PATIENCE {
+                return self.fail(miette::Report::from_err(error));
+            }
+            if !is_known {
+                self.say(format!("{error}; trying again for {FIRST_PATIENCE:.0?}"));
+            }
+            return;
         };
         let asked = self.session.run_spec().film;
         let asked = FilmSpec { filter: self.panel.controls.filter, ..asked };
         let kept = if film != asked {
             self.session.set_film(film);
             self.panel.controls.filter = film.filter;
-            if let Err(error) = self.picture.refuse(asked, self.session.run_spec()) {
-                return self.fail(miette::Report::from_err(error));
+            match self.picture.refuse(asked, self.session.run_spec()) {
+                Ok(()) => {
+                    self.film_changed(asked);
+                    format!("the picture keeps its {}×{} pixels and its filter", film.width, film.height)
+                }
+                Err(_) => {
+                    // The film is the one that was asked for, and there is room for no other.
+                    self.session.set_film(asked);
+                    self.panel.controls.filter = asked.filter;
+                    if is_known {
+                        return;
+                    }
+                    "trying again".to_string()
+                }
             }
-            self.film_changed(asked);
-            format!("the picture keeps its {}×{} pixels and its filter", film.width, film.height)
         } else if self.panel.controls.settings != settings {
             self.panel.controls.settings = settings;
             self.picture.request_repaint();
             "the display settings are again those of the last picture".to_string()
+        } else if self.picture.is_frozen() {
+            // This was told; the window is drawn again as soon as it can be.
+            return self.picture.request_show();
         } else {
-            if self.picture.is_frozen() {
-                return self.fail(miette::Report::from_err(error));
-            }
             match self.picture.note_failure() {
                 true => "the picture stays as it is until something is changed".to_string(),
                 false => "trying again".to_string(),
@@ -437,30 +534,20 @@ impl Viewer {
         self.refresh();
     }
 
-    /// Deals with an error of a frame: a lost device is replaced once, and the tracer goes on meanwhile.
+    /// Deals with an error of a frame: a lost device is replaced, and the tracer goes on meanwhile.
     fn recover(&mut self, error: ClientError) {
         if !is_device_lost(&error) {
+            if self.picture.gpu().is_none() {
+                // No device could be opened for too long.
+                return self.fail(miette::Report::from_err(error));
+            }
             return self.step_back(error);
         }
-        let Some(screen) = self.picture.screen.as_mut() else {
-            return self.fail(miette::Report::from_err(error));
-        };
-        screen.device_losses += 1;
-        if screen.device_losses > MOST_LOSSES {
-            return self.fail(miette::Report::from_err(error));
-        }
-        tell(&format!("the device was lost; opening it again ({error})"));
-        if let Err(error) = self.picture.replace_device(self.session.run_spec()) {
+        if let Err(error) = self.picture.lose_device(error) {
             return self.fail(miette::Report::from_err(error));
         }
         self.metrics.forget_device();
-        if let Some((capture, gpu)) = self.capture.as_mut().zip(self.picture.gpu()) {
-            capture.replace_gpu(gpu);
-        }
-        self.due = Instant::now();
-        if self.session.run_spec().deterministic || self.picture.mix.is_on() {
-            self.edited();
-        }
+        self.clock.set(Instant::now());
     }
 
     /// Ends the loop for this reason; the first one counts.

@@ -72,7 +72,9 @@ impl Viewer {
                 let _ = inner_size_writer.request_inner_size(window.inner_size());
                 self.keep_picture();
                 self.refresh();
+                self.look_at_display = Instant::now();
             }
+            WindowEvent::Moved(_) => self.look_at_display = Instant::now(),
             WindowEvent::Occluded(true) => self.picture.hide(),
             WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.picture.request_show(),
             WindowEvent::DroppedFile(path) => self.drop_file(path.clone()),
@@ -161,7 +163,7 @@ impl Viewer {
             swapchain.resize([size.width, size.height]);
         }
         self.picture.request_show();
-        self.due = Instant::now();
+        self.clock.set(Instant::now());
         self.panel.host.refresh();
     }
 }

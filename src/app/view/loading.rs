@@ -17,12 +17,12 @@ use crate::app::view::light_mix::LightMix;
 use crate::app::view::loader::{ReadyScene, SceneLoader, ViewSource};
 use crate::app::view::picture::regions::Regions;
 use crate::app::view::preferences::Preferences;
-use crate::app::view::screen::{PictureParts, Screen};
+use crate::app::view::screen::{Canvas, PictureParts, Screen, is_device_lost};
 use crate::client::window::host::{EguiHost, ReaderEvent};
 use crate::client::window::panel::PanelControls;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, FilmSpec, SplatFilter, VarianceForm};
-use crate::gpu::{self, Readiness};
+use crate::gpu;
 
 /// Size of a window whose scene has not said its own in time, pixels.
 const SIZE: [u32; 2] = [1280, 720];
@@ -40,8 +40,6 @@ const FRAME: Duration = Duration::from_millis(100);
 pub(super) struct OpenWindow {
     pub screen: Screen,
     pub host: EguiHost,
-    /// Length of a frame of the display, where it says so.
-    pub rate: Option<Duration>,
 }
 
 /// The window while its scene is loaded.
@@ -57,6 +55,8 @@ pub(super) struct LoadingWindow {
     pub may_open: bool,
     modifiers: ModifiersState,
     drawn: Option<Instant>,
+    /// An error of drawing was told.
+    told: bool,
     /// The window is to close.
     pub quit: bool,
 }
@@ -70,9 +70,21 @@ impl LoadingWindow {
         preferences: Preferences,
         proxy: EventLoopProxy<ReaderEvent>,
     ) -> Result<Self> {
-        let (open, may_open, modifiers, drawn, quit) = Default::default();
+        let (open, may_open, modifiers, drawn, told, quit) = Default::default();
         let loader = SceneLoader::start(source)?;
-        Ok(Self { options, controls, preferences, loader, proxy, open, may_open, modifiers, drawn, quit })
+        Ok(Self {
+            options,
+            controls,
+            preferences,
+            loader,
+            proxy,
+            open,
+            may_open,
+            modifiers,
+            drawn,
+            told,
+            quit,
+        })
     }
 
     /// Hears an event of the window.
@@ -118,8 +130,10 @@ impl LoadingWindow {
                 self.open = Some(self.window(events, size)?);
             }
         }
-        if ready.is_none() {
-            self.draw().into_diagnostic()?;
+        if ready.is_none()
+            && let Err(error) = self.draw()
+        {
+            self.recover(error).into_diagnostic()?;
         }
         Ok(ready)
     }
@@ -140,9 +154,6 @@ impl LoadingWindow {
         let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
         gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
         tracing::info!("the window opens after {:.0?}", options.began.elapsed());
-        let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
-        let rate = rate.filter(|rate| options.budget.is_none() && *rate >= 1000);
-        let rate = rate.map(|rate| Duration::from_secs_f64(1e3 / f64::from(rate)));
         let mut host = EguiHost::default();
         host.open(&window, events, self.proxy.clone());
         let layout = &self.controls.layout;
@@ -152,16 +163,9 @@ impl LoadingWindow {
             let _ = window.request_inner_size(PhysicalSize::new(width + dock, height));
         }
         window.set_visible(true);
-        let spec = FilmSpec {
-            width,
-            height,
-            filter: SplatFilter::Gaussian,
-            variance: Some(VarianceForm::Product),
-            sums: Default::default(),
-        };
-        let exact = self.loader.source.deterministic;
+        let (exact, spec) = (self.loader.source.deterministic, film([width, height]));
         let screen = Screen::open(window, &options.device, &options.losses, spec, exact).into_diagnostic()?;
-        Ok(OpenWindow { screen, host, rate })
+        Ok(OpenWindow { screen, host })
     }
 
     fn draw(&mut self) -> Result<(), ClientError> {
@@ -169,19 +173,44 @@ impl LoadingWindow {
         if self.drawn.is_some_and(|at| at.elapsed() < FRAME) || !screen.is_idle() {
             return Ok(());
         }
-        match screen.acquire()?.0 {
-            Readiness::Ready => {}
-            Readiness::SurfaceLost => return screen.replace_surface(),
-            Readiness::Busy | Readiness::Hidden => return Ok(()),
+        if screen.gpu().is_none() && !screen.reopen(film(screen.window.inner_size().into()))? {
+            return Ok(());
         }
+        let Canvas::Ready(extent) = screen.acquire()? else { return Ok(()) };
         let window = screen.window.clone();
         host.run_loading(&window, &self.loader.state());
-        let viewport = Viewport::new(screen.extent().unwrap_or(SIZE));
+        let viewport = Viewport::new(extent);
         let panel = Some(host.drawing());
         let parts = PictureParts { regions: &mut Regions::default(), mix: &mut LightMix::default() };
         screen.show(&self.controls.settings, None, parts, &viewport, panel)?;
         self.drawn = Some(Instant::now());
         Ok(())
+    }
+
+    /// Deals with an error of drawing: a lost device is replaced, and the next look draws again.
+    fn recover(&mut self, error: ClientError) -> Result<(), ClientError> {
+        self.drawn = Some(Instant::now());
+        match &mut self.open {
+            Some(OpenWindow { screen, .. }) if is_device_lost(&error) => screen.lose_device(error),
+            Some(OpenWindow { screen, .. }) if screen.gpu().is_some() => {
+                if !std::mem::replace(&mut self.told, true) {
+                    tell(&format!("the window cannot be drawn, which is tried again: {error}"));
+                }
+                Ok(())
+            }
+            _ => Err(error),
+        }
+    }
+}
+
+/// The film of a window of this size whose scene is not known.
+fn film([width, height]: [u32; 2]) -> FilmSpec {
+    FilmSpec {
+        width: width.max(1),
+        height: height.max(1),
+        filter: SplatFilter::Gaussian,
+        variance: Some(VarianceForm::Product),
+        sums: Default::default(),
     }
 }
 

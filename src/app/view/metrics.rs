@@ -17,6 +17,9 @@ const KEPT: usize = 16_384;
 /// Number of edits whose latencies the panel shows.
 const RECENT_EDITS: usize = 100;
 
+/// A frame that the window has not shown for this long is not waited for.
+const UNSEEN: Duration = Duration::from_millis(500);
+
 /// Factor on the weight of the past with each measurement.
 const MEMORY: f64 = 0.9;
 
@@ -83,7 +86,8 @@ pub struct ViewerMetrics {
     pub frames: RecentValues,
     /// Milliseconds from one frame's end on the device to the next, for the panel.
     pub intervals: RecentValues,
-    /// Milliseconds from an edit to the first picture that shows it, finished on the device.
+    /// Milliseconds from an edit to the first picture that shows it: seen in the window, or finished on the device where the window does
+    /// not say when.
     pub edits: RecentValues,
     /// Samples on screen after an edit.
     after_edit: SamplesAfterEdit,
@@ -102,6 +106,8 @@ pub struct ViewerMetrics {
     /// `detail` of the repaints whose times have not been read yet; `None` for those of filtered pictures.
     paints: VecDeque<Option<u32>>,
     in_flight: VecDeque<FrameInFlight>,
+    /// Frames that the device has finished and the window has not shown yet, where it says so.
+    unseen: VecDeque<FrameInFlight>,
     last_end: Option<Instant>,
     /// The oldest edit that no epoch contains yet.
     noted_edit: Option<Instant>,
@@ -151,6 +157,7 @@ impl Default for ViewerMetrics {
             passes: Vec::new(),
             paints: VecDeque::new(),
             in_flight: VecDeque::new(),
+            unseen: VecDeque::new(),
             last_end: None,
             noted_edit: None,
             waiting_edit: None,
@@ -202,16 +209,24 @@ impl ViewerMetrics {
 
     /// True while a frame that shows an edit is on its way.
     pub fn awaits_edit(&self) -> bool {
-        self.in_flight.iter().any(|frame| frame.shows.is_some())
+        self.in_flight.iter().chain(&self.unseen).any(|frame| frame.shows.is_some())
     }
 
-    /// Measures the frames that the device has finished by now.
-    pub fn completed(&mut self, gpu: &Gpu, pacer: &mut Pacer) {
+    /// Measures the frames that the device has finished by now. `shown` is the last one that the window has shown, where it says so.
+    pub fn completed(&mut self, gpu: &Gpu, shown: Option<FrameNumber>, pacer: &mut Pacer) {
         self.after_edit.pass(Instant::now());
         while let Some(frame) = self.in_flight.pop_front_if(|frame| gpu.has_completed(frame.number)) {
             let now = Instant::now();
             pacer.frame(now - frame.began);
             self.finished(&frame, now);
+            match shown {
+                Some(_) => self.unseen.push_back(frame),
+                None => self.seen(&frame, now),
+            }
+        }
+        self.unseen.retain(|frame| frame.began.elapsed() < UNSEEN);
+        while let Some(frame) = self.unseen.pop_front_if(|frame| Some(frame.number) <= shown) {
+            self.seen(&frame, Instant::now());
         }
     }
 
@@ -223,12 +238,17 @@ impl ViewerMetrics {
         if let Some(last) = self.last_end.replace(now) {
             self.intervals.push(since(last));
         }
+    }
+
+    /// A frame is seen now.
+    fn seen(&mut self, frame: &FrameInFlight, now: Instant) {
         if let Some(samples) = frame.samples {
             self.after_edit.shown(now, frame.began, samples);
         }
         if let Some(edited) = frame.shows {
-            self.edits.push(since(edited));
-            self.recent_edits.push(since(edited));
+            let latency = milliseconds(now.saturating_duration_since(edited));
+            self.edits.push(latency);
+            self.recent_edits.push(latency);
         }
     }
 
@@ -243,6 +263,7 @@ impl ViewerMetrics {
     /// Drops the frames in flight on a device that is gone: they will never be finished.
     pub fn forget_device(&mut self) {
         self.in_flight.clear();
+        self.unseen.clear();
         self.paints.clear();
         // The gap is no frame time.
         self.last_end = None;
@@ -332,24 +353,30 @@ mod tests {
         metrics.in_flight.pop_back().expect("a frame")
     }
 
+    /// The device has finished a frame, and the window shows it at once.
+    fn end(metrics: &mut ViewerMetrics, frame: &FrameInFlight, now: Instant) {
+        metrics.finished(frame, now);
+        metrics.seen(frame, now);
+    }
+
     #[test]
     fn latency_counts_from_the_first_edit_without_a_picture() {
         let (mut metrics, start) = (ViewerMetrics::default(), Instant::now());
         let at = |ms: u64| start + Duration::from_millis(ms);
         let frame = present(&mut metrics, start);
-        metrics.finished(&frame, at(0));
+        end(&mut metrics, &frame, at(0));
         assert_eq!(metrics.edits.last(), None);
         metrics.edit(at(5));
         metrics.epoch();
         metrics.edit(at(20));
-        metrics.finished(&frame, at(16));
+        end(&mut metrics, &frame, at(16));
         metrics.epoch();
         let frame = present(&mut metrics, at(30));
         // The next edit comes while that picture is on its way: it is not in it.
         metrics.edit(at(44));
-        metrics.finished(&frame, at(45));
+        end(&mut metrics, &frame, at(45));
         assert!(present(&mut metrics, at(50)).shows.is_none());
-        metrics.finished(&FrameInFlight { shows: None, ..frame }, at(60));
+        end(&mut metrics, &FrameInFlight { shows: None, ..frame }, at(60));
         let latency = metrics.edits.last().expect("an edit was shown");
         assert!((latency - 40.0).abs() < 1e-3, "{latency:?}");
         assert_eq!(metrics.recent_edits.percentiles([95.0]), [latency]);
@@ -377,10 +404,10 @@ mod tests {
     fn a_lost_device_is_no_frame_time() {
         let (mut metrics, start) = (ViewerMetrics::default(), Instant::now());
         let frame = present(&mut metrics, start);
-        metrics.finished(&frame, start);
+        end(&mut metrics, &frame, start);
         metrics.forget_device();
-        metrics.finished(&frame, start + Duration::from_secs(10));
-        metrics.finished(&frame, start + Duration::from_millis(10_016));
+        end(&mut metrics, &frame, start + Duration::from_secs(10));
+        end(&mut metrics, &frame, start + Duration::from_millis(10_016));
         assert_eq!(metrics.intervals.percentiles([50.0, 95.0, 99.0]).map(f32::round), [16.0; 3]);
     }
 }

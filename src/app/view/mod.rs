@@ -37,6 +37,7 @@
 //! ├─ Preferences     preferences what is remembered from session to session
 //! ├─ BackgroundSaves saves     files that are being written
 //! ├─ SceneLoader     loader    a scene that a thread reads and prepares: the first, one that was dropped, one that has changed
+//! ├─ FrameClock      clock     when frames are due
 //! └─ FileWatch       watch     the files of the scene on the disk
 //! ```
 //!
@@ -45,6 +46,7 @@
 //! loop; `actions` does what the user asks for, `saving` what of it makes files; `ending` writes what is left behind when the window closes.
 
 mod actions;
+mod clock;
 mod comparison;
 mod costs;
 mod editor;
@@ -83,6 +85,7 @@ use miette::Result;
 use crate::app::outputs::Outputs;
 use crate::app::tev::TevLink;
 use crate::app::timings::TimingCapture;
+use crate::app::view::clock::{Backoff, FrameClock, SizeRest};
 use crate::app::view::comparison::Comparison;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::exposure::FollowedLight;
@@ -148,7 +151,9 @@ struct Viewer {
     saves: BackgroundSaves,
     /// Records times of passes and workers, if asked for.
     capture: Option<TimingCapture>,
-    due: Instant,
+    clock: FrameClock,
+    /// Attempts at frames that have failed.
+    errors: Backoff,
     ended: Instant,
     /// The last tick of flying.
     tick: Instant,
@@ -167,8 +172,10 @@ struct Viewer {
     histogram: HistogramCache,
     views: KeptViews,
     preferences: Preferences,
-    /// Until then the window is about to take a size that was asked for.
-    resizing_until: Option<Instant>,
+    /// When it looks which display the window is on.
+    look_at_display: Instant,
+    /// When the film takes another size.
+    resting: SizeRest,
     /// The window is to close.
     quit: bool,
     /// Why the window closes, if not because the user wanted it.

@@ -163,9 +163,9 @@ impl ViewerPanel {
         if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
     }
 
-    /// The picture has this area of the window and this size from now on.
-    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
-        self.viewport.set_sizes(area, picture);
+    /// The picture has this area of the window and this size from now on, and fills the area where it is stretched.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2], stretched: bool) {
+        self.viewport.set_sizes(area, picture, stretched);
         self.input.take(InputEvent::Size(self.viewport.area()), Instant::now());
     }
 

@@ -142,14 +142,6 @@ impl LivePicture {
         })
     }
 
-    /// The window is open, on a display that wants frames of this length, if it says so.
-    pub fn open(&mut self, screen: Screen, budget: Option<Duration>) {
-        self.screen = Some(screen);
-        if let Some(budget) = budget {
-            self.pacer = Pacer::new(budget);
-        }
-    }
-
     /// The device.
     pub fn gpu(&self) -> Option<&Arc<Gpu>> {
         self.screen.as_ref().and_then(Screen::gpu)
@@ -329,21 +321,31 @@ impl LivePicture {
         Ok(true)
     }
 
-    /// Replaces the device that was lost; the film on the new one is filled from the kept samples. On an
-    /// error there is no film afterwards.
-    pub fn replace_device(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+    /// Gives up the device, which was lost: samples are kept until there is another one.
+    ///
+    /// # Errors
+    ///
+    /// The same error where that goes on and on.
+    pub fn lose_device(&mut self, error: ClientError) -> Result<(), ClientError> {
         self.regions.clear();
-        let Some(screen) = &mut self.screen else { return Ok(()) };
-        screen.replace_device(run.film)?;
+        self.screen.as_mut().map_or(Ok(()), |screen| screen.lose_device(error))
+    }
+
+    /// Opens a device where there is none, once it is time to try; the film on it is filled from the kept samples. Returns whether
+    /// there is a new one.
+    pub fn reopen(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
+        let Some(screen) = &mut self.screen else { return Ok(false) };
+        if !screen.reopen(run.film)? {
+            return Ok(false);
+        }
         self.rewind(run);
-        self.remake_groups(run)?;
         self.show = true;
-        Ok(())
+        Ok(true)
     }
 
     /// Replaces the films of the groups of lights by empty ones of the present size: their samples are not kept.
-    fn remake_groups(&mut self, run: &RunSpec) -> Result<(), ClientError> {
-        match self.mix.is_on() {
+    pub fn remake_groups(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+        match self.mix.is_on() && self.gpu().is_some() {
             true => self.mix_groups(self.mix.groups().to_vec(), run),
             false => Ok(()),
         }

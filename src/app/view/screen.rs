@@ -1,13 +1,15 @@
 //! The window on its device: swapchain, film and the overlay of the panel, and how each is replaced when it is lost.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
 use crate::app::pipelines::PipelineKeeper;
+use crate::app::tell;
+use crate::app::view::clock::Backoff;
 use crate::app::view::light_mix::LightMix;
 use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::client::background::BackgroundPolicy;
@@ -17,18 +19,45 @@ use crate::client::window::host::PanelDrawing;
 use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, FilmSpec, Settings};
-use crate::gpu::{DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuOptions, Readiness, Swapchain};
+use crate::gpu::{
+    DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness, Swapchain,
+    WindowFaults,
+};
 use crate::image::Grid;
+
+/// How soon another image is asked for where there is none yet.
+const SOON: Duration = Duration::from_millis(1);
+
+/// A device has lasted when it has worked for this long, or has been given so many frames.
+const LASTING: (Duration, u64) = (Duration::from_secs(10), 480);
+
+/// Devices in a row that may be lost before they have lasted.
+const MOST_LOSSES: u32 = 1;
+
+/// How long a device that has been lost is waited for, and the first one.
+const REOPENING: Duration = Duration::from_secs(30);
+const OPENING: Duration = Duration::from_secs(5);
 
 /// Faults that are simulated, so that tests see what follows.
 #[derive(Clone, Debug, Default)]
 pub struct SimulatedLosses {
     /// Frames after which each device is lost; devices that are not listed stay.
     pub devices: Vec<u64>,
-    /// Attempts to draw after which the surface is lost once.
-    pub surface: Option<u64>,
+    /// Results of calls of the window system.
+    pub window: WindowFaults,
     /// Bytes of device memory, where less than there is.
     pub memory: Option<u64>,
+}
+
+/// What there is to draw into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Canvas {
+    /// An image of this extent.
+    Ready([u32; 2]),
+    /// Nothing while the window is hidden, or without a device.
+    Hidden,
+    /// Nothing yet: ask again then.
+    Later(Instant),
 }
 
 /// What a picture is composed of beside the film of all samples.
@@ -58,7 +87,7 @@ struct DeviceObjects {
 
 /// The window, and the film and swapchain on the device that draws into it.
 pub struct Screen {
-    /// `None` after a device was lost for good.
+    /// `None` while there is no device.
     objects: Option<DeviceObjects>,
     overlay: Option<PanelRenderer>,
     choice: DeviceChoice,
@@ -74,13 +103,23 @@ pub struct Screen {
     pub device_losses: u32,
     /// Number of surfaces that were lost.
     pub surface_losses: u32,
+    /// Devices that were lost one after the other before they had lasted.
+    losses_in_a_row: u32,
+    /// When the device was opened.
+    opened: Instant,
+    /// Attempts at opening a device, at images of the window, and at drawing the panel.
+    opening: Backoff,
+    presenting: Backoff,
+    overlaying: Backoff,
+    /// What the user is to be told.
+    news: Vec<String>,
     /// Messages of the validation layer on devices that are gone.
     messages: usize,
 }
 
 impl Screen {
     /// Opens a device for this window and makes a film of its size. `exact`: the window shows what a headless render does, bit
-    /// for bit.
+    /// for bit. Where that fails for a reason that may pass, [`reopen`](Self::reopen) tries it again.
     pub fn open(
         window: Arc<Window>,
         choice: &DeviceChoice,
@@ -98,16 +137,79 @@ impl Screen {
             exact,
             device_losses: 0,
             surface_losses: 0,
+            losses_in_a_row: 0,
+            opened: Instant::now(),
+            opening: Backoff::default(),
+            presenting: Backoff::default(),
+            overlaying: Backoff::default(),
+            news: Vec::new(),
             messages: 0,
         };
-        screen.objects = Some(screen.make(spec)?);
+        screen.reopen(spec)?;
         Ok(screen)
+    }
+
+    /// Opens a device with an empty film where there is none, once it is time to try. Returns whether there is a new one.
+    ///
+    /// # Errors
+    ///
+    /// That of the last attempt, when it does not pass.
+    pub fn reopen(&mut self, spec: FilmSpec) -> Result<bool, ClientError> {
+        let now = Instant::now();
+        if self.objects.is_some() || !self.opening.is_due(now) {
+            return Ok(false);
+        }
+        let error = match self.make(spec) {
+            Ok(objects) => {
+                self.objects = Some(objects);
+                self.opened = Instant::now();
+                let failed = self.opening.succeed().map_or(String::new(), |why| format!(", at last ({why})"));
+                if self.device_losses > 0 {
+                    self.news.push(format!("the device was lost and is open again{failed}"));
+                }
+                return Ok(true);
+            }
+            Err(error) => error,
+        };
+        // What is wrong with a machine from the start does not pass; a driver that begins anew says anything.
+        let was_there = self.device_losses > 0;
+        let may_pass =
+            was_there || matches!(&error, ClientError::Gpu(GpuError::Call { .. } | GpuError::Memory { .. }));
+        let patience = if was_there { REOPENING } else { OPENING };
+        if !may_pass || self.opening.lasts(now) > patience {
+            return Err(error);
+        }
+        if !self.opening.has_failed() {
+            tell(&format!("no device can be opened, which is tried again for {patience:.0?}: {error}"));
+        }
+        self.opening.fail(Instant::now(), &error);
+        Ok(false)
+    }
+
+    /// Gives up the device, which was lost; [`reopen`](Self::reopen) opens another one.
+    ///
+    /// # Errors
+    ///
+    /// The same error where devices are lost one soon after the other.
+    pub fn lose_device(&mut self, error: ClientError) -> Result<(), ClientError> {
+        let has_lasted = self.opened.elapsed() >= LASTING.0 || self.last.get() >= LASTING.1;
+        self.device_losses += 1;
+        self.losses_in_a_row = if has_lasted { 1 } else { self.losses_in_a_row + 1 };
+        self.messages += self.gpu().map_or(0, |gpu| gpu.validation_messages().len());
+        // Before the next one: a window has one swapchain at a time.
+        (self.objects, self.last) = (None, FrameNumber::default());
+        if self.losses_in_a_row > MOST_LOSSES {
+            return Err(error);
+        }
+        tell(&format!("the device was lost; opening it again ({error})"));
+        Ok(())
     }
 
     fn make(&self, spec: FilmSpec) -> Result<DeviceObjects, ClientError> {
         let size = self.window.inner_size();
         let extent = [size.width, size.height];
-        let swapchain = Swapchain::open(&self.choice, GpuOptions::from_env(), self.handles()?, extent)?;
+        let (options, faults) = (GpuOptions::from_env(), &self.simulated.window);
+        let swapchain = Swapchain::open_with_faults(&self.choice, options, self.handles()?, extent, faults)?;
         swapchain.gpu().set_timing(true);
         if let Some(frames) = self.simulated.devices.get(self.device_losses as usize) {
             swapchain.gpu().lose_after(*frames);
@@ -127,27 +229,6 @@ impl Screen {
         Ok((display, self.window.window_handle().map_err(gone)?.as_raw()))
     }
 
-    /// Replaces the device that was lost, and makes an empty film on the new one. On an error there is no film
-    /// afterwards.
-    pub fn replace_device(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
-        self.messages += self.gpu().map_or(0, |gpu| gpu.validation_messages().len());
-        // Before the new one: a window has one swapchain at a time.
-        self.objects = None;
-        self.last = FrameNumber::default();
-        self.objects = Some(self.make(spec)?);
-        Ok(())
-    }
-
-    /// Replaces the surface of the window.
-    pub fn replace_surface(&mut self) -> Result<(), ClientError> {
-        self.surface_losses += 1;
-        let handles = self.handles()?;
-        match &mut self.objects {
-            Some(objects) => Ok(objects.swapchain.replace_surface(handles)?),
-            None => Ok(()),
-        }
-    }
-
     /// Replaces the film by an empty one on the same device. On an error the old one stays. The images of the old one are freed
     /// first, if the device has finished with them: few devices have room for both.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
@@ -165,16 +246,11 @@ impl Screen {
     ///
     /// Without a device, and those of a film.
     pub fn new_film(&self, spec: FilmSpec) -> Result<VulkanFilm, ClientError> {
-        let gpu = self.gpu().ok_or_else(|| GpuError::NoWindow("its device was lost".to_owned()))?;
+        let gpu = self.gpu().ok_or_else(|| GpuError::NoWindow("its device was lost.".to_owned()))?;
         new_film(gpu, spec, self.exact)
     }
 
-    /// Extent of the window's images, pixels.
-    pub fn extent(&self) -> Option<[u32; 2]> {
-        self.objects.as_ref().and_then(|objects| objects.swapchain.extent())
-    }
-
-    /// The film; `None` before there is a device, once it was taken, and after the device was lost for good.
+    /// The film; `None` while there is no device, and once it was taken.
     pub fn film(&self) -> Option<&VulkanFilm> {
         self.objects.as_ref().and_then(|objects| objects.film.as_ref())
     }
@@ -210,19 +286,52 @@ impl Screen {
         self.gpu().is_none_or(|gpu| gpu.has_completed(last))
     }
 
-    /// Asks for an image to draw into, without waiting; says its extent.
-    pub fn acquire(&mut self) -> Result<(Readiness, Option<[u32; 2]>), ClientError> {
-        let Some(objects) = &mut self.objects else { return Ok((Readiness::Hidden, None)) };
-        match &mut self.simulated.surface {
-            Some(0) => {
-                self.simulated.surface = None;
-                objects.swapchain.lose_surface_once();
-            }
-            Some(left) => *left -= 1,
-            None => {}
+    /// Length of a frame of the display that the window is on, where it is known.
+    pub fn frame_length(&self) -> Option<Duration> {
+        let rate = self.window.current_monitor()?.refresh_rate_millihertz().filter(|rate| *rate >= 1000)?;
+        Some(Duration::from_secs_f64(1e3 / f64::from(rate)))
+    }
+
+    /// What the user is to be told since the last call.
+    pub fn take_news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// Asks for an image to draw into, without waiting. Errors of surface and images are told and tried again.
+    ///
+    /// # Errors
+    ///
+    /// A lost device.
+    pub fn acquire(&mut self) -> Result<Canvas, ClientError> {
+        let now = Instant::now();
+        if let Some(next) = self.presenting.next().filter(|next| now < *next) {
+            return Ok(Canvas::Later(next));
         }
-        let readiness = objects.swapchain.acquire(Duration::ZERO)?;
-        Ok((readiness, objects.swapchain.extent()))
+        let error = match self.try_acquire() {
+            Ok(canvas) => return Ok(canvas),
+            Err(error) if error.is_device_lost() => return Err(error.into()),
+            Err(error) => error,
+        };
+        if !self.presenting.has_failed() {
+            tell(&format!("the window cannot be drawn, which is tried again: {error}"));
+        }
+        Ok(Canvas::Later(self.presenting.fail(Instant::now(), &error)))
+    }
+
+    fn try_acquire(&mut self) -> Result<Canvas, GpuError> {
+        let handles = self.handles();
+        let Some(DeviceObjects { swapchain, .. }) = &mut self.objects else { return Ok(Canvas::Hidden) };
+        match swapchain.acquire(Duration::ZERO)? {
+            Readiness::Ready => Ok(swapchain.extent().map_or(Canvas::Hidden, Canvas::Ready)),
+            Readiness::Hidden => Ok(Canvas::Hidden),
+            Readiness::Busy => Ok(Canvas::Later(Instant::now() + SOON)),
+            Readiness::SurfaceLost => {
+                swapchain.replace_surface(handles?)?;
+                self.surface_losses += 1;
+                tracing::info!("the surface was lost and replaced");
+                Ok(Canvas::Later(Instant::now() + SOON))
+            }
+        }
     }
 
     /// Draws the picture with its regions as the viewport says and over it the panel into the acquired image, and shows it. Without a `repaint`
@@ -268,19 +377,46 @@ impl Screen {
             let copies = viewport.copies(swapchain.extent().unwrap_or_default());
             swapchain.draw(&mut frame, picture, &copies);
         }
-        if let Some(panel) = panel {
-            let overlay = match &mut self.overlay {
-                Some(overlay) => overlay,
-                empty => empty.insert(PanelRenderer::new(swapchain)?),
-            };
-            let textures = std::mem::take(&mut panel.textures);
-            overlay.draw(swapchain, &mut frame, textures, &panel.primitives, panel.pixels_per_point)?;
-        }
+        let panel = panel.filter(|_| self.overlaying.is_due(Instant::now()));
+        let overlaid = panel.map(|panel| draw_panel(&mut self.overlay, swapchain, &mut frame, panel));
         self.window.pre_present_notify();
         self.last = swapchain.present(frame)?;
         pipelines.tick();
+        match overlaid {
+            Some(Err(error)) if error.is_device_lost() => return Err(error.into()),
+            Some(Err(error)) => {
+                if !self.overlaying.has_failed() {
+                    tell(&format!("the panel cannot be drawn, which is tried again: {error}"));
+                }
+                self.overlaying.fail(Instant::now(), &error);
+            }
+            Some(Ok(())) => {
+                let failed = self.overlaying.succeed();
+                self.news.extend(failed.map(|why| format!("the panel is drawn again ({why})")));
+            }
+            None => {}
+        }
+        if !swapchain.has_failed() {
+            let failed = self.presenting.succeed();
+            self.news.extend(failed.map(|why| format!("the window is drawn again ({why})")));
+        }
         Ok(self.last)
     }
+}
+
+/// Draws the panel over the acquired image. Its renderer is made anew after an error.
+fn draw_panel(
+    overlay: &mut Option<PanelRenderer>,
+    swapchain: &mut Swapchain,
+    frame: &mut GpuFrame<'_>,
+    panel: &mut PanelDrawing,
+) -> Result<(), GpuError> {
+    let overlay = match overlay {
+        Some(overlay) => overlay,
+        empty => empty.insert(PanelRenderer::new(swapchain)?),
+    };
+    let textures = std::mem::take(&mut panel.textures);
+    overlay.draw(swapchain, frame, textures, &panel.primitives, panel.pixels_per_point)
 }
 
 /// A film that does not let the window stand still.

@@ -18,6 +18,7 @@ use crate::app::outputs::Outputs;
 use crate::app::remote_order::scene_digest;
 use crate::app::tev::TevLink;
 use crate::app::timings::{self, TimingCapture};
+use crate::app::view::clock::{Backoff, FrameClock, SizeRest};
 use crate::app::view::comparison::Comparison;
 use crate::app::view::exposure::FollowedLight;
 use crate::app::view::gizmo::Gizmo;
@@ -31,7 +32,7 @@ use crate::app::view::panel::ViewerPanel;
 use crate::app::view::picture::LivePicture;
 use crate::app::view::preferences::Preferences;
 use crate::app::view::saves::BackgroundSaves;
-use crate::app::view::screen::SimulatedLosses;
+use crate::app::view::screen::{SimulatedLosses, is_device_lost};
 use crate::app::view::session::RenderSession;
 use crate::app::view::tracers::{self, Tracers};
 use crate::app::view::views::KeptViews;
@@ -45,7 +46,7 @@ use crate::client::window::panel::{
 };
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
-use crate::gpu::{self, DeviceChoice};
+use crate::gpu::{self, DeviceChoice, WindowFaults};
 use crate::remote::{FetchOptions, Fetched, TracerAddress, fetch};
 use crate::server::panic_message;
 
@@ -146,7 +147,7 @@ impl ViewerApp {
         preferences.arrange(&mut layout);
         let controls = PanelControls {
             own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
-            settings: Settings { output: args.hdr, ..settings },
+            settings: Settings { output: args.hdr, peak: args.hdr_peak, ..settings },
             filter: SplatFilter::Gaussian,
             layout,
             help: false,
@@ -167,7 +168,7 @@ impl ViewerApp {
             timings: args.gpu_timings.clone(),
             losses: SimulatedLosses {
                 devices: args.lose_device_after.clone(),
-                surface: args.lose_surface_after,
+                window: WindowFaults::of(&args.fail_window_call),
                 memory: args.device_memory.map(|mib| mib << 20),
             },
             budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
@@ -269,7 +270,7 @@ fn scene(args: &ViewArgs, tracers: &[TracerAddress]) -> Result<SceneArgs> {
 /// Starts the tracer, and the first epoch in the window that is open.
 fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     let LoadingWindow { mut options, mut controls, mut preferences, loader, open, .. } = loading;
-    let Some(OpenWindow { screen, host, rate }) = open else {
+    let Some(OpenWindow { screen, host }) = open else {
         return Err(miette::miette!("there is no window for the scene"));
     };
     let ReadyScene { run, choose, editor, digest } = ready;
@@ -302,8 +303,14 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         }
         capture = Some(TimingCapture::new(path, screen.gpu())?);
     }
-    picture.open(screen, rate);
-    picture.refit(session.run_spec()).into_diagnostic()?;
+    picture.screen = Some(screen);
+    if let Err(error) = picture.refit(session.run_spec()) {
+        match is_device_lost(&error) {
+            true => picture.lose_device(error).into_diagnostic()?,
+            // The first frame tries it again.
+            false => tell(&error.to_string()),
+        }
+    }
     preferences.opened(&loader.source.args.scene, &panel.controls.layout);
     let (views, no_views) = KeptViews::beside(&loader.source.args.scene);
     let (mut watch, problem) = FileWatch::new();
@@ -323,7 +330,8 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         light: FollowedLight::default(),
         saves: BackgroundSaves::default(),
         capture,
-        due: now,
+        clock: FrameClock::new(now),
+        errors: Backoff::default(),
         ended: now,
         tick: now,
         paused: None,
@@ -337,7 +345,8 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         histogram: HistogramCache::default(),
         views,
         preferences,
-        resizing_until: None,
+        look_at_display: now,
+        resting: SizeRest::default(),
         quit: false,
         outcome: Ok(()),
     };

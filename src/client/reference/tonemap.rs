@@ -36,7 +36,8 @@ impl<'a> ToneMapper<'a> {
 
     /// The largest displayed luminance, 1 being diffuse white.
     pub fn ceiling(&self) -> f32 {
-        if self.settings.output == ColorOutput::Sdr { 1.0 } else { pq::PEAK / pq::DIFFUSE_WHITE }
+        let is_wide = self.settings.output != ColorOutput::Sdr;
+        if is_wide { self.settings.peak as f32 / pq::DIFFUSE_WHITE } else { 1.0 }
     }
 
     /// Display-linear RGB of a pixel, 1 being diffuse white.

@@ -42,7 +42,8 @@ impl PanelRenderer {
     ///
     /// # Errors
     ///
-    /// [`GpuError`] naming the call; [`GpuError::Panel`] for triangles with a texture that egui has not delivered.
+    /// [`GpuError`] naming the call; [`GpuError::Panel`] for triangles with a texture that egui has not delivered. The next call makes
+    /// pipelines and textures anew.
     pub fn draw(
         &mut self,
         swapchain: &mut Swapchain,
@@ -53,6 +54,20 @@ impl PanelRenderer {
     ) -> Result<(), GpuError> {
         self.follow(swapchain);
         self.take(textures, frame.number());
+        let outcome = self.try_draw(swapchain, frame, triangles, pixels_per_point);
+        if outcome.is_err() {
+            self.renderer = None;
+        }
+        outcome
+    }
+
+    fn try_draw(
+        &mut self,
+        swapchain: &mut Swapchain,
+        frame: &mut GpuFrame<'_>,
+        triangles: &[ClippedPrimitive],
+        pixels_per_point: f32,
+    ) -> Result<(), GpuError> {
         if !self.renderer.as_ref().is_some_and(|renderer| renderer.fits(swapchain)) {
             self.textures.values_mut().for_each(|(_, known)| *known = false);
             self.renderer = None;
@@ -205,11 +220,13 @@ mod tests {
         }
         // PQ of 203 cd/m² is 0.5807 (BT.2408, table 1: 58 %), of 43.8 cd/m² 0.4235 by the formula of ST 2084.
         for (grey, pq) in [(255, 0.5807), (128, 0.4235)] {
-            let bytes = drawn(ColorOutput::Hdr10, TexelFormat::Rgb10A2, grey);
-            let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-            let channels = [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0);
-            for value in channels {
-                assert!((value - pq).abs() < 0.005, "{grey}: {channels:?} instead of {pq}");
+            for format in [TexelFormat::Rgb10A2, TexelFormat::Bgr10A2] {
+                let bytes = drawn(ColorOutput::Hdr10, format, grey);
+                let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                let channels = [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0);
+                for value in channels {
+                    assert!((value - pq).abs() < 0.005, "{grey}: {channels:?} instead of {pq}");
+                }
             }
         }
     }

@@ -23,8 +23,10 @@ pub struct Viewport {
     area: UVec2,
     /// Size of the picture.
     picture: UVec2,
-    /// Window pixels per picture pixel, from 1 on.
+    /// Factor on the picture, from 1 on.
     zoom: f64,
+    /// Window pixels per picture pixel at zoom 1: 1, or what fills the area while the picture waits for another size.
+    stretch: DVec2,
     /// The point of the picture at the left top corner of the area.
     origin: DVec2,
 }
@@ -33,19 +35,26 @@ impl Viewport {
     /// The whole picture of this size, as large as it is.
     pub fn new(size: [u32; 2]) -> Self {
         let size = UVec2::from(size).max(UVec2::ONE);
-        Self { area: size, picture: size, zoom: 1.0, origin: DVec2::ZERO }
+        Self { area: size, picture: size, zoom: 1.0, stretch: DVec2::ONE, origin: DVec2::ZERO }
     }
 
-    /// The area and the picture have these sizes now; the point in the middle of the area stays there.
-    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
+    /// The area and the picture have these sizes now; the point in the middle of the area stays there. A `stretched` picture fills the
+    /// area at zoom 1.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2], stretched: bool) {
         let (area, picture) = (UVec2::from(area).max(UVec2::ONE), UVec2::from(picture).max(UVec2::ONE));
-        if (area, picture) == (self.area, self.picture) {
+        let stretch = if stretched { area.as_dvec2() / picture.as_dvec2() } else { DVec2::ONE };
+        if (area, picture, stretch) == (self.area, self.picture, self.stretch) {
             return;
         }
         let middle = self.to_picture(0.5 * self.area.as_dvec2()) / self.picture.as_dvec2();
-        (self.area, self.picture) = (area, picture);
-        self.origin = middle * picture.as_dvec2() - 0.5 * area.as_dvec2() / self.zoom;
+        (self.area, self.picture, self.stretch) = (area, picture, stretch);
+        self.origin = middle * picture.as_dvec2() - 0.5 * area.as_dvec2() / self.scale();
         self.keep_inside();
+    }
+
+    /// Window pixels per picture pixel along both axes.
+    fn scale(&self) -> DVec2 {
+        self.zoom * self.stretch
     }
 
     /// Size of the area.
@@ -58,7 +67,7 @@ impl Viewport {
         self.picture.as_dvec2()
     }
 
-    /// Window pixels per picture pixel.
+    /// Window pixels per picture pixel, where it is not stretched.
     pub fn zoom(&self) -> f64 {
         self.zoom
     }
@@ -70,12 +79,12 @@ impl Viewport {
 
     /// The place in the picture that is shown at a position of the window.
     pub fn to_picture(&self, at: DVec2) -> DVec2 {
-        self.origin + at / self.zoom
+        self.origin + at / self.scale()
     }
 
     /// The position of the window where a place in the picture is shown.
     pub fn to_window(&self, place: DVec2) -> DVec2 {
-        (place - self.origin) * self.zoom
+        (place - self.origin) * self.scale()
     }
 
     /// Zooms in by steps of the wheel, out by negative ones; the place at `at` stays there. Returns whether anything changed.
@@ -86,7 +95,7 @@ impl Viewport {
         let is_near = steps.abs() >= 1.0 && (zoom - zoom.round()).abs() < 0.06 * zoom;
         let place = self.to_picture(at);
         self.zoom = if is_near { zoom.round() } else { zoom };
-        self.origin = place - at / self.zoom;
+        self.origin = place - at / self.scale();
         self.keep_inside();
         *self != before
     }
@@ -94,7 +103,7 @@ impl Viewport {
     /// Moves the picture by this many pixels of the window; returns whether anything changed.
     pub fn pan(&mut self, by: DVec2) -> bool {
         let before = *self;
-        self.origin -= by / self.zoom;
+        self.origin -= by / self.scale();
         self.keep_inside();
         *self != before
     }
@@ -109,7 +118,7 @@ impl Viewport {
 
     /// The area shows only the picture: its edge is not drawn into it. A picture that is smaller than the area lies at its left top.
     fn keep_inside(&mut self) {
-        let most = (self.picture.as_dvec2() - self.area() / self.zoom).max(DVec2::ZERO);
+        let most = (self.picture.as_dvec2() - self.area() / self.scale()).max(DVec2::ZERO);
         self.origin = self.origin.clamp(DVec2::ZERO, most);
     }
 
@@ -118,7 +127,7 @@ impl Viewport {
     pub fn copies(&self, extent: [u32; 2]) -> Vec<CopyRegion> {
         let end = self.area.min(UVec2::from(extent));
         let axes: [Vec<AxisCopy>; 2] =
-            [0, 1].map(|i| self.along(self.origin[i], self.picture[i], f64::from(end[i])));
+            [0, 1].map(|i| along(self.origin[i], self.scale()[i], self.picture[i], f64::from(end[i])));
         let [columns, rows] = &axes;
         let both = |y: &AxisCopy, x: &AxisCopy| CopyRegion {
             from: [[x.from[0], y.from[0]], [x.from[1], y.from[1]]],
@@ -126,23 +135,25 @@ impl Viewport {
         };
         rows.iter().flat_map(|y| columns.iter().map(move |x| both(y, x))).collect()
     }
+}
 
-    /// The copies along one axis into the pixels 0 … `end` of the window.
-    fn along(&self, origin: f64, picture: u32, end: f64) -> Vec<AxisCopy> {
-        let last = f64::from(picture).min(origin + end / self.zoom);
-        let place = |pixel: f64| ((pixel - origin) * self.zoom).round().clamp(0.0, end) as i32;
-        // The wholly visible ones, between those that are cut.
-        let (first, after) = (origin.ceil(), last.floor());
-        let spans = match first <= after {
-            true => vec![(origin.floor(), first), (first, after), (after, last.ceil())],
-            // Less than a pixel.
-            false => vec![(origin.floor(), last.ceil())],
-        };
-        let spans = spans.into_iter().filter(|(from, to)| to > from);
-        let copies =
-            spans.map(|(from, to)| AxisCopy { from: [from as i32, to as i32], to: [place(from), place(to)] });
-        copies.filter(|copy| copy.to[1] > copy.to[0]).collect()
-    }
+/// The copies along one axis into the pixels 0 … `end` of the window, of a picture with `scale` window pixels per pixel.
+fn along(origin: f64, scale: f64, picture: u32, end: f64) -> Vec<AxisCopy> {
+    let last = f64::from(picture).min(origin + end / scale);
+    // Rounding cuts no pixel.
+    let last = if (last - last.round()).abs() < 1e-6 { last.round() } else { last };
+    let place = |pixel: f64| ((pixel - origin) * scale).round().clamp(0.0, end) as i32;
+    // The wholly visible ones, between those that are cut.
+    let (first, after) = (origin.ceil(), last.floor());
+    let spans = match first <= after {
+        true => vec![(origin.floor(), first), (first, after), (after, last.ceil())],
+        // Less than a pixel.
+        false => vec![(origin.floor(), last.ceil())],
+    };
+    let spans = spans.into_iter().filter(|(from, to)| to > from);
+    let copies =
+        spans.map(|(from, to)| AxisCopy { from: [from as i32, to as i32], to: [place(from), place(to)] });
+    copies.filter(|copy| copy.to[1] > copy.to[0]).collect()
 }
 
 /// One axis of a copy: from these pixels of the picture to these of the window.
@@ -227,13 +238,31 @@ mod tests {
         assert!(shown(&view, [10, 10]).iter().all(Option::is_some), "{view:?}");
     }
 
+    /// A picture that waits for another size fills the area, larger or smaller, of any shape.
+    #[test]
+    fn a_stretched_picture_fills_the_area() {
+        let mut view = Viewport::new([40, 30]);
+        for area in [[80, 30], [41, 29], [13, 90], [3, 2], [1, 1], [40, 30]] {
+            view.set_sizes(area, [40, 30], true);
+            assert!(shown(&view, area).iter().all(Option::is_some), "{area:?}: {view:?}");
+            let copies = view.copies(area);
+            assert_eq!(
+                copies,
+                [CopyRegion { from: [[0, 0], [40, 30]], to: [[0, 0], area.map(|n| n as i32)] }]
+            );
+            assert!(view.to_picture(view.area()).distance(DVec2::new(40.0, 30.0)) < 1e-9);
+        }
+        view.set_sizes([40, 30], [40, 30], false);
+        assert_eq!(view, Viewport::new([40, 30]));
+    }
+
     #[test]
     fn another_size_keeps_the_middle() {
         let mut view = Viewport::new([400, 300]);
         view.zoom_at(DVec2::new(200.0, 150.0), 6.0);
         let middle = |view: &Viewport| view.to_picture(0.5 * view.area()) / view.picture.as_dvec2();
         let before = middle(&view);
-        view.set_sizes([800, 600], [800, 600]);
+        view.set_sizes([800, 600], [800, 600], false);
         assert!(middle(&view).distance(before) < 0.01, "{} {before}", middle(&view));
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use ash::{khr, vk};
+use ash::{ext, khr, vk};
 
 use crate::gpu::device::cache::PipelineCache;
 use crate::gpu::device::heaps::LocalMemory;
@@ -466,12 +466,24 @@ fn create_device(
         .dynamic_rendering(true)
         .synchronization2(true)
         .maintenance4(true);
-    let info = vk::DeviceCreateInfo::default()
+    let mut id = vk::PhysicalDevicePresentIdFeaturesKHR::default().present_id(true);
+    let mut wait = vk::PhysicalDevicePresentWaitFeaturesKHR::default().present_wait(true);
+    if windows && physical.window.hdr_metadata {
+        extensions.push(ext::hdr_metadata::NAME.as_ptr());
+    }
+    let waits = windows && physical.window.present_wait;
+    if waits {
+        extensions.extend([khr::present_id::NAME.as_ptr(), khr::present_wait::NAME.as_ptr()]);
+    }
+    let mut info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
         .enabled_features(&features)
         .push_next(&mut v12)
         .push_next(&mut v13);
+    if waits {
+        info = info.push_next(&mut id).push_next(&mut wait);
+    }
     // SAFETY: the physical device offers all features and extensions; pointers outlive the call.
     unsafe { instance.raw.create_device(physical.raw, &info, None) }.named("vkCreateDevice")
 }

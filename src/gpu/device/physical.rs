@@ -9,6 +9,7 @@ use crate::gpu::device::heaps::{LocalMemory, MemorySource};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock;
+use crate::gpu::window::offers::WindowOffers;
 
 /// The user's choice of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -127,6 +128,8 @@ pub(in crate::gpu) struct PhysicalDevice {
     pub limits: vk::PhysicalDeviceLimits,
     /// What its compiled pipelines are good for.
     pub origin: PipelineOrigin,
+    /// What it offers windows.
+    pub window: WindowOffers,
     extensions: Vec<vk::ExtensionProperties>,
     families: Vec<vk::QueueFamilyProperties>,
 }
@@ -182,6 +185,7 @@ impl PhysicalDevice {
             calibrated,
             limits: p.limits,
             origin: PipelineOrigin::new(&p),
+            window: WindowOffers::default(),
             extensions,
             families,
         };
@@ -191,6 +195,7 @@ impl PhysicalDevice {
             ));
         } else {
             device.check_features(instance);
+            device.window = device.window_offers(instance);
         }
         if !device.offers(khr::push_descriptor::NAME) {
             device.lacks("The extension VK_KHR_push_descriptor is missing: update the graphics driver.");
@@ -252,6 +257,22 @@ impl PhysicalDevice {
                     "The feature {name} of Vulkan 1.3 is missing: update the graphics driver."
                 ));
             }
+        }
+    }
+
+    /// What it offers windows beyond what they need.
+    fn window_offers(&self, instance: &VulkanInstance) -> WindowOffers {
+        let has_wait = self.offers(khr::present_id::NAME) && self.offers(khr::present_wait::NAME);
+        let mut id = vk::PhysicalDevicePresentIdFeaturesKHR::default();
+        let mut wait = vk::PhysicalDevicePresentWaitFeaturesKHR::default();
+        if has_wait {
+            let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut id).push_next(&mut wait);
+            // SAFETY: the chain holds structures of extensions that this device offers.
+            unsafe { instance.raw.get_physical_device_features2(self.raw, &mut all) };
+        }
+        WindowOffers {
+            present_wait: id.present_id == vk::TRUE && wait.present_wait == vk::TRUE,
+            hdr_metadata: self.offers(ext::hdr_metadata::NAME),
         }
     }
 

@@ -26,6 +26,8 @@ pub enum TexelFormat {
     Rgba16F,
     /// Ten bits for each colour, 0 … 1023 stands for 0 … 1, red in the lowest; two bits of alpha above.
     Rgb10A2,
+    /// The same with blue in the lowest.
+    Bgr10A2,
 }
 
 impl TexelFormat {
@@ -34,7 +36,7 @@ impl TexelFormat {
         match self {
             TexelFormat::Rgba32F => 16,
             TexelFormat::Rgba16F | TexelFormat::Rg32F => 8,
-            TexelFormat::R32F | TexelFormat::Rgba8 | TexelFormat::Rgb10A2 => 4,
+            TexelFormat::R32F | TexelFormat::Rgba8 | TexelFormat::Rgb10A2 | TexelFormat::Bgr10A2 => 4,
         }
     }
 
@@ -46,6 +48,7 @@ impl TexelFormat {
             TexelFormat::Rgba8 => vk::Format::R8G8B8A8_UNORM,
             TexelFormat::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
             TexelFormat::Rgb10A2 => vk::Format::A2B10G10R10_UNORM_PACK32,
+            TexelFormat::Bgr10A2 => vk::Format::A2R10G10B10_UNORM_PACK32,
         }
     }
 }

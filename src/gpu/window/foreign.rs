@@ -86,6 +86,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         let wide = match output {
             ColorOutput::Sdr => None,
             ColorOutput::ScRgb => Some((TexelFormat::Rgba16F, 0)),
+            ColorOutput::Hdr10 if format == TexelFormat::Bgr10A2.raw() => Some((TexelFormat::Bgr10A2, 1)),
             ColorOutput::Hdr10 => Some((TexelFormat::Rgb10A2, 1)),
         };
         let conversion = match wide {

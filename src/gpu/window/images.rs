@@ -8,6 +8,7 @@ use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::{Access, level, levels};
+use crate::gpu::window::faults::{WindowCall, WindowFaults};
 use crate::gpu::window::surface::Surface;
 
 /// The description of a generation.
@@ -18,6 +19,7 @@ pub(in crate::gpu) struct ImagesDesc {
     pub mode: vk::PresentModeKHR,
     /// The generation before, or null.
     pub old: vk::SwapchainKHR,
+    pub faults: WindowFaults,
 }
 
 /// One image of a window.
@@ -71,6 +73,7 @@ impl SwapchainImages {
             .present_mode(desc.mode)
             .clipped(true)
             .old_swapchain(desc.old);
+        desc.faults.check(WindowCall::Swapchain).named("vkCreateSwapchainKHR")?;
         // SAFETY: all values are among those that the surface has offered; the old chain belongs to this surface.
         let raw = unsafe { loader.create_swapchain(&info, None) }.named("vkCreateSwapchainKHR")?;
         gpu.name(raw, "window");
@@ -251,13 +254,14 @@ mod tests {
         let options = GpuOptions { validation: true, quads: false };
         let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
         let (from, to) = ([37, 21], [40, 30]);
-        for (format, background) in [
-            (TexelFormat::Rgba8, 0xff00_0000_u64),
-            (TexelFormat::Rgb10A2, 0xc000_0000),
-            (TexelFormat::Rgba16F, 0x3c00 << 48),
+        for (format, shown_as, background) in [
+            (TexelFormat::Rgba8, TexelFormat::Rgba8, 0xff00_0000_u64),
+            (TexelFormat::Rgb10A2, TexelFormat::Rgb10A2, 0xc000_0000),
+            (TexelFormat::Rgb10A2, TexelFormat::Bgr10A2, 0xc000_0000),
+            (TexelFormat::Rgba16F, TexelFormat::Rgba16F, 0x3c00 << 48),
         ] {
-            let image = |name, extent| Image::new(&gpu, name, format, extent).expect(name);
-            let (mut picture, mut window) = (image("picture", from), image("window", to));
+            let image = |name, format, extent| Image::new(&gpu, name, format, extent).expect(name);
+            let (mut picture, mut window) = (image("picture", format, from), image("window", shown_as, to));
             let size = format.bytes();
             let mut buffer =
                 Buffer::new(&gpu, "texels", BufferUse::Upload, size * 37 * 21).expect("a buffer");
@@ -266,7 +270,7 @@ mod tests {
                 let noise = (i as u32).wrapping_mul(2_654_435_761).rotate_left(9) as u8;
                 *byte = if format == TexelFormat::Rgba16F && i % 2 == 1 { 16 + noise % 64 } else { noise };
             }
-            let texels = buffer.mapped().to_vec();
+            let mut texels = buffer.mapped().to_vec();
             let mut frame = gpu.begin().expect("a frame");
             let mut cmd = frame.cmd();
             cmd.copy_from_buffer(&buffer, &mut picture);
@@ -275,6 +279,14 @@ mod tests {
             window.access[0] = shown.access;
             gpu.wait(frame.submit().expect("submit")).expect("wait");
             let read = read_image(&gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");
+            if format != shown_as {
+                // Red and blue change places.
+                for texel in texels.as_chunks_mut::<4>().0 {
+                    let word = u32::from_le_bytes(*texel);
+                    let (red, blue) = (word & 1023, word >> 20 & 1023);
+                    *texel = (word & 0xc00f_fc00 | red << 20 | blue).to_le_bytes();
+                }
+            }
             for (i, texel) in read.chunks_exact(size).enumerate() {
                 let (x, y) = (i % 40, i / 40);
                 let at = (y * 37 + x) * size;

@@ -8,6 +8,7 @@ use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::{DeviceChoice, PhysicalDevice, enumerate, names, pick};
 use crate::gpu::error::{GpuError, Named};
+use crate::gpu::window::faults::{WindowCall, WindowFaults};
 
 /// A window and the connection to its display.
 pub(in crate::gpu) type WindowHandles = (RawDisplayHandle, RawWindowHandle);
@@ -38,7 +39,10 @@ impl ColorOutput {
                 &[vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32],
             ),
             Self::ScRgb => (vk::ColorSpaceKHR::EXTENDED_SRGB_LINEAR_EXT, &[vk::Format::R16G16B16A16_SFLOAT]),
-            Self::Hdr10 => (vk::ColorSpaceKHR::HDR10_ST2084_EXT, &[vk::Format::A2B10G10R10_UNORM_PACK32]),
+            Self::Hdr10 => (
+                vk::ColorSpaceKHR::HDR10_ST2084_EXT,
+                &[vk::Format::A2B10G10R10_UNORM_PACK32, vk::Format::A2R10G10B10_UNORM_PACK32],
+            ),
         }
     }
 }
@@ -52,7 +56,12 @@ pub(in crate::gpu) struct Surface {
 
 impl Surface {
     /// Makes the surface of a window.
-    pub fn new(instance: &Arc<VulkanInstance>, (display, window): WindowHandles) -> Result<Self, GpuError> {
+    pub fn new(
+        instance: &Arc<VulkanInstance>,
+        (display, window): WindowHandles,
+        faults: &WindowFaults,
+    ) -> Result<Self, GpuError> {
+        faults.check(WindowCall::Surface).named("vkCreateSurfaceKHR")?;
         // SAFETY: the handles belong to a live window, as `Swapchain::open` demands; the instance, which this surface
         // keeps alive, was made with the extensions of this display.
         let raw =

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
@@ -18,8 +18,13 @@ use crate::gpu::device::physical::DeviceChoice;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::Access;
+use crate::gpu::window::faults::{WindowCall, WindowFaults};
 use crate::gpu::window::images::{CopyRegion, ImagesDesc, SwapchainImage, SwapchainImages, WindowImage};
+use crate::gpu::window::offers::{HdrMetadata, PresentWait};
 use crate::gpu::window::surface::{ColorOutput, Surface};
+
+/// Least age of images that are made anew only because the driver calls them suboptimal: some drivers call all of them so.
+const SUBOPTIMAL_AGE: Duration = Duration::from_secs(1);
 
 /// The outcome of an attempt to acquire an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,8 +92,20 @@ pub struct Swapchain {
     stale: bool,
     hidden: bool,
     surface_lost: bool,
-    /// The result that tests have planned for the next attempt to acquire.
-    planned: Option<vk::Result>,
+    /// Whether the driver calls the images suboptimal.
+    suboptimal: bool,
+    /// When the images were made.
+    made: Instant,
+    /// The error of the last attempt to present.
+    failed: Option<GpuError>,
+    /// Learns when frames are shown, where the device can tell.
+    waits: Option<PresentWait>,
+    /// Tells the display what the picture is mastered for, where the device can.
+    metadata: Option<HdrMetadata>,
+    /// The largest luminance of wide-range colours, cd/m².
+    peak: f32,
+    /// The results that tests have planned.
+    faults: WindowFaults,
 }
 
 impl Swapchain {
@@ -107,11 +124,30 @@ impl Swapchain {
         window: (RawDisplayHandle, RawWindowHandle),
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
+        Self::open_with_faults(choice, options, window, extent, &WindowFaults::default())
+    }
+
+    /// As [`open`](Self::open), with results that tests have planned for calls of the window system.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`](Self::open).
+    pub fn open_with_faults(
+        choice: &DeviceChoice,
+        options: GpuOptions,
+        window: (RawDisplayHandle, RawWindowHandle),
+        extent: [u32; 2],
+        faults: &WindowFaults,
+    ) -> Result<Self, GpuError> {
         let instance = Arc::new(VulkanInstance::new(options.validation, Some(window.0))?);
-        let surface = Surface::new(&instance, window)?;
-        let gpu = Gpu::open(instance, surface.pick(choice)?, options, true)?;
+        let surface = Surface::new(&instance, window, faults)?;
+        let physical = surface.pick(choice)?;
+        let offers = physical.window;
+        let gpu = Gpu::open(instance, physical, options, true)?;
         let mut swapchain = Self {
             loader: khr::swapchain::Device::new(&gpu.instance.raw, &gpu.device),
+            waits: offers.present_wait.then(|| PresentWait::new(&gpu)),
+            metadata: offers.hdr_metadata.then(|| HdrMetadata::new(&gpu)),
             gpu,
             surface,
             chain: None,
@@ -125,7 +161,11 @@ impl Swapchain {
             stale: false,
             hidden: false,
             surface_lost: false,
-            planned: None,
+            suboptimal: false,
+            made: Instant::now(),
+            failed: None,
+            peak: 0.0,
+            faults: faults.clone(),
         };
         swapchain.recreate()?;
         Ok(swapchain)
@@ -171,20 +211,40 @@ impl Swapchain {
         offered
     }
 
+    /// Tells the display the largest luminance of wide-range colours, cd/m².
+    pub fn set_peak(&mut self, peak: f32) {
+        if std::mem::replace(&mut self.peak, peak) != peak {
+            self.describe_colors();
+        }
+    }
+
+    fn describe_colors(&self) {
+        let is_known = self.output == ColorOutput::Hdr10 && self.peak > 0.0;
+        if let (Some(metadata), Some(chain), true) = (&self.metadata, &self.chain, is_known) {
+            metadata.set(chain.raw, self.peak);
+        }
+    }
+
+    /// The last frame that the window has shown, or never will; `None` where the device cannot tell. Never waits.
+    pub fn shown(&mut self) -> Option<FrameNumber> {
+        let waits = self.waits.as_mut()?;
+        Some(waits.shown(self.chain.as_ref()?.raw))
+    }
+
     /// Notes that the window has a new size.
     pub fn resize(&mut self, extent: [u32; 2]) {
         self.wanted = extent;
         self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
     }
 
-    /// Makes the next [`acquire`](Self::acquire) find the surface lost. For tests.
-    pub fn lose_surface_once(&mut self) {
-        self.planned = Some(vk::Result::ERROR_SURFACE_LOST_KHR);
+    /// The results of calls of the window system that tests plan.
+    pub fn faults(&self) -> &WindowFaults {
+        &self.faults
     }
 
-    /// Makes the next [`acquire`](Self::acquire) find the images out of date. For tests.
-    pub fn outdate_once(&mut self) {
-        self.planned = Some(vk::Result::ERROR_OUT_OF_DATE_KHR);
+    /// Whether the last image was not presented, for an error that the next [`acquire`](Self::acquire) returns.
+    pub fn has_failed(&self) -> bool {
+        self.failed.is_some()
     }
 
     /// Copies rectangles of `picture` into the acquired image, and clears what they do not cover.
@@ -198,7 +258,7 @@ impl Swapchain {
     /// A new surface for the same window, after the old one was lost.
     pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
         self.clear();
-        self.surface = Surface::new(&self.gpu.instance, window)?;
+        self.surface = Surface::new(&self.gpu.instance, window, &self.faults)?;
         if !self.surface.is_shown_by(self.gpu.physical, self.gpu.queue_family) {
             return Err(GpuError::NoWindow("this device cannot show pictures in it any more.".into()));
         }
@@ -207,15 +267,27 @@ impl Swapchain {
     }
 
     /// Takes the next image, waiting at most `timeout`; recreates the swapchain where it must be. An image that was taken
-    /// and not presented is kept.
+    /// and not presented is kept. After an error, its own or that of the last attempt to present, all images are made anew by the
+    /// next call.
     ///
     /// # Errors
     ///
     /// [`GpuError::Call`]; [`GpuError::is_device_lost`] tells whether a new device helps.
     pub fn acquire(&mut self, timeout: Duration) -> Result<Readiness, GpuError> {
         self.gpu.alive("vkAcquireNextImageKHR")?;
+        let outcome = self.failed.take().map_or_else(|| self.try_acquire(timeout), Err);
+        if outcome.is_err() {
+            self.clear();
+        }
+        outcome
+    }
+
+    fn try_acquire(&mut self, timeout: Duration) -> Result<Readiness, GpuError> {
         if self.acquired.is_some() {
             return Ok(Readiness::Ready);
+        }
+        if std::mem::take(&mut self.suboptimal) {
+            self.stale |= self.made.elapsed() >= SUBOPTIMAL_AGE || self.has_other_extent()?;
         }
         // A window that is being resized may be out of date again at once: then the next frame tries.
         for _ in 0..3 {
@@ -235,20 +307,32 @@ impl Swapchain {
         Ok(Readiness::Busy)
     }
 
+    /// Whether the window has not the extent of the images any more.
+    fn has_other_extent(&mut self) -> Result<bool, GpuError> {
+        match self.surface.capabilities(self.gpu.physical) {
+            Ok(capabilities) => Ok(self.extent() != Some(extent(&capabilities, self.wanted))),
+            Err(result) => {
+                self.note(result).named("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
+                Ok(true)
+            }
+        }
+    }
+
     /// One attempt to acquire; `None` when the chain must be recreated first.
     fn take_image(&mut self, timeout: Duration) -> Result<Option<Readiness>, GpuError> {
-        if let Some(result) = self.planned.take() {
-            self.note(result).named("vkAcquireNextImageKHR")?;
-            return Ok(self.surface_lost.then_some(Readiness::SurfaceLost));
-        }
         let completed = self.gpu.completed()?;
         self.destroy_old(completed);
         let semaphore = self.free_semaphore(completed)?;
         let Some(chain) = &self.chain else { return Ok(None) };
         let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
-        // SAFETY: nothing waits for the semaphore, and it is not signalled; no other image is acquired.
-        let taken =
-            unsafe { self.loader.acquire_next_image(chain.raw, nanoseconds, semaphore, vk::Fence::null()) };
+        let planned = self.faults.next(WindowCall::Acquire);
+        let taken = match planned {
+            Some(result) if result != vk::Result::SUBOPTIMAL_KHR => Err(result),
+            // SAFETY: nothing waits for the semaphore, and it is not signalled; no other image is acquired.
+            _ => unsafe {
+                self.loader.acquire_next_image(chain.raw, nanoseconds, semaphore, vk::Fence::null())
+            },
+        };
         let (index, suboptimal) = match taken {
             Ok(taken) => taken,
             Err(result) => {
@@ -263,7 +347,7 @@ impl Swapchain {
         let SwapchainImage { raw, view, .. } = chain.images[index as usize];
         let image = WindowImage { raw, view, extent: chain.extent, access: Access::Acquired };
         self.acquired = Some(Acquired { index, semaphore, waiting: None, image });
-        self.stale |= suboptimal;
+        self.suboptimal |= suboptimal || planned.is_some();
         Ok(Some(Readiness::Ready))
     }
 
@@ -278,7 +362,10 @@ impl Swapchain {
     /// Notes results that concern the window; other errors are returned.
     fn note(&mut self, result: vk::Result) -> Result<(), vk::Result> {
         match result {
-            vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::SUBOPTIMAL_KHR => self.stale = true,
+            vk::Result::SUBOPTIMAL_KHR => self.suboptimal = true,
+            vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT => {
+                self.stale = true;
+            }
             vk::Result::ERROR_SURFACE_LOST_KHR => self.surface_lost = true,
             other => return Err(other),
         }
@@ -286,11 +373,12 @@ impl Swapchain {
     }
 
     /// Submits the frame and shows the acquired image. Suboptimal and out of date are no errors: the next
-    /// [`acquire`](Self::acquire) recreates.
+    /// [`acquire`](Self::acquire) recreates. Nor is any other but a lost device, once the frame is submitted: it is returned by
+    /// the next [`acquire`](Self::acquire).
     ///
     /// # Errors
     ///
-    /// As [`acquire`](Self::acquire).
+    /// [`GpuError::Call`] where the frame could not be submitted, or the device was lost.
     pub fn present(&mut self, mut frame: GpuFrame<'_>) -> Result<FrameNumber, GpuError> {
         let (Some(mut acquired), Some(chain)) = (self.acquired.take(), &mut self.chain) else {
             return frame.submit();
@@ -312,16 +400,47 @@ impl Swapchain {
         };
         self.semaphores.push((number.0, acquired.semaphore));
         let (waits, chains, indices) = ([drawn], [chain.raw], [acquired.index]);
-        let info =
+        let ids = [self.presents + 1];
+        let mut id = vk::PresentIdKHR::default().present_ids(&ids);
+        let mut info =
             vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
-        // SAFETY: the image is acquired and in the layout to be shown; the frame still locks the queue.
-        let presented = unsafe { self.loader.queue_present(self.gpu.queue, &info) };
+        if self.waits.is_some() {
+            info = info.push_next(&mut id);
+        }
+        let planned = self.faults.next(WindowCall::Present);
+        // After these the wait for the semaphore is enqueued; after other errors nothing has happened.
+        let is_enqueued = |result| {
+            matches!(
+                result,
+                vk::Result::SUBOPTIMAL_KHR
+                    | vk::Result::ERROR_OUT_OF_DATE_KHR
+                    | vk::Result::ERROR_SURFACE_LOST_KHR
+                    | vk::Result::ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT
+            )
+        };
+        let presented = match planned {
+            Some(result) if !is_enqueued(result) => Err(result),
+            // SAFETY: the image is acquired and in the layout to be shown; the frame still locks the queue.
+            _ => unsafe { self.loader.queue_present(self.gpu.queue, &info) },
+        };
+        let presented = planned.map_or(presented, Err);
         drop(frame);
-        chain.presented = true;
-        self.presents += 1;
+        if presented.is_ok() || presented.is_err_and(is_enqueued) {
+            chain.presented = true;
+            self.presents += 1;
+        }
+        if let Some(waits) = self.waits.as_mut().filter(|_| presented.is_ok()) {
+            waits.presented(ids[0], number);
+        }
         match presented {
-            Ok(suboptimal) => self.stale |= suboptimal,
-            Err(result) => self.note(result).named("vkQueuePresentKHR")?,
+            Ok(suboptimal) => self.suboptimal |= suboptimal,
+            Err(result) => {
+                let noted = self.note(result).named("vkQueuePresentKHR");
+                if noted.as_ref().is_err_and(GpuError::is_device_lost) {
+                    return noted.map(|()| number);
+                }
+                self.failed = noted.err();
+            }
         }
         Ok(number)
     }
@@ -354,9 +473,12 @@ impl Swapchain {
             GpuError::NoWindow("it offers no format that pictures can be copied to unchanged.".into())
         })?;
         self.output = output;
+        if let Some(waits) = &mut self.waits {
+            waits.leave();
+        }
         let old = self.chain.take();
         let raw = old.as_ref().map_or(vk::SwapchainKHR::null(), |chain| chain.raw);
-        let desc = ImagesDesc { capabilities, extent, format, mode, old: raw };
+        let desc = ImagesDesc { capabilities, extent, format, mode, old: raw, faults: self.faults.clone() };
         let made = SwapchainImages::new(&self.gpu, &self.loader, &self.surface, &desc);
         if let Some(old) = old {
             // Presenting is not part of a frame: once images of the next generation were presented, the last one of this
@@ -366,7 +488,8 @@ impl Swapchain {
             self.old.push(OldImages { frame, presents: self.presents + more, chain: old });
         }
         self.chain = Some(made?);
-        self.stale = false;
+        (self.stale, self.suboptimal, self.made) = (false, false, Instant::now());
+        self.describe_colors();
         Ok(())
     }
 
@@ -387,6 +510,9 @@ impl Swapchain {
                 acquired.claim(&mut frame);
             }
             self.semaphores.push((0, acquired.semaphore));
+        }
+        if let Some(waits) = &mut self.waits {
+            waits.leave();
         }
         let frames = self.gpu.frames();
         // SAFETY: the lock keeps others from submitting. After a lost device nothing is pending either.

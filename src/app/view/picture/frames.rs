@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::{LastRepaint, LivePicture, Painted, ShownFrame};
-use crate::app::view::screen::{PictureParts, PictureSource};
+use crate::app::view::screen::{Canvas, PictureParts, PictureSource};
 use crate::app::view::session::RenderSession;
 use crate::client::film::VulkanFilm;
 use crate::client::lod::level_of_detail;
@@ -11,7 +11,7 @@ use crate::client::pacing::{FramePlan, Situation};
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, Settings};
-use crate::gpu::{FrameNumber, Readiness};
+use crate::gpu::FrameNumber;
 use crate::stream::BLOCK_SAMPLES;
 
 /// The picture of another view is waited for until so long after an edit, before one of the first samples is shown.
@@ -93,20 +93,14 @@ impl LivePicture {
         self.show || (!self.hidden && (plan.repaint || panel_is_due))
     }
 
-    /// Acquires an image of the window to draw into; returns its extent, or `None` where there is nothing to draw into now.
-    pub fn acquire(&mut self) -> Result<Option<[u32; 2]>, ClientError> {
-        let Some(screen) = &mut self.screen else { return Ok(None) };
-        let (readiness, extent) = screen.acquire()?;
-        self.hidden = matches!(readiness, Readiness::Hidden);
-        match readiness {
-            Readiness::Ready => return Ok(extent),
-            Readiness::Busy | Readiness::Hidden => {}
-            Readiness::SurfaceLost => {
-                screen.replace_surface()?;
-                tracing::info!("the surface was lost and replaced");
-            }
-        }
-        Ok(None)
+    /// Asks for an image of the window to draw into.
+    pub fn acquire(&mut self) -> Result<Canvas, ClientError> {
+        let Some(screen) = &mut self.screen else { return Ok(Canvas::Hidden) };
+        let canvas = screen.acquire()?;
+        self.hidden = canvas == Canvas::Hidden;
+        // What was to be shown still is, whatever becomes of the last frame.
+        self.show |= matches!(canvas, Canvas::Later(_));
+        Ok(canvas)
     }
 
     /// Asks for a last repaint once the render has ended and the film has all of its samples.

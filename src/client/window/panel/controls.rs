@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use egui::{Button, ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 
 use crate::client::oidn;
-use crate::client::settings::{Adaptation, Denoise, Glare, OptionNames, Settings, SplatFilter};
+use crate::client::settings::{Adaptation, ColorOutput, Denoise, Glare, OptionNames, Settings, SplatFilter};
 use crate::client::window::panel::{MapChoice, PanelControls, style};
 use crate::color::Profile;
 
@@ -81,6 +81,26 @@ fn tone(
     profile(ui, &mut settings.profile, own);
     option(ui, ("Dither", "Hides the steps of 8 bits"), &mut settings.dither, default.dither);
     option(ui, ("Output", "Used where the window offers it"), &mut settings.output, default.output);
+    if settings.output != ColorOutput::Sdr {
+        peak(ui, &mut settings.peak, default.peak);
+    }
+}
+
+/// Chooses the peak of the display among usual ones. One from the command line stays until another is chosen.
+fn peak(ui: &mut Ui, peak: &mut u32, default: u32) {
+    let mut known = vec![400, 600, 1000, 1500, 2000, 4000];
+    known.push(*peak);
+    known.sort_unstable();
+    known.dedup();
+    let names: Vec<String> = known.iter().map(|peak| format!("{peak} cd/m²")).collect();
+    let known: Vec<_> = names.iter().map(String::as_str).zip(known).collect();
+    choice(
+        ui,
+        ("Peak", "Luminance that highlights roll off to: that of the display"),
+        peak,
+        &default,
+        &known,
+    );
 }
 
 /// Chooses a profile by name. A profile from a file stays until another is chosen.

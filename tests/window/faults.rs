@@ -1,0 +1,144 @@
+//! Calls of the window system that fail, devices that are lost: the window stays open, and the picture keeps its samples.
+
+use std::time::{Duration, Instant};
+
+use crate::endings::{ENDED, PATHS, paths_in, view};
+use crate::support::desktop::Desktop;
+use crate::viewer::{Listened, PATIENCE, end, end_when, figures, folder, words};
+
+/// What the viewer says when a call has failed, and when it works again.
+const FAILED: &str = "which is tried again";
+const AGAIN: &str = "the window is drawn again";
+
+/// The results of each call in one run, one after the other: those that the window's images follow by themselves, and errors.
+const CASES: [(&str, &[&str], &[&str]); 4] = [
+    (
+        "surface",
+        &[],
+        &["ERROR_OUT_OF_HOST_MEMORY", "ERROR_OUT_OF_DEVICE_MEMORY", "ERROR_INITIALIZATION_FAILED"],
+    ),
+    (
+        "swapchain",
+        &["ERROR_SURFACE_LOST_KHR"],
+        &[
+            "ERROR_OUT_OF_HOST_MEMORY",
+            "ERROR_OUT_OF_DEVICE_MEMORY",
+            "ERROR_INITIALIZATION_FAILED",
+            "ERROR_NATIVE_WINDOW_IN_USE_KHR",
+        ],
+    ),
+    ("acquire", FOLLOWED, UNKNOWN),
+    ("present", FOLLOWED, UNKNOWN),
+];
+const FOLLOWED: &[&str] = &[
+    "ERROR_OUT_OF_DATE_KHR",
+    "ERROR_SURFACE_LOST_KHR",
+    "ERROR_FULL_SCREEN_EXCLUSIVE_MODE_LOST_EXT",
+    "SUBOPTIMAL_KHR",
+];
+const UNKNOWN: &[&str] = &["ERROR_OUT_OF_HOST_MEMORY", "ERROR_OUT_OF_DEVICE_MEMORY", "ERROR_UNKNOWN"];
+
+/// Faults of a call, four calls apart. What is made only when something is lost is lost before.
+fn faults(call: &str, results: &[&str]) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (i, result) in results.iter().enumerate() {
+        let at = 4 * (i + 1);
+        match call {
+            "surface" | "swapchain" => {
+                let cause =
+                    if call == "surface" { "ERROR_SURFACE_LOST_KHR" } else { "ERROR_OUT_OF_DATE_KHR" };
+                faults.push(format!("acquire,{at},1,{cause}"));
+                // The first is made at the start; each fault takes two, and one works.
+                faults.push(format!("{call},{},2,{result}", 1 + 3 * i));
+            }
+            _ => faults.push(format!("{call},{at},2,{result}")),
+        }
+    }
+    faults.into_iter().flat_map(|fault| ["--fail-window-call".to_owned(), fault]).collect()
+}
+
+/// Whatever call fails, how often: the picture at the end is that of a window without faults, byte by byte.
+#[test]
+fn failing_calls_cost_neither_window_nor_samples() {
+    let desktop = Desktop::start(300, 300);
+    let picture = |name: &str| {
+        let folder = folder(name);
+        let bytes = std::fs::read(folder.join("last.png")).unwrap();
+        std::fs::remove_dir_all(folder).unwrap();
+        bytes
+    };
+    let output = end_when(view(&desktop, &folder("faultless"), &["--deterministic"]), &[ENDED]);
+    assert!(output.status.success(), "{}", words(&output));
+    let wanted = picture("faultless");
+    for (call, followed, errors) in CASES {
+        let folder = folder(call);
+        let planned = faults(call, &[followed, errors].concat());
+        let options: Vec<&str> =
+            ["--deterministic"].into_iter().chain(planned.iter().map(String::as_str)).collect();
+        let mut viewer = Listened::new(view(&desktop, &folder, &options));
+        viewer.wait_for(ENDED);
+        viewer.wait_for_times(AGAIN, errors.len());
+        let output = viewer.terminate();
+        let said = words(&output);
+        assert!(output.status.success(), "{call}: {said}");
+        assert_eq!(said.matches(AGAIN).count(), errors.len(), "{call}: {said}");
+        assert!(said.matches(FAILED).count() == errors.len() && !said.contains("panicked"), "{call}: {said}");
+        let seen = figures(&folder);
+        assert_eq!((&seen["device_losses"], &seen["validation_messages"]), (&0.into(), &0.into()), "{said}");
+        assert_eq!(paths_in(&folder), PATHS);
+        assert!(picture(call) == wanted, "{call}: another picture");
+    }
+}
+
+/// A device, a surface or images that cannot be made at first are tried again.
+#[test]
+fn a_window_opens_in_the_end() {
+    let desktop = Desktop::start(300, 300);
+    for fault in ["surface,0,3,ERROR_INITIALIZATION_FAILED", "swapchain,0,3,ERROR_OUT_OF_DEVICE_MEMORY"] {
+        let folder = folder("opens");
+        let output = end_when(view(&desktop, &folder, &["--fail-window-call", fault]), &[ENDED, FAILED]);
+        let said = words(&output);
+        assert!(output.status.success() && said.contains("no device can be opened"), "{said}");
+        assert_eq!(paths_in(&folder), PATHS);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+    // For ever is one error.
+    let folder = folder("never");
+    let output = end(view(&desktop, &folder, &["--fail-window-call", "surface,0,9999,ERROR_UNKNOWN"]));
+    let said = words(&output);
+    assert!(output.status.code() == Some(1) && said.contains("vkCreateSurfaceKHR failed"), "{said}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// A device that was lost, and cannot be opened again at once, is waited for. One that is lost after it has worked for a while is replaced,
+/// however many were before.
+#[test]
+fn devices_may_be_lost_more_than_once() {
+    let desktop = Desktop::start(300, 300);
+    let folder = folder("losses");
+    let options = ["--size", "96x96", "--no-panel", "-o", "last.exr", "--json", "figures.json"];
+    let losses = ["--lose-device-after", "20", "--lose-device-after", "500"];
+    let fault = ["--fail-window-call", "surface,1,4,ERROR_INITIALIZATION_FAILED"];
+    let viewer = crate::viewer::view(&desktop, &folder, &[&options[..], &losses, &fault].concat());
+    let mut viewer = Listened::new(viewer);
+    viewer.wait_for("is open again");
+    // Every move is a frame.
+    let start = Instant::now();
+    desktop.pointer(48, 48);
+    desktop.button(1, true);
+    for i in 0.. {
+        if viewer.times("is open again") == 2 || start.elapsed() > PATIENCE {
+            break;
+        }
+        desktop.pointer(40 + i % 16, 48);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    desktop.button(1, false);
+    std::thread::sleep(Duration::from_secs(1));
+    let output = viewer.terminate();
+    let (said, seen) = (words(&output), figures(&folder));
+    assert!(output.status.success() && said.contains("no device can be opened"), "{said}");
+    assert_eq!((&seen["device_losses"], &seen["validation_messages"]), (&2.into(), &0.into()), "{said}");
+    assert!(paths_in(&folder) > 1000, "{} paths", paths_in(&folder));
+    std::fs::remove_dir_all(folder).unwrap();
+}
