@@ -94,6 +94,11 @@ impl RetainedSamples {
         self.fed = 0;
     }
 
+    /// The film has the samples of all blocks from elsewhere.
+    pub fn skip(&mut self) {
+        self.fed = self.blocks.len();
+    }
+
     /// Whether the film has every retained block.
     pub fn caught_up(&self) -> bool {
         self.fed == self.blocks.len()

@@ -343,6 +343,11 @@ impl FilmCounts {
         self.camera_paths.max(self.light_paths)
     }
 
+    /// Samples of both streams.
+    pub fn samples(&self) -> u64 {
+        self.camera_samples.saturating_add(self.light_samples)
+    }
+
     /// The factor of the light stream's sums in a picture of this size: its texels per light path (values are densities over
     /// uv); 0 without light paths.
     pub fn light_scale(&self, width: u32, height: u32) -> f32 {

@@ -1,6 +1,7 @@
 //! The picture in the window: the screen with the film on it, the samples that are kept to fill another film, the pacing of
 //! frames, and the observer of the error.
 
+mod backup;
 mod feed;
 mod frames;
 pub mod output;
@@ -14,9 +15,11 @@ use miette::Result;
 use crate::app::light_groups::{GroupFilms, GroupMemory};
 use crate::app::noise_filter::{EpochView, FilteredFrame};
 use crate::app::observer::{Beside, Observer};
+use crate::app::report::human;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::light_mix::LightMix;
+use crate::app::view::picture::backup::SumsBackup;
 use crate::app::view::picture::regions::{RegionRender, Regions};
 use crate::app::view::screen::Screen;
 use crate::app::view::session::RenderSession;
@@ -68,6 +71,8 @@ pub struct LivePicture {
     pub screen: Option<Screen>,
     /// The samples of the present epoch, for films to come.
     kept: RetainedSamples,
+    /// The sums of the present epoch in memory, where they are on a device and have more samples than are kept.
+    backup: SumsBackup,
     /// Shares out the time of a frame.
     pub pacer: Pacer,
     /// Watches the error, where the render is divided into replicates.
@@ -104,6 +109,8 @@ pub struct LivePicture {
     refused: Option<FilmSpec>,
     /// Errors that were no fault of film or settings since the last repaint.
     failures: u32,
+    /// Samples of the film whose device was lost.
+    lost: u64,
 }
 
 /// Samples of a stream that coarse sums take at most: the store has room for those of both, and for what comes in the same frame.
@@ -120,6 +127,7 @@ impl LivePicture {
         Ok(Self {
             screen: None,
             kept: RetainedSamples::default(),
+            backup: SumsBackup::default(),
             pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
             observer: run.replicated.then(observe).transpose()?,
             regions: Regions::default(),
@@ -139,6 +147,7 @@ impl LivePicture {
             painted: None,
             refused: None,
             failures: 0,
+            lost: 0,
         })
     }
 
@@ -175,8 +184,7 @@ impl LivePicture {
 
     /// Samples on the film.
     fn samples(&self) -> u64 {
-        let counts = self.counts();
-        counts.camera_samples + counts.light_samples
+        self.counts().samples()
     }
 
     /// Samples of what is traced: of a region, or of the whole picture.
@@ -294,6 +302,7 @@ impl LivePicture {
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.
     pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
         self.kept.clear();
+        self.backup.clear();
         self.meter.clear();
         self.regions.clear();
         self.mix.begin_epoch();
@@ -314,11 +323,21 @@ impl LivePicture {
     /// kept samples, which know no resolution.
     pub fn refit(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         let fits = self.film().is_some_and(|film| *film.spec() == run.film);
+        let samples = self.samples();
         let Some(screen) = self.screen.as_mut().filter(|_| !fits) else { return Ok(false) };
         screen.replace_film(run.film)?;
         self.rewind(run);
+        self.tell_what_is_kept("the film is made anew", samples, self.kept.len() as u64);
         self.remake_groups(run)?;
         Ok(true)
+    }
+
+    /// Tells the user where not all `samples` of a picture are in the next one.
+    fn tell_what_is_kept(&mut self, why: &str, samples: u64, kept: u64) {
+        if let Some(screen) = self.screen.as_mut().filter(|_| kept < samples) {
+            let (samples, kept) = (human(samples as f64), human(kept as f64));
+            screen.tell(format!("{why}, with {kept} of its {samples} samples: no more were kept"));
+        }
     }
 
     /// Gives up the device, which was lost: samples are kept until there is another one.
@@ -328,19 +347,40 @@ impl LivePicture {
     /// The same error where that goes on and on.
     pub fn lose_device(&mut self, error: ClientError) -> Result<(), ClientError> {
         self.regions.clear();
+        self.lost = self.samples();
         self.screen.as_mut().map_or(Ok(()), |screen| screen.lose_device(error))
     }
 
-    /// Opens a device where there is none, once it is time to try; the film on it is filled from the kept samples. Returns whether
-    /// there is a new one.
+    /// Opens a device where there is none, once it is time to try. The film on it has the sums that were in memory, or their last copy;
+    /// otherwise it is filled from the kept samples. Returns whether there is a new one.
     pub fn reopen(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         let Some(screen) = &mut self.screen else { return Ok(false) };
         if !screen.reopen(run.film)? {
             return Ok(false);
         }
-        self.rewind(run);
-        self.show = true;
+        (self.repaint, self.show) = (true, true);
+        let samples = std::mem::take(&mut self.lost);
+        if self.samples() > 0 {
+            return Ok(true);
+        }
+        let copy = self.backup.take(self.kept.len());
+        let restored = match (copy, self.film_mut()) {
+            (Some(copy), Some(film)) => film.restore(&copy).is_ok(),
+            _ => false,
+        };
+        match restored {
+            true => self.kept.skip(),
+            false => self.rewind(run),
+        }
+        let kept = if restored { self.samples() } else { self.kept.len() as u64 };
+        self.tell_what_is_kept("the picture goes on after the loss of its device", samples, kept);
         Ok(true)
+    }
+
+    /// Keeps a copy of the sums in memory.
+    pub fn back_up(&mut self, now: Instant) -> Result<(), ClientError> {
+        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| self.kept.caught_up());
+        film.map_or(Ok(()), |film| self.backup.update(film, self.kept.len(), now))
     }
 
     /// Replaces the films of the groups of lights by empty ones of the present size: their samples are not kept.
@@ -375,6 +415,7 @@ impl LivePicture {
     /// replicate. Samples for which the store had no room are missing from both, and so are those of regions.
     fn rewind(&mut self, run: &RunSpec) {
         self.regions.clear();
+        self.backup.clear();
         self.kept.rewind();
         self.meter.clear();
         if let Some(observer) = &mut self.observer {

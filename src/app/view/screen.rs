@@ -89,6 +89,8 @@ struct DeviceObjects {
 pub struct Screen {
     /// `None` while there is no device.
     objects: Option<DeviceObjects>,
+    /// The film of a device that was lost, where its sums are in memory.
+    rescued: Option<VulkanFilm>,
     overlay: Option<PanelRenderer>,
     choice: DeviceChoice,
     /// The window.
@@ -129,6 +131,7 @@ impl Screen {
     ) -> Result<Self, ClientError> {
         let mut screen = Self {
             objects: None,
+            rescued: None,
             overlay: None,
             choice: choice.clone(),
             window,
@@ -197,7 +200,9 @@ impl Screen {
         self.losses_in_a_row = if has_lasted { 1 } else { self.losses_in_a_row + 1 };
         self.messages += self.gpu().map_or(0, |gpu| gpu.validation_messages().len());
         // Before the next one: a window has one swapchain at a time.
-        (self.objects, self.last) = (None, FrameNumber::default());
+        let film = self.objects.take().and_then(|objects| objects.film);
+        self.rescued = film.filter(VulkanFilm::is_summed_on_host);
+        self.last = FrameNumber::default();
         if self.losses_in_a_row > MOST_LOSSES {
             return Err(error);
         }
@@ -205,7 +210,7 @@ impl Screen {
         Ok(())
     }
 
-    fn make(&self, spec: FilmSpec) -> Result<DeviceObjects, ClientError> {
+    fn make(&mut self, spec: FilmSpec) -> Result<DeviceObjects, ClientError> {
         let size = self.window.inner_size();
         let extent = [size.width, size.height];
         let (options, faults) = (GpuOptions::from_env(), &self.simulated.window);
@@ -218,8 +223,12 @@ impl Screen {
             swapchain.gpu().limit_memory(bytes);
         }
         let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
-        let film = Some(new_film(swapchain.gpu(), spec, self.exact)?);
-        Ok(DeviceObjects { film, swapchain, pipelines })
+        let rescued = self.rescued.take().filter(|film| *film.spec() == spec);
+        let film = match rescued.and_then(|film| film.moved_to(swapchain.gpu())) {
+            Some(film) => film,
+            None => new_film(swapchain.gpu(), spec, self.exact)?,
+        };
+        Ok(DeviceObjects { film: Some(film), swapchain, pipelines })
     }
 
     fn handles(&self) -> Result<(RawDisplayHandle, RawWindowHandle), GpuError> {
@@ -290,6 +299,11 @@ impl Screen {
     pub fn frame_length(&self) -> Option<Duration> {
         let rate = self.window.current_monitor()?.refresh_rate_millihertz().filter(|rate| *rate >= 1000)?;
         Some(Duration::from_secs_f64(1e3 / f64::from(rate)))
+    }
+
+    /// Tells the user.
+    pub fn tell(&mut self, message: String) {
+        self.news.push(message);
     }
 
     /// What the user is to be told since the last call.

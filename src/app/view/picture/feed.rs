@@ -35,7 +35,8 @@ impl LivePicture {
             session.hear_server();
             self.read(session, budget)?;
         }
-        Ok(())
+        // In order of index a film that is lost is made anew.
+        if session.run_spec().deterministic { Ok(()) } else { self.back_up(begin) }
     }
 
     /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
