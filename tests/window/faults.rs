@@ -107,6 +107,14 @@ fn a_window_opens_in_the_end() {
     let output = end(view(&desktop, &folder, &["--fail-window-call", "surface,0,9999,ERROR_UNKNOWN"]));
     let said = words(&output);
     assert!(output.status.code() == Some(1) && said.contains("vkCreateSurfaceKHR failed"), "{said}");
+    std::fs::remove_dir_all(&folder).unwrap();
+    std::fs::create_dir(&folder).unwrap();
+    let large = ["--size", "2000x2000", "--device-memory", "48", "-o", "last.png"];
+    let output = end(crate::viewer::view(&desktop, &folder, &large));
+    let said = words(&output);
+    assert!(output.status.code() == Some(1) && said.contains("no GPU memory for"), "{said}");
+    // What was traced meanwhile is in the picture.
+    assert!(!said.contains("panicked") && folder.join("last.png").exists(), "{said}");
     std::fs::remove_dir_all(folder).unwrap();
 }
 

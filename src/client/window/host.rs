@@ -27,6 +27,13 @@ pub struct PanelDrawing {
     pub pixels_per_point: f32,
 }
 
+impl Drop for PanelDrawing {
+    /// Textures that were never handed over, because the window could not be drawn, are not missed.
+    fn drop(&mut self) {
+        self.textures.clear();
+    }
+}
+
 /// What a screen reader asks for, as an event of the loop.
 pub use accesskit_winit::Event as ReaderEvent;
 

@@ -260,6 +260,18 @@ mod tests {
             (TexelFormat::Rgb10A2, TexelFormat::Bgr10A2, 0xc000_0000),
             (TexelFormat::Rgba16F, TexelFormat::Rgba16F, 0x3c00 << 48),
         ] {
+            let query = |format: TexelFormat| {
+                // SAFETY: plain query.
+                let properties = unsafe {
+                    gpu.instance.raw.get_physical_device_format_properties(gpu.physical, format.raw())
+                };
+                properties.optimal_tiling_features
+            };
+            // lavapipe has no blits into the second order of 10 bits: no window gets it there.
+            if !query(shown_as).contains(vk::FormatFeatureFlags::BLIT_DST) {
+                assert_eq!(shown_as, TexelFormat::Bgr10A2);
+                continue;
+            }
             let image = |name, format, extent| Image::new(&gpu, name, format, extent).expect(name);
             let (mut picture, mut window) = (image("picture", format, from), image("window", shown_as, to));
             let size = format.bytes();
