@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::client::layout::ReconstructPush;
 use crate::client::lod::{MIN_LOD, StreamLod};
-use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::StreamImages;
+use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::client::settings::{Reconstruction, ReconstructionKernel};
 use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
 
@@ -39,8 +39,11 @@ pub struct ReconstructPass {
 
 impl ReconstructPass {
     /// A pass without pipelines.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
-        Self { pipelines: ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), 8) }
+    pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
+        Self {
+            pipelines: ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), 8)
+                .compiled(policy),
+        }
     }
 
     /// Draws the picture from the camera's and the light's stream, of which at least one must be there.
