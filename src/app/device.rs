@@ -43,7 +43,7 @@ impl Device {
     /// The Vulkan device of this choice, with the pipelines that earlier runs have compiled.
     fn vulkan(choice: &DeviceChoice) -> Result<Self, GpuError> {
         let gpu = Gpu::new(choice)?;
-        pipelines::load(&gpu);
+        pipelines::keep(&gpu);
         Ok(Device::Vulkan(gpu))
     }
 
@@ -85,14 +85,6 @@ impl Device {
         match kappa {
             Some(kappa) => Ok(Box::new(CascadeFilm::new(Box::new(make), spec, kappa).into_diagnostic()?)),
             None => make(spec).into_diagnostic(),
-        }
-    }
-}
-
-impl Drop for Device {
-    fn drop(&mut self) {
-        if let Device::Vulkan(gpu) = self {
-            pipelines::save(gpu);
         }
     }
 }

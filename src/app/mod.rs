@@ -125,7 +125,7 @@ use miette::Result;
 /// Everything that stops the run, ready to be printed: with file, line and column where a scene is at fault.
 pub fn run(cli: Cli) -> Result<()> {
     process::listen_for_snapshots();
-    match cli.command {
+    let outcome = match cli.command {
         CliCommand::Render(args) => render::render(*args),
         CliCommand::Shard(args) => shard::shard(*args),
         CliCommand::Merge(args) => merge::merge(&args),
@@ -140,5 +140,7 @@ pub fn run(cli: Cli) -> Result<()> {
         CliCommand::Study(args) => study::study(&args),
         CliCommand::Plugins(args) => plugins::list(&args),
         CliCommand::Devices => device::list(),
-    }
+    };
+    pipelines::save_kept();
+    outcome
 }

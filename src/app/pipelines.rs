@@ -13,7 +13,7 @@
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -33,8 +33,23 @@ const HASH: usize = 32;
 /// How long no pipeline was compiled before those of a window are written.
 const QUIET: Duration = Duration::from_secs(5);
 
+/// The devices whose pipelines are written when the program ends: by then whoever opened them may have given them away.
+static KEPT: Mutex<Vec<Arc<Gpu>>> = Mutex::new(Vec::new());
+
+/// Loads the pipelines that earlier runs have compiled on this device; [`save_kept`] writes those of this run.
+pub fn keep(gpu: &Arc<Gpu>) {
+    load(gpu);
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner).push(gpu.clone());
+}
+
+/// Writes the pipelines of the devices that were kept, and lets go of them.
+pub fn save_kept() {
+    let kept = std::mem::take(&mut *KEPT.lock().unwrap_or_else(PoisonError::into_inner));
+    kept.iter().for_each(|gpu| save(gpu));
+}
+
 /// Loads the pipelines that earlier runs have compiled on this device.
-pub fn load(gpu: &Gpu) {
+fn load(gpu: &Gpu) {
     let Some(path) = file(gpu) else { return };
     let loaded = match read(&path) {
         Ok(None) => return,
@@ -48,7 +63,7 @@ pub fn load(gpu: &Gpu) {
 }
 
 /// Writes the pipelines of this device, where some have come since they were loaded or written.
-pub fn save(gpu: &Gpu) {
+fn save(gpu: &Gpu) {
     let Some(path) = file(gpu) else { return };
     let written = match gpu.take_pipelines() {
         Ok(None) => return,

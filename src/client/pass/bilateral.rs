@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::client::layout::BilateralPush;
-use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::StreamImages;
+use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::client::reference::bilateral::STAGES;
 use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
 
@@ -43,12 +43,12 @@ const RESULT: usize = STAGES as usize % 2;
 
 impl BilateralPass {
     /// A pass without pipelines.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
+    pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
         let push_bytes = size_of::<BilateralPush>();
         Self {
             gpu: gpu.clone(),
-            errors: ShaderVariants::new(gpu, "bilateral_error.frag", push_bytes, 2),
-            stages: ShaderVariants::new(gpu, "bilateral.frag", push_bytes, 4),
+            errors: ShaderVariants::new(gpu, "bilateral_error.frag", push_bytes, 2).compiled(policy),
+            stages: ShaderVariants::new(gpu, "bilateral.frag", push_bytes, 4).compiled(policy),
             images: [None, None],
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Mat3;
 
 use crate::client::layout::ComposePush;
-use crate::client::pass::ShaderVariants;
+use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::gpu::{
     Access, Attachment, Blend, Cmd, Gpu, GpuError, Image, LoadOp, Region, TexelFormat, Texture,
 };
@@ -33,9 +33,12 @@ pub struct ComposePass {
 
 impl ComposePass {
     /// A pass without pipelines.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
-        let pass =
-            |blend| ShaderVariants::new(gpu, "compose.frag", size_of::<ComposePush>(), 1).blended(blend);
+    pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
+        let pass = |blend| {
+            ShaderVariants::new(gpu, "compose.frag", size_of::<ComposePush>(), 1)
+                .compiled(policy)
+                .blended(blend)
+        };
         Self { over: pass(Blend::Over), add: pass(Blend::Add) }
     }
 

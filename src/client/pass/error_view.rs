@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::client::layout::ReconstructPush;
 use crate::client::lod::StreamLod;
-use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::StreamImages;
+use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
 
 /// Relative standard error of one stream, as grey in place of the picture.
@@ -17,8 +17,11 @@ pub struct ErrorViewPass {
 
 impl ErrorViewPass {
     /// A pass without pipelines.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
-        Self { pipelines: ShaderVariants::new(gpu, "error_view.frag", size_of::<ReconstructPush>(), 2) }
+    pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
+        Self {
+            pipelines: ShaderVariants::new(gpu, "error_view.frag", size_of::<ReconstructPush>(), 2)
+                .compiled(policy),
+        }
     }
 
     /// Draws the error of a stream; `summed` for the light stream. `push` is as the reconstruction gets it, but for the

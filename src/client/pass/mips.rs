@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::client::layout::DownsamplePush;
-use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::{AccumulatorImages, StreamImages};
+use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, LoadOp, TexelFormat, Texture};
 
 /// Builds mip levels of a stream's sums, with the variance where noise is masked.
@@ -17,8 +17,11 @@ pub struct MipsPass {
 
 impl MipsPass {
     /// A pass without pipelines.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
-        Self { pipelines: ShaderVariants::new(gpu, "downsample.frag", size_of::<DownsamplePush>(), 2) }
+    pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
+        Self {
+            pipelines: ShaderVariants::new(gpu, "downsample.frag", size_of::<DownsamplePush>(), 2)
+                .compiled(policy),
+        }
     }
 
     /// Makes levels `0 .. levels` of the colour readable, and of the variance too if `variance`, which must then be kept.

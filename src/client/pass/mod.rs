@@ -53,21 +53,37 @@ pub mod variance;
 pub mod wavelet;
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::client::background::BackgroundTask;
 use crate::gpu::{Blend, Gpu, GpuError, GraphicsDesc, Pipeline, TexelFormat, Topology, VertexLayout};
 
+/// Whether a repaint goes without a pipeline that is not compiled yet, while another thread compiles it. At first it waits. All passes
+/// of a repaint share it.
+#[derive(Clone, Debug, Default)]
+pub struct CompilePolicy(Arc<AtomicBool>);
+
+impl CompilePolicy {
+    /// Decides it for what is recorded from now on.
+    pub fn set_aside(&self, aside: bool) {
+        self.0.store(aside, Ordering::Relaxed);
+    }
+
+    /// Whether another thread is to compile.
+    pub fn is_aside(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
 /// The pipelines of a fragment shader that runs once for every texel of its attachments: one for each set of
-/// specialization constants, made on first use; on another thread where the device is told to
-/// ([`Gpu::set_background_compiling`]).
+/// specialization constants, made on first use; on another thread where the [`CompilePolicy`] says so.
 pub struct ShaderVariants {
     gpu: Arc<Gpu>,
     frag: &'static str,
     push_bytes: usize,
     textures: u32,
     blend: Blend,
-    /// Whether the caller always waits.
-    waits: bool,
+    policy: CompilePolicy,
     made: Vec<(Vec<u32>, Variant)>,
 }
 
@@ -78,10 +94,11 @@ enum Variant {
 }
 
 impl ShaderVariants {
-    /// Variants of this shader, with `push_bytes` of push constants and this number of textures.
+    /// Variants of this shader, with `push_bytes` of push constants and this number of textures. The caller waits until they are
+    /// compiled.
     pub fn new(gpu: &Arc<Gpu>, frag: &'static str, push_bytes: usize, textures: u32) -> Self {
-        let (gpu, blend, made) = (gpu.clone(), Blend::Replace, Vec::new());
-        Self { gpu, frag, push_bytes, textures, blend, waits: false, made }
+        let (gpu, blend, policy) = (gpu.clone(), Blend::Replace, CompilePolicy::default());
+        Self { gpu, frag, push_bytes, textures, blend, policy, made: Vec::new() }
     }
 
     /// The same, whose texels are combined with what is there.
@@ -89,9 +106,9 @@ impl ShaderVariants {
         Self { blend, ..self }
     }
 
-    /// The same, which are compiled by who asks for them, whatever the device is told: nobody sees a picture meanwhile.
-    pub fn waiting(self) -> Self {
-        Self { waits: true, ..self }
+    /// The same, compiled as this policy says.
+    pub fn compiled(self, policy: &CompilePolicy) -> Self {
+        Self { policy: policy.clone(), ..self }
     }
 
     /// The pipeline with these constants, which draws into attachments of these formats.
@@ -100,7 +117,7 @@ impl ShaderVariants {
     ///
     /// Those of [`Pipeline::new`], and [`GpuError::Compiling`] while another thread compiles it.
     pub fn get(&mut self, constants: &[u32], formats: &[TexelFormat]) -> Result<&Pipeline, GpuError> {
-        let waits = self.waits || !self.gpu.compiles_in_background();
+        let waits = !self.policy.is_aside();
         let at = match self.made.iter().position(|(made, _)| made == constants) {
             Some(at) => at,
             None => {

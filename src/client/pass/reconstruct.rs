@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::client::layout::ReconstructPush;
 use crate::client::lod::{MIN_LOD, StreamLod};
-use crate::client::pass::ShaderVariants;
 use crate::client::pass::images::StreamImages;
+use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::client::settings::{Reconstruction, ReconstructionKernel};
 use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
 
@@ -40,9 +40,9 @@ pub struct ReconstructPass {
 
 impl ReconstructPass {
     /// A pass without pipelines.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
+    pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
         let pipelines = ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), 8);
-        Self { gpu: gpu.clone(), pipelines }
+        Self { gpu: gpu.clone(), pipelines: pipelines.compiled(policy) }
     }
 
     /// Draws the picture from the camera's and the light's stream, of which at least one must be there.

@@ -9,6 +9,7 @@ use crate::client::effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;
+use crate::client::pass::CompilePolicy;
 use crate::client::pass::bilateral::BilateralPass;
 use crate::client::pass::compose::{ComposePass, PictureLayer};
 use crate::client::pass::error_view::ErrorViewPass;
@@ -54,6 +55,7 @@ pub struct Repaint {
     pub policy: BackgroundPolicy,
     /// Whether the last repaint was to show glare.
     shows_glare: bool,
+    compiling: CompilePolicy,
     /// Whether there was a repaint, and whether the last one waits for a pipeline.
     drawn: bool,
     gave_up: bool,
@@ -62,19 +64,21 @@ pub struct Repaint {
 impl Repaint {
     /// Makes passes for this film; images are made when they are drawn into first.
     pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Self {
+        let compiling = CompilePolicy::default();
         Self {
             gpu: gpu.clone(),
             spec,
-            mips: MipsPass::new(gpu),
-            bilateral: BilateralPass::new(gpu),
-            reconstruct: ReconstructPass::new(gpu),
-            error_view: ErrorViewPass::new(gpu),
-            compose: ComposePass::new(gpu),
+            mips: MipsPass::new(gpu, &compiling),
+            bilateral: BilateralPass::new(gpu, &compiling),
+            reconstruct: ReconstructPass::new(gpu, &compiling),
+            error_view: ErrorViewPass::new(gpu, &compiling),
+            compose: ComposePass::new(gpu, &compiling),
             glare: GlarePass::new(gpu),
-            tonemap: TonemapPass::new(gpu),
+            tonemap: TonemapPass::new(gpu, &compiling),
             picture: PictureImages::new([spec.width, spec.height]),
             policy: BackgroundPolicy::Block,
             shows_glare: false,
+            compiling,
             drawn: false,
             gave_up: false,
         }
@@ -137,7 +141,7 @@ impl Repaint {
         effects: &Effects,
         draw: impl FnOnce(&mut Self) -> Result<(), ClientError>,
     ) -> Result<&mut Image, ClientError> {
-        let waits = self.gave_up && self.gpu.compiles_in_background() && self.gpu.is_compiling();
+        let waits = self.gave_up && self.compiling.is_aside() && self.gpu.is_compiling();
         if !waits {
             let outcome = draw(self);
             self.gave_up = matches!(&outcome, Err(ClientError::Gpu(error)) if error.is_compiling());
@@ -163,7 +167,7 @@ impl Repaint {
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
-        self.gpu.set_background_compiling(false);
+        self.compiling.set_aside(false);
         self.record(cmd, sums, settings, &effects)?;
         Ok(self.picture.get(&self.gpu, &effects)?.0)
     }
@@ -245,7 +249,7 @@ impl Repaint {
             settings.glare.map_or(1, |_| glare_detail(&self.gpu, [self.spec.width, self.spec.height]));
         let effects = Effects::with_glare_at(settings, detail, in_time.max(possible));
         let aside = self.policy != BackgroundPolicy::Block && self.drawn && self.picture.holds(&effects);
-        self.gpu.set_background_compiling(aside);
+        self.compiling.set_aside(aside);
         effects
     }
 
@@ -318,7 +322,7 @@ impl Repaint {
         let gpu = self.gpu.clone();
         let effects = self.effects(settings, detail);
         self.policy = BackgroundPolicy::Block;
-        gpu.set_background_compiling(false);
+        self.compiling.set_aside(false);
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
         self.scatter(&mut frame.cmd(), settings, &effects)?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::client::dither::{MASK_SIDE, blue_noise};
 use crate::client::effects::{self, Effects};
 use crate::client::layout::TonemapPush;
-use crate::client::pass::ShaderVariants;
+use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::client::settings::{Dither, Settings};
 use crate::color::TransferTable;
 use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
@@ -25,8 +25,9 @@ pub struct TonemapPass {
 
 impl TonemapPass {
     /// A pass without pipelines and tables.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
-        let pipelines = ShaderVariants::new(gpu, "tonemap.frag", size_of::<TonemapPush>(), 3);
+    pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
+        let pipelines =
+            ShaderVariants::new(gpu, "tonemap.frag", size_of::<TonemapPush>(), 3).compiled(policy);
         Self { gpu: gpu.clone(), pipelines, transfer: None, mask: None }
     }
 

@@ -175,8 +175,7 @@ impl WaveletPass {
 
 impl WaveletShaders {
     fn new(gpu: &Arc<Gpu>) -> Self {
-        let make =
-            |name, textures| ShaderVariants::new(gpu, name, size_of::<WaveletPush>(), textures).waiting();
+        let make = |name, textures| ShaderVariants::new(gpu, name, size_of::<WaveletPush>(), textures);
         Self {
             weights: make("wavelet_weights.frag", 3),
             separate: make("wavelet_separate.frag", 2),

@@ -3,7 +3,7 @@
 //! Nothing is read or written here: the owner of the device decides where the bytes are kept.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
 
 use ash::vk;
@@ -59,9 +59,7 @@ pub(in crate::gpu) struct PipelineCache {
     /// Compiling locks it to read: Vulkan synchronises that by itself, but not the merging of two caches.
     raw: RwLock<vk::PipelineCache>,
     origin: PipelineOrigin,
-    /// Whether those who record go without a pipeline that is not compiled yet, and the number that is being compiled on other
-    /// threads.
-    background: AtomicBool,
+    /// Number of pipelines that are being compiled on other threads.
     under_way: AtomicUsize,
     /// Pipelines that tests let be compiled.
     pub compilations: Allowance,
@@ -169,17 +167,6 @@ impl Gpu {
             std::mem::replace(&mut known.hash, hash) != hash
         });
         Ok(Some(data).filter(|_| is_new))
-    }
-
-    /// Whether those who record from now on go without a pipeline that is not compiled yet, while it is compiled on another
-    /// thread ([`GpuError::Compiling`]); at first they compile it themselves.
-    pub fn set_background_compiling(&self, on: bool) {
-        self.pipelines.background.store(on, Ordering::Relaxed);
-    }
-
-    /// Whether pipelines are to be compiled on another thread.
-    pub fn compiles_in_background(&self) -> bool {
-        self.pipelines.background.load(Ordering::Relaxed)
     }
 
     /// Whether a pipeline is being compiled on another thread.
