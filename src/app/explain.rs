@@ -79,7 +79,8 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     let settings = args.display.settings();
     run.film.variance = shown_variance(&settings);
     let mut plan = plan(&loaded.desc, &run, &settings);
-    let film_memory = film_memory(&run.film, &settings, streams(run.integrator), usize::MAX);
+    let atlas = matches!(&device, Device::Vulkan(gpu) if !gpu.fetches_any_level());
+    let film_memory = film_memory(&run.film, &settings, streams(run.integrator), usize::MAX, atlas);
     let (mut memory, mut pipelines) = (None, None);
     if !args.no_costs {
         let subject = price::Subject { desc: &loaded.desc, scene: &scene, camera: &camera, run: &run };

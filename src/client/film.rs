@@ -11,6 +11,7 @@ use crate::client::error::ClientError;
 use crate::client::pass::compose::PictureLayer;
 use crate::client::pass::repaint::{FilmSums, Repaint, ShownTexels};
 use crate::client::readback::Readback;
+use crate::client::reference::ReferenceFilm;
 use crate::client::sample_sums::{SampleSums, SumsPlace};
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings, SplatFilter};
 use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region};
@@ -83,6 +84,14 @@ impl VulkanFilm {
         let coarse = self.coarse.and_then(|coarse| coarse.moved_to(gpu));
         let is_coarse = self.is_coarse && coarse.is_some();
         Some(Self { gpu: gpu.clone(), sums, coarse, is_coarse, repaint: None, ..self })
+    }
+
+    /// The film without its device, on `threads` threads as [`ReferenceFilm::new`] says; `None` where its sums were on it, are coarse or
+    /// lack samples.
+    pub fn into_reference(self, threads: usize) -> Option<Result<ReferenceFilm, ClientError>> {
+        let (state, sums) =
+            Some(self).filter(|film| !film.is_coarse && !film.is_damaged())?.sums.into_host()?;
+        Some(ReferenceFilm::with_sums(state, sums, threads))
     }
 
     /// Takes over sums that were read from a film of the same specification by [`begin_backup`](Self::begin_backup).
@@ -163,6 +172,11 @@ impl VulkanFilm {
     pub fn sharpen(&mut self) {
         self.sums.clear();
         self.is_coarse = false;
+    }
+
+    /// Samples of a full batch.
+    pub fn batch_capacity(&self) -> usize {
+        self.present().spec().batch_capacity()
     }
 
     /// Samples of the batch, which [`flush`](Self::flush) would rasterise.

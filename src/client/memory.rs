@@ -1,7 +1,8 @@
 //! The device memory that a film takes, told before anything is allocated.
 //!
 //! One line for each image and buffer, under the name that it has on the device. Tables of less than a megabyte, what a frame holds
-//! for a moment, and the rounding of the driver are left out. [`images`](crate::client::pass::images) has the reasons.
+//! for a moment, the coarse sums of a window whose picture moves (a sixteenth of the others), and the rounding of the driver are left
+//! out. [`images`](crate::client::pass::images) has the reasons.
 
 use crate::client::effects::Effects;
 use crate::client::glare::FourierAxis;
@@ -12,12 +13,13 @@ use crate::client::upload::STRIDE;
 use crate::gpu::TexelFormat;
 
 /// The images and buffers of a film that shows these settings and has so many `samples` of these streams, camera and light; each with
-/// its bytes.
+/// its bytes. `atlas` is true for devices that cannot [fetch any level](crate::gpu::Gpu::fetches_any_level).
 pub fn film_memory(
     spec: &FilmSpec,
     settings: &Settings,
     streams: [bool; 2],
     samples: usize,
+    atlas: bool,
 ) -> Vec<(String, u64)> {
     let effects = Effects::new(settings, 1);
     let (padded, extent) = (spec.padded_extent(), [spec.width, spec.height]);
@@ -29,6 +31,7 @@ pub fn film_memory(
         }
         match effects.masking {
             None => {}
+            Some(Masking::LowPass) if !atlas => {}
             Some(Masking::LowPass) => {
                 let levels = padded[0].max(padded[1]).ilog2() + 1;
                 list.push(image("atlas", TexelFormat::Rgba32F, atlas_extent(padded, levels)));

@@ -17,6 +17,9 @@ use crate::stream::Sample;
 /// so that pictures of even density are not merged.
 const DENSE: u32 = 8;
 
+/// Bits of an entry that count samples, up to which they are told apart.
+const COUNT_BITS: u32 = 20;
+
 /// A cell whose entry has more samples than the limit.
 #[derive(Default)]
 struct Cell {
@@ -29,9 +32,11 @@ struct Cell {
 /// Finds the dense cells of a batch of one stream and merges their samples.
 #[derive(Default)]
 pub struct Merger {
-    /// Number of samples in the cells of an entry; as many entries as a batch has samples. Cells that share one only look denser than
-    /// they are.
+    /// Number of samples in the cells of an entry, and above [`COUNT_BITS`] the number of the batch that they are of: counts of others
+    /// are 0. There are as many entries as a batch has samples. Cells that share one only look denser than they are.
     counts: Vec<u32>,
+    /// Number of the batch, from 1.
+    batch: u32,
     /// Cells of full entries by row and column.
     cells: BTreeMap<[u32; 2], Cell>,
     extent: [u32; 2],
@@ -43,8 +48,8 @@ pub struct Merger {
 }
 
 impl Merger {
-    /// Begins with a batch for this film, of which all samples are counted, chunk by chunk. Sums of one float, which are kept to show what the second costs, are not merged; neither
-    /// are filters of a size of their own, which are not linear.
+    /// Begins with a batch for this film, of which all samples are counted, chunk by chunk. Sums of one float, which are kept to show
+    /// what the second costs, are not merged; neither are filters of a size of their own, which are not linear.
     pub fn begin(&mut self, spec: &FilmSpec) {
         let linear = !matches!(spec.filter, SplatFilter::Scaled(_));
         self.limit = if linear && spec.sums == Summation::TwoFloat {
@@ -54,16 +59,22 @@ impl Merger {
         };
         (self.extent, self.filter, self.fullest) = (spec.padded_extent(), spec.filter, 0);
         self.cells.clear();
-        self.counts.clear();
-        self.counts.resize(spec.batch_capacity().next_power_of_two(), 0);
+        self.batch += 1;
+        let entries = spec.batch_capacity().next_power_of_two();
+        if self.counts.len() != entries || self.batch >> (32 - COUNT_BITS) != 0 {
+            self.counts.clear();
+            self.counts.resize(entries, 0);
+            self.batch = 1;
+        }
     }
 
     /// Counts a sample at this position in padded texels, inside the target.
     #[inline]
     pub fn count(&mut self, p: [f32; 2]) {
         let entry = self.entry(self.cell(p));
-        self.counts[entry] += 1;
-        self.fullest = self.fullest.max(self.counts[entry]);
+        let count = (self.counted(entry) + 1).min((1 << COUNT_BITS) - 1);
+        self.counts[entry] = self.batch << COUNT_BITS | count;
+        self.fullest = self.fullest.max(count);
     }
 
     /// Whether a cell may be dense, once all samples of a chunk were counted; then [`confirm`](Self::confirm) must hear of all of them
@@ -83,7 +94,7 @@ impl Merger {
     pub fn confirm(&mut self, p: [f32; 2]) {
         let cell = self.cell(p);
         let whole = self.filter == SplatFilter::Box || (0..2).all(|i| (1..self.extent[i]).contains(&cell[i]));
-        if whole && self.counts[self.entry(cell)] > self.limit {
+        if whole && self.counted(self.entry(cell)) > self.limit {
             self.cells.entry([cell[1], cell[0]]).or_default().count += 1;
         }
     }
@@ -91,7 +102,7 @@ impl Merger {
     /// Whether the sample at this position is in a dense cell.
     pub fn is_dense(&self, p: [f32; 2]) -> bool {
         let [column, row] = self.cell(p);
-        self.counts[self.entry([column, row])] > self.limit
+        self.counted(self.entry([column, row])) > self.limit
             && self.cells.get(&[row, column]).is_some_and(|cell| cell.count > self.limit)
     }
 
@@ -160,6 +171,13 @@ impl Merger {
     fn cell(&self, p: [f32; 2]) -> [u32; 2] {
         let shift = if self.filter == SplatFilter::Box { 0.0 } else { 0.5 };
         p.map(|p| (p + shift) as u32)
+    }
+
+    /// Number of samples of the batch in an entry.
+    #[inline]
+    fn counted(&self, entry: usize) -> u32 {
+        let count = self.counts[entry];
+        if count >> COUNT_BITS == self.batch { count & ((1 << COUNT_BITS) - 1) } else { 0 }
     }
 
     /// The table's entry of a cell. Neighbours have different ones.

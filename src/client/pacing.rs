@@ -81,6 +81,8 @@ pub struct Situation {
     pub capacity: usize,
     /// Number of streams, each of which is folded apart.
     pub streams: u32,
+    /// Whether the sums are coarse.
+    pub coarse: bool,
     /// A repaint shows the picture through the noise filter.
     pub filter: bool,
 }
@@ -102,11 +104,12 @@ pub struct FramePlan {
 #[derive(Clone, Debug)]
 pub struct Pacer {
     budget: f64,
-    per_sample: Mean,
+    /// Of full sums and of coarse ones.
+    per_sample: [Mean; 2],
     /// What the loop takes for a sample until it is in a batch.
     per_fed_sample: Mean,
-    /// The fold of one stream.
-    per_fold: Mean,
+    /// The fold of one stream, of full sums and of coarse ones.
+    per_fold: [Mean; 2],
     /// For `detail` 1, 2, 4.
     repaint: [Mean; 3],
     /// The noise filter, and what a repaint takes besides.
@@ -122,9 +125,9 @@ impl Pacer {
     pub fn new(budget: Duration) -> Self {
         Self {
             budget: budget.as_secs_f64().max(1e-3),
-            per_sample: Mean::default(),
+            per_sample: Default::default(),
             per_fed_sample: Mean::default(),
-            per_fold: Mean::default(),
+            per_fold: Default::default(),
             repaint: [Mean::default(); 3],
             filter: Mean::default(),
             filtered_repaint: Mean::default(),
@@ -143,10 +146,10 @@ impl Pacer {
         Duration::from_secs_f64(self.budget)
     }
 
-    /// `samples` took this long to rasterise, apart from what [`fold`](Self::fold) counts.
-    pub fn samples(&mut self, samples: u64, time: Duration) {
+    /// `samples` took this long to rasterise into full or `coarse` sums, apart from what [`fold`](Self::fold) counts.
+    pub fn samples(&mut self, samples: u64, time: Duration, coarse: bool) {
         if samples > 0 {
-            self.per_sample.add(time.as_secs_f64() / samples as f64);
+            self.per_sample[usize::from(coarse)].add(time.as_secs_f64() / samples as f64);
         }
     }
 
@@ -157,9 +160,9 @@ impl Pacer {
         }
     }
 
-    /// Work per batch of a stream whatever its number of samples: folding.
-    pub fn fold(&mut self, time: Duration) {
-        self.per_fold.add(time.as_secs_f64());
+    /// Work per batch of a stream whatever its number of samples, into full or `coarse` sums: folding.
+    pub fn fold(&mut self, time: Duration, coarse: bool) {
+        self.per_fold[usize::from(coarse)].add(time.as_secs_f64());
     }
 
     /// A repaint at this `detail` took this long.
@@ -197,13 +200,14 @@ impl Pacer {
             false => self.repaint_cost(detail),
         };
         // A repaint needs the samples of a batch that is not full: that it is folded early is part of its price.
-        let fold = self.per_fold.get() * f64::from(now.streams.max(1));
+        let per_sample = self.per_sample[usize::from(now.coarse)].get();
+        let fold = self.per_fold[usize::from(now.coarse)].get() * f64::from(now.streams.max(1));
         let price = cost + fold;
         let rest = (REST * LEAP / now.growth).clamp(1.0, REST) * price;
         let rested = now.since_repaint.as_secs_f64() >= rest.max(0.9 * self.budget);
         let finer = detail < now.shown_detail;
         let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
-        let drawing = now.batched as f64 * self.per_sample.get();
+        let drawing = now.batched as f64 * per_sample;
         // The next picture of a still scene is not urgent, but an edit may come while the device is busy.
         if repaint
             && !changing
@@ -220,16 +224,16 @@ impl Pacer {
         let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
         // The next picture is not urgent, but full lanes would hold the tracer up.
         let waiting = if repaint { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
-        let samples = self.affordable(left * self.trust, fold, now.capacity).max(waiting);
+        let samples = self.affordable(left * self.trust, per_sample, fold, now.capacity).max(waiting);
         // A batch that has grown large must not hold up a frame; but it should not be folded for next to nothing.
         let flush = !repaint && drawing > fold.max(BATCH_SHARE * self.budget);
         FramePlan { samples, detail, repaint, flush }
     }
 
     /// Whole blocks that can be taken and rasterised in this time, at least one, where each batch of `capacity` is folded.
-    fn affordable(&self, seconds: f64, fold: f64, capacity: usize) -> usize {
+    fn affordable(&self, seconds: f64, per_sample: f64, fold: f64, capacity: usize) -> usize {
         let folds = if capacity > 0 { fold / capacity as f64 } else { 0.0 };
-        let samples = match self.per_sample.get() + self.per_fed_sample.get() + folds {
+        let samples = match per_sample + self.per_fed_sample.get() + folds {
             cost if cost > 0.0 => (seconds / cost).min(MOST_SAMPLES as f64) as usize,
             _ => CHUNK_SAMPLES,
         };
@@ -269,7 +273,7 @@ mod tests {
 
     fn pacer(per_sample_ns: f64, repaint_ms: f64) -> Pacer {
         let mut pacer = Pacer::new(ms(16.0));
-        pacer.samples(1000, ms(per_sample_ns * 1e-3));
+        pacer.samples(1000, ms(per_sample_ns * 1e-3), false);
         pacer.repainted(1, ms(repaint_ms));
         pacer
     }
@@ -287,6 +291,7 @@ mod tests {
             batched: 0,
             capacity: 0,
             streams: 1,
+            coarse: false,
             filter: false,
         }
     }
@@ -296,7 +301,8 @@ mod tests {
     fn folds_and_feeding_cost() {
         let mut pacer = pacer(100.0, 1.0);
         let alone = pacer.plan(&still()).samples;
-        pacer.fold(ms(0.5));
+        pacer.fold(ms(0.5), false);
+        pacer.fold(ms(50.0), true);
         let now = Situation { capacity: 10 * BLOCK_SAMPLES, ..still() };
         let folded = pacer.plan(&now).samples;
         // 100 ns a sample and 0.5 ms for each 10,240 of them; 15 ms are left, less one fold.
@@ -315,7 +321,7 @@ mod tests {
         let quiet = Situation { growth: 1.0, ..still() };
         assert!(!pacer.plan(&Situation { batched: 7 * BLOCK_SAMPLES, ..quiet }).flush);
         assert!(pacer.plan(&Situation { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
-        pacer.fold(ms(12.0));
+        pacer.fold(ms(12.0), false);
         assert!(!pacer.plan(&Situation { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
         assert!(pacer.plan(&Situation { batched: 13 * BLOCK_SAMPLES, ..quiet }).flush);
     }
@@ -423,9 +429,9 @@ mod tests {
     fn nonsense_is_ignored() {
         let mut pacer = pacer(100.0, 1.0);
         let before = pacer.plan(&still());
-        pacer.samples(0, ms(5.0));
-        pacer.per_sample.add(f64::NAN);
-        pacer.per_sample.add(-1.0);
+        pacer.samples(0, ms(5.0), false);
+        pacer.per_sample[0].add(f64::NAN);
+        pacer.per_sample[0].add(-1.0);
         assert_eq!(pacer.plan(&still()), before);
     }
 }

@@ -73,6 +73,14 @@ impl Raster {
         Self::Host(Box::new(HostRaster { gpu: gpu.clone(), sums, copied: false, spent: (0, Duration::ZERO) }))
     }
 
+    /// The sums, if they are in memory.
+    pub fn into_host_sums(self) -> Option<HostSums> {
+        match self {
+            Self::Device(_) => None,
+            Self::Host(host) => Some(host.sums),
+        }
+    }
+
     /// The same for another device, after this one was lost; `None` where the batch was on it.
     pub fn moved_to(self, gpu: &Arc<Gpu>) -> Option<Self> {
         match self {
@@ -146,14 +154,20 @@ impl Raster {
         }
     }
 
-    /// Puts sums that were read from a device, with the overscan of the film, in the place of those that there are.
+    /// Puts sums that were read from a film, with the overscan of the film, in the place of those that there are.
     pub fn restore(
         &mut self,
         data: &FilmData,
         spec: &FilmSpec,
         streams: &mut Streams,
     ) -> Result<(), ClientError> {
-        let Self::Device(device) = self else { return Ok(()) };
+        let device = match self {
+            Self::Device(device) => device,
+            Self::Host(host) => {
+                host.copied = false;
+                return host.sums.restore(spec, data);
+            }
+        };
         let color = [data.camera.as_flattened(), data.light.as_flattened()];
         let variance = [&data.camera_variance, &data.light_variance];
         make_images(&device.gpu, spec, color.map(|sums| sums.len() as u64), true, streams)?;

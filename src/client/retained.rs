@@ -65,6 +65,11 @@ impl RetainedSamples {
         !self.full && self.samples.len() + BLOCK_SAMPLES <= self.limits.0 && self.blocks.len() < self.limits.1
     }
 
+    /// Whether half of the room is taken, by samples or by blocks.
+    pub fn is_half_full(&self) -> bool {
+        2 * self.samples.len() > self.limits.0 || 2 * self.blocks.len() > self.limits.1
+    }
+
     /// Retains a block if it fits; `false` means that neither it nor any later one is retained.
     ///
     /// The block counts as one that the film has if the film has all before it.

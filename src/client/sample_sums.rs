@@ -55,6 +55,11 @@ impl SampleSums {
         Some(Self { gpu: gpu.clone(), raster, streams: [None, None], ..self })
     }
 
+    /// The same sums as those of a film without a device; `None` where they were on it.
+    pub fn into_host(self) -> Option<(FilmState, HostSums)> {
+        Some((self.state, self.raster.into_host_sums()?))
+    }
+
     /// Takes over sums that were read from a film of the same specification, with its overscan; those that are here are forgotten.
     ///
     /// # Errors

@@ -99,7 +99,7 @@ pub enum Reconstruction {
     Gaussian,
     /// Catmull–Rom spline on two mip levels, interpolated.
     CatmullRom,
-    /// Hardware trilinear.
+    /// Bilinear on two mip levels, interpolated.
     Mipmap,
     /// The texel as it is.
     None,

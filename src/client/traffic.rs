@@ -10,7 +10,8 @@ use crate::client::settings::{FilmSpec, Reconstruction, SplatFilter, Summation};
 use crate::client::upload::STRIDE;
 
 /// The model in one sentence.
-pub const MODEL: &str = "every texel read and written once per pass, blended sprites read and write what they cover; mips and reconstruct by the level of detail; `variance` includes `variance fold`";
+pub const MODEL: &str = "every texel read and written once per pass, blended sprites read and write what they cover; \
+                         mips and reconstruct by the level of detail; `variance` includes `variance fold`";
 
 /// Bytes of a texel of colour, of variance, and of the encoded picture in 8 bits.
 const COLOR: f64 = 16.0;
@@ -103,7 +104,7 @@ impl PassTraffic {
         let levels = levels_needed(Reconstruction::Gaussian, self.is_masked, &lod);
         let texel = COLOR + if self.is_masked { SCALAR } else { 0.0 };
         let pair = |level: u32| texels_of(extent, level - 1) + texels_of(extent, level);
-        (1..levels).map(|level| texel * pair(level)).sum()
+        (1..levels).map(|level| texel * pair(level)).fold(0.0, |sum, bytes| sum + bytes)
     }
 
     /// Each level that is read counts once: two of them, or all where noise is masked.

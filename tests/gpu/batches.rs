@@ -2,7 +2,7 @@
 
 use crate::common::{assert_silent, film, gpu, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::reference::ExactFilm;
+use pointillist::client::reference::{ExactFilm, ReferenceFilm};
 use pointillist::client::{CHUNK_SAMPLES, Film, FilmData, FilmSpec, Reconstruction, SplatFilter};
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
@@ -45,6 +45,30 @@ fn batches_of_several_chunks_are_exact() {
         errors[0], errors[1]
     );
     assert!(errors.iter().all(|error| *error < 1e-6), "{errors:?}");
+    assert_silent(gpu());
+}
+
+/// The same samples in the same order give the same bits, however they are split into calls, also where a batch has several chunks and
+/// ends early.
+#[test]
+fn calls_leave_no_trace_in_large_batches() {
+    let spec = spec(800, 640, SplatFilter::Box);
+    let mut samples = scene(&spec, 2 * spec.batch_capacity() + 999, 8, 3);
+    // So many at one place that the second batch ends with its second chunk.
+    for sample in samples.iter_mut().skip(spec.batch_capacity()).take(CHUNK_SAMPLES + 5_000) {
+        (sample.uv, sample.w) = ([0.51, 0.49], 1.0);
+    }
+    let mut whole = film(spec);
+    whole.add(&samples).expect("add");
+    let waiting = whole.waiting();
+    assert_ne!(waiting, 999, "case too easy: no batch ended early");
+    let wanted = whole.develop().expect("develop");
+    for part in [1_000, CHUNK_SAMPLES, CHUNK_SAMPLES + 1] {
+        let mut film = film(spec);
+        samples.chunks(part).for_each(|part| film.add(part).expect("add"));
+        assert_eq!(film.waiting(), waiting);
+        assert!(film.develop().expect("develop") == wanted, "in parts of {part}");
+    }
     assert_silent(gpu());
 }
 
@@ -162,6 +186,17 @@ fn sums_outlive_their_device() {
         assert!(pairs.clone().all(|(a, b)| (a - b).abs() <= 1e-4 * b.abs().max(0.1)));
     }
     assert!(kept.moved_to(gpu()).is_none(), "its sums were on the device");
+    // Onto a device that is the processor, and without a device.
+    let mut host = VulkanFilm::summed_on_host(gpu().clone(), spec).expect("a film");
+    host.restore(&backup).expect("restore");
+    let got = develop(&mut host, &after);
+    assert_eq!(got.counts, wanted.counts);
+    assert!(error(&got.camera, &wanted.camera) < 1e-6 && error(&got.light, &wanted.light) < 1e-6);
+    let mut alone = host.into_reference(2).expect("sums in memory").expect("threads");
+    assert_eq!(alone.develop().expect("develop"), got);
+    let mut reference = ReferenceFilm::new(spec, 2).expect("a film");
+    reference.restore(&backup).expect("restore");
+    assert_eq!(develop(&mut reference, &after), got);
 
     let other = crate::common::open(false);
     let mut host = VulkanFilm::summed_on_host(gpu().clone(), spec).expect("a film");

@@ -98,3 +98,32 @@ impl SizeBytes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::client::memory::film_memory;
+
+    /// What the design promises for a picture of 4K: at most .4 GB per million samples besides sprites, .6 GB for a frame of a moving
+    /// picture, and 389 MB of memory for the sums of a stream.
+    #[test]
+    fn a_picture_of_4k_moves_little() {
+        let report = BytesReport::new(SplatFilter::Gaussian, &Settings { vm: 1.0, ..Settings::default() });
+        let largest = report.sizes.last().expect("a size");
+        assert_eq!([largest.width, largest.height], [3840, 2160]);
+        assert!(largest.folded_per_million_samples < 0.4e9, "{largest:?}");
+        assert!(largest.moving_frame < 0.6e9, "{largest:?}");
+        let table = report.table();
+        assert!(table.lines().all(|line| !line.contains("NaN")) && table.contains("3840×2160"), "{table}");
+        let film = FilmSpec {
+            width: 3840,
+            height: 2160,
+            filter: SplatFilter::Gaussian,
+            variance: Some(VarianceForm::Product),
+            sums: Summation::TwoFloat,
+        };
+        let memory = film_memory(&film, &Settings::default(), [true, false], 0, false);
+        let stream: u64 = memory.iter().filter(|(name, _)| name.starts_with("camera")).map(|(_, b)| b).sum();
+        assert!(stream <= 389_000_000, "{memory:?}");
+    }
+}

@@ -11,14 +11,14 @@ use crate::app::light_groups::GroupFilms;
 use crate::app::outputs::Extras;
 use crate::app::plan::PlannedEffect;
 use crate::app::rejected::RejectedReport;
-use crate::app::report::{ErrorReport, Seconds, write_json};
+use crate::app::report::{ErrorReport, Seconds, human, write_json};
 use crate::app::run_spec::{ChoiceReport, RunEnd};
 use crate::app::view::Viewer;
 use crate::app::view::picture::output::ComposedFilm;
 use crate::app::view::screen::Screen;
 use crate::app::{predictions, process, tell};
 use crate::client::window::statistics::RecentValues;
-use crate::client::{Denoise, Settings};
+use crate::client::{Denoise, Film, Settings};
 use crate::gpu;
 use crate::remote::{Health, TracerStatus};
 use crate::study::ErrorQuantile;
@@ -239,18 +239,26 @@ impl Viewer {
             self.session.run_spec().clone()
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
-        let written = match self.picture.take_film() {
+        let samples = self.picture.counts().samples();
+        let mut taken = self.picture.take_film();
+        let written = match &mut taken {
             Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
-            Some(mut film) => {
+            Some(film) => {
                 let (regions, mix) = (&mut self.picture.regions, &mut self.picture.mix);
-                let mut film = ComposedFilm { film: &mut film, regions, mix };
+                let mut film = ComposedFilm { film, regions, mix };
                 outputs.write(&mut film, &run, &outcome, &settings, extras, &mut seconds)
             }
             None => Err(miette::miette!("there is no film")),
         };
         let Err(error) = written else { return Ok(()) };
-        tell(&format!("{error}; the picture is made without the device"));
-        let mut film = self.picture.film_without_device(run.film).into_diagnostic()?;
+        let mut film = self.picture.film_without_device(run.film, taken).into_diagnostic()?;
+        let (kept, samples) = (film.counts().samples(), samples.max(self.picture.lost()));
+        let of = if kept < samples {
+            format!(", from {} of its {} samples", human(kept as f64), human(samples as f64))
+        } else {
+            String::new()
+        };
+        tell(&format!("{error}; the picture is made without the device{of}"));
         outputs.write(
             &mut film,
             &run,

@@ -61,10 +61,7 @@ impl Viewer {
             // It is shown before more samples are read.
             plan.samples = 0;
         }
-        if is_retry {
-            plan.samples = 0;
-        }
-        if !self.picture.is_frozen() {
+        if !self.picture.is_frozen() && !is_retry {
             self.picture.mend(self.session.run_spec());
             self.leave_lost_parts();
             match self.paused {
@@ -81,7 +78,7 @@ impl Viewer {
         if shows && self.picture.has_picture() {
             self.show(&plan)?;
         }
-        for message in self.picture.screen.as_mut().map(Screen::take_news).unwrap_or_default() {
+        for message in self.picture.take_news(self.session.is_stale()) {
             self.say(message);
         }
         self.send_to_tev(false)?;
@@ -367,7 +364,8 @@ impl Viewer {
     fn measure(&mut self, begin: Instant) {
         let Some(gpu) = self.picture.gpu().cloned() else { return };
         let rasterised = self.picture.rasterised;
-        self.metrics.learn(&gpu.take_timings(), rasterised, &mut self.picture.pacer);
+        let coarse = self.picture.is_coarse();
+        self.metrics.learn(&gpu.take_timings(), rasterised, coarse, &mut self.picture.pacer);
         self.metrics.drew(self.picture.learn_host_time());
         if let Some(capture) = &mut self.capture {
             let written =
@@ -536,11 +534,11 @@ impl Viewer {
 
     /// Deals with an error of a frame: a lost device is replaced, and the tracer goes on meanwhile.
     fn recover(&mut self, error: ClientError) {
+        if self.picture.gpu().is_none() {
+            // No device could be opened for too long.
+            return self.fail(miette::Report::from_err(error));
+        }
         if !is_device_lost(&error) {
-            if self.picture.gpu().is_none() {
-                // No device could be opened for too long.
-                return self.fail(miette::Report::from_err(error));
-            }
             return self.step_back(error);
         }
         if let Err(error) = self.picture.lose_device(error) {

@@ -270,8 +270,8 @@ impl ViewerMetrics {
     }
 
     /// Learns from the times of passes that have been measured since the last call, and from the number of samples that were
-    /// `rasterised` by now.
-    pub fn learn(&mut self, times: &[ScopeTime], rasterised: u64, pacer: &mut Pacer) {
+    /// `rasterised` by now, into full or `coarse` sums.
+    pub fn learn(&mut self, times: &[ScopeTime], rasterised: u64, coarse: bool, pacer: &mut Pacer) {
         let sum = |names: &[&str]| -> f64 {
             times.iter().filter(|t| names.contains(&t.name)).map(|t| t.milliseconds).sum::<f64>() * 1e-3
         };
@@ -282,11 +282,14 @@ impl ViewerMetrics {
         self.raster = (self.raster.0 * MEMORY + seconds, self.raster.1 * MEMORY + samples);
         // Zero where the processor draws, whose time is taken elsewhere.
         if self.raster.1 >= 1.0 && self.raster.0 > 0.0 {
-            pacer.samples(self.raster.1 as u64, Duration::from_secs_f64(self.raster.0));
+            pacer.samples(self.raster.1 as u64, Duration::from_secs_f64(self.raster.0), coarse);
         }
         let batches = count("fold");
         if batches > 0 {
-            pacer.fold(Duration::from_secs_f64(sum(&["fold", "variance fold", "clear"]) / batches as f64));
+            pacer.fold(
+                Duration::from_secs_f64(sum(&["fold", "variance fold", "clear"]) / batches as f64),
+                coarse,
+            );
         }
         let repaints = count("tonemap");
         if repaints > 0 {

@@ -111,6 +111,8 @@ pub struct LivePicture {
     failures: u32,
     /// Samples of the film whose device was lost.
     lost: u64,
+    /// What the user is to be told of samples that are gone.
+    dropped: Option<String>,
 }
 
 /// Samples of a stream that coarse sums take at most: the store has room for those of both, and for what comes in the same frame.
@@ -148,6 +150,7 @@ impl LivePicture {
             refused: None,
             failures: 0,
             lost: 0,
+            dropped: None,
         })
     }
 
@@ -180,6 +183,16 @@ impl LivePicture {
     /// Samples and paths on the film.
     pub fn counts(&self) -> FilmCounts {
         self.film().map(VulkanFilm::counts).unwrap_or_default()
+    }
+
+    /// Samples of the film whose device was lost, while there is no other; 0 otherwise.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Whether the sums are coarse.
+    pub fn is_coarse(&self) -> bool {
+        self.film().is_some_and(VulkanFilm::is_coarse)
     }
 
     /// Samples on the film.
@@ -258,11 +271,12 @@ impl LivePicture {
         self.failures >= FAILURES
     }
 
-    /// Fills the film anew from the kept samples where it has lost some to an error.
+    /// Fills the film anew where it has lost samples to an error.
     pub fn mend(&mut self, run: &RunSpec) {
+        let samples = self.samples();
         if let Some(film) = self.film_mut().filter(|film| film.is_damaged()) {
             film.clear();
-            self.rewind(run);
+            self.refill(run, "the film was filled anew after an error of the device", samples);
         }
     }
 
@@ -334,9 +348,41 @@ impl LivePicture {
 
     /// Tells the user where not all `samples` of a picture are in the next one.
     fn tell_what_is_kept(&mut self, why: &str, samples: u64, kept: u64) {
-        if let Some(screen) = self.screen.as_mut().filter(|_| kept < samples) {
+        if kept < samples {
             let (samples, kept) = (human(samples as f64), human(kept as f64));
-            screen.tell(format!("{why}, with {kept} of its {samples} samples: no more were kept"));
+            self.dropped = Some(format!("{why}, with {kept} of its {samples} samples: no more were kept"));
+        }
+    }
+
+    /// What the user is to be told since the last call. Of a picture that is about to begin anew nobody need know what it has kept.
+    pub fn take_news(&mut self, begins_anew: bool) -> Vec<String> {
+        let mut news = self.screen.as_mut().map(Screen::take_news).unwrap_or_default();
+        news.extend(self.dropped.take().filter(|_| !begins_anew));
+        news
+    }
+
+    /// Gives the empty film the last copy of its sums, if that has more samples than are kept, or else the kept samples. It had this many
+    /// `samples` before.
+    fn refill(&mut self, run: &RunSpec, why: &str, samples: u64) {
+        let film = self.screen.as_mut().and_then(Screen::film_mut);
+        let restored = match film.zip(self.backup.take(self.kept.len())) {
+            Some((film, copy)) => film.restore(&copy).is_ok(),
+            None => false,
+        };
+        match restored {
+            true => self.kept.skip(),
+            false => self.rewind(run),
+        }
+        let kept = if restored { self.samples() } else { self.kept.len() as u64 };
+        self.tell_what_is_kept(why, samples, kept);
+    }
+
+    /// The regions go with the film that they were parts of.
+    fn drop_regions(&mut self) {
+        if !self.regions.is_empty() {
+            self.regions.clear();
+            self.dropped =
+                Some("the regions are gone: the film that they were parts of is another one".to_owned());
         }
     }
 
@@ -346,7 +392,7 @@ impl LivePicture {
     ///
     /// The same error where that goes on and on.
     pub fn lose_device(&mut self, error: ClientError) -> Result<(), ClientError> {
-        self.regions.clear();
+        self.drop_regions();
         self.lost = self.samples();
         self.screen.as_mut().map_or(Ok(()), |screen| screen.lose_device(error))
     }
@@ -360,20 +406,9 @@ impl LivePicture {
         }
         (self.repaint, self.show) = (true, true);
         let samples = std::mem::take(&mut self.lost);
-        if self.samples() > 0 {
-            return Ok(true);
+        if self.samples() == 0 {
+            self.refill(run, "the picture goes on after the loss of its device", samples);
         }
-        let copy = self.backup.take(self.kept.len());
-        let restored = match (copy, self.film_mut()) {
-            (Some(copy), Some(film)) => film.restore(&copy).is_ok(),
-            _ => false,
-        };
-        match restored {
-            true => self.kept.skip(),
-            false => self.rewind(run),
-        }
-        let kept = if restored { self.samples() } else { self.kept.len() as u64 };
-        self.tell_what_is_kept("the picture goes on after the loss of its device", samples, kept);
         Ok(true)
     }
 
@@ -414,7 +449,7 @@ impl LivePicture {
     /// The film is empty: it and its error are made anew from the kept samples, which carry their index and so their
     /// replicate. Samples for which the store had no room are missing from both, and so are those of regions.
     fn rewind(&mut self, run: &RunSpec) {
-        self.regions.clear();
+        self.drop_regions();
         self.backup.clear();
         self.kept.rewind();
         self.meter.clear();
@@ -478,7 +513,7 @@ impl LivePicture {
         let parts = [self.regions.take_host_time(), self.mix.take_host_time()];
         let [(a, b), (c, d)] = parts;
         let (samples, time) = (samples + a + c, time + b + d);
-        self.pacer.samples(samples, time);
+        self.pacer.samples(samples, time, self.is_coarse());
         let (fed, taken) = std::mem::take(&mut self.fed);
         // Where the processor draws, full batches are drawn meanwhile.
         self.pacer.fed(fed, taken.saturating_sub(time));

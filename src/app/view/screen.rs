@@ -152,7 +152,8 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Opens a device with an empty film where there is none, once it is time to try. Returns whether there is a new one.
+    /// Opens a device where there is none, with an empty film or that of the last device if its sums are in memory, once it is time to
+    /// try. Returns whether there is a new one.
     ///
     /// # Errors
     ///
@@ -189,7 +190,7 @@ impl Screen {
         Ok(false)
     }
 
-    /// Gives up the device, which was lost; [`reopen`](Self::reopen) opens another one.
+    /// Gives up the device, which was lost; [`reopen`](Self::reopen) opens another one. Sums in memory stay for the film on it.
     ///
     /// # Errors
     ///
@@ -223,8 +224,7 @@ impl Screen {
             swapchain.gpu().limit_memory(bytes);
         }
         let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
-        let rescued = self.rescued.take().filter(|film| *film.spec() == spec);
-        let film = match rescued.and_then(|film| film.moved_to(swapchain.gpu())) {
+        let film = match self.rescued.take().and_then(|film| film.moved_to(swapchain.gpu())) {
             Some(film) => film,
             None => new_film(swapchain.gpu(), spec, self.exact)?,
         };
@@ -269,6 +269,11 @@ impl Screen {
         self.objects.as_mut().and_then(|objects| objects.film.as_mut())
     }
 
+    /// Takes the film whose device was lost, if its sums are in memory.
+    pub fn take_rescued(&mut self) -> Option<VulkanFilm> {
+        self.rescued.take()
+    }
+
     /// Takes the film out, for the files written at the end.
     pub fn take_film(&mut self) -> Option<VulkanFilm> {
         self.objects.as_mut().and_then(|objects| objects.film.take())
@@ -299,11 +304,6 @@ impl Screen {
     pub fn frame_length(&self) -> Option<Duration> {
         let rate = self.window.current_monitor()?.refresh_rate_millihertz().filter(|rate| *rate >= 1000)?;
         Some(Duration::from_secs_f64(1e3 / f64::from(rate)))
-    }
-
-    /// Tells the user.
-    pub fn tell(&mut self, message: String) {
-        self.news.push(message);
     }
 
     /// What the user is to be told since the last call.

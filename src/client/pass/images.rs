@@ -11,7 +11,7 @@
 //! | variance of a stream: a quarter of that | 9 | if the film keeps it: noise masking, error view, EXR files |
 //! | batch: colour, and variance with means | 16 + 20 | with the first batch, for both streams |
 //! | picture: XYZ and encoded | 16 + 4, or 8 for scRGB | with the first repaint |
-//! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so |
+//! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so; the atlas on lavapipe only |
 //!
 //! Where the processor makes the sums, the device has no second floats and no batch. A film below
 //! 190² texels has several copies of the batch ([`FilmSpec::batch_slots`]). The window keeps the variance: its samples would be

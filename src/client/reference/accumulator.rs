@@ -138,6 +138,17 @@ impl Accumulator {
         })
     }
 
+    /// Sums that were read from a film of this specification, with its overscan; their rests are zero.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn restored(spec: &FilmSpec, color: &[[f32; 4]], variance: &[f32]) -> Result<Self, ClientError> {
+        let mut sums = Self::new(spec)?;
+        sums.hi.iter_mut().zip(color).for_each(|(sum, color)| *sum = Vec4::from(*color));
+        sums.variance_hi.iter_mut().zip(variance).for_each(|(sum, variance)| *sum = *variance);
+        Ok(sums)
+    }
+
     /// The error for images of this film's size that did not fit.
     pub fn out_of_memory(what: &'static str, spec: &FilmSpec) -> ClientError {
         let [width, height] = spec.padded_extent().map(u64::from);

@@ -40,14 +40,32 @@ impl ReferenceFilm {
     /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Threads`] when the system
     /// gives no threads.
     pub fn new(spec: FilmSpec, threads: usize) -> Result<Self, ClientError> {
-        let state = FilmState::new(spec)?;
+        Self::with_sums(FilmState::new(spec)?, HostSums::default(), threads)
+    }
+
+    /// A film that has these samples already.
+    ///
+    /// # Errors
+    /// [`ClientError::Threads`].
+    pub fn with_sums(state: FilmState, sums: HostSums, threads: usize) -> Result<Self, ClientError> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|i| format!("film {i}"))
             .build()
             .map_err(|e| ClientError::Threads { threads, reason: e.to_string() })?;
-        let (sums, glare) = (HostSums::default(), ReferenceGlare::default());
-        Ok(Self { state, pool, sums, glare, keep_batch: false })
+        Ok(Self { state, pool, sums, glare: ReferenceGlare::default(), keep_batch: false })
+    }
+
+    /// Takes over sums that were read from a film of the same specification, with its overscan.
+    ///
+    /// # Errors
+    /// [`ClientError::Memory`].
+    pub fn restore(&mut self, data: &FilmData) -> Result<(), ClientError> {
+        self.clear();
+        self.sums.restore(self.state.spec(), data)?;
+        self.state.add_counts(data.counts);
+        self.state.set_scale(data.luminance_scale);
+        Ok(())
     }
 
     /// A scene-linear picture in XYZ as a viewer shows it, `width`×`height` as it is: glare, tone curve and encoding in 8 bits.

@@ -70,7 +70,7 @@ where
     Some(to)
 }
 
-/// A trilinear read of a pyramid, as hardware does it: `uv` in 0…1 over the padded film, clamped to the edge.
+/// A trilinear read of a pyramid: `uv` in 0…1 over the padded film, clamped to the edge.
 pub fn trilinear<T>(levels: &[Grid<T>], uv: [f32; 2], lod: f32) -> T
 where
     T: Copy + Add<Output = T> + Mul<f32, Output = T>,
@@ -82,7 +82,7 @@ where
     if f > 0.0 { near * (1.0 - f) + bilinear(&levels[level + 1], uv) * f } else { near }
 }
 
-/// A bilinear read with clamping to the edge, as hardware does it.
+/// A bilinear read with clamping to the edge.
 pub fn bilinear<T>(grid: &Grid<T>, uv: [f32; 2]) -> T
 where
     T: Copy + Add<Output = T> + Mul<f32, Output = T>,

@@ -5,7 +5,7 @@ use crate::client::merge::Merger;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::splat::{Bins, Sprite};
 use crate::client::reference::variance::VarianceParameters;
-use crate::client::settings::{CHUNK_SAMPLES, FilmData};
+use crate::client::settings::{CHUNK_SAMPLES, FilmData, FilmSpec};
 use crate::client::state::FilmState;
 use crate::stream::Sample;
 
@@ -50,6 +50,21 @@ impl HostSums {
             stream.batch.clear();
             stream.sums.iter_mut().for_each(Accumulator::clear);
         }
+    }
+
+    /// Puts sums that were read from a film of this specification, with its overscan, in the place of these.
+    ///
+    /// # Errors
+    /// [`ClientError::Memory`].
+    pub fn restore(&mut self, spec: &FilmSpec, data: &FilmData) -> Result<(), ClientError> {
+        self.clear();
+        let streams = [(&data.camera, &data.camera_variance), (&data.light, &data.light_variance)];
+        for (stream, (color, variance)) in self.streams.iter_mut().zip(streams) {
+            if !color.is_empty() {
+                stream.sums = Some(Accumulator::restored(spec, color, variance)?);
+            }
+        }
+        Ok(())
     }
 
     /// Draws the batches and forgets their samples, in the order in which they came.

@@ -53,7 +53,8 @@ impl SumsBackup {
 
     /// The last copy, if it has more samples than are `kept`.
     pub fn take(&mut self, kept: usize) -> Option<FilmData> {
-        let data = self.data.take();
+        let arrived = self.pending.take().filter(|thread| thread.is_finished());
+        let data = arrived.and_then(|thread| thread.join().ok()?.ok()).or(self.data.take());
         self.clear();
         data.filter(|data| data.counts.samples() > kept as u64)
     }

@@ -14,6 +14,9 @@ use crate::stream::BLOCK_SAMPLES;
 /// After an edit the loop waits this long for the first samples before it reads messages again.
 const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
 
+/// Samples that are read at once while the sums are coarse: all of them must be kept.
+const COARSE_PART: usize = 8 * BLOCK_SAMPLES;
+
 /// Samples that make a first picture: a high level of detail shows the scene from few.
 const FIRST_SAMPLES: u64 = 512;
 
@@ -45,7 +48,8 @@ impl LivePicture {
         let outcome = self.take(session, budget);
         self.fed = (self.fed.0 + self.rasterised - before, self.fed.1 + begin.elapsed());
         outcome?;
-        match self.film().is_some_and(VulkanFilm::must_sharpen) {
+        let film = self.film().filter(|film| film.is_coarse());
+        match film.is_some_and(|film| film.must_sharpen() || self.kept.is_half_full()) {
             true => self.sharpen(),
             false => Ok(()),
         }
@@ -72,14 +76,21 @@ impl LivePicture {
             self.read_ahead(session, budget);
             return Ok(());
         };
-        let filter = self.filter.thread();
+        let (filter, coarse) = (self.filter.thread(), film.is_coarse());
         let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
         writer = writer.with_groups(self.mix.films());
-        let drained = session.drain(left.max(BLOCK_SAMPLES), |block| {
-            self.kept.push(block);
-            writer.block(block);
-        });
-        self.rasterised += drained.samples as u64;
+        let mut left = left.max(BLOCK_SAMPLES);
+        while left > 0 {
+            let drained = session.drain(if coarse { left.min(COARSE_PART) } else { left }, |block| {
+                self.kept.push(block);
+                writer.block(block);
+            });
+            self.rasterised += drained.samples as u64;
+            left = left.saturating_sub(drained.samples.max(1));
+            if !coarse || drained.blocks == 0 || self.kept.is_half_full() {
+                break;
+            }
+        }
         writer.finish()
     }
 
@@ -94,6 +105,7 @@ impl LivePicture {
             if outcome.is_ok() {
                 outcome = film.add(samples);
             }
+            self.rasterised += samples.len() as u64;
         });
         outcome
     }
@@ -148,9 +160,22 @@ impl LivePicture {
         Ok(())
     }
 
-    /// A reference film, on the CPU, filled with the samples that are kept.
-    pub fn film_without_device(&mut self, spec: FilmSpec) -> Result<ReferenceFilm, ClientError> {
+    /// A film without a device: that of `taken` or of a device that was lost, where its sums are in memory; or one with the last copy of
+    /// the sums; or one that is filled with the samples that are kept.
+    pub fn film_without_device(
+        &mut self,
+        spec: FilmSpec,
+        taken: Option<VulkanFilm>,
+    ) -> Result<ReferenceFilm, ClientError> {
+        let rescued = taken.or_else(|| self.screen.as_mut().and_then(Screen::take_rescued));
+        if let Some(film) = rescued.and_then(|film| film.into_reference(0)) {
+            return film;
+        }
         let mut film = ReferenceFilm::new(spec, 0)?;
+        if let Some(copy) = self.backup.take(self.kept.len()) {
+            film.restore(&copy)?;
+            return Ok(film);
+        }
         let mut writer = FilmWriter::new(&mut film, None);
         self.kept.rewind();
         while let Some((samples, first_index, paths)) = self.kept.feed() {

@@ -66,7 +66,8 @@ impl LivePicture {
             waiting: session.fill().0 * BLOCK_SAMPLES,
             // In order of index only full batches are rasterised.
             batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
-            capacity: run.film.batch_capacity(),
+            capacity: self.film().map_or(0, VulkanFilm::batch_capacity),
+            coarse: self.is_coarse(),
             streams: self.film().map_or(0, |film| film.allocated_streams().map(u32::from).iter().sum()),
             filter: filter && filtered.is_some(),
         };
