@@ -153,8 +153,9 @@ pub struct BatchVertices {
     sorter: SampleSorter,
     /// Each holds a chunk, and has the last frame that reads it; those of the batch come first.
     buffers: Vec<(Buffer, FrameNumber)>,
-    /// Number of buffers that the batch has filled.
+    /// Number of buffers that the batch has filled, and that the last one had.
     filled: usize,
+    filled_before: usize,
     /// Whether the batch has begun.
     begun: bool,
     /// Camera and light.
@@ -169,6 +170,7 @@ impl BatchVertices {
             sorter: SampleSorter::default(),
             buffers: Vec::new(),
             filled: 0,
+            filled_before: 0,
             begun: false,
             streams: Default::default(),
         }
@@ -211,7 +213,8 @@ impl BatchVertices {
         if sorted.is_empty() {
             return Ok(());
         }
-        copy(&self.gpu, &mut self.buffers, buffer, most_buffers(spec), sorted)?;
+        let spare = self.filled_before;
+        copy(&self.gpu, &mut self.buffers, buffer, spare, sorted)?;
         self.filled += 1;
         for (stream, StreamRange { all, single }) in self.streams.iter_mut().zip(ranges) {
             let part = |range: Range<u32>| (!range.is_empty()).then_some(VertexRange { buffer, range });
@@ -236,7 +239,7 @@ impl BatchVertices {
         for (stream, merged) in self.sorter.merged().into_iter().enumerate() {
             for samples in merged.chunks(CHUNK_SAMPLES) {
                 let buffer = self.filled;
-                copy(&self.gpu, &mut self.buffers, buffer, most_buffers(spec), samples)?;
+                copy(&self.gpu, &mut self.buffers, buffer, self.filled_before, samples)?;
                 self.filled += 1;
                 let range = 0..samples.len() as u32;
                 self.streams[stream].merged.push(VertexRange { buffer, range });
@@ -268,26 +271,22 @@ impl BatchVertices {
         }
         // The next batch takes those that have rested longest.
         self.buffers.rotate_left(self.filled);
+        let filled = self.filled;
         self.clear();
+        self.filled_before = filled;
     }
 }
 
-/// Buffers up to which another one is made instead of waiting: a chunk is filled while the device reads a batch.
-fn most_buffers(spec: &FilmSpec) -> usize {
-    spec.batch_capacity() / CHUNK_SAMPLES + 1
-}
-
-/// Copies samples into the buffer of this index, once the device has finished with it. Makes another one instead of waiting,
-/// where there are not `most` yet and there is memory.
+/// Copies samples into the buffer of this index, once the device has finished with it. There is one buffer more than the `busy` ones of the
+/// last batch, where there is memory: it is filled while the device reads those.
 fn copy(
     gpu: &Arc<Gpu>,
     buffers: &mut Vec<(Buffer, FrameNumber)>,
     index: usize,
-    most: usize,
+    busy: usize,
     samples: &[Sample],
 ) -> Result<(), ClientError> {
-    let is_busy = buffers.get(index).is_none_or(|(_, frame)| !gpu.has_completed(*frame));
-    if is_busy && (index >= buffers.len() || buffers.len() < most) {
+    if index >= buffers.len() || buffers.len() <= busy {
         let name = format!("samples {}", buffers.len());
         match Buffer::new(gpu, &name, BufferUse::Vertices, CHUNK_SAMPLES * STRIDE) {
             Ok(buffer) => buffers.insert(index, (buffer, FrameNumber::default())),
