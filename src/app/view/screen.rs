@@ -113,6 +113,8 @@ pub struct Screen {
     opening: Backoff,
     presenting: Backoff,
     overlaying: Backoff,
+    /// Pixels along a side of the grid that glare fits.
+    glare_grid: u32,
     /// What the user is to be told.
     news: Vec<String>,
     /// Messages of the validation layer on devices that are gone.
@@ -145,6 +147,7 @@ impl Screen {
             opening: Backoff::default(),
             presenting: Backoff::default(),
             overlaying: Backoff::default(),
+            glare_grid: 1,
             news: Vec::new(),
             messages: 0,
         };
@@ -371,7 +374,13 @@ impl Screen {
                 };
                 // Regions and lights are drawn at the resolution of the picture that they are part of.
                 let extent = [film.spec().width, film.spec().height];
-                let detail = settings.glare.map_or(detail, |_| detail.max(glare_detail(&gpu, extent)));
+                let grid = settings.glare.map_or(1, |_| glare_detail(&gpu, extent));
+                if std::mem::replace(&mut self.glare_grid, grid) != grid && grid > 1 {
+                    self.news.push(format!(
+                        "this device has no memory for glare at this size: the picture is computed on a grid of {grid}×{grid} pixels"
+                    ));
+                }
+                let detail = detail.max(grid);
                 let cmd = &mut frame.cmd();
                 let mut regions = parts.regions.record(cmd, settings, detail, per_pixel(film))?;
                 Some(match source {

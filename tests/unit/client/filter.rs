@@ -1,7 +1,7 @@
 //! Tests of `client::filter`.
 
 use pointillist::client::filter::*;
-use pointillist::client::settings::{FilmSpec, ScaledFilter, SplatFilter};
+use pointillist::client::settings::{CHUNK_SAMPLES, FilmSpec, ScaledFilter, SplatFilter};
 
 const ALL: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];
 
@@ -111,4 +111,30 @@ fn window_reaches_the_padding() {
     assert_eq!(spec.padded_extent(), [70, 38]);
     assert_eq!(spec.texel_position(spec.window().min), [0.0, 0.0]);
     assert_eq!(spec.texel_position(spec.window().max), [70.0, 38.0]);
+}
+
+/// A batch has half a sample per texel, in whole chunks from 1 to 64 of them; its densest texel gets no more additions than are allowed.
+#[test]
+fn batches_grow_with_the_film() {
+    let spec = |width, height| FilmSpec {
+        width,
+        height,
+        filter: SplatFilter::Gaussian,
+        variance: None,
+        sums: Default::default(),
+    };
+    for ([width, height], chunks) in [
+        ([1, 1], 1),
+        ([360, 280], 1),
+        ([512, 512], 2),
+        ([1920, 1080], 15),
+        ([3840, 2160], 63),
+        ([16_000, 16_000], 64),
+    ] {
+        let spec = spec(width, height);
+        assert_eq!(spec.batch_capacity(), chunks * CHUNK_SAMPLES, "{width}×{height}");
+        let texels: f64 = spec.padded_extent().map(f64::from).iter().product();
+        let adds = spec.batch_capacity() as f64 * 36.0 / (texels * f64::from(spec.batch_slots()));
+        assert!(adds <= ADDS_PER_SUM as f64, "{width}×{height}: {adds}");
+    }
 }

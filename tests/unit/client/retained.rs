@@ -57,3 +57,18 @@ fn the_store_is_bounded_and_has_no_gap() {
     let mut store = RetainedSamples::with_room(1 << 20, 3);
     assert_eq!((0..10).filter(|&i| store.push(&block(1, i))).count(), 3);
 }
+
+/// Half of the room is taken by samples, or by blocks with few of them; a film that has its samples from elsewhere is fed nothing.
+#[test]
+fn room_is_counted_in_samples_and_blocks() {
+    let mut store = RetainedSamples::with_room(4 * BLOCK_SAMPLES, 100);
+    assert!(store.push(&block(BLOCK_SAMPLES, 0)) && store.push(&block(BLOCK_SAMPLES, 1024)));
+    assert!(!store.is_half_full() && store.push(&block(1, 2048)) && store.is_half_full());
+    let mut store = RetainedSamples::with_room(4 * BLOCK_SAMPLES, 6);
+    assert!((0..3).all(|i| store.push(&block(1, i))) && !store.is_half_full());
+    assert!(store.push(&block(1, 3)) && store.is_half_full());
+    store.rewind();
+    assert!(!store.caught_up());
+    store.skip();
+    assert!(store.caught_up() && store.feed().is_none());
+}
