@@ -118,6 +118,8 @@ pub struct Pacer {
     panel: Mean,
     /// Share of the affordable samples that is taken: it falls when frames are late for reasons that were not measured.
     trust: f64,
+    /// Frames by which the loop is ahead of the device.
+    lead: f64,
 }
 
 impl Pacer {
@@ -133,6 +135,7 @@ impl Pacer {
             filtered_repaint: Mean::default(),
             panel: Mean::default(),
             trust: 1.0,
+            lead: 0.0,
         }
     }
 
@@ -185,9 +188,14 @@ impl Pacer {
         self.panel.add(time.as_secs_f64());
     }
 
+    /// Whether a frame begins while the device works on the one before, so that it may take twice as long.
+    pub fn set_lead(&mut self, leads: bool) {
+        self.lead = if leads { 1.0 } else { 0.0 };
+    }
+
     /// A frame took this long from its beginning to its end on the device.
     pub fn frame(&mut self, time: Duration) {
-        let late = time.as_secs_f64() > 1.25 * self.budget;
+        let late = time.as_secs_f64() > (1.25 + self.lead) * self.budget;
         self.trust = (if late { self.trust * 0.9 } else { self.trust + 0.02 }).clamp(1.0 / 16.0, 1.0);
     }
 
@@ -422,6 +430,10 @@ mod tests {
         let late = pacer.plan(&still()).samples;
         assert!(late < before / 2, "{late} of {before}");
         (0..100).for_each(|_| pacer.frame(ms(10.0)));
+        assert_eq!(pacer.plan(&still()).samples, before);
+        // A loop that is ahead of its device waits for the frame before as well.
+        pacer.set_lead(true);
+        (0..10).for_each(|_| pacer.frame(ms(30.0)));
         assert_eq!(pacer.plan(&still()).samples, before);
     }
 

@@ -306,11 +306,11 @@ impl LivePicture {
         self.kept.caught_up() && !(self.unseen || self.repaint || self.show || filtering)
     }
 
-    /// Whether there is a window whose device has done everything it was given.
+    /// Whether there is a window whose device has done what must be done before the next frame.
     pub fn is_idle(&mut self) -> bool {
-        let Self { screen, regions, mix, .. } = self;
+        let Self { screen: Some(screen), regions, mix, .. } = self else { return false };
         let are_drawn = |gpu: &Arc<Gpu>| regions.are_drawn(gpu) && mix.are_drawn(gpu);
-        screen.as_ref().is_some_and(|screen| screen.is_idle() && screen.gpu().is_none_or(are_drawn))
+        screen.is_idle() && (screen.leads() || screen.gpu().is_none_or(are_drawn))
     }
 
     /// Begins with the samples of another epoch. The old picture stays until the new one is there.

@@ -95,8 +95,9 @@ pub struct Screen {
     choice: DeviceChoice,
     /// The window.
     pub window: Arc<Window>,
-    /// The last frame that was handed over.
+    /// The last frame that was handed over, and the last one before the present frame of the loop.
     last: FrameNumber,
+    before: FrameNumber,
     /// Losses still to be simulated.
     simulated: SimulatedLosses,
     /// The window shows what a headless render does, bit for bit.
@@ -138,6 +139,7 @@ impl Screen {
             choice: choice.clone(),
             window,
             last: FrameNumber::default(),
+            before: FrameNumber::default(),
             simulated: simulated.clone(),
             exact,
             device_losses: 0,
@@ -206,7 +208,7 @@ impl Screen {
         // Before the next one: a window has one swapchain at a time.
         let film = self.objects.take().and_then(|objects| objects.film);
         self.rescued = film.filter(VulkanFilm::is_summed_on_host);
-        self.last = FrameNumber::default();
+        (self.last, self.before) = (FrameNumber::default(), FrameNumber::default());
         if self.losses_in_a_row > MOST_LOSSES {
             return Err(error);
         }
@@ -297,10 +299,26 @@ impl Screen {
         self.messages + self.gpu().map_or(0, |gpu| gpu.validation_messages().len())
     }
 
-    /// True when the device has done everything it was given.
+    /// The last frame of batches and pictures that was handed over.
+    fn last(&self) -> FrameNumber {
+        self.film().map_or(self.last, |film| film.rasterised().max(self.last))
+    }
+
+    /// Whether a frame is recorded while the device works on the one before. A device that is the processor would only be held up.
+    pub fn leads(&self) -> bool {
+        self.gpu().is_some_and(|gpu| gpu.info().kind != DeviceKind::Cpu)
+    }
+
+    /// A frame of the loop begins.
+    pub fn begin_frame(&mut self) {
+        self.before = self.last();
+    }
+
+    /// True when the device has done everything it was given, or, where the loop [leads](Self::leads), everything before the last frame
+    /// of the loop.
     pub fn is_idle(&self) -> bool {
-        let last = self.film().map_or(self.last, |film| film.rasterised().max(self.last));
-        self.gpu().is_none_or(|gpu| gpu.has_completed(last))
+        let awaited = if self.leads() { self.before } else { self.last() };
+        self.gpu().is_none_or(|gpu| gpu.has_completed(awaited))
     }
 
     /// Length of a frame of the display that the window is on, where it is known.

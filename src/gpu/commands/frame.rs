@@ -1,4 +1,4 @@
-//! A frame: commands that are recorded and submitted together. Two may be in flight, numbered by one timeline semaphore.
+//! A frame: commands that are recorded and submitted together. Some may be in flight, numbered by one timeline semaphore.
 
 use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
@@ -28,7 +28,7 @@ pub struct GpuFrame<'g> {
 }
 
 impl Gpu {
-    /// Begins a frame, as soon as the frame before the last has completed. Other threads wait until it is submitted.
+    /// Begins a frame, as soon as there are fewer than [`IN_FLIGHT`] in flight. Other threads wait until it is submitted.
     ///
     /// # Errors
     ///

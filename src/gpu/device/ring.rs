@@ -10,8 +10,8 @@ use crate::gpu::timing::clock::DeviceClock;
 use crate::gpu::timing::queries::Timers;
 use crate::gpu::timing::rows::{FrameTimes, Readings};
 
-/// Number of frames that may be in flight.
-pub(in crate::gpu) const IN_FLIGHT: usize = 2;
+/// Number of frames that may be in flight: a batch and a picture that the device works on, and those that are recorded meanwhile.
+pub(in crate::gpu) const IN_FLIGHT: usize = 4;
 
 /// The objects of one frame in flight.
 pub(in crate::gpu) struct FrameSlot {

@@ -27,6 +27,10 @@ const BLACK_AFTER: Duration = Duration::from_millis(500);
 impl LivePicture {
     /// Decides what this frame does.
     pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
+        if let Some(screen) = &mut self.screen {
+            screen.begin_frame();
+            self.pacer.set_lead(screen.leads());
+        }
         let run = session.run_spec();
         let mut filter = self.look_at_filter(run, settings);
         // Until the first filtered picture the others go on.
