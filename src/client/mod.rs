@@ -5,7 +5,7 @@
 //! This module knows neither lanes nor the server: `app` drains the lanes and passes the samples on.
 //!
 //! 1. `app` gives blocks of samples to [`Film::add`]. The film copies them into its batch, the
-//!    camera's and the light's samples apart ([`upload`]).
+//!    camera's and the light's samples apart, and sends full chunks to the device ([`upload`]).
 //! 2. A full batch, or [`Film::flush`], is rasterised: **splat** draws every sample as a filter-shaped sprite into the batch
 //!    image, **fold** adds that image to the two-float sums `[X, Y, Z, W]`.
 //! 3. **variance** draws the same samples again: squared deviations of luminance from the mean.
@@ -22,8 +22,9 @@
 //!
 //! A film owns its batch, its sums and everything that is derived from them: [`film::VulkanFilm`] on a device,
 //! [`reference::ReferenceFilm`] on the CPU. `app` owns the film: in the window `app/view/screen.rs` has it
-//! beside the swapchain, and `app/view/picture.rs` the [`retained`] samples, from which a film of another size is filled. Values of [`Settings`] may change from one repaint to
-//! the next; another [`FilmSpec`] needs another film.
+//! beside the swapchain, and `app/view/picture.rs` the [`retained`] samples, from which a film of another size is filled, and so are the
+//! full sums after the coarse ones of a moving picture ([`film`]). Values of [`Settings`] may change from one repaint to the next;
+//! another [`FilmSpec`] needs another film.
 //!
 //! # Where to look
 //!

@@ -10,7 +10,7 @@
 //!
 //! Modules use those above them in the order `error`, `timing`, `device`, `resources`, `commands`, `window`.
 //!
-//! - Two frames are in flight, ordered by one timeline semaphore. Only `Gpu::drop` and the end of a window wait for an idle
+//! - A few frames are in flight, ordered by one timeline semaphore. Only `Gpu::drop` and the end of a window wait for an idle
 //!   queue.
 //! - `resources/sync.rs` is the only place that knows stages, access masks and layouts: a pass says
 //!   [`Cmd::access`]`(&mut image, `[`Access::Sampled`]`)`.

@@ -108,7 +108,7 @@ fn settings(renderer: &StudyRenderer) -> Vec<DisplaySetting> {
     for (name, reconstruction) in [
         ("windowed Gaussian", Reconstruction::Gaussian),
         ("Catmull–Rom", Reconstruction::CatmullRom),
-        ("hardware mips", Reconstruction::Mipmap),
+        ("mips", Reconstruction::Mipmap),
         ("none", Reconstruction::None),
     ] {
         let settings = Settings { reconstruction, ..usual.clone() };

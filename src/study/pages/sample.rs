@@ -111,7 +111,7 @@ fn display() -> Vec<DisplayPrice> {
         samples_per_pixel: 4.0,
     };
     let at_four = vec![
-        setting("reconstruction", "hardware mips", false, 0.21, 0.14, false),
+        setting("reconstruction", "mips", false, 0.21, 0.14, false),
         setting("reconstruction", "Catmull–Rom", false, 0.48, 0.12, false),
         setting("reconstruction", "windowed Gaussian", true, 0.93, 0.09, false),
         setting("glare", "off", true, 0.93, 0.09, false),

@@ -10,7 +10,7 @@ use crate::client::lod::level_of_detail;
 use crate::client::pacing::{FramePlan, Situation};
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::viewport::Viewport;
-use crate::client::{ClientError, Settings};
+use crate::client::{ClientError, Reconstruction, Settings};
 use crate::gpu::FrameNumber;
 use crate::stream::BLOCK_SAMPLES;
 
@@ -147,6 +147,10 @@ impl LivePicture {
             samples >= session.run_spec().film.batch_capacity() as u64
         };
         let repaint = plan.repaint || self.repaint;
+        if repaint && settings.reconstruction == Reconstruction::None {
+            // Texels are shown as they are: those of coarse sums are not the picture's, however few samples there are.
+            self.sharpen()?;
+        }
         let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
         if partial && ready && repaint && !is_filtered {
             self.flush()?;
