@@ -1,15 +1,21 @@
 //! What the process asks of the system: signals, memory in use, standard error.
 
 use std::io::Write;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// When the process was interrupted first.
+static INTERRUPTED: OnceLock<Instant> = OnceLock::new();
 
-/// Takes the first Ctrl-C as the wish for the picture as it is; a second one ends the process. If no handler can be
+/// Signals that come within this time are one wish: `timeout` sends one to the program and another to its group.
+const ONE_WISH: Duration = Duration::from_millis(500);
+
+/// Takes the first Ctrl-C as the wish for the picture as it is; another one later ends the process. If no handler can be
 /// installed, Ctrl-C ends the process as usual.
 pub fn listen_for_interrupt() {
     let set = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+        if INTERRUPTED.get_or_init(Instant::now).elapsed() > ONE_WISH {
             std::process::exit(130);
         }
     });
@@ -20,12 +26,12 @@ pub fn listen_for_interrupt() {
 
 /// True once Ctrl-C was pressed.
 pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
+    INTERRUPTED.get().is_some()
 }
 
 /// A snapshot was asked for.
 #[cfg(unix)]
-static SNAPSHOT: std::sync::OnceLock<std::sync::Arc<AtomicBool>> = std::sync::OnceLock::new();
+static SNAPSHOT: OnceLock<std::sync::Arc<AtomicBool>> = OnceLock::new();
 
 /// Takes SIGUSR1, which would end the process otherwise, as the wish for a snapshot. What has no picture goes on as if nothing had
 /// happened: the signal is often sent to all processes of this name.

@@ -32,6 +32,7 @@ pub use commands::cmd::{Attachment, Cmd, LoadOp, Scope, StorageBinding, Texture}
 pub use commands::copies::{Region, read_image};
 pub use commands::frame::GpuFrame;
 pub use device::cache::CompilingPipeline;
+pub use device::faults::{CallFault, CallFaults, DeviceCall};
 pub use device::gpu::{FrameNumber, Gpu, GpuOptions, Inventory};
 pub use device::heaps::{LocalMemory, MemoryBudget};
 pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices, devices_with_memory};
@@ -45,8 +46,7 @@ pub use resources::shader::{shader_code, shader_names};
 pub use resources::sync::Access;
 pub use timing::rows::{FrameTimes, ScopeRow, ScopeTime, TimingInfo, TimingRows};
 pub use window::display_loss::{display_lost, survive_display_loss};
-pub use window::faults::{WindowCall, WindowFault, WindowFaults};
 pub use window::foreign::{ForeignRenderer, RendererParts};
-pub use window::images::CopyRegion;
+pub use window::images::{CopyFilter, CopyRegion};
 pub use window::surface::ColorOutput;
 pub use window::swapchain::{Readiness, Swapchain};

@@ -7,7 +7,7 @@ use pointillist::client::film::VulkanFilm;
 use pointillist::client::{
     ClientError, DisplayImage, Film, FilmData, Glare, Reconstruction, Settings, SplatFilter,
 };
-use pointillist::gpu::{DeviceKind, Gpu, GpuError};
+use pointillist::gpu::{DeviceCall, DeviceKind, Gpu, GpuError};
 use pointillist::stream::{PathCounts, Sample};
 
 /// A film that no device can hold is an error with a sentence, not a crash.
@@ -50,9 +50,9 @@ fn exhausted_memory_leaves_the_film_usable() {
     let mut failures = 0;
     for allowed in 0.. {
         let mut film = fresh();
-        own.fail_allocations_after(allowed);
+        own.faults().fail_after(DeviceCall::Allocation, allowed);
         let outcome = run(&mut film);
-        own.fail_allocations_after(u64::MAX);
+        own.faults().fail_after(DeviceCall::Allocation, u64::MAX);
         if outcome.is_ok() {
             break;
         }
@@ -96,16 +96,16 @@ impl Subject {
 
     /// Lets the n-th attempt and all later ones fail, for every n from 0 until none is left, each on a device that has made
     /// nothing before. Returns the number of failures; `is_expected` tells the error that each must be.
-    fn walk(&self, plan: impl Fn(&Gpu, u64), is_expected: impl Fn(&GpuError) -> bool) -> u64 {
+    fn walk(&self, call: DeviceCall, is_expected: impl Fn(&GpuError) -> bool) -> u64 {
         let own = open(false);
         let wanted = self.run(&mut self.film(&own).expect("a film")).expect("nothing fails");
         assert_silent(&own);
         for allowed in 0.. {
             let own = open(false);
-            plan(&own, allowed);
+            own.faults().fail_after(call, allowed);
             let made = self.film(&own);
             let outcome = made.map(|mut film| (self.run(&mut film), film));
-            plan(&own, u64::MAX);
+            own.faults().fail_after(call, u64::MAX);
             let (outcome, film) = match outcome {
                 Ok((Ok(got), _)) => {
                     assert!(got == wanted, "with {allowed} attempts the picture is another");
@@ -135,7 +135,7 @@ impl Subject {
 /// A pipeline that cannot be compiled is one error that names it, after which the film goes on.
 #[test]
 fn pipelines_that_fail_leave_the_film_usable() {
-    let failures = Subject::new().walk(Gpu::fail_pipelines_after, |error| {
+    let failures = Subject::new().walk(DeviceCall::Pipeline, |error| {
         let text = error.to_string();
         text.starts_with("vkCreate") && text.contains("Pipelines(") && text.contains("out of memory")
     });
@@ -145,7 +145,7 @@ fn pipelines_that_fail_leave_the_film_usable() {
 /// A buffer that the host cannot see is one error that names it; before, its contents were silently empty.
 #[test]
 fn mappings_that_fail_leave_the_film_usable() {
-    let failures = Subject::new().walk(Gpu::fail_mappings_after, |error| {
+    let failures = Subject::new().walk(DeviceCall::Mapping, |error| {
         matches!(error, GpuError::Unmapped(_)) && error.to_string().contains("could not be mapped")
     });
     assert!(failures > 5, "only {failures} buffers");

@@ -99,7 +99,7 @@ fn textures_outlive_what_happens_to_the_window() {
         match i {
             20 => {
                 let lost = "acquire,0,1,ERROR_SURFACE_LOST_KHR".parse().expect("a fault");
-                swapchain.faults().plan(lost);
+                swapchain.gpu().faults().plan(lost);
                 let outcome = swapchain.acquire(Duration::ZERO).expect("acquire");
                 assert_eq!(outcome, Readiness::SurfaceLost);
                 swapchain.replace_surface(window.handles()).expect("a surface");

@@ -171,16 +171,21 @@ fn the_memory_of_a_film_is_told() {
     }
 }
 
-/// A picture of 4K: by its sizes alone, with one sample.
+/// Pictures of 4K, by their sizes alone, with few samples: a plain one, and one with both streams, masking and glare.
 #[test]
 fn the_memory_of_a_large_film_is_told() {
-    let own = open(false);
-    let spec = spec(3840, 2160, SplatFilter::Gaussian);
-    let settings = settings(Reconstruction::Gaussian, 0.0);
-    let mut film = VulkanFilm::new(own.clone(), spec).expect("a film");
-    film.add(&scene(&spec, 1_000, 9, 0)).expect("add");
-    film.display(&settings).expect("display");
-    own.free_retired().expect("the device");
-    assert_told(&own, &spec, &settings, [true, false], 1_000);
-    assert_silent(&own);
+    let plain = settings(Reconstruction::Gaussian, 0.0);
+    let glare = Some(Glare::default());
+    let full = Settings { masking: Masking::LowPass, glare, ..settings(Reconstruction::Gaussian, 0.5) };
+    for (settings, streams, every_light) in [(plain, [true, false], 0), (full, [true, true], 2)] {
+        let own = open(false);
+        let spec = spec(3840, 2160, SplatFilter::Gaussian);
+        let mut film = VulkanFilm::new(own.clone(), spec).expect("a film");
+        film.add(&scene(&spec, 1_000, 9, every_light)).expect("add");
+        film.count_paths(PathCounts { camera: 1_000, light: 1_000 });
+        film.display(&settings).expect("display");
+        own.free_retired().expect("the device");
+        assert_told(&own, &spec, &settings, streams, 1_000);
+        assert_silent(&own);
+    }
 }

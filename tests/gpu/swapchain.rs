@@ -7,8 +7,8 @@ use crate::common::assert_silent;
 use crate::support::xserver::Server;
 use crate::x11_window::Window;
 use pointillist::gpu::{
-    Buffer, BufferUse, ColorOutput, CopyRegion, DeviceChoice, Gpu, GpuError, GpuOptions, Image, Readiness,
-    Swapchain, TexelFormat, WindowCall,
+    Buffer, BufferUse, ColorOutput, CopyFilter, CopyRegion, DeviceCall, DeviceChoice, Gpu, GpuError,
+    GpuOptions, Image, Readiness, Swapchain, TexelFormat,
 };
 use pointillist::math::random::Random;
 use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
@@ -45,7 +45,7 @@ fn show(swapchain: &mut Swapchain, picture: &mut Image) {
     let gpu = swapchain.gpu().clone();
     let mut frame = gpu.begin().expect("a frame");
     let whole = CopyRegion::whole(picture.extent(0));
-    swapchain.draw(&mut frame, picture, &[whole]);
+    swapchain.draw(&mut frame, picture, &[whole], CopyFilter::Nearest);
     swapchain.present(frame).expect("present");
 }
 
@@ -75,7 +75,7 @@ fn the_screen_shows_the_bytes_of_the_picture() {
     ready(&mut swapchain);
     let mut frame = gpu.begin().expect("a frame");
     let whole = CopyRegion::whole(picture.extent(0));
-    swapchain.draw(&mut frame, &mut picture, &[whole]);
+    swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
     drop(frame);
     assert_eq!(swapchain.acquire(Duration::ZERO).expect("acquire"), Readiness::Ready);
     swapchain.present(gpu.begin().expect("a frame")).expect("present");
@@ -126,7 +126,7 @@ fn the_smallest_windows() {
         // Frames may go on without a window.
         let mut frame = gpu.begin().expect("a frame");
         let whole = CopyRegion::whole(picture.extent(0));
-        swapchain.draw(&mut frame, &mut picture, &[whole]);
+        swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
         swapchain.present(frame).expect("present");
     }
     swapchain.resize([1, 1]);
@@ -151,10 +151,10 @@ fn lost_surfaces_are_replaced() {
     let gpu = swapchain.gpu().clone();
     let (mut picture, pixels) = noise(&gpu, size, 1);
     let fault = |text: &str| text.parse().expect("a fault");
-    swapchain.faults().plan(fault("acquire,0,1,ERROR_OUT_OF_DATE_KHR"));
+    swapchain.gpu().faults().plan(fault("acquire,0,1,ERROR_OUT_OF_DATE_KHR"));
     show(&mut swapchain, &mut picture);
     for _ in 0..3 {
-        swapchain.faults().plan(fault("acquire,0,1,ERROR_SURFACE_LOST_KHR"));
+        swapchain.gpu().faults().plan(fault("acquire,0,1,ERROR_SURFACE_LOST_KHR"));
         assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::SurfaceLost);
         assert_eq!(swapchain.acquire(PATIENCE).expect("acquire"), Readiness::SurfaceLost);
         swapchain.replace_surface(window.handles()).expect("a surface");
@@ -181,7 +181,7 @@ fn destroyed_windows_are_lost_surfaces() {
             Readiness::Ready => {
                 let mut frame = gpu.begin().expect("a frame");
                 let whole = CopyRegion::whole(picture.extent(0));
-                swapchain.draw(&mut frame, &mut picture, &[whole]);
+                swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
                 swapchain.present(frame).expect("present");
             }
             Readiness::SurfaceLost => lost = true,
@@ -215,7 +215,7 @@ fn show_in_the_end(swapchain: &mut Swapchain, window: &Window, picture: &mut Ima
         }
         let mut frame = gpu.begin().expect("a frame");
         let whole = CopyRegion::whole(picture.extent(0));
-        swapchain.draw(&mut frame, picture, &[whole]);
+        swapchain.draw(&mut frame, picture, &[whole], CopyFilter::Nearest);
         swapchain.present(frame).expect("present");
         if !swapchain.has_failed() {
             break;
@@ -249,7 +249,7 @@ fn every_call_of_the_window_may_fail() {
             for times in [1, 3] {
                 seed += 1;
                 let (mut picture, pixels) = noise(&gpu, size, seed);
-                let plan = |text: String| swapchain.faults().plan(text.parse().expect("a fault"));
+                let plan = |text: String| swapchain.gpu().faults().plan(text.parse().expect("a fault"));
                 plan(format!("{call},0,{times},{result}"));
                 match call {
                     // Only then is it made at all.
@@ -280,7 +280,7 @@ fn suboptimal_images_are_not_made_anew_all_the_time() {
     let mut swapchain = open(&window, [40, 30]);
     let gpu = swapchain.gpu().clone();
     let (mut picture, pixels) = noise(&gpu, [40, 40], 1);
-    swapchain.faults().plan("present,0,1000000,SUBOPTIMAL_KHR".parse().expect("a fault"));
+    swapchain.gpu().faults().plan("present,0,1000000,SUBOPTIMAL_KHR".parse().expect("a fault"));
     for size in [[40, 30], [30, 40]] {
         window.resize(size);
         for _ in 0..20 {
@@ -289,8 +289,10 @@ fn suboptimal_images_are_not_made_anew_all_the_time() {
         assert_eq!(swapchain.extent(), Some(size));
         window.shows(size, &cropped(&pixels, [40, 40], size));
     }
-    let (made, shown) =
-        (swapchain.faults().calls(WindowCall::Swapchain), swapchain.faults().calls(WindowCall::Present));
+    let (made, shown) = (
+        swapchain.gpu().faults().calls(DeviceCall::Swapchain),
+        swapchain.gpu().faults().calls(DeviceCall::Present),
+    );
     // The first ones, those of the second size, and what a slow machine may take longer than a second for.
     assert!(shown == 40 && made < 10, "{made} generations in {shown} frames");
     assert_silent(&gpu);
@@ -337,7 +339,7 @@ fn a_lost_device_can_be_replaced() {
     ready(&mut swapchain);
     let mut frame = gpu.begin().expect("a frame");
     let whole = CopyRegion::whole(picture.extent(0));
-    swapchain.draw(&mut frame, &mut picture, &[whole]);
+    swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
     gpu.lose_after(0);
     assert_lost(swapchain.present(frame), "present");
     assert_lost(gpu.wait(pointillist::gpu::FrameNumber::default()), "wait");
@@ -414,7 +416,7 @@ fn a_lost_display_ends_in_peace() {
             Ok(Readiness::Ready) => {
                 let mut frame = gpu.begin().expect("a frame");
                 let whole = CopyRegion::whole(picture.extent(0));
-                swapchain.draw(&mut frame, &mut picture, &[whole]);
+                swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
                 gone |= swapchain.present(frame).is_err();
             }
             Ok(Readiness::SurfaceLost) => gone |= swapchain.replace_surface(window.handles()).is_err(),

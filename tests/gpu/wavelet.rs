@@ -4,6 +4,7 @@ use crate::common::{assert_silent, gpu, open};
 use glam::{Vec3, Vec4};
 use pointillist::client::pass::wavelet::WaveletPass;
 use pointillist::client::wavelet::{HalfPicture, PixelFeatures, WaveletFilter};
+use pointillist::gpu::DeviceCall;
 use pointillist::image::Grid;
 use pointillist::math::random::Random;
 
@@ -82,9 +83,9 @@ fn the_device_filters_as_the_processor_does() {
 fn exhausted_memory_is_an_error() {
     let gpu = open(false);
     let features = features([64, 64], 1);
-    gpu.fail_allocations_after(5);
+    gpu.faults().fail_after(DeviceCall::Allocation, 5);
     assert!(WaveletPass::after(None, &gpu, features.each_ref()).is_err());
-    gpu.fail_allocations_after(u64::MAX);
+    gpu.faults().fail_after(DeviceCall::Allocation, u64::MAX);
     let mut pass = WaveletPass::after(None, &gpu, features.each_ref()).expect("memory");
     pass.filtered(halves([64, 64], 2).each_ref()).expect("a picture");
 }

@@ -59,7 +59,7 @@ fn one_randomisation_knows_no_error() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// Of the same shape the epoch goes on, and its samples are counted again for the new film; a drag begins many epochs.
+/// With a larger film of the same shape the epoch goes on, and its samples are counted again for the new film; a drag begins many epochs.
 #[test]
 fn the_error_is_that_of_the_picture_after_resizes_and_drags() {
     let folder = folder("error-resize");
@@ -78,6 +78,9 @@ fn the_error_is_that_of_the_picture_after_resizes_and_drags() {
     desktop.button(1, false);
     std::thread::sleep(Duration::from_millis(800));
     desktop.resize(window, 128, 128);
+    desktop.focus(window);
+    std::thread::sleep(Duration::from_millis(500));
+    [true, false].into_iter().for_each(|down| desktop.key(u32::from('n'), down));
     std::thread::sleep(Duration::from_secs(6));
     assert!(viewer.try_wait().unwrap().is_none());
     assert!(terminate(viewer).status.success());

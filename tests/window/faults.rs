@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::endings::{ENDED, PATHS, paths_in, view};
 use crate::support::desktop::Desktop;
-use crate::viewer::{Listened, PATIENCE, end, end_when, figures, folder, words};
+use crate::viewer::{Listened, PATIENCE, end, end_when, figures, folder, png, words};
 
 /// What the viewer says when a call has failed, and when it works again.
 const FAILED: &str = "which is tried again";
@@ -54,7 +54,7 @@ fn faults(call: &str, results: &[&str]) -> Vec<String> {
             _ => faults.push(format!("{call},{at},2,{result}")),
         }
     }
-    faults.into_iter().flat_map(|fault| ["--fail-window-call".to_owned(), fault]).collect()
+    faults.into_iter().flat_map(|fault| ["--fail-call".to_owned(), fault]).collect()
 }
 
 /// Whatever call fails, how often: the picture at the end is that of a window without faults, byte by byte.
@@ -90,13 +90,64 @@ fn failing_calls_cost_neither_window_nor_samples() {
     }
 }
 
+/// Number of calls of a run, more than an undisturbed one has; how many lie between two that fail; what is said of each, and how many must
+/// fail at least.
+const CALLS: [(&str, usize, usize, &str, usize); 3] = [
+    ("allocation", 40, 20, "no GPU memory for", 10),
+    ("mapping", 20, 10, "could not be mapped", 4),
+    ("pipeline", 30, 15, "vkCreate", 10),
+];
+
+/// Whatever allocation, mapping or pipeline fails, each of them in one of many windows: the window stays open, says so once for each, and
+/// the picture is that of a window without faults, byte by byte.
+#[test]
+fn failing_resources_cost_neither_window_nor_samples() {
+    let desktop = Desktop::start(300, 300);
+    let options = ["--deterministic", "--glare", "photopic", "--vm", "0.5"];
+    let run = |name: &str, faults: &[String]| {
+        let folder = folder(name);
+        let options: Vec<&str> = options.into_iter().chain(faults.iter().map(String::as_str)).collect();
+        let mut viewer = Listened::new(view(&desktop, &folder, &options));
+        viewer.wait_for(ENDED);
+        // Glare is computed beside the picture, and is in it later.
+        std::thread::sleep(Duration::from_millis(500));
+        let output = viewer.terminate();
+        let said = words(&output);
+        assert!(output.status.success() && !said.contains("panicked"), "{name}: {said}");
+        let seen = figures(&folder);
+        assert_eq!((&seen["device_losses"], &seen["validation_messages"]), (&0.into(), &0.into()), "{said}");
+        assert_eq!(paths_in(&folder), PATHS, "{said}");
+        let (_, _, pixels) = png(&folder.join("last.png"));
+        std::fs::remove_dir_all(folder).unwrap();
+        (pixels, said)
+    };
+    let (wanted, _) = run("resources", &[]);
+    for (call, calls, between, words, least) in CALLS {
+        let mut told = 0;
+        for first in 0..between {
+            let at = (first..calls).step_by(between);
+            let faults: Vec<String> = at
+                .flat_map(|at| ["--fail-call".into(), format!("{call},{at},1,ERROR_OUT_OF_DEVICE_MEMORY")])
+                .collect();
+            let (picture, said) = run(&format!("{call}-{first}"), &faults);
+            told += said.matches(words).count();
+            // Where the last reading of the picture fails, the processor computes it, which rounds in another way.
+            let most = u8::from(said.contains("the picture is made without the device"));
+            let is_equal = picture.iter().zip(&wanted).all(|(a, b)| a.abs_diff(*b) <= most);
+            assert!(is_equal && picture.len() == wanted.len(), "{call} {first}: another picture: {said}");
+        }
+        println!("{told} failures of {call}");
+        assert!(told >= least, "{call}: only {told} failures");
+    }
+}
+
 /// A device, a surface or images that cannot be made at first are tried again.
 #[test]
 fn a_window_opens_in_the_end() {
     let desktop = Desktop::start(300, 300);
     for fault in ["surface,0,3,ERROR_INITIALIZATION_FAILED", "swapchain,0,3,ERROR_OUT_OF_DEVICE_MEMORY"] {
         let folder = folder("opens");
-        let output = end_when(view(&desktop, &folder, &["--fail-window-call", fault]), &[ENDED, FAILED]);
+        let output = end_when(view(&desktop, &folder, &["--fail-call", fault]), &[ENDED, FAILED]);
         let said = words(&output);
         assert!(output.status.success() && said.contains("no device can be opened"), "{said}");
         assert_eq!(paths_in(&folder), PATHS);
@@ -104,7 +155,7 @@ fn a_window_opens_in_the_end() {
     }
     // For ever is one error.
     let folder = folder("never");
-    let output = end(view(&desktop, &folder, &["--fail-window-call", "surface,0,9999,ERROR_UNKNOWN"]));
+    let output = end(view(&desktop, &folder, &["--fail-call", "surface,0,9999,ERROR_UNKNOWN"]));
     let said = words(&output);
     assert!(output.status.code() == Some(1) && said.contains("vkCreateSurfaceKHR failed"), "{said}");
     std::fs::remove_dir_all(&folder).unwrap();
@@ -126,7 +177,7 @@ fn devices_may_be_lost_more_than_once() {
     let folder = folder("losses");
     let options = ["--size", "96x96", "--no-panel", "-o", "last.exr", "--json", "figures.json"];
     let losses = ["--lose-device-after", "20", "--lose-device-after", "500"];
-    let fault = ["--fail-window-call", "surface,1,4,ERROR_INITIALIZATION_FAILED"];
+    let fault = ["--fail-call", "surface,1,4,ERROR_INITIALIZATION_FAILED"];
     let viewer = crate::viewer::view(&desktop, &folder, &[&options[..], &losses, &fault].concat());
     let mut viewer = Listened::new(viewer);
     viewer.wait_for("is open again");

@@ -10,7 +10,7 @@ use super::scene::SceneArgs;
 use super::values::{count, host_port, positive};
 use crate::client::{ColorOutput, Denoise};
 use crate::color::pq;
-use crate::gpu::WindowFault;
+use crate::gpu::CallFault;
 
 /// Options of `pointillist view`.
 #[derive(Args, Debug)]
@@ -89,9 +89,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "N", hide = true)]
     pub lose_device_after: Vec<u64>,
 
-    /// For tests: so many calls of the window system (surface, swapchain, acquire or present) have this result after others.
+    /// For tests: so many calls (surface, swapchain, acquire, present, allocation, mapping or pipeline) have this result after others.
     #[arg(long, value_name = "CALL,AFTER,TIMES,RESULT", hide = true)]
-    pub fail_window_call: Vec<WindowFault>,
+    pub fail_call: Vec<CallFault>,
 
     /// For tests: images and buffers have this many MiB of device memory.
     #[arg(long, value_name = "MIB", hide = true)]

@@ -76,7 +76,7 @@ impl Viewer {
                 self.panel.host.pin("Click the place in the picture; Escape leaves it".to_owned());
             }
             Action::FocusLensAt(at) => {
-                let Some(pick) = self.editor.pick(self.on_picture(at), size) else {
+                let Some(pick) = self.editor.pick(self.on_picture(at)?, size) else {
                     return Err(miette!("there is nothing here to focus on"));
                 };
                 if self.editor.focus_at(pick.position)? {
@@ -85,8 +85,8 @@ impl Viewer {
                 return Ok(Some("focused".to_owned()));
             }
             Action::Pick(at) => {
-                let place = self.on_picture(at);
-                let pick = self.editor.pick(place, size);
+                let place = self.on_picture(at).ok();
+                let pick = place.and_then(|place| self.editor.pick(place, size));
                 self.editor.select(pick.map(|pick| pick.shape));
                 let layout = &self.panel.controls.layout;
                 let hint =
@@ -96,13 +96,13 @@ impl Viewer {
                 {
                     self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
                 }
-                if self.panel.controls.layout.shows(PanelTab::Inspect) {
-                    let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
+                if let Some(place) = place.filter(|_| self.panel.controls.layout.shows(PanelTab::Inspect)) {
+                    let pixel = place.map(|at| at as u32);
                     self.inspector.begin(pixel, &self.session, &self.picture, &self.editor)?;
                 }
             }
             Action::FocusAt(at) => {
-                if let Some(pick) = self.editor.pick(self.on_picture(at), size) {
+                if let Some(pick) = self.editor.pick(self.on_picture(at)?, size) {
                     self.editor.end_change();
                     self.gesture(Gesture::Focus(pick.position));
                     self.editor.end_change();
@@ -180,6 +180,15 @@ impl Viewer {
             Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
             Action::ResetView => _ = self.panel.viewport.reset(),
+            Action::ShowPixels(at) => _ = self.panel.viewport.show_pixels(at.into()),
+            Action::SetPictureSize(size) => self.set_picture_size(size),
+            Action::FillWindow => {
+                let size = self.panel.viewport.area().as_uvec2().to_array();
+                if size == self.session.size() {
+                    return Ok(Some("the picture is as large as the window".to_owned()));
+                }
+                self.set_picture_size(size);
+            }
             Action::OpenDialog => {
                 let folder = self.scene_folder();
                 self.panel.controls.dialog.ask_scene(&folder);
@@ -297,9 +306,13 @@ impl Viewer {
         Ok(None)
     }
 
-    /// The place in the picture that is shown at this place of the window.
-    fn on_picture(&self, at: [f64; 2]) -> [f64; 2] {
-        self.panel.viewport.to_picture(at.into()).to_array()
+    /// The place in the picture that is shown at this place of the window; an error beside it.
+    fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
+        let viewport = &self.panel.viewport;
+        if !viewport.contains(at.into()) {
+            return Err(miette!("there is no picture here"));
+        }
+        Ok(viewport.to_picture(at.into()).to_array())
     }
 
     /// Traces the groups of lights from now on, or none of them any more.
@@ -334,15 +347,13 @@ impl Viewer {
 
     /// Adds the place that is seen here as one whose colour is known: it has the one that it is to have until another is chosen.
     fn add_mix_target(&mut self, at: [f64; 2]) -> Result<()> {
-        let size = self.session.size();
-        let place = self.on_picture(at);
-        let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
+        let pixel = self.on_picture(at)?.map(|at| at as u32);
         self.picture.mix.add_target(pixel, &self.panel.controls.settings)
     }
 
     /// The rectangle of the picture between two places of the window.
     fn rectangle(&self, [from, to]: [[f64; 2]; 2]) -> Region {
-        let [from, to] = [from, to].map(|at| self.on_picture(at).into());
+        let [from, to] = [from, to].map(|at| self.panel.viewport.to_picture(at.into()));
         rectangle_between(from, to, self.session.size())
     }
 
@@ -381,8 +392,8 @@ impl Viewer {
     /// The mean of what is shown around a place of the window, scene-linear XYZ.
     fn spot(&mut self, at: [f64; 2]) -> Result<Vec3> {
         let size = self.session.size();
-        let place = self.on_picture(at).map(|at| at.max(0.0) as u32);
-        let low = [0, 1].map(|i| place[i].min(size[i] - 1).saturating_sub(SPOT));
+        let place = self.on_picture(at)?.map(|at| at as u32);
+        let low = place.map(|at| at.saturating_sub(SPOT));
         let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
         let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
         let spot = shown.map_or(Vec::new(), |shown| shown.xyz);

@@ -1,4 +1,4 @@
-//! When the loop draws the next frame, when it tries again what has failed, and when the film takes another size.
+//! When the loop draws the next frame, and when it tries again what has failed.
 
 use std::time::{Duration, Instant};
 
@@ -105,68 +105,6 @@ impl Backoff {
     }
 }
 
-/// The film takes another size when the area of the picture has been still for this long.
-const STILL: Duration = Duration::from_millis(150);
-
-/// How long the window system may take to give the window a size that was asked for.
-const RESIZING: Duration = Duration::from_millis(400);
-
-/// How a film is shown in an area of the window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum FilmFit {
-    /// It has the area's size, or is to be made anew in it.
-    Fits,
-    /// It keeps its size for now, and is stretched.
-    Stretched,
-    /// It keeps its size and is shown as it is: the area is about to have that size again.
-    Cropped,
-}
-
-/// Lets the film follow the area of the picture once that rests: a film is large, and another shape begins another epoch.
-#[derive(Default)]
-pub(super) struct SizeRest {
-    /// The area, and since when it is that.
-    area: Option<([u32; 2], Instant)>,
-    /// Until then the window is about to take a size that was asked for.
-    expected: Option<Instant>,
-    is_waiting: bool,
-}
-
-impl SizeRest {
-    /// The window was asked to take the size in which the film fits.
-    pub fn expect(&mut self, now: Instant) {
-        self.expected = Some(now + RESIZING);
-    }
-
-    /// How a film of this size is shown in an area of that one. While the area is `held`, the edge between it and the dock is dragged.
-    pub fn fit(&mut self, film: [u32; 2], area: [u32; 2], held: bool, now: Instant) -> FilmFit {
-        if area == film {
-            *self = Self::default();
-            return FilmFit::Fits;
-        }
-        let since = self.area.filter(|(known, _)| *known == area && !held).map_or(now, |(_, since)| since);
-        self.area = Some((area, since));
-        self.expected = self.expected.filter(|until| now < *until);
-        let is_cropped = held || self.expected.is_some();
-        self.is_waiting = is_cropped || now < since + STILL;
-        match (self.is_waiting, is_cropped) {
-            (false, _) => FilmFit::Fits,
-            (true, true) => FilmFit::Cropped,
-            (true, false) => FilmFit::Stretched,
-        }
-    }
-
-    /// Whether the film is about to take another size.
-    pub fn is_waiting(&self) -> bool {
-        self.is_waiting
-    }
-
-    /// The window is hidden: nothing is waited for.
-    pub fn stop(&mut self) {
-        *self = Self::default();
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,36 +142,6 @@ mod tests {
         clock.retry_at(start + FRAME);
         assert!(!clock.begin(start + FRAME, FRAME));
         assert_eq!(clock.next(), start + 2 * FRAME);
-    }
-
-    /// Forty steps of a resize are one film, made 150 ms after the last one.
-    #[test]
-    fn a_film_follows_sizes_that_rest() {
-        let start = Instant::now();
-        let at = |ms: u64| start + Duration::from_millis(ms);
-        let (mut rest, film) = (SizeRest::default(), [640, 480]);
-        for i in 0..40 {
-            let size = [650 + i as u32, 480];
-            assert_eq!(rest.fit(film, size, false, at(16 * i)), FilmFit::Stretched);
-        }
-        let (last, end) = ([689, 480], 16 * 39);
-        assert_eq!(rest.fit(film, last, false, at(end + 149)), FilmFit::Stretched);
-        assert!(rest.is_waiting());
-        assert_eq!(rest.fit(film, last, false, at(end + 150)), FilmFit::Fits);
-        assert_eq!(rest.fit(last, last, false, at(end + 160)), FilmFit::Fits);
-        assert!(!rest.is_waiting());
-        // The dock has come, and the window follows, or does not.
-        rest.expect(at(2000));
-        assert_eq!(rest.fit(last, [400, 480], false, at(2000)), FilmFit::Cropped);
-        assert_eq!(rest.fit(last, [400, 480], false, at(2399)), FilmFit::Cropped);
-        assert_eq!(rest.fit(last, [400, 480], false, at(2400)), FilmFit::Fits);
-        assert_eq!(rest.fit(last, last, false, at(2401)), FilmFit::Fits);
-        // The edge of the dock is dragged, and let go.
-        for ms in [3000, 3500, 4000] {
-            assert_eq!(rest.fit(last, [400, 480], true, at(ms)), FilmFit::Cropped);
-        }
-        assert_eq!(rest.fit(last, [400, 480], false, at(4149)), FilmFit::Stretched);
-        assert_eq!(rest.fit(last, [400, 480], false, at(4150)), FilmFit::Fits);
     }
 
     #[test]

@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
+use glam::DVec2;
 use miette::Result;
-use winit::dpi::PhysicalSize;
 
 use crate::app::noise_filter::EpochView;
 use crate::app::tell;
 use crate::app::view::Viewer;
-use crate::app::view::clock::FilmFit;
+use crate::app::view::loading::window_size;
 use crate::app::view::outline::OutlineKey;
 use crate::app::view::picture::Painted;
 use crate::app::view::screen::{Canvas, Screen, is_device_lost};
@@ -39,6 +39,9 @@ const DISPLAY_LOOK: Duration = Duration::from_secs(1);
 /// How long the first picture may fail: there is none to go back to.
 const FIRST_PATIENCE: Duration = Duration::from_secs(5);
 
+/// How long the window system may take to give the window a size that was asked for.
+const RESIZING: Duration = Duration::from_millis(400);
+
 /// Samples that are taken at once while there is no device.
 const AHEAD: usize = CHUNK_SAMPLES;
 
@@ -51,7 +54,7 @@ impl Viewer {
             return self.await_device(begin);
         }
         self.leave_lost_parts();
-        if self.resting.is_waiting() {
+        if self.awaited.is_some() {
             self.picture.request_show();
         }
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
@@ -255,7 +258,7 @@ impl Viewer {
             && !self.session.is_stale()
             && self.saves.is_empty()
             && !self.editor.is_preparing()
-            && !self.resting.is_waiting()
+            && self.awaited.is_none()
             && self.picture.is_settled()
             && !self.light.is_changing()
             && !self.inspector.is_busy()
@@ -285,13 +288,14 @@ impl Viewer {
         }
     }
 
-    /// Acquires an image of the window to draw into, and makes the film fit it. False when there is nothing to draw into now.
+    /// Acquires an image of the window to draw into, and makes the film that is asked for where there is another. False when there is
+    /// nothing to draw into now.
     fn make_ready(&mut self) -> Result<bool, ClientError> {
         self.match_output();
         let extent = match self.picture.acquire()? {
             Canvas::Ready(extent) => extent,
             Canvas::Hidden => {
-                self.resting.stop();
+                self.awaited = None;
                 return Ok(false);
             }
             Canvas::Later(at) => {
@@ -302,17 +306,15 @@ impl Viewer {
         let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else {
             return Ok(false);
         };
+        self.refit(self.session.size())?;
         let area = self.panel.picture_area(&window, extent);
-        let (size, held) = (self.session.size(), self.panel.host.is_dragging());
-        let mut fit = self.resting.fit(size, area, held, Instant::now());
-        // Before the first picture there is none to be stretched.
-        if fit == FilmFit::Stretched && self.picture.painted.is_none() {
-            fit = FilmFit::Fits;
+        if DVec2::from(area.map(f64::from)) == self.panel.viewport.area() {
+            self.awaited = None;
         }
-        if fit == FilmFit::Fits {
-            self.refit(area)?;
+        self.awaited.take_if(|until| Instant::now() >= *until);
+        if self.awaited.is_none() {
+            self.panel.set_sizes(area, self.session.size());
         }
-        self.panel.set_sizes(area, self.session.size(), fit == FilmFit::Stretched);
         Ok(true)
     }
 
@@ -322,20 +324,25 @@ impl Viewer {
         self.keep_picture();
     }
 
-    /// Gives the window the size that the picture and the dock have together, so that the picture stays as it is after the dock has
-    /// changed. Where the window system does not let it, the picture takes what there is.
+    /// Gives the window the size in which the picture keeps its area after the dock has changed. Where the window system does not let
+    /// it, the picture takes what there is.
     pub(super) fn keep_picture(&mut self) {
-        let [width, height] = self.session.size();
+        let area = self.panel.viewport.area().as_uvec2();
+        self.ask_area(area.to_array());
+        self.awaited = Some(Instant::now() + RESIZING);
+    }
+
+    /// Asks for a window in which the picture has this area beside the dock.
+    pub(super) fn ask_area(&mut self, area: [u32; 2]) {
         let Some(screen) = &self.picture.screen else { return };
-        let dock = self.panel.dock_pixels(&screen.window);
-        let wanted = PhysicalSize::new(width + dock, height);
-        if screen.window.inner_size() == wanted || screen.window.fullscreen().is_some() {
+        let wanted = window_size(&screen.window, area, self.panel.dock_pixels(&screen.window));
+        let is_fixed = screen.window.fullscreen().is_some() || screen.window.is_maximized();
+        if screen.window.inner_size() == wanted || is_fixed {
             return;
         }
         if let Some(size) = screen.window.request_inner_size(wanted) {
             self.resized(size);
         }
-        self.resting.expect(Instant::now());
     }
 
     /// Runs the panel if it is due, repaints if the plan says so, and swaps.
@@ -416,15 +423,12 @@ impl Viewer {
         Ok(())
     }
 
-    /// Makes the film fit a window of this extent and the chosen filter. Where only the scale has changed the epoch goes on:
+    /// Makes a film of this size and of the chosen filter, where there is another. Where only the scale has changed the epoch goes on:
     /// the new film is filled from kept samples, which know no resolution. Another shape is another camera, a new epoch; until
     /// its first samples are there the old ones are shown, stretched, so that nothing flickers.
-    pub(super) fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
+    fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
         let before = self.session.run_spec().film;
         let after = FilmSpec { width, height, filter: self.panel.controls.filter, ..before };
-        if self.picture.is_refused(&after) {
-            return Ok(());
-        }
         self.session.set_film(after);
         if !self.picture.refit(self.session.run_spec())? {
             return Ok(());
@@ -473,7 +477,12 @@ impl Viewer {
     /// Shows the same samples in another way, after the display controls have changed; another filter needs another film.
     pub(super) fn controls_changed(&mut self) {
         self.picture.request_repaint();
-        if let Err(error) = self.refit(self.session.size()) {
+        self.set_picture_size(self.session.size());
+    }
+
+    /// Makes a film of this size, where there is another.
+    pub(super) fn set_picture_size(&mut self, size: [u32; 2]) {
+        if let Err(error) = self.refit(size) {
             self.recover(error);
         }
     }
@@ -500,7 +509,7 @@ impl Viewer {
         let kept = if film != asked {
             self.session.set_film(film);
             self.panel.controls.filter = film.filter;
-            match self.picture.refuse(asked, self.session.run_spec()) {
+            match self.picture.go_back(self.session.run_spec()) {
                 Ok(()) => {
                     self.film_changed(asked);
                     format!("the picture keeps its {}×{} pixels and its filter", film.width, film.height)

@@ -30,6 +30,9 @@ const SIZE: [u32; 2] = [1280, 720];
 /// How long the window waits for the size of the picture before it opens with that one.
 const PATIENCE: Duration = Duration::from_millis(250);
 
+/// The part of a display that a window takes whose picture has no room on it: frames and bars of the system need some.
+const OF_DISPLAY: f64 = 0.9;
+
 /// Time between two looks at the loader.
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -158,10 +161,9 @@ impl LoadingWindow {
         host.open(&window, events, self.proxy.clone());
         let layout = &self.controls.layout;
         host.scale_text(layout.font_scale);
-        if layout.is_open {
-            let dock = (layout.width * layout.font_scale * window.scale_factor() as f32).round() as u32;
-            let _ = window.request_inner_size(PhysicalSize::new(width + dock, height));
-        }
+        let dock = layout.width * layout.font_scale * window.scale_factor() as f32;
+        let dock = if layout.is_open { dock.round() as u32 } else { 0 };
+        let _ = window.request_inner_size(window_size(&window, [width, height], dock));
         window.set_visible(true);
         let (exact, spec) = (self.loader.source.deterministic, film([width, height]));
         let screen = Screen::open(window, &options.device, &options.losses, spec, exact).into_diagnostic()?;
@@ -212,6 +214,20 @@ fn film([width, height]: [u32; 2]) -> FilmSpec {
         variance: Some(VarianceForm::Product),
         sums: Default::default(),
     }
+}
+
+/// The size of a window in which a picture of this size is shown as it is beside a dock of that width, physical pixels. Where the display
+/// has no room for it, the window is smaller and has the picture's shape.
+pub(super) fn window_size(window: &Window, [width, height]: [u32; 2], dock: u32) -> PhysicalSize<u32> {
+    let whole = PhysicalSize::new(width + dock, height);
+    let Some(display) = window.current_monitor().map(|monitor| monitor.size()) else { return whole };
+    if whole.width <= display.width && whole.height <= display.height || display.width <= dock {
+        return whole;
+    }
+    let room = [display.width - dock, display.height].map(|side| OF_DISPLAY * f64::from(side));
+    let scale = (room[0] / f64::from(width)).min(room[1] / f64::from(height));
+    let [width, height] = [width, height].map(|side| (scale * f64::from(side)).round().max(1.0) as u32);
+    PhysicalSize::new(width + dock, height)
 }
 
 /// The title of a window with this scene.

@@ -85,7 +85,7 @@ use miette::Result;
 use crate::app::outputs::Outputs;
 use crate::app::tev::TevLink;
 use crate::app::timings::TimingCapture;
-use crate::app::view::clock::{Backoff, FrameClock, SizeRest};
+use crate::app::view::clock::{Backoff, FrameClock};
 use crate::app::view::comparison::Comparison;
 use crate::app::view::editor::SceneEditor;
 use crate::app::view::exposure::FollowedLight;
@@ -174,8 +174,8 @@ struct Viewer {
     preferences: Preferences,
     /// When it looks which display the window is on.
     look_at_display: Instant,
-    /// When the film takes another size.
-    resting: SizeRest,
+    /// Until then the window is about to take a size that it was asked for, in which the picture has the area that it has now.
+    awaited: Option<Instant>,
     /// The window is to close.
     quit: bool,
     /// Why the window closes, if not because the user wanted it.

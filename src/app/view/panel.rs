@@ -25,7 +25,7 @@ use crate::client::window::panel::{
     CompareMode, EffectRow, ErrorSummary, MapChoice, PanelControls, PanelData, PictureView, RejectedList,
     RejectedRow, TracerRow,
 };
-use crate::client::window::viewport::Viewport;
+use crate::client::window::viewport::{GRID_ZOOM, Viewport};
 use crate::remote::{Health, TracerStatus};
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
@@ -147,7 +147,8 @@ impl ViewerPanel {
             || self.controls.compare.is_shown
             || self.has_outline
             || self.has_region
-            || self.viewport.zoom() > 1.0
+            || !self.viewport.is_whole()
+            || self.viewport.zoom() >= GRID_ZOOM
     }
 
     /// The size that the dock leaves to the picture in a window of this extent, physical pixels.
@@ -163,9 +164,9 @@ impl ViewerPanel {
         if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
     }
 
-    /// The picture has this area of the window and this size from now on, and fills the area where it is stretched.
-    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2], stretched: bool) {
-        self.viewport.set_sizes(area, picture, stretched);
+    /// The picture has this area of the window and this size from now on.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
+        self.viewport.set_sizes(area, picture);
         self.input.take(InputEvent::Size(self.viewport.area()), Instant::now());
     }
 

@@ -105,8 +105,6 @@ pub struct LivePicture {
     fed: (u64, Duration),
     /// With what the last picture was painted.
     pub painted: Option<Painted>,
-    /// The film that the device could not hold, until another one is asked for.
-    refused: Option<FilmSpec>,
     /// Errors that were no fault of film or settings since the last repaint.
     failures: u32,
     /// Samples of the film whose device was lost.
@@ -147,7 +145,6 @@ impl LivePicture {
             rasterised: 0,
             fed: (0, Duration::ZERO),
             painted: None,
-            refused: None,
             failures: 0,
             lost: 0,
             dropped: None,
@@ -246,17 +243,10 @@ impl LivePicture {
         (self.repaint, self.failures) = (true, 0);
     }
 
-    /// Notes that the device cannot hold this film, and goes back to the one of `run`.
-    pub fn refuse(&mut self, film: FilmSpec, run: &RunSpec) -> Result<(), ClientError> {
-        self.refused = Some(film);
+    /// Goes back to the film of `run`, because the device cannot hold another one that was asked for.
+    pub fn go_back(&mut self, run: &RunSpec) -> Result<(), ClientError> {
         self.failures = 0;
         self.refit(run).map(|_| ())
-    }
-
-    /// Whether the device could not hold this film when it was asked for last.
-    pub fn is_refused(&mut self, film: &FilmSpec) -> bool {
-        self.refused = self.refused.filter(|refused| refused == film);
-        self.refused.is_some()
     }
 
     /// Notes an error that film and settings do not explain. Returns whether the picture stays as it is from now on.
@@ -325,6 +315,8 @@ impl LivePicture {
             observer.begin(run);
         }
         (self.unseen, self.running, self.failures) = (true, true, 0);
+        // What the film before has kept matters no more.
+        self.dropped = None;
         // Its samples are kept as long as coarse sums suffice. In order of index the sums are those of whole batches.
         let coarse = !run.deterministic && VulkanFilm::coarse_samples(&run.film) <= MOST_COARSE;
         let Some(film) = self.film_mut() else { return };

@@ -79,8 +79,9 @@ impl Viewer {
     /// Shows another scene in the place of the present one; returns a message.
     fn replace(&mut self, ready: ReadyScene, source: ViewSource) -> Result<String> {
         let ReadyScene { run, choose, mut editor, digest } = ready;
+        let before = self.session.size();
         // Before anything is changed: a camera that cannot be used is an error of the scene.
-        editor.camera(self.session.size())?;
+        editor.camera(before)?;
         let again = self.is_open(&source);
         std::mem::swap(&mut self.editor, &mut editor);
         let lost = if again { self.editor.take_over(editor) } else { 0 };
@@ -92,6 +93,9 @@ impl Viewer {
             self.picture.mix = LightMix::default()
         }
         self.session.set_effects(&self.editor);
+        if self.session.size() != before {
+            self.ask_area(self.session.size());
+        }
         self.options.name = source.name();
         self.source = source;
         if !again {

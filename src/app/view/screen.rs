@@ -20,8 +20,8 @@ use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, FilmSpec, Settings};
 use crate::gpu::{
-    DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness, Swapchain,
-    WindowFaults,
+    CallFaults, DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness,
+    Swapchain,
 };
 use crate::image::Grid;
 
@@ -43,8 +43,8 @@ const OPENING: Duration = Duration::from_secs(5);
 pub struct SimulatedLosses {
     /// Frames after which each device is lost; devices that are not listed stay.
     pub devices: Vec<u64>,
-    /// Results of calls of the window system.
-    pub window: WindowFaults,
+    /// Results of calls.
+    pub calls: CallFaults,
     /// Bytes of device memory, where less than there is.
     pub memory: Option<u64>,
 }
@@ -182,8 +182,11 @@ impl Screen {
         };
         // What is wrong with a machine from the start does not pass; a driver that begins anew says anything.
         let was_there = self.device_losses > 0;
-        let may_pass =
-            was_there || matches!(&error, ClientError::Gpu(GpuError::Call { .. } | GpuError::Memory { .. }));
+        let may_pass = was_there
+            || matches!(
+                &error,
+                ClientError::Gpu(GpuError::Call { .. } | GpuError::Memory { .. } | GpuError::Unmapped(_))
+            );
         let patience = if was_there { REOPENING } else { OPENING };
         if !may_pass || self.opening.lasts(now) > patience {
             return Err(error);
@@ -219,7 +222,7 @@ impl Screen {
     fn make(&mut self, spec: FilmSpec) -> Result<DeviceObjects, ClientError> {
         let size = self.window.inner_size();
         let extent = [size.width, size.height];
-        let (options, faults) = (GpuOptions::from_env(), &self.simulated.window);
+        let (options, faults) = (GpuOptions::from_env(), &self.simulated.calls);
         let swapchain = Swapchain::open_with_faults(&self.choice, options, self.handles()?, extent, faults)?;
         swapchain.gpu().set_timing(true);
         if let Some(frames) = self.simulated.devices.get(self.device_losses as usize) {
@@ -416,7 +419,7 @@ impl Screen {
         };
         if let Some(picture) = picture {
             let copies = viewport.copies(swapchain.extent().unwrap_or_default());
-            swapchain.draw(&mut frame, picture, &copies);
+            swapchain.draw(&mut frame, picture, &copies, viewport.filter());
         }
         let panel = panel.filter(|_| self.overlaying.is_due(Instant::now()));
         let overlaid = panel.map(|panel| draw_panel(&mut self.overlay, swapchain, &mut frame, panel));

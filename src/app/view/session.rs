@@ -35,6 +35,8 @@ pub struct TracerNews {
 pub struct RenderSession {
     /// What is rendered: scene file, size, method, seed.
     run: RunSpec,
+    /// The size that the command line asks for, or the scene: the film may have been given another one since.
+    asked_size: [u32; 2],
     chooser: Chooser,
     /// Who traces.
     pub tracers: Tracers,
@@ -82,6 +84,7 @@ impl RenderSession {
     /// changed and come to rest.
     pub fn new(run: RunSpec, choose: bool, tracers: Tracers, lanes: Lanes, paths: Option<u64>) -> Self {
         Self {
+            asked_size: [run.film.width, run.film.height],
             run,
             chooser: Chooser::new(choose),
             tracers,
@@ -108,9 +111,14 @@ impl RenderSession {
         }
     }
 
-    /// Takes over another scene; film and device stay. The next epoch begins with it. `digest` is what tracers elsewhere know it by.
+    /// Takes over another scene; the device stays, and so does the film unless the scene asks for another size than the last one did. The
+    /// next epoch begins with it. `digest` is what tracers elsewhere know it by.
     pub fn replace(&mut self, run: RunSpec, choose: bool, digest: Option<String>) {
-        let (film, device) = (self.run.film, std::mem::take(&mut self.run.device));
+        let asked = [run.film.width, run.film.height];
+        let [width, height] = if asked == self.asked_size { self.size() } else { asked };
+        let (film, device) =
+            (FilmSpec { width, height, ..self.run.film }, std::mem::take(&mut self.run.device));
+        self.asked_size = asked;
         self.run = RunSpec { film, device, ..run };
         self.tracers.replace_scene(digest);
         self.groups = Vec::new();

@@ -6,7 +6,6 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
-use winit::dpi::PhysicalSize;
 use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 
 use crate::app::args::ViewArgs;
@@ -18,14 +17,14 @@ use crate::app::outputs::Outputs;
 use crate::app::remote_order::scene_digest;
 use crate::app::tev::TevLink;
 use crate::app::timings::{self, TimingCapture};
-use crate::app::view::clock::{Backoff, FrameClock, SizeRest};
+use crate::app::view::clock::{Backoff, FrameClock};
 use crate::app::view::comparison::Comparison;
 use crate::app::view::exposure::FollowedLight;
 use crate::app::view::gizmo::Gizmo;
 use crate::app::view::histogram::HistogramCache;
 use crate::app::view::inspector::Inspector;
 use crate::app::view::loader::{ReadyScene, ViewSource};
-use crate::app::view::loading::{LoadingWindow, OpenWindow, title};
+use crate::app::view::loading::{LoadingWindow, OpenWindow, title, window_size};
 use crate::app::view::metrics::ViewerMetrics;
 use crate::app::view::outline::Outline;
 use crate::app::view::panel::ViewerPanel;
@@ -46,7 +45,7 @@ use crate::client::window::panel::{
 };
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
-use crate::gpu::{self, DeviceChoice, WindowFaults};
+use crate::gpu::{self, CallFaults, DeviceChoice};
 use crate::remote::{FetchOptions, Fetched, TracerAddress, fetch};
 use crate::server::panic_message;
 
@@ -168,7 +167,7 @@ impl ViewerApp {
             timings: args.gpu_timings.clone(),
             losses: SimulatedLosses {
                 devices: args.lose_device_after.clone(),
-                window: WindowFaults::of(&args.fail_window_call),
+                calls: CallFaults::of(&args.fail_call),
                 memory: args.device_memory.map(|mib| mib << 20),
             },
             budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
@@ -281,7 +280,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     options.name = loader.source.name();
     window.set_title(&title(&options.name));
     let panel = ViewerPanel::new(host, controls, size);
-    let wanted = PhysicalSize::new(size[0] + panel.dock_pixels(&window), size[1]);
+    let wanted = window_size(&window, size, panel.dock_pixels(&window));
     if window.inner_size() != wanted {
         // It was opened before the size of the picture was known.
         let _ = window.request_inner_size(wanted);
@@ -346,7 +345,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         views,
         preferences,
         look_at_display: now,
-        resting: SizeRest::default(),
+        awaited: None,
         quit: false,
         outcome: Ok(()),
     };

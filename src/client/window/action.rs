@@ -31,6 +31,12 @@ pub enum Action {
     PanView([f64; 2]),
     /// Shows the whole picture.
     ResetView,
+    /// Shows a pixel of the picture as one of the window; the place here stays where it is.
+    ShowPixels([f64; 2]),
+    /// Makes a picture of this size, in pixels.
+    SetPictureSize([u32; 2]),
+    /// Makes a picture that fills the window without scaling.
+    FillWindow,
     /// Shows the rectangle between these places, which is being dragged; none any more where there are none.
     DragRegion(Option<[[f64; 2]; 2]>),
     /// Traces the rectangle between these places and nothing else.

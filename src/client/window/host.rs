@@ -157,11 +157,6 @@ impl EguiHost {
             || self.pointer.is_some_and(|at| at.x >= self.picture_width)
     }
 
-    /// Whether the pointer drags something of the panel, such as its edge.
-    pub fn is_dragging(&self) -> bool {
-        self.context.egui_is_using_pointer()
-    }
-
     /// Puts text on the clipboard.
     pub fn copy(&mut self, text: String) {
         if let Some(state) = &mut self.state {

@@ -51,6 +51,8 @@ pub enum CursorAction {
     ZoomIn,
     /// Zooms it out by a step.
     ZoomOut,
+    /// Shows a pixel of it as one of the window.
+    ShowPixels,
 }
 
 impl CursorAction {
@@ -63,6 +65,7 @@ impl CursorAction {
             Self::MixTarget => Action::AddMixTarget(at),
             Self::ZoomIn => Action::ZoomAt(at, 1.0),
             Self::ZoomOut => Action::ZoomAt(at, -1.0),
+            Self::ShowPixels => Action::ShowPixels(at),
         }
     }
 }
@@ -189,6 +192,8 @@ const PICTURE: &[KeyBinding] = &[
     at_cursor("+", "zoom into the picture at the cursor", &[Char('+'), Char('=')], CursorAction::ZoomIn),
     at_cursor("-", "zoom out of the picture", &[Char('-')], CursorAction::ZoomOut),
     key("0", "the whole picture", &[Char('0')], Action::ResetView),
+    at_cursor("Z", "a pixel of the picture as one of the window", &[Char('z')], CursorAction::ShowPixels),
+    key("N", "a new picture, as large as the window", &[Char('n')], Action::FillWindow),
     mouse("Ctrl+Shift+wheel", "brightness"),
     at_cursor("M", "expose for the light under the cursor", &[Char('m')], CursorAction::Meter),
     key("B", "fix the brightness, or let it follow the light", &[Char('b')], Action::ToggleFollowLight),

@@ -1,11 +1,11 @@
 //! Where the picture lies in the window: its area beside the panel, and which part of the picture is shown there how large.
 //!
-//! The area begins at the window's left top corner. At zoom 1 a pixel of the picture is one of the window. Zooming and panning
-//! change only what is shown: no sample is traced or drawn anew.
+//! The area begins at the window's left top corner. The picture has a size of its own: at first the whole of it fills the area as far as
+//! its shape lets it, in the middle. Resizing the window, zooming and panning change only what is shown: no sample is traced or drawn anew.
 
 use glam::{DVec2, UVec2};
 
-use crate::gpu::CopyRegion;
+use crate::gpu::{CopyFilter, CopyRegion};
 
 /// Largest zoom, window pixels per picture pixel.
 pub const MOST_ZOOM: f64 = 64.0;
@@ -16,6 +16,9 @@ const ZOOM_STEP: f64 = 1.25;
 /// From this zoom on a grid separates the pixels.
 pub const GRID_ZOOM: f64 = 8.0;
 
+/// From this zoom on pixels are seen one by one: they have hard edges, whatever their size.
+const HARD_ZOOM: f64 = 4.0;
+
 /// The area of the picture in the window, and the part of the picture that it shows. Positions are physical pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewport {
@@ -23,10 +26,8 @@ pub struct Viewport {
     area: UVec2,
     /// Size of the picture.
     picture: UVec2,
-    /// Factor on the picture, from 1 on.
-    zoom: f64,
-    /// Window pixels per picture pixel at zoom 1: 1, or what fills the area while the picture waits for another size.
-    stretch: DVec2,
+    /// Window pixels per picture pixel; `None` for as many as let the whole picture fill the area.
+    zoom: Option<f64>,
     /// The point of the picture at the left top corner of the area.
     origin: DVec2,
 }
@@ -35,26 +36,36 @@ impl Viewport {
     /// The whole picture of this size, as large as it is.
     pub fn new(size: [u32; 2]) -> Self {
         let size = UVec2::from(size).max(UVec2::ONE);
-        Self { area: size, picture: size, zoom: 1.0, stretch: DVec2::ONE, origin: DVec2::ZERO }
+        Self { area: size, picture: size, zoom: None, origin: DVec2::ZERO }
     }
 
-    /// The area and the picture have these sizes now; the point in the middle of the area stays there. A `stretched` picture fills the
-    /// area at zoom 1.
-    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2], stretched: bool) {
+    /// The area and the picture have these sizes now; the point in the middle of the area stays there, and so does the zoom unless the
+    /// whole picture is shown.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
         let (area, picture) = (UVec2::from(area).max(UVec2::ONE), UVec2::from(picture).max(UVec2::ONE));
-        let stretch = if stretched { area.as_dvec2() / picture.as_dvec2() } else { DVec2::ONE };
-        if (area, picture, stretch) == (self.area, self.picture, self.stretch) {
+        if (area, picture) == (self.area, self.picture) {
             return;
         }
         let middle = self.to_picture(0.5 * self.area.as_dvec2()) / self.picture.as_dvec2();
-        (self.area, self.picture, self.stretch) = (area, picture, stretch);
-        self.origin = middle * picture.as_dvec2() - 0.5 * area.as_dvec2() / self.scale();
+        (self.area, self.picture) = (area, picture);
+        self.set_zoom(self.zoom.unwrap_or(self.fit()));
+        self.origin = middle * picture.as_dvec2() - 0.5 * area.as_dvec2() / self.zoom();
         self.keep_inside();
     }
 
-    /// Window pixels per picture pixel along both axes.
-    fn scale(&self) -> DVec2 {
-        self.zoom * self.stretch
+    /// The zoom at which the whole picture fills the area.
+    fn fit(&self) -> f64 {
+        (self.area.as_dvec2() / self.picture.as_dvec2()).min_element()
+    }
+
+    /// Smallest zoom: the picture fits the area, or is as large as it is.
+    fn least_zoom(&self) -> f64 {
+        self.fit().min(1.0)
+    }
+
+    fn set_zoom(&mut self, zoom: f64) {
+        let zoom = zoom.clamp(self.least_zoom(), MOST_ZOOM.max(self.fit()));
+        self.zoom = Some(zoom).filter(|zoom| (zoom / self.fit() - 1.0).abs() > 1e-9);
     }
 
     /// Size of the area.
@@ -67,35 +78,62 @@ impl Viewport {
         self.picture.as_dvec2()
     }
 
-    /// Window pixels per picture pixel, where it is not stretched.
+    /// Window pixels per picture pixel.
     pub fn zoom(&self) -> f64 {
-        self.zoom
+        self.zoom.unwrap_or(self.fit())
     }
 
-    /// Whether a position of the window lies in the area.
+    /// Whether the whole picture fills the area.
+    pub fn is_whole(&self) -> bool {
+        self.zoom.is_none()
+    }
+
+    /// Whether a position of the window lies in the area, and the picture is seen there.
     pub fn contains(&self, at: DVec2) -> bool {
-        at.cmpge(DVec2::ZERO).all() && at.cmplt(self.area()).all()
+        let is_within = |at: DVec2, size: DVec2| at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
+        is_within(at, self.area()) && is_within(self.to_picture(at), self.picture())
     }
 
     /// The place in the picture that is shown at a position of the window.
     pub fn to_picture(&self, at: DVec2) -> DVec2 {
-        self.origin + at / self.scale()
+        self.origin + at / self.zoom()
     }
 
     /// The position of the window where a place in the picture is shown.
     pub fn to_window(&self, place: DVec2) -> DVec2 {
-        (place - self.origin) * self.scale()
+        (place - self.origin) * self.zoom()
     }
 
     /// Zooms in by steps of the wheel, out by negative ones; the place at `at` stays there. Returns whether anything changed.
     pub fn zoom_at(&mut self, at: DVec2, steps: f64) -> bool {
+        let (now, fit) = (self.zoom(), self.fit());
+        let zoom = now * ZOOM_STEP.powf(steps);
+        // The whole picture is not passed by. Pixels have whole sizes where that is near; the small steps of a touchpad would never
+        // leave those.
+        let passes_fit = (now < fit && fit < zoom) || (zoom < fit && fit < now);
+        let is_near = zoom > 1.0 && steps.abs() >= 1.0 && (zoom - zoom.round()).abs() < 0.06 * zoom;
+        self.zoom_to(
+            at,
+            if passes_fit {
+                fit
+            } else if is_near {
+                zoom.round()
+            } else {
+                zoom
+            },
+        )
+    }
+
+    /// Shows a pixel of the picture as one of the window; the place at `at` stays there. Returns whether anything changed.
+    pub fn show_pixels(&mut self, at: DVec2) -> bool {
+        self.zoom_to(at, 1.0)
+    }
+
+    fn zoom_to(&mut self, at: DVec2, zoom: f64) -> bool {
         let before = *self;
-        let zoom = (self.zoom * ZOOM_STEP.powf(steps)).clamp(1.0, MOST_ZOOM);
-        // Pixels have whole sizes where that is near; the small steps of a touchpad would never leave those.
-        let is_near = steps.abs() >= 1.0 && (zoom - zoom.round()).abs() < 0.06 * zoom;
         let place = self.to_picture(at);
-        self.zoom = if is_near { zoom.round() } else { zoom };
-        self.origin = place - at / self.scale();
+        self.set_zoom(zoom);
+        self.origin = place - at / self.zoom();
         self.keep_inside();
         *self != before
     }
@@ -103,23 +141,38 @@ impl Viewport {
     /// Moves the picture by this many pixels of the window; returns whether anything changed.
     pub fn pan(&mut self, by: DVec2) -> bool {
         let before = *self;
-        self.origin -= by / self.scale();
+        self.origin -= by / self.zoom();
         self.keep_inside();
         *self != before
     }
 
-    /// Shows the whole picture as large as it is; returns whether anything changed.
+    /// Shows the whole picture; returns whether anything changed.
     pub fn reset(&mut self) -> bool {
         let before = *self;
-        self.zoom = 1.0;
+        self.zoom = None;
         self.keep_inside();
         *self != before
     }
 
-    /// The area shows only the picture: its edge is not drawn into it. A picture that is smaller than the area lies at its left top.
+    /// Where the picture is larger than the area, its edge is not drawn into it; where it is smaller, it lies in the middle.
     fn keep_inside(&mut self) {
-        let most = (self.picture.as_dvec2() - self.area() / self.scale()).max(DVec2::ZERO);
-        self.origin = self.origin.clamp(DVec2::ZERO, most);
+        let (shown, picture) = (self.area() / self.zoom(), self.picture());
+        for i in 0..2 {
+            let rest = self.area()[i] - picture[i] * self.zoom();
+            self.origin[i] = match rest > -1e-6 {
+                true => -(0.5 * rest.max(0.0)).floor() / self.zoom(),
+                false => self.origin[i].clamp(0.0, picture[i] - shown[i]),
+            };
+        }
+    }
+
+    /// How texels between pixels of the window are found: pixels of whole sizes, and those that are seen one by one, keep hard edges.
+    pub fn filter(&self) -> CopyFilter {
+        let zoom = self.zoom();
+        match zoom >= HARD_ZOOM || zoom == zoom.round() {
+            true => CopyFilter::Nearest,
+            false => CopyFilter::Linear,
+        }
     }
 
     /// The copies that show the picture in a window of this extent: pixels of the picture that are wholly visible, and those that
@@ -127,7 +180,7 @@ impl Viewport {
     pub fn copies(&self, extent: [u32; 2]) -> Vec<CopyRegion> {
         let end = self.area.min(UVec2::from(extent));
         let axes: [Vec<AxisCopy>; 2] =
-            [0, 1].map(|i| along(self.origin[i], self.scale()[i], self.picture[i], f64::from(end[i])));
+            [0, 1].map(|i| along(self.origin[i], self.zoom(), self.picture[i], f64::from(end[i])));
         let [columns, rows] = &axes;
         let both = |y: &AxisCopy, x: &AxisCopy| CopyRegion {
             from: [[x.from[0], y.from[0]], [x.from[1], y.from[1]]],
@@ -139,16 +192,16 @@ impl Viewport {
 
 /// The copies along one axis into the pixels 0 … `end` of the window, of a picture with `scale` window pixels per pixel.
 fn along(origin: f64, scale: f64, picture: u32, end: f64) -> Vec<AxisCopy> {
-    let last = f64::from(picture).min(origin + end / scale);
+    let (from, last) = (origin.max(0.0), f64::from(picture).min(origin + end / scale));
     // Rounding cuts no pixel.
     let last = if (last - last.round()).abs() < 1e-6 { last.round() } else { last };
     let place = |pixel: f64| ((pixel - origin) * scale).round().clamp(0.0, end) as i32;
     // The wholly visible ones, between those that are cut.
-    let (first, after) = (origin.ceil(), last.floor());
+    let (first, after) = (from.ceil(), last.floor());
     let spans = match first <= after {
-        true => vec![(origin.floor(), first), (first, after), (after, last.ceil())],
+        true => vec![(from.floor(), first), (first, after), (after, last.ceil())],
         // Less than a pixel.
-        false => vec![(origin.floor(), last.ceil())],
+        false => vec![(from.floor(), last.ceil())],
     };
     let spans = spans.into_iter().filter(|(from, to)| to > from);
     let copies =
@@ -211,7 +264,7 @@ mod tests {
                 for axis in 0..2 {
                     // Sizes of pixels that are no whole numbers are rounded.
                     let away = place[axis] - f64::from(pixel[axis]) - 0.5;
-                    assert!(away.abs() < 0.5 + 1.0 / view.zoom, "{middle}: {pixel:?}, {place}, {view:?}");
+                    assert!(away.abs() < 0.5 + 1.0 / view.zoom(), "{middle}: {pixel:?}, {place}, {view:?}");
                 }
             }
         }
@@ -238,22 +291,58 @@ mod tests {
         assert!(shown(&view, [10, 10]).iter().all(Option::is_some), "{view:?}");
     }
 
-    /// A picture that waits for another size fills the area, larger or smaller, of any shape.
+    /// The whole picture fills an area of any size and shape as far as its own shape lets it, in the middle, and its pixels are where
+    /// the mapping says.
     #[test]
-    fn a_stretched_picture_fills_the_area() {
+    fn the_whole_picture_fills_the_area() {
         let mut view = Viewport::new([40, 30]);
-        for area in [[80, 30], [41, 29], [13, 90], [3, 2], [1, 1], [40, 30]] {
-            view.set_sizes(area, [40, 30], true);
-            assert!(shown(&view, area).iter().all(Option::is_some), "{area:?}: {view:?}");
-            let copies = view.copies(area);
-            assert_eq!(
-                copies,
-                [CopyRegion { from: [[0, 0], [40, 30]], to: [[0, 0], area.map(|n| n as i32)] }]
-            );
-            assert!(view.to_picture(view.area()).distance(DVec2::new(40.0, 30.0)) < 1e-9);
+        for area in [[80, 30], [80, 60], [41, 29], [13, 90], [3, 2], [1, 1], [640, 480], [40, 30]] {
+            view.set_sizes(area, [40, 30]);
+            let [copy] = view.copies(area)[..] else { panic!("{area:?}: {view:?}") };
+            assert_eq!(copy.from, [[0, 0], [40, 30]]);
+            let size = [0, 1].map(|i| copy.to[1][i] - copy.to[0][i]);
+            let fills = |i: usize| copy.to[0][i] == 0 && copy.to[1][i] == area[i] as i32;
+            assert!(fills(0) || fills(1), "{area:?}: {copy:?}");
+            for i in 0..2 {
+                let rest = area[i] as i32 - copy.to[1][i];
+                assert!((0..=1).contains(&(rest - copy.to[0][i])), "{area:?}: {copy:?}");
+            }
+            if area[0] >= 13 {
+                let shape = f64::from(size[0]) / f64::from(size[1]);
+                assert!((shape * 0.75 - 1.0).abs() < 0.1, "{area:?}: {size:?}");
+            }
+            for (corner, place) in [(copy.to[0], DVec2::ZERO), (copy.to[1], DVec2::new(40.0, 30.0))] {
+                let at = view.to_window(place) - DVec2::from(corner.map(f64::from));
+                assert!(at.abs().max_element() < 1.0, "{area:?}: {at}");
+            }
         }
-        view.set_sizes([40, 30], [40, 30], false);
         assert_eq!(view, Viewport::new([40, 30]));
+    }
+
+    /// Zooming out of a picture that is smaller than the area leads past the whole picture to its own pixels, and not beyond.
+    #[test]
+    fn a_small_picture_can_be_shown_as_it_is() {
+        let mut view = Viewport::new([40, 30]);
+        view.set_sizes([100, 100], [40, 30]);
+        assert_eq!((view.zoom(), view.is_whole()), (2.5, true));
+        assert!(!view.contains(DVec2::new(50.0, 5.0)) && view.contains(DVec2::new(50.0, 50.0)));
+        let middle = DVec2::splat(50.0);
+        assert!(view.zoom_at(middle, 1.0) && view.zoom_at(middle, -3.0));
+        assert!(view.is_whole(), "the whole picture is not passed by");
+        assert!(view.show_pixels(middle) && !view.is_whole());
+        assert_eq!(
+            view.copies([100, 100]),
+            [CopyRegion { from: [[0, 0], [40, 30]], to: [[30, 35], [70, 65]] }]
+        );
+        assert!(!view.zoom_at(middle, -1.0), "{view:?}");
+        assert!(view.reset() && view.is_whole());
+        // A large one is made smaller.
+        view.set_sizes([100, 100], [400, 300]);
+        assert_eq!(view.zoom(), 0.25);
+        assert!(!view.zoom_at(middle, -1.0) && view.zoom_at(middle, 20.0));
+        let zoom = view.zoom();
+        view.set_sizes([200, 100], [400, 300]);
+        assert_eq!(view.zoom(), zoom, "a window that is resized leaves it");
     }
 
     #[test]
@@ -262,7 +351,7 @@ mod tests {
         view.zoom_at(DVec2::new(200.0, 150.0), 6.0);
         let middle = |view: &Viewport| view.to_picture(0.5 * view.area()) / view.picture.as_dvec2();
         let before = middle(&view);
-        view.set_sizes([800, 600], [800, 600], false);
+        view.set_sizes([800, 600], [800, 600]);
         assert!(middle(&view).distance(before) < 0.01, "{} {before}", middle(&view));
     }
 }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
 
 use ash::vk;
 
-use crate::gpu::device::allowance::Allowance;
+use crate::gpu::device::faults::{CallFaults, DeviceCall};
 use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::{GpuError, Named};
 
@@ -61,8 +61,7 @@ pub(in crate::gpu) struct PipelineCache {
     origin: PipelineOrigin,
     /// Number of pipelines that are being compiled on other threads.
     under_way: AtomicUsize,
-    /// Pipelines that tests let be compiled.
-    pub compilations: Allowance,
+    faults: CallFaults,
     /// The data that were loaded or taken last.
     known: Mutex<KnownPipelines>,
 }
@@ -87,8 +86,8 @@ impl Drop for CompilingPipeline {
 
 impl PipelineCache {
     /// A cache without a handle.
-    pub fn new(origin: PipelineOrigin) -> Self {
-        Self { origin, ..Self::default() }
+    pub fn new(origin: PipelineOrigin, faults: &CallFaults) -> Self {
+        Self { origin, faults: faults.clone(), ..Self::default() }
     }
 
     /// Makes the handle.
@@ -100,7 +99,7 @@ impl PipelineCache {
 
     /// The handle, for one pipeline to be compiled with while it is locked; an error where tests have planned one.
     pub fn to_compile(&self) -> Result<RwLockReadGuard<'_, vk::PipelineCache>, vk::Result> {
-        self.compilations.take().then(|| self.lock()).ok_or(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
+        self.faults.check(DeviceCall::Pipeline).map(|()| self.lock())
     }
 
     fn lock(&self) -> RwLockReadGuard<'_, vk::PipelineCache> {

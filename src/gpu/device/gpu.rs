@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ash::{ext, khr, vk};
 
 use crate::gpu::device::cache::PipelineCache;
+use crate::gpu::device::faults::CallFaults;
 use crate::gpu::device::heaps::LocalMemory;
 use crate::gpu::device::instance::{DebugNames, VulkanInstance};
 use crate::gpu::device::loss::Loss;
@@ -83,6 +84,8 @@ pub struct Gpu {
     max_storage: u32,
     /// The loss of the device that tests have planned.
     pub(in crate::gpu) loss: Loss,
+    /// Results that tests have planned.
+    faults: CallFaults,
     retired: Mutex<RetireQueue>,
     /// Pipelines without a holder, by their descriptions.
     spares: Mutex<HashMap<String, Vec<PipelineHandles>>>,
@@ -121,20 +124,21 @@ impl Gpu {
     pub fn with_options(choice: &DeviceChoice, options: GpuOptions) -> Result<Arc<Self>, GpuError> {
         let instance = Arc::new(VulkanInstance::new(options.validation, None)?);
         let physical = pick(enumerate(&instance)?, choice)?;
-        Self::open(instance, physical, options, false)
+        Self::open(instance, physical, options, false, CallFaults::default())
     }
 
-    /// Opens a physical device; `windows` when it is to draw into windows.
+    /// Opens a physical device; `windows` when it is to draw into windows. `faults` are the results that tests have planned.
     pub(in crate::gpu) fn open(
         instance: Arc<VulkanInstance>,
         physical: PhysicalDevice,
         options: GpuOptions,
         windows: bool,
+        faults: CallFaults,
     ) -> Result<Arc<Self>, GpuError> {
         if physical.info.kind == DeviceKind::Cpu {
             keep_freed_host_memory();
         }
-        let mut gpu = Self::bare(instance, physical, options, windows)?;
+        let mut gpu = Self::bare(instance, physical, options, windows, faults)?;
         // From here on a failure drops `gpu`, which destroys what has been made.
         gpu.fill()?;
         Ok(Arc::new(gpu))
@@ -146,9 +150,10 @@ impl Gpu {
         physical: PhysicalDevice,
         options: GpuOptions,
         windows: bool,
+        faults: CallFaults,
     ) -> Result<Self, GpuError> {
         let device = create_device(&instance, &physical, windows)?;
-        let memory = match Memory::new(&instance, &device, &physical) {
+        let memory = match Memory::new(&instance, &device, &physical, &faults) {
             Ok(memory) => memory,
             Err(error) => {
                 // SAFETY: nothing was made of the device.
@@ -183,7 +188,8 @@ impl Gpu {
             loss: Loss::default(),
             retired: Mutex::default(),
             spares: Mutex::default(),
-            pipelines: PipelineCache::new(physical.origin),
+            pipelines: PipelineCache::new(physical.origin, &faults),
+            faults,
             compiled: Mutex::default(),
             sampler: vk::Sampler::null(),
             large_points: physical.large_points && !options.quads,
@@ -270,22 +276,9 @@ impl Gpu {
         locked(&self.compiled).len()
     }
 
-    /// Lets `count` more images and buffers get memory; all later ones are refused as if it were exhausted. For tests of
-    /// what happens then; `u64::MAX` ends it.
-    pub fn fail_allocations_after(&self, count: u64) {
-        self.memory.allocations.set(count);
-    }
-
-    /// Lets the memory of `count` more buffers be mapped for the host; that of all later ones is not. For tests of what
-    /// happens then; `u64::MAX` ends it.
-    pub fn fail_mappings_after(&self, count: u64) {
-        self.memory.mappings.set(count);
-    }
-
-    /// Lets `count` more pipelines be compiled; all later ones are refused as if memory were exhausted. For tests of what
-    /// happens then; `u64::MAX` ends it.
-    pub fn fail_pipelines_after(&self, count: u64) {
-        self.pipelines.compilations.set(count);
+    /// The results of calls that tests plan.
+    pub fn faults(&self) -> &CallFaults {
+        &self.faults
     }
 
     /// Gives images and buffers this many bytes at most, as a smaller device would. For tests.
@@ -526,7 +519,13 @@ mod tests {
         for filled in [false, true] {
             let physical = pick(enumerate(&instance).expect("a driver"), &DeviceChoice::Best);
             let options = GpuOptions::default();
-            let gpu = Gpu::bare(instance.clone(), physical.expect("a device"), options, false);
+            let gpu = Gpu::bare(
+                instance.clone(),
+                physical.expect("a device"),
+                options,
+                false,
+                CallFaults::default(),
+            );
             let mut gpu = gpu.expect("a device");
             if filled {
                 gpu.fill().expect("its parts");
@@ -543,7 +542,8 @@ mod tests {
         let mut physical =
             pick(enumerate(&instance).expect("a driver"), &DeviceChoice::Best).expect("a device");
         physical.timestamp_bits = 0;
-        let gpu = Gpu::open(instance, physical, GpuOptions::default(), false).expect("a device");
+        let gpu = Gpu::open(instance, physical, GpuOptions::default(), false, CallFaults::default())
+            .expect("a device");
         gpu.set_timing(true);
         for _ in 0..3 {
             let mut frame = gpu.begin().expect("a frame");

@@ -1,28 +1,34 @@
 //! Loses the device on purpose, so that what follows can be tested without a faulty driver.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use ash::vk;
 
-use crate::gpu::device::allowance::Allowance;
 use crate::gpu::error::GpuError;
 
 /// The planned loss of a device.
-#[derive(Default)]
 pub(in crate::gpu) struct Loss {
-    submissions: Allowance,
+    /// Submissions that still succeed; `u64::MAX` for all.
+    submissions: AtomicU64,
     lost: AtomicBool,
+}
+
+impl Default for Loss {
+    fn default() -> Self {
+        Self { submissions: AtomicU64::new(u64::MAX), lost: AtomicBool::new(false) }
+    }
 }
 
 impl Loss {
     /// Lets `submits` more submissions succeed.
     pub fn after(&self, submits: u64) {
-        self.submissions.set(submits);
+        self.submissions.store(submits, Ordering::Relaxed);
     }
 
     /// Counts a submission.
     pub fn count_submission(&self) {
-        if !self.submissions.take() {
+        let one_less = |left: u64| if left == u64::MAX { Some(left) } else { left.checked_sub(1) };
+        if self.submissions.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less).is_err() {
             self.lost.store(true, Ordering::Relaxed);
         }
     }

@@ -10,7 +10,7 @@ use gpu_allocator::vulkan::{
 };
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
 
-use crate::gpu::device::allowance::Allowance;
+use crate::gpu::device::faults::{CallFaults, DeviceCall};
 use crate::gpu::device::heaps::{LocalMemory, Megabytes, MemorySource};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::PhysicalDevice;
@@ -21,9 +21,7 @@ const MIB: u64 = 1 << 20;
 /// The allocator behind a lock. Not dropped by itself: [`Memory::destroy`] must come before the device is destroyed.
 pub(in crate::gpu) struct Memory {
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
-    /// Allocations, and mappings of them, that tests let succeed.
-    pub allocations: Allowance,
-    pub mappings: Allowance,
+    faults: CallFaults,
     /// Bytes that are in use, and the most that may be.
     used: AtomicU64,
     limit: AtomicU64,
@@ -35,6 +33,7 @@ impl Memory {
         instance: &VulkanInstance,
         device: &ash::Device,
         physical: &PhysicalDevice,
+        faults: &CallFaults,
     ) -> Result<Self, GpuError> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
@@ -53,8 +52,7 @@ impl Memory {
         })?;
         Ok(Self {
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
-            allocations: Allowance::default(),
-            mappings: Allowance::default(),
+            faults: faults.clone(),
             used: AtomicU64::new(0),
             limit: AtomicU64::new(u64::MAX),
             source: MemorySource::new(instance, physical),
@@ -70,7 +68,8 @@ impl Memory {
         linear: bool,
     ) -> Result<Allocation, GpuError> {
         let in_use = self.used.load(Ordering::Relaxed).saturating_add(requirements.size);
-        if in_use > self.limit.load(Ordering::Relaxed) || !self.allocations.take() {
+        let is_refused = self.faults.check(DeviceCall::Allocation).is_err();
+        if in_use > self.limit.load(Ordering::Relaxed) || is_refused {
             return Err(self.refused(name, requirements.size, AllocationError::OutOfMemory));
         }
         let desc = AllocationCreateDesc {

@@ -6,6 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
+use crate::gpu::device::faults::DeviceCall;
 use crate::gpu::device::gpu::Gpu;
 use crate::gpu::device::retire::Retired;
 use crate::gpu::error::{GpuError, Named};
@@ -61,7 +62,7 @@ impl Buffer {
         let bound = unsafe { gpu.device.bind_buffer_memory(raw, memory.memory(), memory.offset()) };
         buffer.allocation = Some(memory);
         bound.named(&format!("vkBindBufferMemory({name})"))?;
-        let mapped = || gpu.memory.mappings.take() && buffer.mapped().len() == bytes;
+        let mapped = || gpu.faults().check(DeviceCall::Mapping).is_ok() && buffer.mapped().len() == bytes;
         if usage != BufferUse::Scratch && !mapped() {
             return Err(GpuError::Unmapped(name.into()));
         }

@@ -4,11 +4,11 @@
 use ash::{khr, vk};
 
 use crate::gpu::commands::cmd::Cmd;
+use crate::gpu::device::faults::{CallFaults, DeviceCall};
 use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::{Access, level, levels};
-use crate::gpu::window::faults::{WindowCall, WindowFaults};
 use crate::gpu::window::surface::Surface;
 
 /// The description of a generation.
@@ -19,7 +19,7 @@ pub(in crate::gpu) struct ImagesDesc {
     pub mode: vk::PresentModeKHR,
     /// The generation before, or null.
     pub old: vk::SwapchainKHR,
-    pub faults: WindowFaults,
+    pub faults: CallFaults,
 }
 
 /// One image of a window.
@@ -73,7 +73,7 @@ impl SwapchainImages {
             .present_mode(desc.mode)
             .clipped(true)
             .old_swapchain(desc.old);
-        desc.faults.check(WindowCall::Swapchain).named("vkCreateSwapchainKHR")?;
+        desc.faults.check(DeviceCall::Swapchain).named("vkCreateSwapchainKHR")?;
         // SAFETY: all values are among those that the surface has offered; the old chain belongs to this surface.
         let raw = unsafe { loader.create_swapchain(&info, None) }.named("vkCreateSwapchainKHR")?;
         gpu.name(raw, "window");
@@ -139,6 +139,24 @@ impl WindowImage {
     }
 }
 
+/// How a copy finds the texels between those of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CopyFilter {
+    /// The nearest one: texels keep hard edges, and copies that do not scale their bits.
+    Nearest,
+    /// The mean of the nearest ones, and of all that a smaller picture has no room for.
+    Linear,
+}
+
+impl CopyFilter {
+    fn raw(self) -> vk::Filter {
+        match self {
+            Self::Nearest => vk::Filter::NEAREST,
+            Self::Linear => vk::Filter::LINEAR,
+        }
+    }
+}
+
 /// A rectangle of a picture, and the one of a window that shows it: left top corner, and right bottom corner exclusively, in texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CopyRegion {
@@ -188,13 +206,13 @@ impl CopyRegion {
 impl Cmd<'_> {
     /// Copies rectangles of level 0 of `picture`, as far as both images have them, and clears the rest.
     ///
-    /// A blit: the channels find their places, and where it does not scale the values of equal formats stay the same bits. Texels
-    /// are magnified as they are.
+    /// A blit: the channels find their places, and where it does not scale the values of equal formats stay the same bits.
     pub(in crate::gpu) fn show(
         &mut self,
         picture: &mut Image,
         shown: &mut WindowImage,
         regions: &[CopyRegion],
+        filter: CopyFilter,
     ) {
         let (from, to) = (picture.extent(0), shown.extent);
         let regions: Vec<CopyRegion> = regions.iter().filter_map(|region| region.within(from, to)).collect();
@@ -217,7 +235,7 @@ impl Cmd<'_> {
                 shown.raw,
                 Access::TransferWrite.layout(),
                 &blits,
-                vk::Filter::NEAREST,
+                filter.raw(),
             );
         }
     }
@@ -287,7 +305,7 @@ mod tests {
             let mut cmd = frame.cmd();
             cmd.copy_from_buffer(&buffer, &mut picture);
             let mut shown = WindowImage::of(&window);
-            cmd.show(&mut picture, &mut shown, &[CopyRegion::whole(from)]);
+            cmd.show(&mut picture, &mut shown, &[CopyRegion::whole(from)], CopyFilter::Nearest);
             window.access[0] = shown.access;
             gpu.wait(frame.submit().expect("submit")).expect("wait");
             let read = read_image(&gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");

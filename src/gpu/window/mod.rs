@@ -1,16 +1,16 @@
 //! A window: its surface, its images, and how they are shown. Nothing of it exists without a window.
 //!
 //! - [`surface`]: which devices can present images in the window, and in which formats.
-//! - [`swapchain`]: acquires, draws and presents images, and makes them anew. [`images`]: one generation of them.
+//! - [`swapchain`]: acquires, draws and presents images, and makes them anew. [`images`]: one generation of them. [`reduced`]:
+//!   smaller copies of a picture that is larger than the window.
 //! - [`offers`]: when a frame was shown, and what the picture is mastered for, where the device offers that.
 //! - [`foreign`]: renderers of other crates that draw over the picture.
-//! - [`faults`]: results that tests plan for calls of the window system.
 //! - [`display_loss`]: survives a broken connection to an X display.
 
 pub(in crate::gpu) mod display_loss;
-pub(in crate::gpu) mod faults;
 pub(in crate::gpu) mod foreign;
 pub(in crate::gpu) mod images;
 pub(in crate::gpu) mod offers;
+pub(in crate::gpu) mod reduced;
 pub(in crate::gpu) mod surface;
 pub(in crate::gpu) mod swapchain;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
+use crate::gpu::device::faults::{CallFaults, DeviceCall};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::{DeviceChoice, PhysicalDevice, enumerate, names, pick};
 use crate::gpu::error::{GpuError, Named};
-use crate::gpu::window::faults::{WindowCall, WindowFaults};
 
 /// A window and the connection to its display.
 pub(in crate::gpu) type WindowHandles = (RawDisplayHandle, RawWindowHandle);
@@ -59,9 +59,9 @@ impl Surface {
     pub fn new(
         instance: &Arc<VulkanInstance>,
         (display, window): WindowHandles,
-        faults: &WindowFaults,
+        faults: &CallFaults,
     ) -> Result<Self, GpuError> {
-        faults.check(WindowCall::Surface).named("vkCreateSurfaceKHR")?;
+        faults.check(DeviceCall::Surface).named("vkCreateSurfaceKHR")?;
         // SAFETY: the handles belong to a live window, as `Swapchain::open` demands; the instance, which this surface
         // keeps alive, was made with the extensions of this display.
         let raw =

@@ -12,15 +12,18 @@ use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
 use crate::gpu::commands::frame::GpuFrame;
+use crate::gpu::device::faults::{CallFaults, DeviceCall};
 use crate::gpu::device::gpu::{FrameNumber, Gpu, GpuOptions};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::DeviceChoice;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::Access;
-use crate::gpu::window::faults::{WindowCall, WindowFaults};
-use crate::gpu::window::images::{CopyRegion, ImagesDesc, SwapchainImage, SwapchainImages, WindowImage};
+use crate::gpu::window::images::{
+    CopyFilter, CopyRegion, ImagesDesc, SwapchainImage, SwapchainImages, WindowImage,
+};
 use crate::gpu::window::offers::{HdrMetadata, PresentWait};
+use crate::gpu::window::reduced::ReducedPictures;
 use crate::gpu::window::surface::{ColorOutput, Surface};
 
 /// Least age of images that are made anew only because the driver calls them suboptimal: some drivers call all of them so.
@@ -104,8 +107,8 @@ pub struct Swapchain {
     metadata: Option<HdrMetadata>,
     /// The largest luminance of wide-range colours, cd/m².
     peak: f32,
-    /// The results that tests have planned.
-    faults: WindowFaults,
+    /// Smaller copies of a picture that is larger than the window.
+    reduced: ReducedPictures,
 }
 
 impl Swapchain {
@@ -124,10 +127,10 @@ impl Swapchain {
         window: (RawDisplayHandle, RawWindowHandle),
         extent: [u32; 2],
     ) -> Result<Self, GpuError> {
-        Self::open_with_faults(choice, options, window, extent, &WindowFaults::default())
+        Self::open_with_faults(choice, options, window, extent, &CallFaults::default())
     }
 
-    /// As [`open`](Self::open), with results that tests have planned for calls of the window system.
+    /// As [`open`](Self::open), with results that tests have planned.
     ///
     /// # Errors
     ///
@@ -137,13 +140,13 @@ impl Swapchain {
         options: GpuOptions,
         window: (RawDisplayHandle, RawWindowHandle),
         extent: [u32; 2],
-        faults: &WindowFaults,
+        faults: &CallFaults,
     ) -> Result<Self, GpuError> {
         let instance = Arc::new(VulkanInstance::new(options.validation, Some(window.0))?);
         let surface = Surface::new(&instance, window, faults)?;
         let physical = surface.pick(choice)?;
         let offers = physical.window;
-        let gpu = Gpu::open(instance, physical, options, true)?;
+        let gpu = Gpu::open(instance, physical, options, true, faults.clone())?;
         let mut swapchain = Self {
             loader: khr::swapchain::Device::new(&gpu.instance.raw, &gpu.device),
             waits: offers.present_wait.then(|| PresentWait::new(&gpu)),
@@ -165,7 +168,7 @@ impl Swapchain {
             made: Instant::now(),
             failed: None,
             peak: 0.0,
-            faults: faults.clone(),
+            reduced: ReducedPictures::default(),
         };
         swapchain.recreate()?;
         Ok(swapchain)
@@ -237,28 +240,36 @@ impl Swapchain {
         self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
     }
 
-    /// The results of calls of the window system that tests plan.
-    pub fn faults(&self) -> &WindowFaults {
-        &self.faults
-    }
-
     /// Whether the last image was not presented, for an error that the next [`acquire`](Self::acquire) returns.
     pub fn has_failed(&self) -> bool {
         self.failed.is_some()
     }
 
-    /// Copies rectangles of `picture` into the acquired image, and clears what they do not cover.
-    pub fn draw(&mut self, frame: &mut GpuFrame<'_>, picture: &mut Image, regions: &[CopyRegion]) {
-        if let Some(acquired) = &mut self.acquired {
-            acquired.claim(frame);
-            frame.cmd().scope("show").show(picture, &mut acquired.image, regions);
+    /// Copies rectangles of `picture` into the acquired image, and clears what they do not cover. With a linear filter every texel of
+    /// them counts, however small they are shown, as far as there is memory for smaller copies.
+    pub fn draw(
+        &mut self,
+        frame: &mut GpuFrame<'_>,
+        picture: &mut Image,
+        regions: &[CopyRegion],
+        filter: CopyFilter,
+    ) {
+        let Some(acquired) = &mut self.acquired else { return };
+        acquired.claim(frame);
+        let mut cmd = frame.cmd();
+        let cmd = &mut cmd.scope("show");
+        if filter == CopyFilter::Linear
+            && let Ok((reduced, regions)) = self.reduced.of(&self.gpu, cmd, picture, regions)
+        {
+            return cmd.show(reduced, &mut acquired.image, &regions, filter);
         }
+        cmd.show(picture, &mut acquired.image, regions, filter);
     }
 
     /// A new surface for the same window, after the old one was lost.
     pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
         self.clear();
-        self.surface = Surface::new(&self.gpu.instance, window, &self.faults)?;
+        self.surface = Surface::new(&self.gpu.instance, window, self.gpu.faults())?;
         if !self.surface.is_shown_by(self.gpu.physical, self.gpu.queue_family) {
             return Err(GpuError::NoWindow("this device cannot show pictures in it any more.".into()));
         }
@@ -325,7 +336,7 @@ impl Swapchain {
         let semaphore = self.free_semaphore(completed)?;
         let Some(chain) = &self.chain else { return Ok(None) };
         let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
-        let planned = self.faults.next(WindowCall::Acquire);
+        let planned = self.gpu.faults().next(DeviceCall::Acquire);
         let taken = match planned {
             Some(result) if result != vk::Result::SUBOPTIMAL_KHR => Err(result),
             // SAFETY: nothing waits for the semaphore, and it is not signalled; no other image is acquired.
@@ -407,7 +418,7 @@ impl Swapchain {
         if self.waits.is_some() {
             info = info.push_next(&mut id);
         }
-        let planned = self.faults.next(WindowCall::Present);
+        let planned = self.gpu.faults().next(DeviceCall::Present);
         // After these the wait for the semaphore is enqueued; after other errors nothing has happened.
         let is_enqueued = |result| {
             matches!(
@@ -478,7 +489,8 @@ impl Swapchain {
         }
         let old = self.chain.take();
         let raw = old.as_ref().map_or(vk::SwapchainKHR::null(), |chain| chain.raw);
-        let desc = ImagesDesc { capabilities, extent, format, mode, old: raw, faults: self.faults.clone() };
+        let desc =
+            ImagesDesc { capabilities, extent, format, mode, old: raw, faults: self.gpu.faults().clone() };
         let made = SwapchainImages::new(&self.gpu, &self.loader, &self.surface, &desc);
         if let Some(old) = old {
             // Presenting is not part of a frame: once images of the next generation were presented, the last one of this

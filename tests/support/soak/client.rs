@@ -10,7 +10,7 @@ use pointillist::client::{
     ClientError, DisplayImage, Film, FilmData, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm,
 };
 use pointillist::color::Profile;
-use pointillist::gpu::{DeviceChoice, Gpu, GpuOptions};
+use pointillist::gpu::{DeviceCall, DeviceChoice, Gpu, GpuOptions};
 use pointillist::image::png::{self, Transfer};
 use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
@@ -68,7 +68,7 @@ impl SoakClient {
 
     /// A new film after an error; on a new device if the old one is lost.
     fn recover(&mut self, error: &ClientError, report: &mut SoakReport) {
-        self.gpu.fail_allocations_after(u64::MAX);
+        self.gpu.faults().fail_after(DeviceCall::Allocation, u64::MAX);
         if matches!(error, ClientError::Gpu(gpu) if gpu.is_device_lost()) {
             report.did("device replaced");
             self.messages += self.gpu.validation_messages().len();
@@ -176,9 +176,9 @@ impl SoakClient {
             }
             1 => {
                 report.did("memory of the device exhausted");
-                self.gpu.fail_allocations_after(dice.below(30) as u64);
+                self.gpu.faults().fail_after(DeviceCall::Allocation, dice.below(30) as u64);
                 self.display(dice, report);
-                self.gpu.fail_allocations_after(u64::MAX);
+                self.gpu.faults().fail_after(DeviceCall::Allocation, u64::MAX);
             }
             2 => {
                 report.did("slow client");

@@ -57,7 +57,7 @@ pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, contro
     if zoom >= GRID_ZOOM {
         grid(ctx, picture);
     }
-    if zoom > 1.0 {
+    if !picture.view.viewport.is_whole() {
         dock::corner(ctx, picture.area, "zoom", Align2::LEFT_BOTTOM, |ui, _| {
             ui.colored_label(style::BRIGHT, format!("×{}   0: whole picture", trimmed(zoom, 2)));
         });

@@ -79,6 +79,40 @@ fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
     (changed.then_some(next), ended)
 }
 
+/// Largest side of a picture, pixels, as of `--size`.
+const LARGEST_SIDE: u32 = 16384;
+
+/// Draws the size of the picture, which can be changed, and how large it is shown. A number that is typed or dragged counts when it is
+/// complete.
+pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
+    let id = ui.id().with("picture size");
+    let mut size = ui.data(|memory| memory.get_temp(id)).unwrap_or(data.extent);
+    ui.horizontal(|ui| {
+        let hint = "Width and height of the picture, pixels. The window only scales it. Another shape begins with no samples";
+        ui.colored_label(style::DIM, "Picture");
+        let [width, height] = size.each_mut();
+        let width = ui.add(DragValue::new(width).range(1..=LARGEST_SIDE)).on_hover_text(hint);
+        ui.colored_label(style::DIM, "×");
+        let height = ui.add(DragValue::new(height).range(1..=LARGEST_SIDE)).on_hover_text(hint);
+        let response = width | height;
+        let is_complete = response.drag_stopped() || response.lost_focus();
+        if is_complete && size != data.extent {
+            actions.push(Action::SetPictureSize(size));
+        }
+        match is_complete || !(response.dragged() || response.has_focus()) {
+            true => ui.data_mut(|memory| memory.remove::<[u32; 2]>(id)),
+            false => _ = ui.data_mut(|memory| memory.insert_temp(id, size)),
+        }
+        if ui.button("Fill window").on_hover_text("A picture as large as its part of the window  N").clicked() {
+            actions.push(Action::FillWindow);
+        }
+        let zoom = data.view.viewport.zoom();
+        if zoom != 1.0 {
+            ui.colored_label(style::DIM, format!("shown at {:.0} %", 100.0 * zoom));
+        }
+    });
+}
+
 /// Draws what is said of the region that is traced alone, or how to trace one.
 pub(super) fn region(ui: &mut Ui, region: Option<RegionDrawing>, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {

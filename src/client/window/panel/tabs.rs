@@ -27,6 +27,7 @@ pub(super) fn show(
 
 fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: &mut Vec<Action>) {
     let settled = figures::settled(ui.ctx(), data);
+    sections::picture_size(ui, data, actions);
     sections::region(ui, data.region.filter(|region| region.is_traced), actions);
     section(ui, "Error", true, |ui| error::show(ui, data.error.as_deref(), &mut controls.target));
     section(ui, "Figures", true, |ui| figures::show(ui, &settled, actions));

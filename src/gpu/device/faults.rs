@@ -1,13 +1,13 @@
-//! Results that tests plan for calls of the window system, so that what follows can be tested without a faulty driver.
+//! Results that tests plan for calls of the driver, so that what follows can be tested without a faulty one.
 
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-/// A call of the window system whose result can be planned.
+/// A call whose result can be planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WindowCall {
+pub enum DeviceCall {
     /// `vkCreateSurfaceKHR` of the window system.
     Surface,
     /// `vkCreateSwapchainKHR`.
@@ -16,13 +16,32 @@ pub enum WindowCall {
     Acquire,
     /// `vkQueuePresentKHR`.
     Present,
+    /// Memory for an image or a buffer; whatever the result, it is exhausted.
+    Allocation,
+    /// Memory of a buffer is made visible to the host; whatever the result, it is not.
+    Mapping,
+    /// `vkCreateGraphicsPipelines` and `vkCreateComputePipelines`.
+    Pipeline,
+}
+
+impl DeviceCall {
+    /// Its name on the command line.
+    const NAMES: [(Self, &str); 7] = [
+        (Self::Surface, "surface"),
+        (Self::Swapchain, "swapchain"),
+        (Self::Acquire, "acquire"),
+        (Self::Present, "present"),
+        (Self::Allocation, "allocation"),
+        (Self::Mapping, "mapping"),
+        (Self::Pipeline, "pipeline"),
+    ];
 }
 
 /// The result that some calls will have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WindowFault {
+pub struct CallFault {
     /// The call.
-    pub call: WindowCall,
+    pub call: DeviceCall,
     /// Number of calls before that, which go as they go.
     pub after: u64,
     /// Number of calls in a row that have the result.
@@ -46,7 +65,7 @@ const RESULTS: [vk::Result; 11] = [
     vk::Result::ERROR_UNKNOWN,
 ];
 
-impl FromStr for WindowFault {
+impl FromStr for CallFault {
     type Err = String;
 
     /// Reads `CALL,AFTER,TIMES,RESULT`, such as `acquire,20,1,ERROR_SURFACE_LOST_KHR`.
@@ -55,13 +74,10 @@ impl FromStr for WindowFault {
         let [call, after, times, result] = parts[..] else {
             return Err("expected CALL,AFTER,TIMES,RESULT".into());
         };
-        let call = match call {
-            "surface" => WindowCall::Surface,
-            "swapchain" => WindowCall::Swapchain,
-            "acquire" => WindowCall::Acquire,
-            "present" => WindowCall::Present,
-            _ => return Err(format!("{call} is none of surface, swapchain, acquire and present")),
-        };
+        let known = DeviceCall::NAMES.into_iter().find(|(_, name)| *name == call);
+        let (call, _) = known.ok_or_else(|| {
+            format!("{call} is none of {}", DeviceCall::NAMES.map(|(_, name)| name).join(", "))
+        })?;
         let number = |text: &str| text.parse().map_err(|_| format!("{text} is no number of calls"));
         let known = RESULTS.into_iter().find(|known| format!("{known:?}") == result);
         let result = known.ok_or_else(|| format!("{result} is none of {RESULTS:?}"))?;
@@ -69,40 +85,52 @@ impl FromStr for WindowFault {
     }
 }
 
-/// What is planned for a window, and what has happened. Clones share it: it outlives devices and surfaces.
+/// What is planned, and what has happened. Clones share it: it may outlive devices and surfaces.
 #[derive(Clone, Debug, Default)]
-pub struct WindowFaults(Arc<Mutex<FaultPlan>>);
+pub struct CallFaults(Arc<Mutex<PlannedCalls>>);
 
 #[derive(Debug, Default)]
-struct FaultPlan {
-    planned: Vec<WindowFault>,
+struct PlannedCalls {
+    planned: Vec<CallFault>,
     /// Number of calls of each kind so far.
-    calls: [u64; 4],
+    calls: [u64; DeviceCall::NAMES.len()],
 }
 
-impl WindowFaults {
+impl CallFaults {
     /// These faults.
-    pub fn of(faults: &[WindowFault]) -> Self {
-        Self(Arc::new(Mutex::new(FaultPlan { planned: faults.to_vec(), calls: [0; 4] })))
+    pub fn of(faults: &[CallFault]) -> Self {
+        let faults = PlannedCalls { planned: faults.to_vec(), ..PlannedCalls::default() };
+        Self(Arc::new(Mutex::new(faults)))
     }
 
-    fn locked(&self) -> MutexGuard<'_, FaultPlan> {
+    fn locked(&self) -> MutexGuard<'_, PlannedCalls> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Plans a result.
-    pub fn plan(&self, fault: WindowFault) {
+    pub fn plan(&self, fault: CallFault) {
         self.locked().planned.push(fault);
     }
 
+    /// Lets `count` more of these calls succeed and refuses all later ones, as if memory were exhausted; `u64::MAX` lets all succeed, and
+    /// drops what else was planned for them.
+    pub fn fail_after(&self, call: DeviceCall, count: u64) {
+        let planned = &mut self.locked().planned;
+        planned.retain(|fault| fault.call != call);
+        if count < u64::MAX {
+            let result = vk::Result::ERROR_OUT_OF_DEVICE_MEMORY;
+            planned.push(CallFault { call, after: count, times: u64::MAX, result });
+        }
+    }
+
     /// Number of calls so far, those that have failed as planned included.
-    pub fn calls(&self, call: WindowCall) -> u64 {
+    pub fn calls(&self, call: DeviceCall) -> u64 {
         self.locked().calls[call as usize]
     }
 
     /// Counts a call; the result that it is to have instead of its own.
-    pub(in crate::gpu) fn next(&self, call: WindowCall) -> Option<vk::Result> {
-        let FaultPlan { planned, calls } = &mut *self.locked();
+    pub(in crate::gpu) fn next(&self, call: DeviceCall) -> Option<vk::Result> {
+        let PlannedCalls { planned, calls } = &mut *self.locked();
         calls[call as usize] += 1;
         let mut result = None;
         for fault in planned.iter_mut().filter(|fault| fault.call == call) {
@@ -118,7 +146,7 @@ impl WindowFaults {
     }
 
     /// As [`next`](Self::next), as the error of a call that makes something.
-    pub(in crate::gpu) fn check(&self, call: WindowCall) -> Result<(), vk::Result> {
+    pub(in crate::gpu) fn check(&self, call: DeviceCall) -> Result<(), vk::Result> {
         self.next(call).map_or(Ok(()), Err)
     }
 }
@@ -129,17 +157,22 @@ mod tests {
 
     #[test]
     fn faults_come_when_they_are_planned() {
-        let faults = WindowFaults::default();
+        let faults = CallFaults::default();
         for text in ["acquire,1,2,ERROR_SURFACE_LOST_KHR", "acquire,0,1,SUBOPTIMAL_KHR"] {
             faults.plan(text.parse().expect(text));
         }
-        assert_eq!(faults.next(WindowCall::Present), None);
+        assert_eq!(faults.next(DeviceCall::Present), None);
         let lost = Some(vk::Result::ERROR_SURFACE_LOST_KHR);
-        let seen = [(); 4].map(|()| faults.next(WindowCall::Acquire));
-        assert_eq!(faults.calls(WindowCall::Acquire), 4);
+        let seen = [(); 4].map(|()| faults.next(DeviceCall::Acquire));
+        assert_eq!(faults.calls(DeviceCall::Acquire), 4);
         assert_eq!(seen, [Some(vk::Result::SUBOPTIMAL_KHR), lost, lost, None]);
+        faults.fail_after(DeviceCall::Mapping, 1);
+        let seen = [(); 3].map(|()| faults.check(DeviceCall::Mapping).is_ok());
+        assert_eq!(seen, [true, false, false]);
+        faults.fail_after(DeviceCall::Mapping, u64::MAX);
+        assert!(faults.check(DeviceCall::Mapping).is_ok());
         for wrong in ["acquire", "draw,0,1,ERROR_UNKNOWN", "present,x,1,ERROR_UNKNOWN", "present,0,1,OOM"] {
-            assert!(wrong.parse::<WindowFault>().is_err(), "{wrong}");
+            assert!(wrong.parse::<CallFault>().is_err(), "{wrong}");
         }
     }
 }

@@ -1,0 +1,151 @@
+//! Smaller copies of a picture that a window shows at much less than its size: a blit alone would take 4 texels for one and leave out
+//! the others, so that noise and thin lines flicker.
+
+use std::sync::Arc;
+
+use crate::gpu::commands::cmd::Cmd;
+use crate::gpu::device::gpu::Gpu;
+use crate::gpu::error::GpuError;
+use crate::gpu::resources::image::Image;
+use crate::gpu::window::images::{CopyFilter, CopyRegion, WindowImage};
+
+/// The copies, each half as large as the one before.
+#[derive(Default)]
+pub(in crate::gpu) struct ReducedPictures {
+    levels: Vec<Image>,
+}
+
+impl ReducedPictures {
+    /// Halves the picture until no region of it has many more texels than its place in the window. Returns the smallest copy, and the
+    /// regions in it.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Memory`] where there is no room for the copies.
+    pub fn of<'a>(
+        &'a mut self,
+        gpu: &Arc<Gpu>,
+        cmd: &mut Cmd<'_>,
+        picture: &'a mut Image,
+        regions: &[CopyRegion],
+    ) -> Result<(&'a mut Image, Vec<CopyRegion>), GpuError> {
+        let (mut regions, mut level) = (regions.to_vec(), 0);
+        while regions.iter().any(is_reduced) {
+            let whole = if level == 0 { &*picture } else { &self.levels[level - 1] };
+            let (extent, format) = (whole.extent(0).map(|n| n.div_ceil(2)), whole.format());
+            let fits = |half: &Image| half.extent(0) == extent && half.format() == format;
+            if !self.levels.get(level).is_some_and(fits) {
+                self.levels.truncate(level);
+                self.levels.push(Image::new(gpu, "window.reduced", format, extent)?);
+            }
+            let (before, rest) = self.levels.split_at_mut(level);
+            halve(cmd, before.last_mut().unwrap_or(&mut *picture), &mut rest[0]);
+            regions.iter_mut().for_each(|region| *region = in_half(*region, extent));
+            level += 1;
+        }
+        match level {
+            0 => self.levels.clear(),
+            _ => self.levels.truncate(level),
+        }
+        Ok((self.levels.last_mut().unwrap_or(picture), regions))
+    }
+}
+
+/// Width or height of a rectangle.
+fn size(corners: [[i32; 2]; 2], axis: usize) -> i32 {
+    corners[1][axis] - corners[0][axis]
+}
+
+/// Whether there are more than 3 texels for 2 of the window along an axis: a linear filter would leave out some between.
+fn is_reduced(region: &CopyRegion) -> bool {
+    (0..2).any(|axis| 2 * size(region.from, axis) > 3 * size(region.to, axis).max(1))
+}
+
+/// The same region of the picture of this extent that is half as large; a texel that the border cuts is part of it.
+fn in_half(region: CopyRegion, extent: [u32; 2]) -> CopyRegion {
+    let [low, high] = region.from;
+    let end = [0, 1].map(|axis| (high[axis] + 1) / 2).map(|n| n.max(1));
+    let end = [0, 1].map(|axis| end[axis].min(extent[axis] as i32));
+    CopyRegion { from: [low.map(|n| n / 2), end], ..region }
+}
+
+/// Means of 2×2 texels. What is left of an odd side becomes a texel of its own.
+fn halve(cmd: &mut Cmd<'_>, picture: &mut Image, half: &mut Image) {
+    let axis = |n: i32| match n % 2 {
+        0 => vec![([0, n], [0, n / 2])],
+        _ => vec![([0, n - 1], [0, n / 2]), ([n - 1, n], [n / 2, n / 2 + 1])],
+    };
+    let [columns, rows] = picture.extent(0).map(|n| axis(n as i32));
+    let both = |x: [i32; 2], y: [i32; 2]| [[x[0], y[0]], [x[1], y[1]]];
+    let regions = rows.iter().flat_map(|(y, to_y)| {
+        columns.iter().map(move |(x, to_x)| CopyRegion { from: both(*x, *y), to: both(*to_x, *to_y) })
+    });
+    let regions: Vec<_> =
+        regions.filter(|region| size(region.from, 0) > 0 && size(region.from, 1) > 0).collect();
+    let mut shown = WindowImage::of(half);
+    cmd.show(picture, &mut shown, &regions, CopyFilter::Linear);
+    half.access[0] = shown.access;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::commands::copies::{Region, read_image};
+    use crate::gpu::device::gpu::GpuOptions;
+    use crate::gpu::device::physical::DeviceChoice;
+    use crate::gpu::resources::buffer::{Buffer, BufferUse};
+    use crate::gpu::resources::image::TexelFormat;
+
+    /// Shows a picture of `from` texels, each of which `value` gives a grey, in a window of `to`; returns the greys there.
+    fn shown(gpu: &Arc<Gpu>, from: [u32; 2], to: [u32; 2], value: impl Fn(u32, u32) -> u8) -> Vec<u8> {
+        let image = |name, extent| Image::new(gpu, name, TexelFormat::Rgba8, extent).expect(name);
+        let (mut picture, mut window) = (image("picture", from), image("window", to));
+        let bytes = 4 * (from[0] * from[1]) as usize;
+        let mut buffer = Buffer::new(gpu, "texels", BufferUse::Upload, bytes).expect("a buffer");
+        for (i, texel) in buffer.mapped_mut().chunks_exact_mut(4).enumerate() {
+            let grey = value(i as u32 % from[0], i as u32 / from[0]);
+            texel.copy_from_slice(&[grey, grey, grey, 255]);
+        }
+        let mut reduced = ReducedPictures::default();
+        let mut frame = gpu.begin().expect("a frame");
+        let mut cmd = frame.cmd();
+        cmd.copy_from_buffer(&buffer, &mut picture);
+        let corners = |extent: [u32; 2]| [[0, 0], extent.map(|n| n as i32)];
+        let whole = CopyRegion { from: corners(from), to: corners(to) };
+        let (small, regions) = reduced.of(gpu, &mut cmd, &mut picture, &[whole]).expect("memory");
+        let mut image = WindowImage::of(&window);
+        cmd.show(small, &mut image, &regions, CopyFilter::Linear);
+        window.access[0] = image.access;
+        gpu.wait(frame.submit().expect("submit")).expect("wait");
+        let read = read_image(gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");
+        read.chunks_exact(4).map(|texel| texel[0]).collect()
+    }
+
+    /// Every texel of the picture counts in a smaller one: single bright texels in a dark picture are as bright on the whole as before,
+    /// wherever they lie; a blit alone shows all or nothing of them. Even pictures keep their mean.
+    #[test]
+    fn every_texel_counts() {
+        let options = GpuOptions { validation: true, quads: false };
+        let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
+        for (from, to) in [([64, 64], [8, 8]), ([64, 32], [16, 8]), ([63, 65], [9, 9]), ([40, 40], [15, 15])]
+        {
+            let mean = |greys: &[u8]| greys.iter().map(|g| f64::from(*g)).sum::<f64>() / greys.len() as f64;
+            for phase in 0..4 {
+                let dots = |x: u32, y: u32| if x % 4 == phase && y % 4 == phase { 255 } else { 0 };
+                let wanted: Vec<u8> =
+                    (0..from[0] * from[1]).map(|i| dots(i % from[0], i / from[0])).collect();
+                let ratio = mean(&shown(&gpu, from, to, dots)) / mean(&wanted);
+                assert!((0.75..1.3).contains(&ratio), "{from:?} in {to:?}, {phase}: {ratio}");
+            }
+            let even = shown(&gpu, from, to, |_, _| 77);
+            assert!(even.iter().all(|grey| *grey == 77), "{from:?} in {to:?}: {even:?}");
+        }
+        // A picture that is larger than the window in one axis only, and a window of one pixel.
+        let ramp = shown(&gpu, [64, 4], [4, 4], |x, _| (4 * x) as u8);
+        for (i, grey) in ramp.iter().enumerate() {
+            assert!(grey.abs_diff((64 * (i % 4) + 30) as u8) < 6, "{ramp:?}");
+        }
+        assert!(shown(&gpu, [256, 256], [1, 1], |x, y| (((x ^ y) & 1) * 254) as u8)[0].abs_diff(127) <= 1);
+        assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
+    }
+}
