@@ -75,6 +75,31 @@ fn commands_are_found_and_run_by_keyboard_alone() {
     };
 }
 
+/// Any size of the picture can be typed; only the whole number counts.
+#[test]
+fn the_picture_is_given_a_size() {
+    let mut harness = harness(PanelData { extent: [512, 384], ..readout() }, controls());
+    harness.get_by_label("Fill window").click();
+    assert_eq!(taken(&mut harness), [Action::FillWindow]);
+    let field = |harness: &Harness<'static, Tools>, n: usize| {
+        harness.get_all_by_role(egui::accesskit::Role::SpinButton).nth(n).expect("a number").click();
+    };
+    for (n, text, wanted) in [(0, "1024", [1024, 384]), (1, "768", [512, 768])] {
+        field(&harness, n);
+        harness.run_steps(2);
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        harness.event(egui::Event::Text(text.to_owned()));
+        assert_eq!(taken(&mut harness), [], "the number may go on");
+        harness.key_press(Key::Enter);
+        assert_eq!(taken(&mut harness), [Action::SetPictureSize(wanted)]);
+    }
+    // The same number again asks for nothing.
+    field(&harness, 0);
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    assert_eq!(taken(&mut harness), []);
+}
+
 #[test]
 fn the_panel_is_entered_and_used_by_keyboard() {
     let mut harness = harness(readout(), controls());

@@ -227,15 +227,18 @@ const SHIFT: u32 = 0xffe1;
 /// Keys that do not end the program: Tab, Home, F1, brackets.
 const KEYS: [u32; 6] = [TAB, HOME, 0xffbe, 0xffbe, 0x5b, 0x5d];
 
-/// Keys of tools: inspect, snapshot, compare, pause, zoom in and out, the whole picture, meter, brightness, F6, F11, Escape.
-const TOOL_KEYS: [u32; 12] = [
+/// Keys of tools: inspect, snapshot, compare, pause, zoom in and out, pixels, the whole picture, one as large as the window, meter, brightness,
+/// F6, F11, Escape.
+const TOOL_KEYS: [u32; 14] = [
     b'i' as u32,
     b'k' as u32,
     b't' as u32,
     b' ' as u32,
     b'+' as u32,
     b'-' as u32,
+    b'z' as u32,
     b'0' as u32,
+    b'n' as u32,
     b'm' as u32,
     b'b' as u32,
     0xffc3,
