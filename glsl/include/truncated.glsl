@@ -1,9 +1,9 @@
 // The Gaussian of the reconstruction with any radius and window (TAPS and EXPONENT of the including shader): to compare
-// windowed_gaussian, the usual one, with. Reference: src/client/reference/kernel.rs.
+// windowed_gaussian, the usual one, with. Needs gaussian.glsl. Reference: src/client/reference/kernel.rs.
 
 // Mean of the TAPS × TAPS texels around `p` by exp(-sigma d^2) (1 - smoothstep(0, R, d)^E), R = TAPS / 2. Out-of-range texels
 // are skipped.
-vec4 truncated_gaussian(sampler2D image, vec2 p, Level level, float sigma) {
+vec4 truncated_gaussian(TEXELS texels, vec2 p, Level level, float sigma) {
     const float radius = 0.5 * float(TAPS);
     ivec2 first = ivec2(ceil(p - radius - 0.5));
     ivec2 from = max(first, ivec2(0));
@@ -18,7 +18,7 @@ vec4 truncated_gaussian(sampler2D image, vec2 p, Level level, float sigma) {
             if (EXPONENT > 0) {
                 w *= 1.0 - pow(smoothstep(0.0, radius, sqrt(d2)), float(EXPONENT));
             }
-            sum += w * texelFetch(image, level.origin + ivec2(x, y), level.mip);
+            sum += w * texel_at(texels, level, ivec2(x, y));
             weights += w;
         }
     }

@@ -159,6 +159,7 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         ClientEffect {
             passes: &["reconstruct", "error view"],
             images: &["picture XYZ"],
+            at_run_time: "which pipelines, images and passes there are: made on first use; a compute shader on GPUs where all pixels read the same levels",
             ..effect("reconstruction", !copied, &reconstruction_reason)
         },
         ClientEffect {

@@ -59,7 +59,7 @@ blocks! {
         source: [i32; 2],
     }
 
-    /// Constants of `reconstruct.frag`; pairs are camera, light.
+    /// Constants of `reconstruct.frag` and `reconstruct.comp`; pairs are camera, light.
     ReconstructPush, 48 {
         /// Level of detail by sample count.
         lod: [f32; 2],

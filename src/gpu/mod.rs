@@ -18,6 +18,8 @@
 //!   keeps them in a file.
 //! - With `POINTILLIST_VALIDATION=1` (or [`GpuOptions::validation`]) the Khronos validation layer runs with
 //!   synchronization validation; every message is logged and collected ([`Gpu::validation_messages`]).
+//! - With `POINTILLIST_COMPUTE=1` or `0` (or [`GpuOptions::compute`]) passes that have a compute shader beside their fragment shader
+//!   run the one or the other, to measure both; else it is the kind of the device that decides ([`Gpu::prefers_compute`]).
 //!
 //! `unsafe` stands here because Vulkan's handles are raw; a comment beside each call says what it relies on.
 

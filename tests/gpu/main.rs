@@ -23,6 +23,7 @@ mod reference;
 mod shaders;
 mod soak;
 mod swapchain;
+mod tiles;
 mod timing;
 mod wavelet;
 mod x11_window;

@@ -11,7 +11,7 @@ use pointillist::gpu::{DeviceChoice, GpuError, GpuOptions, Readiness, Swapchain}
 const SIZE: [u32; 2] = [200, 120];
 
 fn open(window: &Window) -> Swapchain {
-    let options = GpuOptions { validation: true, quads: false };
+    let options = GpuOptions { validation: true, ..GpuOptions::default() };
     Swapchain::open(&DeviceChoice::Best, options, window.handles(), SIZE).expect("a swapchain")
 }
 

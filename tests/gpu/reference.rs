@@ -20,7 +20,7 @@ use pointillist::math::random::Random;
 use pointillist::stream::{PathCounts, Sample};
 
 /// Largest difference, relative to the largest value of its channel.
-fn difference<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> f32 {
+pub fn difference<const N: usize>(a: &[[f32; N]], b: &[[f32; N]]) -> f32 {
     assert_eq!(a.len(), b.len());
     (0..N).fold(0.0, |worst, k| {
         let peak = b.iter().map(|v| v[k].abs()).fold(f32::MIN_POSITIVE, f32::max);
@@ -107,7 +107,7 @@ fn reference_picture(data: &FilmData, spec: FilmSpec, settings: &Settings) -> Ve
 }
 
 /// The same of one pixel per `detail` texels and axis.
-fn coarse_reference_picture(
+pub fn coarse_reference_picture(
     data: &FilmData,
     spec: FilmSpec,
     settings: &Settings,

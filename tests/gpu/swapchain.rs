@@ -16,7 +16,7 @@ use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
 const PATIENCE: Duration = Duration::from_secs(10);
 
 fn open(window: &Window, extent: [u32; 2]) -> Swapchain {
-    let options = GpuOptions { validation: true, quads: false };
+    let options = GpuOptions { validation: true, ..GpuOptions::default() };
     Swapchain::open(&DeviceChoice::Best, options, window.handles(), extent).expect("a swapchain")
 }
 
@@ -387,7 +387,7 @@ fn windows_come_and_go() {
 fn impossible_windows_are_sentences() {
     let size = [40, 30];
     let window = Window::new(size);
-    let options = GpuOptions { validation: true, quads: false };
+    let options = GpuOptions { validation: true, ..GpuOptions::default() };
     let foreign = RawDisplayHandle::Windows(WindowsDisplayHandle::new());
     let handles = (foreign, window.handles().1);
     let error = Swapchain::open(&DeviceChoice::Best, options, handles, size).err().expect("not here");

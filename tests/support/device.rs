@@ -16,7 +16,12 @@ static GPU: LazyLock<Arc<Gpu>> = LazyLock::new(|| open(false));
 
 /// A device with the validation layer; a missing driver or layer fails the test with what to install.
 pub fn open(quads: bool) -> Arc<Gpu> {
-    let options = GpuOptions { validation: true, quads };
+    open_with(GpuOptions { quads, ..GpuOptions::default() })
+}
+
+/// The same with other options.
+pub fn open_with(options: GpuOptions) -> Arc<Gpu> {
+    let options = GpuOptions { validation: true, ..options };
     Gpu::with_options(&DeviceChoice::Best, options).unwrap_or_else(|error| {
         panic!(
             "the tests of the Vulkan client need a driver and the validation layer: {error}\n\

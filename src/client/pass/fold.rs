@@ -22,6 +22,7 @@ impl FoldPass {
         let desc = ComputeDesc {
             shader: ("fold.comp", &constants),
             push_bytes: size_of::<FoldPush>(),
+            textures: 0,
             images: &[true; 4],
         };
         Ok(Self { pipeline: ComputePipeline::new(gpu, &desc)? })

@@ -144,7 +144,8 @@ impl GlareShaders {
             constants[0] = axis.half as u32;
             constants[1..=axis.radices.len()].copy_from_slice(&axis.radices);
             let shader = (shader, &constants[..]);
-            ComputePipeline::new(gpu, &ComputeDesc { shader, push_bytes: size_of::<GlarePush>(), images })
+            let push_bytes = size_of::<GlarePush>();
+            ComputePipeline::new(gpu, &ComputeDesc { shader, push_bytes, textures: 0, images })
         };
         Ok(Self {
             halves: [across.half, down.half],

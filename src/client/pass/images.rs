@@ -294,7 +294,7 @@ impl PictureImages {
             Some(image) => image,
             empty => {
                 let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
-                // Glare writes it from a compute shader.
+                // Glare and reconstruction write it from compute shaders.
                 empty.insert(Image::storage(gpu, "picture XYZ", TexelFormat::Rgba32F, coarse)?)
             }
         };

@@ -7,7 +7,7 @@
 //! | [`variance`] | samples again → batch of squared deviations → two-float sums | `variance` |
 //! | [`mips`] | averages down to 1×1 | `mips` |
 //! | [`bilateral`] | averages over neighbours whose difference is noise, if asked for | `bilateral` |
-//! | [`reconstruct`] | blur by count and variance, normalise, sum the streams | `reconstruct`, `kernel` |
+//! | [`reconstruct`] | blur by count and variance, normalise, sum the streams; on a GPU in compute | `reconstruct`, `kernel` |
 //! | [`error_view`] | the variance in place of the picture, if asked for | `error_view` |
 //! | [`compose`] | regions with samples of their own mixed into the picture, groups of lights added | [`develop::mix_region`](crate::client::develop::mix_region) |
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
@@ -75,57 +75,46 @@ impl CompilePolicy {
     }
 }
 
-/// The pipelines of a fragment shader that runs once for every texel of its attachments: one for each set of
-/// specialization constants, made on first use; on another thread where the [`CompilePolicy`] says so.
-pub struct ShaderVariants {
+/// The pipelines of one shader: one for each set of specialization constants, made on first use; on another thread where the
+/// [`CompilePolicy`] says so.
+pub struct Variants<P> {
     gpu: Arc<Gpu>,
-    frag: &'static str,
-    push_bytes: usize,
-    textures: u32,
-    blend: Blend,
+    shader: &'static str,
     policy: CompilePolicy,
-    made: Vec<(Vec<u32>, Variant)>,
+    made: Vec<(Vec<u32>, Variant<P>)>,
 }
 
 /// A pipeline, or the thread that compiles it.
-enum Variant {
-    Ready(Pipeline),
-    UnderWay(BackgroundTask<Result<Pipeline, GpuError>>),
+enum Variant<P> {
+    Ready(P),
+    UnderWay(BackgroundTask<Result<P, GpuError>>),
 }
 
-impl ShaderVariants {
-    /// Variants of this shader, with `push_bytes` of push constants and this number of textures. The caller waits until they are
-    /// compiled.
-    pub fn new(gpu: &Arc<Gpu>, frag: &'static str, push_bytes: usize, textures: u32) -> Self {
-        let (gpu, blend, policy) = (gpu.clone(), Blend::Replace, CompilePolicy::default());
-        Self { gpu, frag, push_bytes, textures, blend, policy, made: Vec::new() }
+impl<P: Send + 'static> Variants<P> {
+    /// Variants of this shader, compiled as this policy says.
+    pub fn new(gpu: &Arc<Gpu>, shader: &'static str, policy: &CompilePolicy) -> Self {
+        Self { gpu: gpu.clone(), shader, policy: policy.clone(), made: Vec::new() }
     }
 
-    /// The same, whose texels are combined with what is there.
-    pub fn blended(self, blend: Blend) -> Self {
-        Self { blend, ..self }
-    }
-
-    /// The same, compiled as this policy says.
-    pub fn compiled(self, policy: &CompilePolicy) -> Self {
-        Self { policy: policy.clone(), ..self }
-    }
-
-    /// The pipeline with these constants, which draws into attachments of these formats.
+    /// The pipeline with these constants, which `compile` makes.
     ///
     /// # Errors
     ///
-    /// Those of [`Pipeline::new`], and [`GpuError::Compiling`] while another thread compiles it.
-    pub fn get(&mut self, constants: &[u32], formats: &[TexelFormat]) -> Result<&Pipeline, GpuError> {
+    /// Those of `compile`, and [`GpuError::Compiling`] while another thread runs it.
+    pub fn get(
+        &mut self,
+        constants: &[u32],
+        compile: impl FnOnce() -> Result<P, GpuError> + Clone + Send + 'static,
+    ) -> Result<&P, GpuError> {
         let waits = !self.policy.is_aside();
         let at = match self.made.iter().position(|(made, _)| made == constants) {
             Some(at) => at,
             None => {
-                let variant = self.start(constants, formats, waits)?;
+                let variant = self.start(compile.clone(), waits)?;
                 let is_under_way = matches!(variant, Variant::UnderWay(_));
                 self.made.push((constants.to_vec(), variant));
                 if is_under_way {
-                    return Err(GpuError::Compiling(self.frag));
+                    return Err(GpuError::Compiling(self.shader));
                 }
                 self.made.len() - 1
             }
@@ -134,44 +123,76 @@ impl ShaderVariants {
             // After an error it is forgotten, and the next call tries again.
             let (_, variant) = self.made.swap_remove(at);
             let made = match variant {
-                Variant::UnderWay(task) => {
-                    task.wait().unwrap_or_else(|| self.compile(constants, formats)())?
-                }
+                Variant::UnderWay(task) => task.wait().unwrap_or_else(compile)?,
                 Variant::Ready(pipeline) => pipeline,
             };
             self.made.insert(at, (constants.to_vec(), Variant::Ready(made)));
         }
         match &self.made[at].1 {
             Variant::Ready(pipeline) => Ok(pipeline),
-            Variant::UnderWay(_) => Err(GpuError::Compiling(self.frag)),
+            Variant::UnderWay(_) => Err(GpuError::Compiling(self.shader)),
         }
     }
 
     /// A new variant, which is compiled at once where the caller `waits` or the system gives no thread.
-    fn start(&self, constants: &[u32], formats: &[TexelFormat], waits: bool) -> Result<Variant, GpuError> {
+    fn start(
+        &self,
+        compile: impl FnOnce() -> Result<P, GpuError> + Clone + Send + 'static,
+        waits: bool,
+    ) -> Result<Variant<P>, GpuError> {
         if !waits {
-            let (compile, count) = (self.compile(constants, formats), self.gpu.count_compiling());
+            let (aside, count) = (compile.clone(), self.gpu.count_compiling());
             let work = move || {
                 let _count = count;
-                compile()
+                aside()
             };
             if let Some(task) = BackgroundTask::start(work) {
                 return Ok(Variant::UnderWay(task));
             }
         }
-        self.compile(constants, formats)().map(Variant::Ready)
+        compile().map(Variant::Ready)
+    }
+}
+
+/// The pipelines of a fragment shader that runs once for every texel of its attachments.
+pub struct ShaderVariants {
+    variants: Variants<Pipeline>,
+    push_bytes: usize,
+    textures: u32,
+    blend: Blend,
+}
+
+impl ShaderVariants {
+    /// Variants of this shader, with `push_bytes` of push constants and this number of textures. The caller waits until they are
+    /// compiled.
+    pub fn new(gpu: &Arc<Gpu>, frag: &'static str, push_bytes: usize, textures: u32) -> Self {
+        let variants = Variants::new(gpu, frag, &CompilePolicy::default());
+        Self { variants, push_bytes, textures, blend: Blend::Replace }
     }
 
-    /// What compiles the pipeline with these constants, on any thread.
-    fn compile(
-        &self,
-        constants: &[u32],
-        formats: &[TexelFormat],
-    ) -> impl FnOnce() -> Result<Pipeline, GpuError> + Send + use<> {
-        let (gpu, frag, push_bytes, textures) = (self.gpu.clone(), self.frag, self.push_bytes, self.textures);
-        let constants = constants.to_vec();
-        let attachments: Vec<_> = formats.iter().map(|format| (*format, self.blend)).collect();
-        move || blended(&gpu, (frag, &constants), push_bytes, textures, &attachments)
+    /// The same, whose texels are combined with what is there.
+    pub fn blended(self, blend: Blend) -> Self {
+        Self { blend, ..self }
+    }
+
+    /// The same, compiled as this policy says.
+    pub fn compiled(mut self, policy: &CompilePolicy) -> Self {
+        self.variants.policy = policy.clone();
+        self
+    }
+
+    /// The pipeline with these constants, which draws into attachments of these formats.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Pipeline::new`], and [`GpuError::Compiling`] while another thread compiles it.
+    pub fn get(&mut self, constants: &[u32], formats: &[TexelFormat]) -> Result<&Pipeline, GpuError> {
+        let Self { variants, push_bytes, textures, blend } = self;
+        let (gpu, frag, push_bytes, textures) =
+            (variants.gpu.clone(), variants.shader, *push_bytes, *textures);
+        let owned = constants.to_vec();
+        let attachments: Vec<_> = formats.iter().map(|format| (*format, *blend)).collect();
+        variants.get(constants, move || blended(&gpu, (frag, &owned), push_bytes, textures, &attachments))
     }
 }
 

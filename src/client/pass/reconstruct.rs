@@ -5,9 +5,18 @@ use std::sync::Arc;
 use crate::client::layout::ReconstructPush;
 use crate::client::lod::{MIN_LOD, StreamLod};
 use crate::client::pass::images::StreamImages;
-use crate::client::pass::{CompilePolicy, ShaderVariants};
+use crate::client::pass::{CompilePolicy, ShaderVariants, Variants};
 use crate::client::settings::{Reconstruction, ReconstructionKernel};
-use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
+use crate::gpu::{
+    Access, Attachment, Cmd, ComputeDesc, ComputePipeline, Gpu, GpuError, Image, StorageBinding, TexelFormat,
+    Texture,
+};
+
+/// Textures of the shaders.
+const TEXTURES: u32 = 8;
+
+/// Pixels of a workgroup of `reconstruct.comp` along each axis.
+const GROUP: u32 = 16;
 
 /// The part of the kernel that is compiled in for one stream; see `reconstruct.frag`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +37,9 @@ pub struct StreamInput<'a> {
     pub filtered: Option<&'a Image>,
 }
 
-/// Blurs both streams and writes scene-linear XYZ.
+/// Blurs both streams and writes scene-linear XYZ, in a fragment shader or, where the device
+/// [prefers](Gpu::prefers_compute) it and the levels are the same for the whole picture, in a compute shader, whose workgroups load a
+/// texel once for all their pixels.
 ///
 /// Reads: all levels of `color` (and `variance` where noise is masked) of the streams that have samples.
 /// Writes: `picture.xyz`.
@@ -36,13 +47,16 @@ pub struct ReconstructPass {
     gpu: Arc<Gpu>,
     /// Constants: reconstruction, masking, extents of the camera's and the light's kernel, taps and exponent, atlas.
     pipelines: ShaderVariants,
+    /// The compute shader, with the same constants.
+    tiled: Variants<ComputePipeline>,
 }
 
 impl ReconstructPass {
     /// A pass without pipelines.
     pub fn new(gpu: &Arc<Gpu>, policy: &CompilePolicy) -> Self {
-        let pipelines = ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), 8);
-        Self { gpu: gpu.clone(), pipelines: pipelines.compiled(policy) }
+        let pipelines = ShaderVariants::new(gpu, "reconstruct.frag", size_of::<ReconstructPush>(), TEXTURES);
+        let tiled = Variants::new(gpu, "reconstruct.comp", policy);
+        Self { gpu: gpu.clone(), pipelines: pipelines.compiled(policy), tiled }
     }
 
     /// Draws the picture from the camera's and the light's stream, of which at least one must be there.
@@ -63,7 +77,6 @@ impl ReconstructPass {
             streams.each_ref().map(|stream| kernel_extent(kind, masking, stream.as_ref()) as u32);
         let atlas = masking && !self.gpu.fetches_any_level();
         let constants = [kind as u32, u32::from(masking), camera, light, taps, exponent, u32::from(atlas)];
-        let pipeline = self.pipelines.get(&constants, &[TexelFormat::Rgba32F])?;
         for (i, stream) in streams.iter().enumerate() {
             if let Some(stream) = stream {
                 (push.lod[i], push.variance_lod[i]) = (stream.lod.base, stream.lod.variance);
@@ -74,10 +87,28 @@ impl ReconstructPass {
             return Ok(());
         };
         let read = streams.each_ref().map(|stream| textures(stream.as_ref().unwrap_or(any), masking));
-        let cmd = &mut cmd.scope("reconstruct");
-        cmd.access(target, Access::ColorWrite);
-        let attachments = [Attachment::whole(target)];
-        cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), read.as_flattened(), &attachments);
+        let (read, push_bytes) = (read.as_flattened(), bytemuck::bytes_of(&push));
+        let extent = target.extent(0);
+        let tiled = self.gpu.prefers_compute() && kind == Reconstruction::Gaussian && !masking;
+        if tiled && streams.iter().flatten().all(|stream| fits_tiles(stream, push.texels, extent)) {
+            let gpu = self.gpu.clone();
+            let pipeline = self.tiled.get(&constants, move || {
+                let (shader, push_bytes) =
+                    (("reconstruct.comp", &constants[..]), size_of::<ReconstructPush>());
+                let desc = ComputeDesc { shader, push_bytes, textures: TEXTURES, images: &[true] };
+                ComputePipeline::new(&gpu, &desc)
+            })?;
+            let cmd = &mut cmd.scope("reconstruct");
+            cmd.access(target, Access::Storage);
+            let mut bindings: Vec<_> = read.iter().copied().map(StorageBinding::Texture).collect();
+            bindings.push(StorageBinding::Image(target));
+            cmd.dispatch(pipeline, push_bytes, &bindings, extent.map(|n| n.div_ceil(GROUP)));
+        } else {
+            let pipeline = self.pipelines.get(&constants, &[TexelFormat::Rgba32F])?;
+            let cmd = &mut cmd.scope("reconstruct");
+            cmd.access(target, Access::ColorWrite);
+            cmd.draw_fullscreen(pipeline, push_bytes, read, &[Attachment::whole(target)]);
+        }
         Ok(())
     }
 }
@@ -95,10 +126,29 @@ fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
         let levels = stream.images.atlas().map_or(all, Texture::texels);
         return [all, variance, levels, levels];
     }
-    let near = stream.lod.base.max(0.0) as u32;
-    let far = (near + 1).min(color.levels() - 1);
+    let [near, far] = levels_around(stream);
     // The variance is not read: its binding repeats the colour.
     [all, all, Texture::level(color, near), Texture::level(color, far)]
+}
+
+/// The two levels around the level of detail of a stream.
+fn levels_around(stream: &StreamInput<'_>) -> [u32; 2] {
+    let near = stream.lod.base.max(0.0) as u32;
+    [near, (near + 1).min(stream.images.color.sums().levels() - 1)]
+}
+
+/// Whether the tiles of `reconstruct.comp` hold what the pixels of a workgroup read of this stream, `texels` of level 0 apart in a
+/// picture of this extent: from the first of them to the last less than `GROUP` texels of the first level, and half of that of the
+/// second. It is so where pixels are not larger than texels of the first level; a quarter of a texel is left for rounding.
+fn fits_tiles(stream: &StreamInput<'_>, texels: [f32; 2], extent: [u32; 2]) -> bool {
+    let color = stream.images.color.sums();
+    levels_around(stream).into_iter().zip([GROUP, GROUP / 2]).all(|(level, most)| {
+        let sizes = color.extent(level).into_iter().zip(color.extent(0));
+        sizes.zip(extent).zip(texels).all(|(((size, full), pixels), texels)| {
+            let steps = (pixels.min(GROUP) - 1) as f32;
+            steps * texels * (size as f32 / full as f32) <= most as f32 - 0.25
+        })
+    })
 }
 
 /// Number of mip levels, level 0 included, that will be read of a stream.

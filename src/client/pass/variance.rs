@@ -22,8 +22,12 @@ impl VariancePass {
         let [filter, slots] = sprite_constants(spec);
         let frag = ("splat_variance.frag", &[filter, slots, form as u32][..]);
         let splat = sprite_pipeline(gpu, frag, true, 1, TexelFormat::R32F)?;
-        let fold =
-            ComputeDesc { shader: ("fold_variance.comp", &[slots]), push_bytes: 0, images: &[true; 3] };
+        let fold = ComputeDesc {
+            shader: ("fold_variance.comp", &[slots]),
+            push_bytes: 0,
+            textures: 0,
+            images: &[true; 3],
+        };
         let fold = ComputePipeline::new(gpu, &fold)?;
         Ok(Self { splat, fold })
     }

@@ -174,7 +174,7 @@ mod tests {
     /// The bytes of a texel of an image that holds colours as `output` says, after an opaque rectangle of one grey was drawn
     /// over black.
     fn drawn(output: ColorOutput, format: TexelFormat, grey: u8) -> Vec<u8> {
-        let options = GpuOptions { validation: true, quads: false };
+        let options = GpuOptions { validation: true, ..GpuOptions::default() };
         let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
         let mut target = Image::new(&gpu, "target", format, [32, 32]).expect("an image");
         let mut panel = ForeignRenderer::for_images(&gpu, format, output, renderer).expect("a panel");

@@ -80,13 +80,15 @@ impl<'a> Texture<'a> {
     }
 }
 
-/// A buffer or an image that a compute shader reads or writes.
+/// What a compute shader reads or writes.
 #[derive(Clone, Copy)]
 pub enum StorageBinding<'a> {
     /// All of a buffer.
     Buffer(&'a Buffer),
     /// Level 0 of an image that [`Cmd::access`] has made ready for [`Access::Storage`].
     Image(&'a Image),
+    /// An image that it has made ready for [`Access::Sampled`].
+    Texture(Texture<'a>),
 }
 
 impl Cmd<'_> {
@@ -199,15 +201,7 @@ impl Cmd<'_> {
     pub fn bind(&mut self, pipeline: &Pipeline, push: &[u8], textures: &[Texture<'_>]) {
         assert_eq!(push.len(), pipeline.push_bytes, "push constants are not those of the pipeline");
         assert_eq!(textures.len(), pipeline.textures as usize, "textures are not those of the pipeline");
-        let images: Vec<_> = textures
-            .iter()
-            .map(|texture| {
-                [vk::DescriptorImageInfo::default()
-                    .sampler(self.gpu.sampler)
-                    .image_view(texture.image.view_of(texture.level))
-                    .image_layout(Access::Sampled.layout())]
-            })
-            .collect();
+        let images: Vec<_> = textures.iter().map(|texture| [self.sampled(texture)]).collect();
         let writes: Vec<_> = (0..)
             .zip(&images)
             .map(|(binding, image)| {
@@ -229,6 +223,14 @@ impl Cmd<'_> {
                 self.gpu.push_descriptor.cmd_push_descriptor_set(self.raw, graphics, layout, 0, &writes);
             }
         }
+    }
+
+    /// Describes a texture to a shader.
+    fn sampled(&self, texture: &Texture<'_>) -> vk::DescriptorImageInfo {
+        vk::DescriptorImageInfo::default()
+            .sampler(self.gpu.sampler)
+            .image_view(texture.image.view_of(texture.level))
+            .image_layout(Access::Sampled.layout())
     }
 
     /// Draws one triangle that covers the attachments.
@@ -267,12 +269,13 @@ impl Cmd<'_> {
             StorageBinding::Buffer(buffer) => {
                 [vk::DescriptorBufferInfo::default().buffer(buffer.raw).range(vk::WHOLE_SIZE)]
             }
-            StorageBinding::Image(_) => Default::default(),
+            StorageBinding::Image(_) | StorageBinding::Texture(_) => Default::default(),
         });
         let images = bindings.iter().map(|binding| match binding {
             StorageBinding::Image(image) => [vk::DescriptorImageInfo::default()
                 .image_view(image.view_of(Some(0)))
                 .image_layout(Access::Storage.layout())],
+            StorageBinding::Texture(texture) => [self.sampled(texture)],
             StorageBinding::Buffer(_) => Default::default(),
         });
         let infos: Vec<_> = buffers.zip(images).collect();
@@ -286,6 +289,9 @@ impl Cmd<'_> {
                     }
                     StorageBinding::Image(_) => {
                         write.descriptor_type(vk::DescriptorType::STORAGE_IMAGE).image_info(image)
+                    }
+                    StorageBinding::Texture(_) => {
+                        write.descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER).image_info(image)
                     }
                 }
             })

@@ -26,13 +26,20 @@ pub struct GpuOptions {
     pub validation: bool,
     /// Draw sprites as instanced quads even where large points exist (the fallback, for its tests).
     pub quads: bool,
+    /// Whether a pass that has a compute shader beside its fragment shader runs that one; `None` where the device is a GPU.
+    pub compute: Option<bool>,
 }
 
 impl GpuOptions {
-    /// Validation when `POINTILLIST_VALIDATION` is set to anything but `0`.
+    /// Validation when `POINTILLIST_VALIDATION` is set to anything but `0`, and `compute` as `POINTILLIST_COMPUTE` says, `0` or not, to
+    /// measure it.
     pub fn from_env() -> Self {
-        let validation = std::env::var("POINTILLIST_VALIDATION").is_ok_and(|v| !v.is_empty() && v != "0");
-        Self { validation, quads: false }
+        let switch = |name| std::env::var(name).ok().filter(|v| !v.is_empty()).map(|v| v != "0");
+        Self {
+            validation: switch("POINTILLIST_VALIDATION").unwrap_or(false),
+            quads: false,
+            compute: switch("POINTILLIST_COMPUTE"),
+        }
     }
 }
 
@@ -96,6 +103,7 @@ pub struct Gpu {
     pub(in crate::gpu) sampler: vk::Sampler,
     info: DeviceInfo,
     large_points: bool,
+    prefers_compute: bool,
     /// The last field: it is destroyed after the device.
     pub(in crate::gpu) instance: Arc<VulkanInstance>,
 }
@@ -193,6 +201,8 @@ impl Gpu {
             compiled: Mutex::default(),
             sampler: vk::Sampler::null(),
             large_points: physical.large_points && !options.quads,
+            prefers_compute: options.compute.unwrap_or(physical.info.kind != DeviceKind::Cpu)
+                && limits.max_compute_work_group_invocations >= 256,
             info: physical.info,
             device,
             instance,
@@ -230,6 +240,12 @@ impl Gpu {
     /// Whether points of at least 8 pixels can be drawn; sprites are instanced quads otherwise.
     pub fn large_points(&self) -> bool {
         self.large_points
+    }
+
+    /// Whether a pass that has a compute shader beside its fragment shader should run it, with up to 256 threads in a workgroup: GPUs are
+    /// fast at sharing the texels that a workgroup reads.
+    pub fn prefers_compute(&self) -> bool {
+        self.prefers_compute
     }
 
     /// Whether the pixels of a quad can fetch texels of different levels of an image: lavapipe takes the first pixel's level for all.

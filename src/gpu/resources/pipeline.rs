@@ -129,7 +129,9 @@ pub struct ComputeDesc<'a> {
     pub shader: (&'a str, &'a [u32]),
     /// Size of the push constants in bytes, at most 128.
     pub push_bytes: usize,
-    /// The bindings 0, 1, … of set 0: true for a storage image, false for a storage buffer.
+    /// Number of textures, at set 0, bindings 0, 1, ….
+    pub textures: u32,
+    /// The bindings after them: true for a storage image, false for a storage buffer.
     pub images: &'a [bool],
 }
 
@@ -159,7 +161,7 @@ impl ComputePipeline {
             description,
             handles: spare.unwrap_or_default(),
             push_bytes: desc.push_bytes,
-            bindings: desc.images.len(),
+            bindings: desc.textures as usize + desc.images.len(),
         };
         if spare.is_some() {
             return Ok(pipeline);
@@ -169,7 +171,9 @@ impl ComputePipeline {
             true => vk::DescriptorType::STORAGE_IMAGE,
             false => vk::DescriptorType::STORAGE_BUFFER,
         };
-        let bindings: Vec<_> = desc.images.iter().map(|image| (kind(image), compute)).collect();
+        let textures = (0..desc.textures).map(|_| vk::DescriptorType::COMBINED_IMAGE_SAMPLER);
+        let bindings: Vec<_> =
+            textures.chain(desc.images.iter().map(kind)).map(|kind| (kind, compute)).collect();
         make_layouts(gpu, name, &bindings, compute, desc.push_bytes, &mut pipeline.handles)?;
         let module = ShaderModule::new(gpu, name)?;
         let constants = Constants::new(constants);

@@ -14,7 +14,7 @@ pub enum Access {
     ColorWrite,
     /// Drawn into on top of the earlier contents.
     ColorBlend,
-    /// Read by a fragment shader.
+    /// Read by a fragment or a compute shader.
     Sampled,
     /// Read and written by a compute shader, texel by texel; only images made by
     /// [`Image::storage`](crate::gpu::Image::storage).
@@ -51,7 +51,9 @@ impl Access {
                 A::COLOR_ATTACHMENT_READ | A::COLOR_ATTACHMENT_WRITE,
                 L::COLOR_ATTACHMENT_OPTIMAL,
             ),
-            Access::Sampled => (S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL),
+            Access::Sampled => {
+                (S::FRAGMENT_SHADER | S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL)
+            }
             Access::TransferWrite => {
                 (S::COPY | S::BLIT | S::CLEAR, A::TRANSFER_WRITE, L::TRANSFER_DST_OPTIMAL)
             }

@@ -269,7 +269,7 @@ mod tests {
     /// Pictures reach images of their own format as they are, whatever the format; what is left is background.
     #[test]
     fn every_output_is_shown_bit_by_bit() {
-        let options = GpuOptions { validation: true, quads: false };
+        let options = GpuOptions { validation: true, ..GpuOptions::default() };
         let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
         let (from, to) = ([37, 21], [40, 30]);
         for (format, shown_as, background) in [

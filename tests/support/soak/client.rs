@@ -41,7 +41,7 @@ fn spec([width, height]: [u32; 2]) -> FilmSpec {
 }
 
 fn open(validation: bool) -> Arc<Gpu> {
-    let options = GpuOptions { validation, quads: false };
+    let options = GpuOptions { validation, ..GpuOptions::default() };
     Gpu::with_options(&DeviceChoice::Best, options).expect("a Vulkan device; validation needs its layer")
 }
 
