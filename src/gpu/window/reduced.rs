@@ -125,7 +125,7 @@ mod tests {
     /// wherever they lie; a blit alone shows all or nothing of them. Even pictures keep their mean.
     #[test]
     fn every_texel_counts() {
-        let options = GpuOptions { validation: true, quads: false };
+        let options = GpuOptions { validation: true, ..GpuOptions::default() };
         let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
         for (from, to) in [([64, 64], [8, 8]), ([64, 32], [16, 8]), ([63, 65], [9, 9]), ([40, 40], [15, 15])]
         {
