@@ -1,8 +1,8 @@
 //! The device memory that a film takes, told before anything is allocated.
 //!
 //! One line for each image and buffer, under the name that it has on the device. Tables of less than a megabyte, what a frame holds
-//! for a moment, the coarse sums of a window whose picture moves (a sixteenth of the others), and the rounding of the driver are left
-//! out. [`images`](crate::client::pass::images) has the reasons.
+//! for a moment, the coarse sums of a window whose picture moves (a sixteenth of the others), the small copies of a picture that is larger
+//! than its window (a third of the encoded one), and the rounding of the driver are left out. [`images`](crate::client::pass::images) has the reasons.
 
 use crate::client::effects::Effects;
 use crate::client::glare::FourierAxis;

@@ -1,6 +1,6 @@
 //! The samples of the present epoch, retained on the host: a film of another size, filter or device is filled from them.
 //!
-//! Samples know no resolution (paper §3.1), so a resized window needs no new ones; they are only evener within the pixels for which they were
+//! Samples know no resolution (paper §3.1), so a picture of another size and the same shape needs no new ones; they are only evener within the pixels for which they were
 //! traced. The store is bounded: once it is full,
 //! samples go to the film alone, and a film that is made anew begins with the retained ones. All memory is taken at the
 //! start, so that the process does not grow while it runs.

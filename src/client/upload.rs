@@ -54,43 +54,56 @@ impl SampleSorter {
         let columns = (width / TILE).ceil() as u32;
         let tiles = columns * (height / TILE).ceil() as u32;
         let outside = 4 * tiles;
-        self.starts.clear();
-        self.starts.resize(outside as usize + 2, 0);
         self.buckets.clear();
         for sample in &self.samples {
             let p = spec.texel_position(sample.uv);
-            let inside = spec.holds(p);
             let tile = (p[1] * TILE.recip()) as u32 * columns + (p[0] * TILE.recip()) as u32;
-            let bucket = match (inside, sample.w > 0.0) {
+            self.buckets.push(match (spec.holds(p), sample.w > 0.0) {
                 (false, _) => outside,
                 (true, true) => tile,
                 (true, false) => 2 * tiles + tile,
-            };
-            if inside {
-                self.mergers[usize::from(bucket >= 2 * tiles)].count(p);
+            });
+        }
+        let mut streams = self.scatter(tiles);
+        // Tile by tile, so that neighbours find the counts of a cell in the cache: a table of a large film is larger than that.
+        for (merger, StreamRange { all, .. }) in self.mergers.iter_mut().zip(&streams) {
+            for sample in &self.sorted[all.start as usize..all.end as usize] {
+                merger.count(spec.texel_position(sample.uv));
             }
-            self.buckets.push(bucket);
-            self.starts[bucket as usize + 1] += 1;
         }
         if self.mergers.iter().any(Merger::found) {
             self.merge(spec, tiles);
+            streams = self.scatter(tiles);
         }
-        for i in 1..self.starts.len() {
-            self.starts[i] += self.starts[i - 1];
+        self.samples.clear();
+        (&self.sorted[..streams[1].all.end as usize], streams)
+    }
+
+    /// Puts the samples in the order of their buckets: two for each of so many tiles of the camera stream, two of the light stream, and what
+    /// lies outside.
+    fn scatter(&mut self, tiles: u32) -> [StreamRange; 2] {
+        let starts = &mut self.starts;
+        starts.clear();
+        starts.resize(4 * tiles as usize + 2, 0);
+        for bucket in &self.buckets {
+            starts[*bucket as usize + 1] += 1;
         }
-        let start = |bucket: u32| self.starts[bucket as usize];
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let start = |bucket: u32| starts[bucket as usize];
         let stream = |first: u32| StreamRange {
             all: start(first)..start(first + 2 * tiles),
             single: start(first)..start(first + tiles),
         };
         let streams = [stream(0), stream(2 * tiles)];
         self.sorted.resize(self.samples.len(), Sample::default());
-        for (sample, bucket) in self.samples.drain(..).zip(&self.buckets) {
-            let place = &mut self.starts[*bucket as usize];
-            self.sorted[*place as usize] = sample;
+        for (sample, bucket) in self.samples.iter().zip(&self.buckets) {
+            let place = &mut starts[*bucket as usize];
+            self.sorted[*place as usize] = *sample;
             *place += 1;
         }
-        (&self.sorted[..streams[1].all.end as usize], streams)
+        streams
     }
 
     /// Adds up the samples of dense cells and moves them to the buckets of such.
@@ -106,8 +119,6 @@ impl SampleSorter {
             if from < 4 * tiles && self.mergers[stream(from)].is_dense(p) {
                 self.mergers[stream(from)].add(p, sample);
                 *bucket += tiles;
-                self.starts[from as usize + 1] -= 1;
-                self.starts[*bucket as usize + 1] += 1;
             }
         }
     }

@@ -45,7 +45,7 @@ fn show(swapchain: &mut Swapchain, picture: &mut Image) {
     let gpu = swapchain.gpu().clone();
     let mut frame = gpu.begin().expect("a frame");
     let whole = CopyRegion::whole(picture.extent(0));
-    swapchain.draw(&mut frame, picture, &[whole], CopyFilter::Nearest);
+    swapchain.draw(&mut frame, picture, &[whole], CopyFilter::Nearest, true);
     swapchain.present(frame).expect("present");
 }
 
@@ -75,7 +75,7 @@ fn the_screen_shows_the_bytes_of_the_picture() {
     ready(&mut swapchain);
     let mut frame = gpu.begin().expect("a frame");
     let whole = CopyRegion::whole(picture.extent(0));
-    swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
+    swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest, true);
     drop(frame);
     assert_eq!(swapchain.acquire(Duration::ZERO).expect("acquire"), Readiness::Ready);
     swapchain.present(gpu.begin().expect("a frame")).expect("present");
@@ -126,7 +126,7 @@ fn the_smallest_windows() {
         // Frames may go on without a window.
         let mut frame = gpu.begin().expect("a frame");
         let whole = CopyRegion::whole(picture.extent(0));
-        swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
+        swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest, true);
         swapchain.present(frame).expect("present");
     }
     swapchain.resize([1, 1]);
@@ -181,7 +181,7 @@ fn destroyed_windows_are_lost_surfaces() {
             Readiness::Ready => {
                 let mut frame = gpu.begin().expect("a frame");
                 let whole = CopyRegion::whole(picture.extent(0));
-                swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
+                swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest, true);
                 swapchain.present(frame).expect("present");
             }
             Readiness::SurfaceLost => lost = true,
@@ -215,7 +215,7 @@ fn show_in_the_end(swapchain: &mut Swapchain, window: &Window, picture: &mut Ima
         }
         let mut frame = gpu.begin().expect("a frame");
         let whole = CopyRegion::whole(picture.extent(0));
-        swapchain.draw(&mut frame, picture, &[whole], CopyFilter::Nearest);
+        swapchain.draw(&mut frame, picture, &[whole], CopyFilter::Nearest, true);
         swapchain.present(frame).expect("present");
         if !swapchain.has_failed() {
             break;
@@ -339,7 +339,7 @@ fn a_lost_device_can_be_replaced() {
     ready(&mut swapchain);
     let mut frame = gpu.begin().expect("a frame");
     let whole = CopyRegion::whole(picture.extent(0));
-    swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
+    swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest, true);
     gpu.lose_after(0);
     assert_lost(swapchain.present(frame), "present");
     assert_lost(gpu.wait(pointillist::gpu::FrameNumber::default()), "wait");
@@ -416,7 +416,7 @@ fn a_lost_display_ends_in_peace() {
             Ok(Readiness::Ready) => {
                 let mut frame = gpu.begin().expect("a frame");
                 let whole = CopyRegion::whole(picture.extent(0));
-                swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest);
+                swapchain.draw(&mut frame, &mut picture, &[whole], CopyFilter::Nearest, true);
                 gone |= swapchain.present(frame).is_err();
             }
             Ok(Readiness::SurfaceLost) => gone |= swapchain.replace_surface(window.handles()).is_err(),

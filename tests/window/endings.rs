@@ -6,7 +6,7 @@ use std::process::Child;
 use std::time::Instant;
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{PATIENCE, end, end_when, figures, folder, png, program, scene, words};
+use crate::viewer::{Listened, PATIENCE, end, end_when, figures, folder, png, program, scene, words};
 
 /// Paths that are traced: the picture is finished soon, and known exactly.
 pub const PATHS: u64 = 60_000;
@@ -119,11 +119,21 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
     desktop.resize(window, 960, 960);
     wait(960);
     desktop.focus(window);
-    [true, false].into_iter().for_each(|down| desktop.key(u32::from('n'), down));
-    let output = end_when(viewer, &[ENDED, "keeps its 96×96 pixels"]);
+    let fill = || [true, false].into_iter().for_each(|down| desktop.key(u32::from('n'), down));
+    fill();
+    let mut viewer = Listened::new(viewer);
+    viewer.wait_for("keeps its 96×96 pixels");
+    // Another shape.
+    desktop.resize(window, 1300, 960);
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    fill();
+    viewer.wait_for_times("keeps its 96×96 pixels", 2);
+    viewer.wait_for(ENDED);
+    let output = viewer.terminate();
     assert!(output.status.success(), "{}", words(&output));
     assert!(words(&output).contains("no GPU memory for"), "{}", words(&output));
-    assert_eq!(figures(&folder)["validation_messages"], 0);
+    let seen = figures(&folder);
+    assert_eq!((&seen["validation_messages"], &seen["epochs"]), (&0.into(), &1.into()), "{seen:#}");
     assert_eq!(paths_in(&folder), PATHS);
     assert!((mean(&folder) - wanted).abs() < 1.0, "{} instead of {wanted}", mean(&folder));
     std::fs::remove_dir_all(folder).unwrap();

@@ -93,13 +93,13 @@ fn failing_calls_cost_neither_window_nor_samples() {
 /// Number of calls of a run, more than an undisturbed one has; how many lie between two that fail; what is said of each, and how many must
 /// fail at least.
 const CALLS: [(&str, usize, usize, &str, usize); 3] = [
-    ("allocation", 40, 20, "no GPU memory for", 10),
-    ("mapping", 20, 10, "could not be mapped", 4),
-    ("pipeline", 30, 15, "vkCreate", 10),
+    ("allocation", 40, 20, "no GPU memory for", 20),
+    ("mapping", 20, 10, "could not be mapped", 7),
+    ("pipeline", 30, 15, "vkCreate", 11),
 ];
 
-/// Whatever allocation, mapping or pipeline fails, each of them in one of many windows: the window stays open, says so once for each, and
-/// the picture is that of a window without faults, byte by byte.
+/// Whatever allocation, mapping or pipeline of film and repaint fails, each of them in one of many windows: the window stays open, says so,
+/// and the picture is that of a window without faults, byte by byte. Those of the panel are egui's own.
 #[test]
 fn failing_resources_cost_neither_window_nor_samples() {
     let desktop = Desktop::start(300, 300);

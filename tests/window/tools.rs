@@ -93,11 +93,29 @@ fn the_picture_is_given_a_size() {
         harness.key_press(Key::Enter);
         assert_eq!(taken(&mut harness), [Action::SetPictureSize(wanted)]);
     }
-    // The same number again asks for nothing.
+    // The same number again asks for nothing, and so does one that is given up.
     field(&harness, 0);
     harness.run_steps(2);
     harness.key_press(Key::Enter);
     assert_eq!(taken(&mut harness), []);
+    let types = |harness: &mut Harness<'static, Tools>, text: &str| {
+        harness.run_steps(2);
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        harness.event(egui::Event::Text(text.to_owned()));
+        harness.run_steps(2);
+    };
+    field(&harness, 0);
+    types(&mut harness, "700");
+    harness.key_press(Key::Escape);
+    assert_eq!(taken(&mut harness), []);
+    // Both sides are one change.
+    field(&harness, 0);
+    types(&mut harness, "1024");
+    harness.key_press(Key::Tab);
+    assert_eq!(taken(&mut harness), []);
+    types(&mut harness, "768");
+    harness.key_press(Key::Enter);
+    assert_eq!(taken(&mut harness), [Action::SetPictureSize([1024, 768])]);
 }
 
 #[test]

@@ -16,7 +16,7 @@ use pointillist::color::{Profile, Xyz};
 use pointillist::gpu::{DeviceChoice, Gpu};
 use pointillist::image::{Grid, exr, png};
 use pointillist::math::random::Random;
-use pointillist::stream::Sample;
+use pointillist::stream::{BLOCK_SAMPLES, Sample};
 
 use super::common::{Outcome, process_seconds};
 
@@ -55,6 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     for filter in [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box] {
         raster(&gpu, FilmSpec { filter, ..spec }, &samples)?;
     }
+    upload(&gpu)?;
     mips(&gpu, spec, &samples)?;
     for count in [1, 4, 16] {
         for (kind, vm) in [
@@ -115,6 +116,35 @@ fn raster(gpu: &Arc<Gpu>, spec: FilmSpec, samples: &[Sample]) -> Outcome {
         reference.add(samples)?;
     }
     println!("  reference, all passes: {:.2} Msamples/s", total / start.elapsed().as_secs_f64() / 1e6);
+    Ok(())
+}
+
+/// What the processor does for a sample of a film on the device, from a block to the vertex buffer: it takes this from the loop of a window.
+fn upload(gpu: &Arc<Gpu>) -> Outcome {
+    println!();
+    for [width, height] in [[1920, 1080], [3840, 2160]] {
+        let spec = FilmSpec {
+            width,
+            height,
+            filter: SplatFilter::Gaussian,
+            variance: Some(Default::default()),
+            sums: Default::default(),
+        };
+        // Less than a batch, so that nothing is drawn; the first time makes the buffers.
+        let samples = uniform(&spec, spec.batch_capacity() - BATCH);
+        let mut film = VulkanFilm::new(gpu.clone(), spec)?;
+        let mut add = || -> Outcome<f64> {
+            film.clear();
+            let start = Instant::now();
+            for block in samples.chunks(BLOCK_SAMPLES) {
+                film.add(block)?;
+            }
+            Ok(start.elapsed().as_secs_f64() / samples.len() as f64)
+        };
+        add()?;
+        let least = (0..8).map(|_| add()).try_fold(f64::INFINITY, |a, b| b.map(|b| a.min(b)))?;
+        println!("upload   {width}×{height}: {:.1} ns per sample, copied and sorted", least * 1e9);
+    }
     Ok(())
 }
 

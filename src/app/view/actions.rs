@@ -10,6 +10,7 @@ use winit::window::Fullscreen;
 
 use crate::app::light_groups;
 use crate::app::noise_filter::EpochView;
+use crate::app::report::human;
 use crate::app::view::light_mix::{LightMix, groups_of};
 use crate::app::view::picture::regions::rectangle_between;
 use crate::app::view::{Viewer, inspector, preferences};
@@ -181,13 +182,10 @@ impl Viewer {
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
             Action::ResetView => _ = self.panel.viewport.reset(),
             Action::ShowPixels(at) => _ = self.panel.viewport.show_pixels(at.into()),
-            Action::SetPictureSize(size) => self.set_picture_size(size),
+            Action::SetPictureSize(wanted) => return Ok(self.change_picture_size(wanted)),
             Action::FillWindow => {
-                let size = self.panel.viewport.area().as_uvec2().to_array();
-                if size == self.session.size() {
-                    return Ok(Some("the picture is as large as the window".to_owned()));
-                }
-                self.set_picture_size(size);
+                let wanted = self.picture_area().unwrap_or(size);
+                return Ok(self.change_picture_size(wanted));
             }
             Action::OpenDialog => {
                 let folder = self.scene_folder();
@@ -313,6 +311,20 @@ impl Viewer {
             return Err(miette!("there is no picture here"));
         }
         Ok(viewport.to_picture(at.into()).to_array())
+    }
+
+    /// Makes a picture of another size; returns what is said of it.
+    fn change_picture_size(&mut self, size @ [width, height]: [u32; 2]) -> Option<String> {
+        if size == self.session.size() {
+            return Some(format!("the picture has {width}×{height} pixels"));
+        }
+        let (was_stale, samples) = (self.session.is_stale(), self.picture.counts().samples());
+        self.set_picture_size(size);
+        let begins_anew = self.session.is_stale() && !was_stale && self.session.size() == size;
+        begins_anew.then(|| {
+            let samples = human(samples as f64);
+            format!("a picture of {width}×{height} pixels begins anew, without the {samples} samples of the one before")
+        })
     }
 
     /// Traces the groups of lights from now on, or none of them any more.

@@ -60,6 +60,7 @@ struct DifferenceKey {
     reference: Arc<Grid<Vec3>>,
     samples: u64,
     exposure: f32,
+    size: [u32; 2],
 }
 
 impl DifferenceKey {
@@ -260,9 +261,11 @@ impl Comparison {
             reference: reference.clone(),
             samples: counts.camera_samples + counts.light_samples,
             exposure: settings.exposure,
+            size: session.size(),
         };
         let is_due = self.difference.as_ref().is_none_or(|known| {
             let changed = known.of.samples != of.samples || known.of.exposure != of.exposure;
+            let changed = changed || known.of.size != of.size;
             let rested = self.taken.is_none_or(|(taken, took)| taken.elapsed() > REFRESH.max(SHARE * took));
             known.mode != mode || !known.of.is_of(reference) || changed && rested
         });
@@ -371,7 +374,12 @@ mod tests {
     #[test]
     fn equal_pictures_have_no_difference() {
         let grid = |value: f32| Grid::from_rows(16, 8, vec![Vec3::splat(value); 128]).expect("a grid");
-        let of = |value: f32| DifferenceKey { reference: grid(value).into(), samples: 1, exposure: 1.0 };
+        let of = |value: f32| DifferenceKey {
+            reference: grid(value).into(),
+            samples: 1,
+            exposure: 1.0,
+            size: [1, 1],
+        };
         for mode in [CompareMode::Difference, CompareMode::Flip] {
             let same = difference(mode, &grid(0.5), of(0.5), &Settings::default()).expect("same size");
             assert!(same.map.values.iter().all(|v| *v == 0.0), "{}", same.summary);

@@ -170,7 +170,7 @@ impl SceneEditor {
         self.pose().fov
     }
 
-    /// Moves the camera in a window of this size; returns whether anything changed. Moves of one kind are one entry of the history until
+    /// Moves the camera of a picture of this size; returns whether anything changed. Moves of one kind are one entry of the history until
     /// [`end_change`](Self::end_change); flying and looking go together.
     pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
         let shape = shape(self.original().camera.fov_axis, size);

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use miette::Result;
+use winit::dpi::PhysicalSize;
 
 use crate::app::noise_filter::EpochView;
 use crate::app::tell;
@@ -78,7 +79,8 @@ impl Viewer {
         }
         self.picture.hear_end(&self.session);
         self.follow_light(begin);
-        if shows && self.picture.has_picture() {
+        // A film of another size has no picture yet: the panel is not to wait for one for long.
+        if shows && (self.picture.has_picture() || self.picture.since_edit() > PATIENCE) {
             self.show(&plan)?;
         }
         for message in self.picture.take_news(self.session.is_stale()) {
@@ -312,9 +314,8 @@ impl Viewer {
             self.awaited = None;
         }
         self.awaited.take_if(|until| Instant::now() >= *until);
-        if self.awaited.is_none() {
-            self.panel.set_sizes(area, self.session.size());
-        }
+        let area = self.awaited.map_or(area, |_| self.panel.viewport.area().as_uvec2().to_array());
+        self.panel.set_sizes(area, self.session.size());
         Ok(true)
     }
 
@@ -328,21 +329,36 @@ impl Viewer {
     /// it, the picture takes what there is.
     pub(super) fn keep_picture(&mut self) {
         let area = self.panel.viewport.area().as_uvec2();
-        self.ask_area(area.to_array());
-        self.awaited = Some(Instant::now() + RESIZING);
+        let Some(screen) = &self.picture.screen else { return };
+        let wanted = PhysicalSize::new(area.x + self.panel.dock_pixels(&screen.window), area.y);
+        if self.ask_size(wanted) {
+            self.awaited = Some(Instant::now() + RESIZING);
+        }
     }
 
-    /// Asks for a window in which the picture has this area beside the dock.
-    pub(super) fn ask_area(&mut self, area: [u32; 2]) {
+    /// Asks for a window in which a picture of this size is shown as it is, as far as there is room.
+    pub(super) fn ask_room(&mut self, size: [u32; 2]) {
         let Some(screen) = &self.picture.screen else { return };
-        let wanted = window_size(&screen.window, area, self.panel.dock_pixels(&screen.window));
+        self.ask_size(window_size(&screen.window, size, self.panel.dock_pixels(&screen.window)));
+    }
+
+    /// Asks for a window of another size, unless it fills the screen; returns whether it did.
+    fn ask_size(&mut self, wanted: PhysicalSize<u32>) -> bool {
+        let Some(screen) = &self.picture.screen else { return false };
         let is_fixed = screen.window.fullscreen().is_some() || screen.window.is_maximized();
         if screen.window.inner_size() == wanted || is_fixed {
-            return;
+            return false;
         }
         if let Some(size) = screen.window.request_inner_size(wanted) {
             self.resized(size);
         }
+        true
+    }
+
+    /// The part of the window beside the dock, physical pixels.
+    pub(super) fn picture_area(&self) -> Option<[u32; 2]> {
+        let window = &self.picture.screen.as_ref()?.window;
+        Some(self.panel.picture_area(window, window.inner_size().into()))
     }
 
     /// Runs the panel if it is due, repaints if the plan says so, and swaps.
@@ -424,13 +440,13 @@ impl Viewer {
     }
 
     /// Makes a film of this size and of the chosen filter, where there is another. Where only the scale has changed the epoch goes on:
-    /// the new film is filled from kept samples, which know no resolution. Another shape is another camera, a new epoch; until
-    /// its first samples are there the old ones are shown, stretched, so that nothing flickers.
+    /// the new film is filled from kept samples, which know no resolution. Another shape is another camera, a new epoch.
     fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
         let before = self.session.run_spec().film;
         let after = FilmSpec { width, height, filter: self.panel.controls.filter, ..before };
         self.session.set_film(after);
-        if !self.picture.refit(self.session.run_spec())? {
+        self.picture.refit(self.session.run_spec())?;
+        if before == after {
             return Ok(());
         }
         if [before.width, before.height] != [width, height] {
@@ -485,6 +501,9 @@ impl Viewer {
         if let Err(error) = self.refit(size) {
             self.recover(error);
         }
+        // The mouse is over the picture of this size from now on.
+        let area = self.panel.viewport.area().as_uvec2().to_array();
+        self.panel.set_sizes(area, self.session.size());
     }
 
     /// Deals with an error of a frame that a new device would have, too, such as too little memory: goes back to the film of the
@@ -510,8 +529,10 @@ impl Viewer {
             self.session.set_film(film);
             self.panel.controls.filter = film.filter;
             match self.picture.go_back(self.session.run_spec()) {
-                Ok(()) => {
-                    self.film_changed(asked);
+                Ok(was_made) => {
+                    if was_made {
+                        self.film_changed(asked);
+                    }
                     format!("the picture keeps its {}×{} pixels and its filter", film.width, film.height)
                 }
                 Err(_) => {

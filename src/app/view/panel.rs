@@ -167,7 +167,8 @@ impl ViewerPanel {
     /// The picture has this area of the window and this size from now on.
     pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
         self.viewport.set_sizes(area, picture);
-        self.input.take(InputEvent::Size(self.viewport.area()), Instant::now());
+        let shown = self.viewport.zoom() * self.viewport.picture();
+        self.input.take(InputEvent::Size(self.viewport.area(), shown), Instant::now());
     }
 
     /// When the panel must run next; `None` while nothing of it is visible.

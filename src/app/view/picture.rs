@@ -99,7 +99,7 @@ pub struct LivePicture {
     hidden: bool,
     /// The render goes on; when it ends, all of its samples must be shown once.
     running: bool,
-    /// Samples that films were given since the start, kept ones again after a resize.
+    /// Samples that films were given since the start, kept ones again by a film of another size.
     pub rasterised: u64,
     /// Samples that the loop has taken since it was asked last, and how long it took.
     fed: (u64, Duration),
@@ -243,10 +243,10 @@ impl LivePicture {
         (self.repaint, self.failures) = (true, 0);
     }
 
-    /// Goes back to the film of `run`, because the device cannot hold another one that was asked for.
-    pub fn go_back(&mut self, run: &RunSpec) -> Result<(), ClientError> {
+    /// Goes back to the film of `run`, because the device cannot hold another one that was asked for; returns whether that has to be made.
+    pub fn go_back(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         self.failures = 0;
-        self.refit(run).map(|_| ())
+        self.refit(run)
     }
 
     /// Notes an error that film and settings do not explain. Returns whether the picture stays as it is from now on.
@@ -326,11 +326,20 @@ impl LivePicture {
     }
 
     /// Replaces the film where it has not the present size and filter; returns whether it did. The new film is filled from the
-    /// kept samples, which know no resolution.
+    /// kept samples, which know no resolution. Without a device the next one gets it.
+    ///
+    /// # Errors
+    ///
+    /// Those of a film, and [`GpuError::Memory`](crate::gpu::GpuError::Memory) where the device is known to have no room for it; then the
+    /// old one stays.
     pub fn refit(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         let fits = self.film().is_some_and(|film| *film.spec() == run.film);
         let samples = self.samples();
-        let Some(screen) = self.screen.as_mut().filter(|_| !fits) else { return Ok(false) };
+        let settings = self.painted.as_ref().map(|painted| painted.settings.clone()).unwrap_or_default();
+        let Some(screen) = self.screen.as_mut().filter(|screen| !fits && screen.gpu().is_some()) else {
+            return Ok(false);
+        };
+        screen.check_room(&run.film, &settings)?;
         screen.replace_film(run.film)?;
         self.rewind(run);
         self.tell_what_is_kept("the film is made anew", samples, self.kept.len() as u64);
@@ -519,7 +528,11 @@ impl LivePicture {
 
     /// What the window shows within a rectangle of the picture; `None` before there is a picture.
     pub fn shown(&mut self, region: Region) -> Result<Option<ShownTexels>, ClientError> {
-        self.film_mut().map_or(Ok(None), |film| film.shown(region))
+        let Some(film) = self.film_mut() else { return Ok(None) };
+        let size = [film.spec().width, film.spec().height];
+        // The film may still be one of another size.
+        let fits = (0..2).all(|i| region.origin[i] + region.extent[i] <= size[i]);
+        if fits { film.shown(region) } else { Ok(None) }
     }
 
     /// The sum of the weights of the camera samples at a pixel; 0 where it is not known.

@@ -94,7 +94,8 @@ impl Viewer {
         }
         self.session.set_effects(&self.editor);
         if self.session.size() != before {
-            self.ask_area(self.session.size());
+            self.set_picture_size(self.session.size());
+            self.ask_room(self.session.size());
         }
         self.options.name = source.name();
         self.source = source;

@@ -14,11 +14,12 @@ use crate::app::view::light_mix::LightMix;
 use crate::app::view::picture::regions::{Regions, per_pixel};
 use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
+use crate::client::memory::film_memory;
 use crate::client::pass::glare::glare_detail;
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::window::viewport::Viewport;
-use crate::client::{ClientError, FilmSpec, Settings};
+use crate::client::{ClientError, Film, FilmSpec, Settings};
 use crate::gpu::{
     CallFaults, DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness,
     Swapchain,
@@ -123,7 +124,7 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Opens a device for this window and makes a film of its size. `exact`: the window shows what a headless render does, bit
+    /// Opens a device for this window and makes a film on it. `exact`: the window shows what a headless render does, bit
     /// for bit. Where that fails for a reason that may pass, [`reopen`](Self::reopen) tries it again.
     pub fn open(
         window: Arc<Window>,
@@ -232,7 +233,9 @@ impl Screen {
             swapchain.gpu().limit_memory(bytes);
         }
         let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
-        let film = match self.rescued.take().and_then(|film| film.moved_to(swapchain.gpu())) {
+        // Another size or filter may have been asked for meanwhile.
+        let rescued = self.rescued.take().filter(|film| *film.spec() == spec);
+        let film = match rescued.and_then(|film| film.moved_to(swapchain.gpu())) {
             Some(film) => film,
             None => new_film(swapchain.gpu(), spec, self.exact)?,
         };
@@ -244,6 +247,26 @@ impl Screen {
             |e: raw_window_handle::HandleError| GpuError::NoWindow(format!("the window system says: {e}"));
         let display = self.window.display_handle().map_err(gone)?.as_raw();
         Ok((display, self.window.window_handle().map_err(gone)?.as_raw()))
+    }
+
+    /// Looks whether the device has room for this film in the place of the present one, as far as it tells. Images are made when they are
+    /// needed first: without the look the present film would be gone by then.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Memory`].
+    pub fn check_room(&self, spec: &FilmSpec, settings: &Settings) -> Result<(), ClientError> {
+        let Some((gpu, film)) = self.gpu().zip(self.film()) else { return Ok(()) };
+        let (streams, samples) = (film.allocated_streams(), film.counts().samples() as usize);
+        let of_sums =
+            |name: &str| name.starts_with("batch") || name.starts_with("samples") || name.ends_with("rests");
+        let bytes = |spec: &FilmSpec| -> u64 {
+            let all = film_memory(spec, settings, streams, samples, !gpu.fetches_any_level());
+            let on_device = all.iter().filter(|(name, _)| !film.is_summed_on_host() || !of_sums(name));
+            on_device.map(|(_, bytes)| bytes).sum()
+        };
+        let name = format!("a picture of {}×{} pixels", spec.width, spec.height);
+        Ok(gpu.check_room(&name, bytes(spec), bytes(film.spec()))?)
     }
 
     /// Replaces the film by an empty one on the same device. On an error the old one stays. The images of the old one are freed
@@ -419,7 +442,7 @@ impl Screen {
         };
         if let Some(picture) = picture {
             let copies = viewport.copies(swapchain.extent().unwrap_or_default());
-            swapchain.draw(&mut frame, picture, &copies, viewport.filter());
+            swapchain.draw(&mut frame, picture, &copies, viewport.filter(), repaint.is_some());
         }
         let panel = panel.filter(|_| self.overlaying.is_due(Instant::now()));
         let overlaid = panel.map(|panel| draw_panel(&mut self.overlay, swapchain, &mut frame, panel));

@@ -49,8 +49,8 @@ pub enum InputEvent {
     Modifiers(bool, bool),
     /// The window has lost the keyboard.
     FocusLost,
-    /// The size of the picture's area of the window.
-    Size(DVec2),
+    /// The size of the picture's area of the window, and that of the whole picture as it is shown there.
+    Size(DVec2, DVec2),
 }
 
 /// A mouse button that is held.
@@ -72,7 +72,9 @@ struct Press {
 #[derive(Clone, Debug)]
 pub struct InputState {
     /// Size of the picture's area of the window.
-    size: DVec2,
+    area: DVec2,
+    /// Size of the whole picture as it is shown there: what moves the camera are fractions of it.
+    picture: DVec2,
     cursor: Option<DVec2>,
     press: Option<Press>,
     last_click: Option<(Instant, DVec2)>,
@@ -101,7 +103,8 @@ impl InputState {
     /// Nothing is held, in a window whose picture has an area of this size in physical pixels.
     pub fn new(size: [u32; 2]) -> Self {
         Self {
-            size: DVec2::from(size.map(f64::from)).max(DVec2::ONE),
+            area: DVec2::from(size.map(f64::from)),
+            picture: DVec2::from(size.map(f64::from)).max(DVec2::ONE),
             cursor: None,
             press: None,
             last_click: None,
@@ -159,8 +162,8 @@ impl InputState {
                     _ => Vec::new(),
                 }
             }
-            InputEvent::Size(size) => {
-                self.size = size.max(DVec2::ONE);
+            InputEvent::Size(area, picture) => {
+                (self.area, self.picture) = (area, picture.max(DVec2::ONE));
                 Vec::new()
             }
         }
@@ -235,7 +238,7 @@ impl InputState {
         // The first step of a drag makes up for what the threshold has swallowed.
         let from = if press.dragging { before } else { press.from };
         press.dragging |= at.distance(press.from) > CLICK;
-        let by = (at - from) / self.size;
+        let by = (at - from) / self.picture;
         if !press.dragging || by == DVec2::ZERO {
             return Vec::new();
         }
@@ -325,7 +328,7 @@ impl InputState {
         match (keys::lookup(code, text, held), self.cursor) {
             (Some(BoundAction::Action(Action::Gesture(gesture))), _) => self.step(*gesture, now),
             (Some(BoundAction::Action(action)), _) => vec![action.clone()],
-            (Some(BoundAction::AtCursor(action)), Some(at)) if at.cmplt(self.size).all() => {
+            (Some(BoundAction::AtCursor(action)), Some(at)) if at.cmplt(self.area).all() => {
                 vec![action.at(at.to_array())]
             }
             (Some(BoundAction::KeepView), _) => number.map(Action::KeepView).into_iter().collect(),

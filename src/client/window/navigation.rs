@@ -39,17 +39,17 @@ pub struct Pose {
 /// One move of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gesture {
-    /// Turns around the target, by fractions of the window's size: the scene follows the cursor, half a turn per window.
+    /// Turns around the target, by fractions of the picture's size: the scene follows the cursor, half a turn per picture.
     Orbit(DVec2),
-    /// Shifts eye and target in the picture plane, by fractions of the window's size: a point at the target's distance
+    /// Shifts eye and target in the picture plane, by fractions of the picture's size: a point at the target's distance
     /// stays under the cursor.
     Pan(DVec2),
     /// Moves towards the target; 1 is one step of the wheel.
     Dolly(f64),
     /// Moves freely along camera right, up, forward, in units of the distance to the target.
     Fly(DVec3),
-    /// Looks around from a fixed eye, by fractions of the window's size: the view follows the cursor, two fields of view
-    /// per window.
+    /// Looks around from a fixed eye, by fractions of the picture's size: the view follows the cursor, two fields of view
+    /// per picture.
     Look(DVec2),
     /// Widens the field of view, degrees.
     Fov(f64),

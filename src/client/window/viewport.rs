@@ -26,7 +26,7 @@ pub struct Viewport {
     area: UVec2,
     /// Size of the picture.
     picture: UVec2,
-    /// Window pixels per picture pixel; `None` for as many as let the whole picture fill the area.
+    /// Window pixels per picture pixel that were chosen; `None` for as many as let the whole picture fill the area.
     zoom: Option<f64>,
     /// The point of the picture at the left top corner of the area.
     origin: DVec2,
@@ -48,7 +48,7 @@ impl Viewport {
         }
         let middle = self.to_picture(0.5 * self.area.as_dvec2()) / self.picture.as_dvec2();
         (self.area, self.picture) = (area, picture);
-        self.set_zoom(self.zoom.unwrap_or(self.fit()));
+        self.zoom = self.zoom.filter(|zoom| (self.least_zoom()..=self.most_zoom()).contains(zoom));
         self.origin = middle * picture.as_dvec2() - 0.5 * area.as_dvec2() / self.zoom();
         self.keep_inside();
     }
@@ -63,8 +63,12 @@ impl Viewport {
         self.fit().min(1.0)
     }
 
+    fn most_zoom(&self) -> f64 {
+        MOST_ZOOM.max(self.fit())
+    }
+
     fn set_zoom(&mut self, zoom: f64) {
-        let zoom = zoom.clamp(self.least_zoom(), MOST_ZOOM.max(self.fit()));
+        let zoom = zoom.clamp(self.least_zoom(), self.most_zoom());
         self.zoom = Some(zoom).filter(|zoom| (zoom / self.fit() - 1.0).abs() > 1e-9);
     }
 

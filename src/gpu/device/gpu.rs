@@ -26,7 +26,8 @@ pub struct GpuOptions {
     pub validation: bool,
     /// Draw sprites as instanced quads even where large points exist (the fallback, for its tests).
     pub quads: bool,
-    /// Whether a pass that has a compute shader beside its fragment shader runs that one; `None` where the device is a GPU.
+    /// Whether a pass that has a compute shader beside its fragment shader runs that one; `None` leaves it to the kind of the device: GPUs
+    /// run it.
     pub compute: Option<bool>,
 }
 
@@ -295,6 +296,15 @@ impl Gpu {
     /// The results of calls that tests plan.
     pub fn faults(&self) -> &CallFaults {
         &self.faults
+    }
+
+    /// Looks whether there is room for so many bytes once others are `freed`, as far as the system tells.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::Memory`], naming what the bytes are for.
+    pub fn check_room(&self, name: &str, bytes: u64, freed: u64) -> Result<(), GpuError> {
+        self.memory.check_room(name, bytes, freed)
     }
 
     /// Gives images and buffers this many bytes at most, as a smaller device would. For tests.

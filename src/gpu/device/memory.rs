@@ -85,6 +85,17 @@ impl Memory {
         Ok(allocation)
     }
 
+    /// Looks whether there is room for so many bytes once others are `freed`: within the limit, and within what the system grants where
+    /// it tells that.
+    pub fn check_room(&self, name: &str, bytes: u64, freed: u64) -> Result<(), GpuError> {
+        let after = self.used.load(Ordering::Relaxed).saturating_sub(freed).saturating_add(bytes);
+        let granted = self.source.read().budget.map_or(u64::MAX, |budget| budget.granted);
+        match after > self.limit.load(Ordering::Relaxed).min(granted) {
+            true => Err(self.refused(name, bytes, AllocationError::OutOfMemory)),
+            false => Ok(()),
+        }
+    }
+
     /// The error of an allocation of this many bytes, with the numbers that say why it does not fit.
     fn refused(&self, name: &str, bytes: u64, source: AllocationError) -> GpuError {
         let used = Megabytes(self.used.load(Ordering::Relaxed));

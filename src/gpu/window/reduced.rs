@@ -1,5 +1,7 @@
 //! Smaller copies of a picture that a window shows at much less than its size: a blit alone would take 4 texels for one and leave out
 //! the others, so that noise and thin lines flicker.
+//!
+//! Means are those of encoded values: small bright spots are a little darker than the light of all texels together would be.
 
 use std::sync::Arc;
 
@@ -13,40 +15,46 @@ use crate::gpu::window::images::{CopyFilter, CopyRegion, WindowImage};
 #[derive(Default)]
 pub(in crate::gpu) struct ReducedPictures {
     levels: Vec<Image>,
+    /// Number of them that hold the present picture.
+    made: usize,
 }
 
 impl ReducedPictures {
     /// Halves the picture until no region of it has many more texels than its place in the window. Returns the smallest copy, and the
-    /// regions in it.
+    /// regions in it. `is_new` is false where the picture is that of the call before: its copies are taken as they are.
     ///
     /// # Errors
     ///
-    /// [`GpuError::Memory`] where there is no room for the copies.
+    /// Those of [`Image::new`] for the copies.
     pub fn of<'a>(
         &'a mut self,
         gpu: &Arc<Gpu>,
         cmd: &mut Cmd<'_>,
         picture: &'a mut Image,
         regions: &[CopyRegion],
+        is_new: bool,
     ) -> Result<(&'a mut Image, Vec<CopyRegion>), GpuError> {
         let (mut regions, mut level) = (regions.to_vec(), 0);
+        self.made = if is_new { 0 } else { self.made };
         while regions.iter().any(is_reduced) {
             let whole = if level == 0 { &*picture } else { &self.levels[level - 1] };
             let (extent, format) = (whole.extent(0).map(|n| n.div_ceil(2)), whole.format());
             let fits = |half: &Image| half.extent(0) == extent && half.format() == format;
             if !self.levels.get(level).is_some_and(fits) {
                 self.levels.truncate(level);
+                self.made = self.made.min(level);
                 self.levels.push(Image::new(gpu, "window.reduced", format, extent)?);
             }
-            let (before, rest) = self.levels.split_at_mut(level);
-            halve(cmd, before.last_mut().unwrap_or(&mut *picture), &mut rest[0]);
+            if level >= self.made {
+                let (before, rest) = self.levels.split_at_mut(level);
+                halve(cmd, before.last_mut().unwrap_or(&mut *picture), &mut rest[0]);
+                self.made = level + 1;
+            }
             regions.iter_mut().for_each(|region| *region = in_half(*region, extent));
             level += 1;
         }
-        match level {
-            0 => self.levels.clear(),
-            _ => self.levels.truncate(level),
-        }
+        self.levels.truncate(level);
+        self.made = self.made.min(level);
         Ok((self.levels.last_mut().unwrap_or(picture), regions))
     }
 }
@@ -112,7 +120,7 @@ mod tests {
         cmd.copy_from_buffer(&buffer, &mut picture);
         let corners = |extent: [u32; 2]| [[0, 0], extent.map(|n| n as i32)];
         let whole = CopyRegion { from: corners(from), to: corners(to) };
-        let (small, regions) = reduced.of(gpu, &mut cmd, &mut picture, &[whole]).expect("memory");
+        let (small, regions) = reduced.of(gpu, &mut cmd, &mut picture, &[whole], true).expect("memory");
         let mut image = WindowImage::of(&window);
         cmd.show(small, &mut image, &regions, CopyFilter::Linear);
         window.access[0] = image.access;

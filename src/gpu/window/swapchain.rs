@@ -246,20 +246,22 @@ impl Swapchain {
     }
 
     /// Copies rectangles of `picture` into the acquired image, and clears what they do not cover. With a linear filter every texel of
-    /// them counts, however small they are shown, as far as there is memory for smaller copies.
+    /// them counts, however small they are shown, as far as there is memory for smaller copies; these are made anew where the picture
+    /// `is_new`.
     pub fn draw(
         &mut self,
         frame: &mut GpuFrame<'_>,
         picture: &mut Image,
         regions: &[CopyRegion],
         filter: CopyFilter,
+        is_new: bool,
     ) {
         let Some(acquired) = &mut self.acquired else { return };
         acquired.claim(frame);
         let mut cmd = frame.cmd();
         let cmd = &mut cmd.scope("show");
         if filter == CopyFilter::Linear
-            && let Ok((reduced, regions)) = self.reduced.of(&self.gpu, cmd, picture, regions)
+            && let Ok((reduced, regions)) = self.reduced.of(&self.gpu, cmd, picture, regions, is_new)
         {
             return cmd.show(reduced, &mut acquired.image, &regions, filter);
         }

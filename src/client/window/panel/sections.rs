@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use egui::{
-    Align, Align2, Button, Checkbox, DragValue, Grid, Layout, Order, RichText, ScrollArea, Slider,
+    Align, Align2, Button, Checkbox, DragValue, Grid, Key, Layout, Order, RichText, ScrollArea, Slider,
     SliderClamping, Ui, Window,
 };
 
@@ -82,26 +82,34 @@ fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
 /// Largest side of a picture, pixels, as of `--size`.
 const LARGEST_SIDE: u32 = 16384;
 
-/// Draws the size of the picture, which can be changed, and how large it is shown. A number that is typed or dragged counts when it is
-/// complete.
+/// Draws the size of the picture, which can be changed, and how large it is shown. What is typed or dragged counts once neither side is
+/// changed any more, so that both are one change; Escape drops it.
 pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     let id = ui.id().with("picture size");
     let mut size = ui.data(|memory| memory.get_temp(id)).unwrap_or(data.extent);
     ui.horizontal(|ui| {
-        let hint = "Width and height of the picture, pixels. The window only scales it. Another shape begins with no samples";
         ui.colored_label(style::DIM, "Picture");
-        let [width, height] = size.each_mut();
-        let width = ui.add(DragValue::new(width).range(1..=LARGEST_SIDE)).on_hover_text(hint);
-        ui.colored_label(style::DIM, "×");
-        let height = ui.add(DragValue::new(height).range(1..=LARGEST_SIDE)).on_hover_text(hint);
-        let response = width | height;
-        let is_complete = response.drag_stopped() || response.lost_focus();
-        if is_complete && size != data.extent {
-            actions.push(Action::SetPictureSize(size));
+        let mut is_edited = false;
+        for (i, side) in size.iter_mut().enumerate() {
+            if i > 0 {
+                ui.colored_label(style::DIM, "×");
+            }
+            let field = DragValue::new(side).range(1..=LARGEST_SIDE).update_while_editing(false);
+            let field = ui.add(field).on_hover_text(
+                "Width and height of the picture, pixels. The window only scales it. Another shape begins with no samples",
+            );
+            is_edited |= field.dragged() || field.has_focus();
         }
-        match is_complete || !(response.dragged() || response.has_focus()) {
-            true => ui.data_mut(|memory| memory.remove::<[u32; 2]>(id)),
-            false => _ = ui.data_mut(|memory| memory.insert_temp(id, size)),
+        // Between the two nothing has the keyboard for a moment.
+        let (goes_on, gives_up) = ui.input(|input| (input.key_pressed(Key::Tab), input.key_pressed(Key::Escape)));
+        match is_edited || goes_on && size != data.extent {
+            true => _ = ui.data_mut(|memory| memory.insert_temp(id, size)),
+            false => {
+                ui.data_mut(|memory| memory.remove::<[u32; 2]>(id));
+                if size != data.extent && !gives_up {
+                    actions.push(Action::SetPictureSize(size));
+                }
+            }
         }
         if ui.button("Fill window").on_hover_text("A picture as large as its part of the window  N").clicked() {
             actions.push(Action::FillWindow);
