@@ -20,9 +20,6 @@ const DENSE: u32 = 8;
 /// Bits of an entry that count samples, up to which they are told apart.
 const COUNT_BITS: u32 = 20;
 
-/// Cells along a side of the squares of the table.
-const SQUARE: u32 = 64;
-
 /// A cell whose entry has more samples than the limit.
 #[derive(Default)]
 struct Cell {
@@ -180,15 +177,14 @@ impl Merger {
     #[inline]
     fn counted(&self, entry: usize) -> u32 {
         let count = self.counts[entry];
-        if count >> COUNT_BITS == self.batch { count & ((1 << COUNT_BITS) - 1) } else { 0 }
+        // Without a branch, which would wait for the memory of a large table.
+        let is_present = u32::from(count >> COUNT_BITS == self.batch);
+        count & ((1 << COUNT_BITS) - 1) & is_present.wrapping_neg()
     }
 
-    /// The table's entry of a cell. Neighbours have different ones; those of a square of cells lie side by side, so that samples that are
-    /// counted square by square find them in the cache.
+    /// The table's entry of a cell. Neighbours have different ones.
     #[inline]
     fn entry(&self, [column, row]: [u32; 2]) -> usize {
-        let square = (row / SQUARE).wrapping_mul(self.extent[0] / SQUARE + 1).wrapping_add(column / SQUARE);
-        let cell = row % SQUARE * SQUARE + column % SQUARE;
-        (square.wrapping_mul(SQUARE * SQUARE).wrapping_add(cell) as usize) & (self.counts.len() - 1)
+        (column.wrapping_add(row.wrapping_mul(40_503)) as usize) & (self.counts.len() - 1)
     }
 }
