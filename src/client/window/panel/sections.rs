@@ -94,19 +94,25 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
             if i > 0 {
                 ui.colored_label(style::DIM, "×");
             }
-            let field = DragValue::new(side).range(1..=LARGEST_SIDE).update_while_editing(false);
+            let field = DragValue::new(side).range(1..=LARGEST_SIDE).clamp_existing_to_range(false);
+            let field = field.update_while_editing(false);
             let field = ui.add(field).on_hover_text(
                 "Width and height of the picture, pixels. The window only scales it. Another shape begins with no samples",
             );
             is_edited |= field.dragged() || field.has_focus();
         }
-        // Between the two nothing has the keyboard for a moment.
+        // Between the two nothing has the keyboard for a moment. A field takes over what was typed after Escape, too, a pass later.
         let (goes_on, gives_up) = ui.input(|input| (input.key_pressed(Key::Tab), input.key_pressed(Key::Escape)));
+        let given_up = id.with("given up");
+        let has_given_up = ui.data_mut(|memory| memory.remove_temp::<()>(given_up)).is_some() || gives_up;
+        if gives_up {
+            ui.data_mut(|memory| memory.insert_temp(given_up, ()));
+        }
         match is_edited || goes_on && size != data.extent {
             true => _ = ui.data_mut(|memory| memory.insert_temp(id, size)),
             false => {
                 ui.data_mut(|memory| memory.remove::<[u32; 2]>(id));
-                if size != data.extent && !gives_up {
+                if size != data.extent && !has_given_up {
                     actions.push(Action::SetPictureSize(size));
                 }
             }
