@@ -115,7 +115,7 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
     wait(96);
     // What is shown while the scene is loaded is bright, too, and before the first picture there is nothing to go back to.
     std::thread::sleep(std::time::Duration::from_secs(3));
-    // The same shape: the samples remain those of the picture.
+    // The picture is stretched.
     desktop.resize(window, 960, 960);
     wait(960);
     desktop.focus(window);

@@ -333,12 +333,12 @@ impl LivePicture {
     /// Those of a film, and [`GpuError::Memory`](crate::gpu::GpuError::Memory) where the device is known to have no room for it; then the
     /// old one stays.
     pub fn refit(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
-        let fits = self.film().is_some_and(|film| *film.spec() == run.film);
+        if self.gpu().is_none() || self.film().is_some_and(|film| *film.spec() == run.film) {
+            return Ok(false);
+        }
         let samples = self.samples();
         let settings = self.painted.as_ref().map(|painted| painted.settings.clone()).unwrap_or_default();
-        let Some(screen) = self.screen.as_mut().filter(|screen| !fits && screen.gpu().is_some()) else {
-            return Ok(false);
-        };
+        let Some(screen) = &mut self.screen else { return Ok(false) };
         screen.check_room(&run.film, &settings)?;
         screen.replace_film(run.film)?;
         self.rewind(run);
