@@ -35,7 +35,7 @@ impl Desktop {
         Self { _server: server, display, connection, root }
     }
 
-    /// The window whose title contains `title`, once it is mapped and drawn into.
+    /// The window whose title contains `title`, once there is one; it may not be on the screen yet.
     pub fn find(&self, title: &str, timeout: Duration) -> Option<xproto::Window> {
         let start = Instant::now();
         while start.elapsed() < timeout {
@@ -80,10 +80,22 @@ impl Desktop {
         let _ = self.connection.flush();
     }
 
-    /// Gives the window the keyboard, as a window manager does.
-    pub fn focus(&self, window: xproto::Window) {
-        let _ = self.connection.set_input_focus(xproto::InputFocus::PARENT, window, x11rb::CURRENT_TIME);
-        let _ = self.connection.flush();
+    /// Gives the window the keyboard, as a window manager does. A server refuses that to a window that it does not show yet,
+    /// so it is asked again until the window has the keyboard. True when it has.
+    pub fn focus(&self, window: xproto::Window, timeout: Duration) -> bool {
+        let start = Instant::now();
+        let has_keyboard = || {
+            let _ = self.connection.set_input_focus(xproto::InputFocus::PARENT, window, CURRENT_TIME);
+            let focus = self.connection.get_input_focus().ok().and_then(|cookie| cookie.reply().ok());
+            focus.is_some_and(|reply| reply.focus == window)
+        };
+        while !has_keyboard() {
+            if start.elapsed() > timeout {
+                return false;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        true
     }
 
     /// Gives the window another size.

@@ -118,7 +118,7 @@ fn a_picture_too_large_for_the_device_leaves_the_last_one() {
     // The picture is stretched.
     desktop.resize(window, 960, 960);
     wait(960);
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     let mut viewer = Listened::new(viewer);
     viewer.wait_for(ENDED);
     // The same shape, and another one. A key may be lost while the window gets the keyboard.

@@ -78,7 +78,7 @@ fn the_error_is_that_of_the_picture_after_resizes_and_drags() {
     desktop.button(1, false);
     std::thread::sleep(Duration::from_millis(800));
     desktop.resize(window, 128, 128);
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     std::thread::sleep(Duration::from_millis(500));
     [true, false].into_iter().for_each(|down| desktop.key(u32::from('n'), down));
     std::thread::sleep(Duration::from_secs(6));

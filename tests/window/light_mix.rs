@@ -16,7 +16,7 @@ fn layers_of_the_groups_add_up_to_the_picture() {
     let mut viewer = Listened::new(view_of(&scene, &desktop, &folder, &options));
     viewer.wait_for("the render has ended");
     let window = desktop.find("ointillist", PATIENCE).unwrap();
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     desktop.key(CTRL, true);
     desktop.key(u32::from('l'), true);
     desktop.key(u32::from('l'), false);

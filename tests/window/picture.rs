@@ -61,7 +61,7 @@ fn a_saved_scene_renders_to_what_the_window_shows() {
     let display = ["--no-panel", "--json", "figures.json"];
     let mut viewer = Listened::new(view(&desktop, &folder, &[&options[..], &display].concat()));
     let window = desktop.find("ointillist", PATIENCE).unwrap();
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     let shows = |wanted: &(u32, u32, Vec<u8>), what: &str| {
         let start = Instant::now();
         while shot(&desktop, window).as_ref() != Some(wanted) {
@@ -136,7 +136,7 @@ fn resizes_and_drags_leave_a_picture() {
     );
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     std::thread::sleep(Duration::from_secs(2));
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     for (width, height) in [(192, 192), (96, 160), (300, 200), (1, 1), (128, 128)] {
         desktop.resize(window, width, height);
         std::thread::sleep(Duration::from_millis(300));
@@ -207,7 +207,7 @@ fn a_resize_makes_no_film() {
     viewer.wait_for("the render has ended");
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     desktop.resize(window, 288, 208);
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     std::thread::sleep(Duration::from_millis(500));
     fill_window(&desktop);
     std::thread::sleep(Duration::from_secs(1));

@@ -73,7 +73,7 @@ fn a_dragged_region_gets_all_samples_and_changes_nothing_else() {
     let mut viewer = Listened::new(view(&desktop, &folder, &[&common[..], &of_view].concat()));
     viewer.wait_for("the render has ended");
     let window = desktop.find("ointillist", PATIENCE).unwrap();
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     let save = |viewer: &mut Listened, name: &str| -> PathBuf {
         desktop.key(u32::from('e'), true);
         desktop.key(u32::from('e'), false);

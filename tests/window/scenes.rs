@@ -181,7 +181,7 @@ fn the_window_is_there_while_the_scene_is_loaded() {
     assert_eq!((width, height), (320, 240), "the size of the film");
     assert!(viewer.child.try_wait().unwrap().is_none());
     const ESCAPE: u32 = 0xff1b;
-    desktop.focus(window);
+    assert!(desktop.focus(window, PATIENCE));
     let closing = Instant::now();
     while viewer.child.try_wait().unwrap().is_none() && closing.elapsed() < PATIENCE {
         desktop.key(ESCAPE, true);

@@ -102,7 +102,7 @@ fn torment(viewer: &mut Viewer, arguments: &Arguments, folder: &Path) -> Vec<u64
     let (start, mut memory, mut size) = (Instant::now(), Vec::new(), side as i32);
     let mut shot = 0;
     // Without it a window has no keys.
-    desktop.focus(window);
+    assert!(desktop.focus(window, Duration::from_secs(60)), "the window does not get the keyboard");
     while start.elapsed().as_secs() < seconds && viewer.process.try_wait().unwrap().is_none() {
         if dice.below(24) == 0 {
             // A user who has lost his scene goes back to it.
