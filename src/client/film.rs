@@ -179,7 +179,7 @@ impl VulkanFilm {
         self.present().spec().batch_capacity()
     }
 
-    /// Samples of the batch, which [`flush`](Self::flush) would rasterise.
+    /// Samples that were not rasterised yet, which [`flush`](Self::flush) would do.
     pub fn waiting(&self) -> usize {
         self.present().waiting()
     }
@@ -355,9 +355,18 @@ impl VulkanFilm {
         Ok(self.sums())
     }
 
-    /// Rasterises the batch, unless it is to be kept.
+    /// Rasterises all samples, or where the last batch is to be kept those of full ones.
     fn complete(&mut self) -> Result<(), ClientError> {
-        if self.keep_batch { Ok(()) } else { self.flush() }
+        if self.keep_batch { self.settle() } else { self.flush() }
+    }
+
+    /// Rasterises all full batches: [`add`](Film::add) leaves the last ones to a thread.
+    ///
+    /// # Errors
+    ///
+    /// As [`add`](Film::add).
+    pub fn settle(&mut self) -> Result<(), ClientError> {
+        self.present_mut().settle()
     }
 
     /// The passes of a repaint, and the sums.

@@ -66,6 +66,7 @@ pub mod reference;
 pub mod retained;
 pub mod sample_sums;
 pub mod settings;
+pub mod sorting;
 pub mod state;
 pub mod traffic;
 pub mod upload;

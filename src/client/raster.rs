@@ -12,7 +12,7 @@ use crate::client::pass::variance::VariancePass;
 use crate::client::reference::sums::HostSums;
 use crate::client::settings::{FilmData, FilmSpec};
 use crate::client::state::FilmState;
-use crate::client::upload::BatchVertices;
+use crate::client::upload::{MOST_PENDING, Uploader, VertexBatch};
 use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu};
 use crate::stream::Sample;
 
@@ -28,10 +28,10 @@ pub enum Raster {
     Host(Box<HostRaster>),
 }
 
-/// The batch, its passes and the images that they draw into.
+/// The batches, their passes and the images that they draw into.
 pub struct DeviceRaster {
     gpu: Arc<Gpu>,
-    batch: BatchVertices,
+    uploader: Uploader,
     /// Made with the first batch.
     passes: Option<Passes>,
     /// The frame that rasterises the last batch.
@@ -58,10 +58,10 @@ pub struct HostRaster {
 
 impl Raster {
     /// On the device.
-    pub fn device(gpu: &Arc<Gpu>) -> Self {
+    pub fn device(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Self {
         Self::Device(Box::new(DeviceRaster {
             gpu: gpu.clone(),
-            batch: BatchVertices::new(gpu),
+            uploader: Uploader::new(gpu, spec),
             passes: None,
             rasterised: FrameNumber::default(),
         }))
@@ -91,65 +91,74 @@ impl Raster {
         }
     }
 
-    /// Adds a valid sample to the batch.
+    /// Adds a sample that `state` has [taken](FilmState::take); when [`is_full`](Self::is_full), [`advance`](Self::advance) must be next.
     #[inline]
     pub fn push(&mut self, sample: Sample) {
         match self {
-            Self::Device(device) => device.batch.push(sample),
+            Self::Device(device) => device.uploader.push(sample),
             Self::Host(host) => host.sums.push(sample),
         }
     }
 
-    /// Whether a chunk of the batch is full and [`send`](Self::send) must be next.
+    /// Whether the batch in memory, or the chunk of it that goes to the device, is full.
     #[inline]
-    pub fn is_chunk_full(&self) -> bool {
+    pub fn is_full(&self, state: &FilmState) -> bool {
         match self {
-            Self::Device(device) => device.batch.is_chunk_full(),
-            Self::Host(_) => false,
+            Self::Device(device) => device.uploader.is_chunk_full(),
+            Self::Host(_) => state.is_full(),
         }
     }
 
-    /// Sends the chunk to the device. Returns whether the batch must be drawn now: its samples are too dense.
-    pub fn send(&mut self, spec: &FilmSpec) -> Result<bool, ClientError> {
+    /// Draws the full batch in memory; or sends the full chunk to the device, and begins to draw the batches that are ready.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError`]; samples are lost then.
+    pub fn advance(&mut self, state: &mut FilmState, streams: &mut Streams) -> Result<(), ClientError> {
         match self {
             Self::Device(device) => {
-                device.batch.store(spec)?;
-                Ok(device.batch.is_too_dense())
+                device.uploader.send(false)?;
+                device.draw_batches(state, streams, MOST_PENDING)
             }
-            Self::Host(_) => Ok(false),
+            Self::Host(host) => host.draw(state),
         }
     }
 
-    /// Forgets batch and sums, but not what the device's images hold.
+    /// Begins to draw all full batches.
+    ///
+    /// # Errors
+    ///
+    /// As [`advance`](Self::advance).
+    pub fn settle(&mut self, state: &mut FilmState, streams: &mut Streams) -> Result<(), ClientError> {
+        match self {
+            Self::Device(device) => device.draw_batches(state, streams, 0),
+            Self::Host(_) => Ok(()),
+        }
+    }
+
+    /// Begins to draw all samples that wait.
+    ///
+    /// # Errors
+    ///
+    /// As [`advance`](Self::advance).
+    pub fn flush(&mut self, state: &mut FilmState, streams: &mut Streams) -> Result<(), ClientError> {
+        match self {
+            Self::Device(device) => {
+                state.end_batch();
+                device.uploader.send(true)?;
+                device.draw_batches(state, streams, 0)
+            }
+            Self::Host(host) => host.draw(state),
+        }
+    }
+
+    /// Forgets batches and sums, but not what the device's images hold.
     pub fn clear(&mut self) {
         match self {
-            Self::Device(device) => device.batch.clear(),
+            Self::Device(device) => device.uploader.clear(),
             Self::Host(host) => {
                 host.sums.clear();
                 host.copied = false;
-            }
-        }
-    }
-
-    /// Draws a batch of `samples` samples, or begins to; on an error they are lost.
-    pub fn draw(
-        &mut self,
-        state: &FilmState,
-        streams: &mut Streams,
-        samples: usize,
-    ) -> Result<(), ClientError> {
-        match self {
-            Self::Device(device) => {
-                let outcome = device.draw(state, streams);
-                device.batch.clear();
-                outcome
-            }
-            Self::Host(host) => {
-                let start = Instant::now();
-                host.copied = false;
-                let outcome = host.sums.raster(state);
-                host.spent = (host.spent.0 + samples as u64, host.spent.1 + start.elapsed());
-                outcome
             }
         }
     }
@@ -221,15 +230,43 @@ impl Raster {
 }
 
 impl DeviceRaster {
-    /// Uploads the batch and records its passes.
-    fn draw(&mut self, state: &FilmState, streams: &mut Streams) -> Result<(), ClientError> {
+    /// Begins to draw the batches that are ready once no more than `pending` chunks are not sorted. After an error the others are drawn.
+    fn draw_batches(
+        &mut self,
+        state: &mut FilmState,
+        streams: &mut Streams,
+        pending: usize,
+    ) -> Result<(), ClientError> {
+        let mut outcome = Ok(());
+        while let Some(batch) = self.uploader.next_batch(pending) {
+            let drawn = match batch {
+                Ok(batch) => {
+                    state.leave(batch.samples());
+                    self.draw(batch, state, streams)
+                }
+                Err((error, lost)) => {
+                    state.leave(lost);
+                    Err(error)
+                }
+            };
+            outcome = outcome.and(drawn);
+        }
+        outcome
+    }
+
+    /// Records the passes of a batch.
+    fn draw(
+        &mut self,
+        batch: VertexBatch,
+        state: &FilmState,
+        streams: &mut Streams,
+    ) -> Result<(), ClientError> {
         let (spec, inverse_scale) = (state.spec(), state.scale().recip());
         make_images(&self.gpu, spec, state.samples(), true, streams)?;
         let passes = match &mut self.passes {
             Some(passes) => passes,
             empty => empty.insert(Passes::new(&self.gpu, spec)?),
         };
-        self.batch.finish(spec)?;
         let push = splat_push(spec, inverse_scale);
         let mut frame = self.gpu.begin()?;
         let cmd = &mut frame.cmd();
@@ -239,22 +276,22 @@ impl DeviceRaster {
             };
             // Also for a stream whose samples all lie outside: what is displayed must be defined.
             stream.define(cmd);
-            if self.batch.is_empty(i) {
+            if batch.is_empty(i) {
                 continue;
             }
             stream.changed();
-            let sprites = Sprites { vertices: &self.batch, stream: i, push };
+            let sprites = Sprites { vertices: &batch, stream: i, push };
             let targets = &mut passes.targets;
             passes.splat.record(cmd, &sprites, &mut targets.color);
             passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
-            if let (Some(pass), Some(batch), Some(sums)) =
+            if let (Some(pass), Some(deviations), Some(sums)) =
                 (&passes.variance, &mut targets.deviations, &mut stream.variance)
             {
-                pass.record(cmd, &sprites, batch, sums);
+                pass.record(cmd, &sprites, deviations, sums);
             }
         }
         let number = frame.submit()?;
-        self.batch.submitted(number);
+        batch.submitted(number);
         self.rasterised = number;
         Ok(())
     }
@@ -272,6 +309,18 @@ impl Passes {
 }
 
 impl HostRaster {
+    /// Draws the batch; on an error its samples are lost.
+    fn draw(&mut self, state: &mut FilmState) -> Result<(), ClientError> {
+        let (start, samples) = (Instant::now(), state.waiting() as u64);
+        if !state.start_raster() {
+            return Ok(());
+        }
+        self.copied = false;
+        let outcome = self.sums.raster(state);
+        self.spent = (self.spent.0 + samples, self.spent.1 + start.elapsed());
+        outcome
+    }
+
     fn copy(&mut self, cmd: &mut Cmd<'_>, spec: &FilmSpec, streams: &mut Streams) -> Result<(), ClientError> {
         if self.copied {
             return Ok(());

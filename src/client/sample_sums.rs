@@ -43,7 +43,7 @@ impl SampleSums {
     pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec, place: SumsPlace) -> Result<Self, ClientError> {
         let state = FilmState::new(spec)?;
         let raster = match place {
-            SumsPlace::Device => Raster::device(gpu),
+            SumsPlace::Device => Raster::device(gpu, &spec),
             SumsPlace::Host => Raster::host(gpu),
         };
         Ok(Self { gpu: gpu.clone(), state, raster, streams: [None, None], damaged: false })
@@ -83,7 +83,7 @@ impl SampleSums {
         self.state.spec()
     }
 
-    /// Samples of the batch.
+    /// Samples that were not drawn yet.
     pub fn waiting(&self) -> usize {
         self.state.waiting()
     }
@@ -118,29 +118,22 @@ impl SampleSums {
         self.raster.host_sums()
     }
 
-    /// Adds samples to the batch; a full batch is drawn.
+    /// Adds samples to the batch; full batches are drawn, at once or soon.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`]; samples are lost then.
     pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
         for sample in samples {
-            if !self.state.take(sample) {
-                continue;
-            }
-            self.raster.push(*sample);
-            if self.state.is_full() || self.raster.is_chunk_full() && self.send()? {
-                self.flush()?;
+            if self.state.take(sample) {
+                self.raster.push(*sample);
+                if self.raster.is_full(&self.state) {
+                    let outcome = self.raster.advance(&mut self.state, &mut self.streams);
+                    self.note(outcome)?;
+                }
             }
         }
         Ok(())
-    }
-
-    /// Sends a full chunk of the batch to the device; returns whether the batch must be drawn now.
-    fn send(&mut self) -> Result<bool, ClientError> {
-        let outcome = self.raster.send(self.state.spec());
-        self.damaged |= outcome.is_err();
-        outcome
     }
 
     /// Counts paths that were started.
@@ -148,17 +141,30 @@ impl SampleSums {
         self.state.count_paths(paths);
     }
 
-    /// Draws the batch.
+    /// Draws all full batches.
+    ///
+    /// # Errors
+    ///
+    /// As [`add`](Self::add).
+    pub fn settle(&mut self) -> Result<(), ClientError> {
+        let outcome = self.raster.settle(&mut self.state, &mut self.streams);
+        self.note(outcome)
+    }
+
+    /// Draws all samples that wait.
     ///
     /// # Errors
     ///
     /// As [`add`](Self::add).
     pub fn flush(&mut self) -> Result<(), ClientError> {
-        let samples = self.state.waiting();
-        if !self.state.start_raster() {
+        if self.state.waiting() == 0 {
             return Ok(());
         }
-        let outcome = self.raster.draw(&self.state, &mut self.streams, samples);
+        let outcome = self.raster.flush(&mut self.state, &mut self.streams);
+        self.note(outcome)
+    }
+
+    fn note(&mut self, outcome: Result<(), ClientError>) -> Result<(), ClientError> {
         self.damaged |= outcome.is_err();
         outcome
     }

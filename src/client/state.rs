@@ -12,7 +12,7 @@ use crate::stream::{PathCounts, Sample};
 pub struct FilmState {
     spec: FilmSpec,
     counts: FilmCounts,
-    /// Samples in the batch.
+    /// Samples that were not drawn yet: those of the batch, and of batches that wait.
     waiting: usize,
     /// Samples of a full batch.
     capacity: usize,
@@ -80,15 +80,25 @@ impl FilmState {
         self.waiting >= self.capacity
     }
 
-    /// Samples in the batch.
+    /// Samples that were not drawn yet.
     pub fn waiting(&self) -> usize {
         self.waiting
     }
 
-    /// Begins the raster of the batch: the next one is empty. False when there is nothing to draw.
+    /// Begins the raster of all samples that wait. False when there is nothing to draw.
     pub fn start_raster(&mut self) -> bool {
         self.find_scale();
         std::mem::take(&mut self.waiting) > 0
+    }
+
+    /// Ends a batch with the samples that there are: the next one begins with another chunk.
+    pub fn end_batch(&mut self) {
+        self.find_scale();
+    }
+
+    /// So many samples wait no more: they are drawn, or lost.
+    pub fn leave(&mut self, samples: usize) {
+        self.waiting -= samples.min(self.waiting);
     }
 
     /// Counts paths that were started, whether or not they gave samples; stays at the largest number.

@@ -1,143 +1,38 @@
-//! From samples to vertex buffers: chunks of a batch, sorted and copied as they come, and the buffers that frames in flight read.
+//! From samples to vertex buffers: a thread of each film sorts its chunks and copies them into the buffers that frames in flight read.
+//!
+//! ```text
+//! loop: push ─▶ chunk ─▶ send ═ chunks ═▶ thread: sort, copy, end the batch ═ batches ═▶ loop: draw, submitted ─▶ spare buffers ─▶ thread
+//! ```
+//!
+//! The thread alone decides where a batch ends: after its last chunk, where its samples are too dense, or where it is asked to. So the
+//! batches depend on the samples and on their order, and not on how fast the thread is.
 
+use std::collections::VecDeque;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
 
 use crate::client::error::ClientError;
-use crate::client::merge::Merger;
 use crate::client::settings::{CHUNK_SAMPLES, FilmSpec};
+use crate::client::sorting::{SampleSorter, StreamRange};
 use crate::gpu::{Buffer, BufferUse, FrameNumber, Gpu};
 use crate::stream::Sample;
-
-/// Texels on a side of the squares by which a chunk is sorted. lavapipe rasterises in tiles of this size and gains
-/// 18 to 36 %; other devices gain from locality.
-const TILE: f32 = 64.0;
 
 /// Bytes of a vertex.
 pub const STRIDE: usize = size_of::<Sample>();
 
-/// Samples that wait, in the order in which they came, and how they are sorted.
-#[derive(Default)]
-struct SampleSorter {
-    samples: Vec<Sample>,
-    /// Bucket of every sample: its tile, then the same for samples of dense cells, then both for the light stream.
-    buckets: Vec<u32>,
-    /// Start of every bucket in the sorted order.
-    starts: Vec<u32>,
-    /// The samples in that order. Vertex memory may be slow to write anywhere but in one go.
-    sorted: Vec<Sample>,
-    /// Those of the camera and of the light stream.
-    mergers: [Merger; 2],
-}
-
-/// The samples of one stream in a sorted chunk.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct StreamRange {
-    /// All of them.
-    all: Range<u32>,
-    /// Those outside of dense cells: the front of `all`.
-    single: Range<u32>,
-}
-
-impl SampleSorter {
-    /// Begins a batch.
-    fn begin(&mut self, spec: &FilmSpec) {
-        self.mergers.iter_mut().for_each(|merger| merger.begin(spec));
-    }
-
-    /// Sorts the samples and forgets them: camera at the front, light behind it.
-    ///
-    /// Stable within a tile of a stream, so the order depends on nothing but the order of arrival. Samples
-    /// outside the padded target are left out.
-    fn sort(&mut self, spec: &FilmSpec) -> (&[Sample], [StreamRange; 2]) {
-        let [width, height] = spec.padded_extent().map(|n| n as f32);
-        let columns = (width / TILE).ceil() as u32;
-        let tiles = columns * (height / TILE).ceil() as u32;
-        let outside = 4 * tiles;
-        self.buckets.clear();
-        for sample in &self.samples {
-            let p = spec.texel_position(sample.uv);
-            let tile = (p[1] * TILE.recip()) as u32 * columns + (p[0] * TILE.recip()) as u32;
-            self.buckets.push(match (spec.holds(p), sample.w > 0.0) {
-                (false, _) => outside,
-                (true, true) => tile,
-                (true, false) => 2 * tiles + tile,
-            });
-        }
-        let mut streams = self.scatter(tiles);
-        // Tile by tile, so that neighbours find the counts of a cell in the cache: a table of a large film is larger than that.
-        for (merger, StreamRange { all, .. }) in self.mergers.iter_mut().zip(&streams) {
-            for sample in &self.sorted[all.start as usize..all.end as usize] {
-                merger.count(spec.texel_position(sample.uv));
-            }
-        }
-        if self.mergers.iter().any(Merger::found) {
-            self.merge(spec, tiles);
-            streams = self.scatter(tiles);
-        }
-        self.samples.clear();
-        (&self.sorted[..streams[1].all.end as usize], streams)
-    }
-
-    /// Puts the samples in the order of their buckets: two for each of so many tiles of the camera stream, two of the light stream, and what
-    /// lies outside.
-    fn scatter(&mut self, tiles: u32) -> [StreamRange; 2] {
-        let starts = &mut self.starts;
-        starts.clear();
-        starts.resize(4 * tiles as usize + 2, 0);
-        for bucket in &self.buckets {
-            starts[*bucket as usize + 1] += 1;
-        }
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let start = |bucket: u32| starts[bucket as usize];
-        let stream = |first: u32| StreamRange {
-            all: start(first)..start(first + 2 * tiles),
-            single: start(first)..start(first + tiles),
-        };
-        let streams = [stream(0), stream(2 * tiles)];
-        self.sorted.resize(self.samples.len(), Sample::default());
-        for (sample, bucket) in self.samples.iter().zip(&self.buckets) {
-            let place = &mut starts[*bucket as usize];
-            self.sorted[*place as usize] = *sample;
-            *place += 1;
-        }
-        streams
-    }
-
-    /// Adds up the samples of dense cells and moves them to the buckets of such.
-    #[cold]
-    fn merge(&mut self, spec: &FilmSpec, tiles: u32) {
-        let stream = |bucket: u32| usize::from(bucket >= 2 * tiles);
-        let drawn = || self.samples.iter().zip(&self.buckets).filter(|(_, bucket)| **bucket < 4 * tiles);
-        for (sample, bucket) in drawn() {
-            self.mergers[stream(*bucket)].confirm(spec.texel_position(sample.uv));
-        }
-        for (sample, bucket) in self.samples.iter().zip(&mut self.buckets) {
-            let (p, from) = (spec.texel_position(sample.uv), *bucket);
-            if from < 4 * tiles && self.mergers[stream(from)].is_dense(p) {
-                self.mergers[stream(from)].add(p, sample);
-                *bucket += tiles;
-            }
-        }
-    }
-
-    /// What the samples of the camera's and the light's dense cells were merged to, at positions in padded texels.
-    fn merged(&mut self) -> [Vec<Sample>; 2] {
-        self.mergers.each_mut().map(Merger::take)
-    }
-}
+/// Chunks that the thread may have at most: one that it sorts, and the next. Whoever asks for the batch waits for them.
+pub const MOST_PENDING: usize = 2;
 
 /// Vertices in one of the buffers of a batch.
-#[derive(Clone, Debug)]
 struct VertexRange {
     buffer: usize,
     range: Range<u32>,
 }
 
 /// Vertices of one stream of a batch; none of the ranges is empty.
-#[derive(Debug, Default)]
+#[derive(Default)]
 struct StreamVertices {
     /// All samples.
     all: Vec<VertexRange>,
@@ -158,105 +53,30 @@ pub enum VertexPart {
     Merged,
 }
 
-/// The samples of a batch: those that wait for their chunk, and the chunks in mapped buffers.
-pub struct BatchVertices {
-    gpu: Arc<Gpu>,
-    sorter: SampleSorter,
-    /// Each holds a chunk, and has the last frame that reads it; those of the batch come first.
-    buffers: Vec<(Buffer, FrameNumber)>,
-    /// Number of buffers that the batch has filled, and that the last one had.
-    filled: usize,
-    filled_before: usize,
-    /// Whether the batch has begun.
-    begun: bool,
+/// The samples of a batch in mapped buffers. Dropping it gives the buffers back.
+pub struct VertexBatch {
+    pool: Arc<BufferPool>,
+    /// Each holds a chunk.
+    buffers: Vec<Buffer>,
     /// Camera and light.
     streams: [StreamVertices; 2],
+    /// Number of its samples, with those outside of the target.
+    samples: usize,
+    /// Whether it has all of its samples.
+    is_whole: bool,
+    /// The frame that reads it; 0 before there is one.
+    frame: FrameNumber,
 }
 
-impl BatchVertices {
-    /// No samples; buffers are made when they are needed.
-    pub fn new(gpu: &Arc<Gpu>) -> Self {
-        Self {
-            gpu: gpu.clone(),
-            sorter: SampleSorter::default(),
-            buffers: Vec::new(),
-            filled: 0,
-            filled_before: 0,
-            begun: false,
-            streams: Default::default(),
-        }
+impl VertexBatch {
+    fn new(pool: &Arc<BufferPool>) -> Self {
+        let (buffers, streams, frame) = Default::default();
+        Self { pool: pool.clone(), buffers, streams, samples: 0, is_whole: false, frame }
     }
 
-    /// Adds one valid sample; when the chunk [is full](Self::is_chunk_full), [`store`](Self::store) must be next.
-    #[inline]
-    pub fn push(&mut self, sample: Sample) {
-        self.sorter.samples.push(sample);
-    }
-
-    /// Whether the chunk is full.
-    #[inline]
-    pub fn is_chunk_full(&self) -> bool {
-        self.sorter.samples.len() >= CHUNK_SAMPLES
-    }
-
-    /// Forgets the batch.
-    pub fn clear(&mut self) {
-        self.sorter.samples.clear();
-        self.streams = Default::default();
-        (self.filled, self.begun) = (0, false);
-    }
-
-    /// Moves the waiting samples into a buffer.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Gpu`] when there is no memory or the device was lost; the samples are lost.
-    pub fn store(&mut self, spec: &FilmSpec) -> Result<(), ClientError> {
-        if self.sorter.samples.is_empty() {
-            return Ok(());
-        }
-        if !std::mem::replace(&mut self.begun, true) {
-            self.sorter.begin(spec);
-        }
-        let buffer = self.filled;
-        // Sorted first: the device goes on meanwhile.
-        let (sorted, ranges) = self.sorter.sort(spec);
-        if sorted.is_empty() {
-            return Ok(());
-        }
-        let spare = self.filled_before;
-        copy(&self.gpu, &mut self.buffers, buffer, spare, sorted)?;
-        self.filled += 1;
-        for (stream, StreamRange { all, single }) in self.streams.iter_mut().zip(ranges) {
-            let part = |range: Range<u32>| (!range.is_empty()).then_some(VertexRange { buffer, range });
-            stream.all.extend(part(all));
-            stream.single.extend(part(single));
-        }
-        Ok(())
-    }
-
-    /// Whether the batch must end although it is not full: its samples are too dense.
-    pub fn is_too_dense(&self) -> bool {
-        self.begun && self.sorter.mergers.iter().any(Merger::is_full)
-    }
-
-    /// Moves the last chunk, and what samples were merged to, into buffers: the batch can be drawn.
-    ///
-    /// # Errors
-    ///
-    /// As [`store`](Self::store).
-    pub fn finish(&mut self, spec: &FilmSpec) -> Result<(), ClientError> {
-        self.store(spec)?;
-        for (stream, merged) in self.sorter.merged().into_iter().enumerate() {
-            for samples in merged.chunks(CHUNK_SAMPLES) {
-                let buffer = self.filled;
-                copy(&self.gpu, &mut self.buffers, buffer, self.filled_before, samples)?;
-                self.filled += 1;
-                let range = 0..samples.len() as u32;
-                self.streams[stream].merged.push(VertexRange { buffer, range });
-            }
-        }
-        Ok(())
+    /// Number of its samples, with those outside of the target, which are not drawn.
+    pub fn samples(&self) -> usize {
+        self.samples
     }
 
     /// Whether a stream, 0 of the camera and 1 of light, has no samples to be drawn.
@@ -272,180 +92,312 @@ impl BatchVertices {
             VertexPart::Single => &vertices.single,
             VertexPart::Merged => &vertices.merged,
         };
-        ranges.iter().map(|VertexRange { buffer, range }| (&self.buffers[*buffer].0, range))
+        ranges.iter().map(|VertexRange { buffer, range }| (&self.buffers[*buffer], range))
     }
 
-    /// Notes the frame that reads the batch, and begins the next one.
-    pub fn submitted(&mut self, frame: FrameNumber) {
-        for (_, last) in &mut self.buffers[..self.filled] {
-            *last = frame;
+    /// Gives the buffers back, which `frame` reads.
+    pub fn submitted(mut self, frame: FrameNumber) {
+        self.frame = frame;
+    }
+
+    /// Copies samples into another buffer, once the device has finished with it; returns its index.
+    fn copy(&mut self, gpu: &Arc<Gpu>, samples: &[Sample]) -> Result<usize, ClientError> {
+        if !samples.is_empty() {
+            let mut buffer = self.pool.take(gpu, self.buffers.len())?;
+            buffer.mapped_mut()[..size_of_val(samples)].copy_from_slice(bytemuck::cast_slice(samples));
+            self.buffers.push(buffer);
         }
-        // The next batch takes those that have rested longest.
-        self.buffers.rotate_left(self.filled);
-        let filled = self.filled;
-        self.clear();
-        self.filled_before = filled;
+        Ok(self.buffers.len().saturating_sub(1))
+    }
+
+    /// Notes that it has all of its samples.
+    fn end(mut self) -> Self {
+        self.is_whole = true;
+        self.pool.locked().undrawn += self.buffers.len();
+        self
     }
 }
 
-/// Copies samples into the buffer of this index, once the device has finished with it. There is one buffer more than the `busy` ones of the
-/// last batch, where there is memory: it is filled while the device reads those.
-fn copy(
-    gpu: &Arc<Gpu>,
-    buffers: &mut Vec<(Buffer, FrameNumber)>,
-    index: usize,
+impl Drop for VertexBatch {
+    fn drop(&mut self) {
+        let mut spare = self.pool.locked();
+        if self.is_whole {
+            spare.undrawn -= self.buffers.len();
+        }
+        if self.frame > FrameNumber::default() {
+            spare.busy = self.buffers.len();
+        }
+        for buffer in self.buffers.drain(..) {
+            match self.frame > FrameNumber::default() {
+                true => spare.buffers.push_back((buffer, self.frame)),
+                false => spare.buffers.push_front((buffer, self.frame)),
+            }
+        }
+        self.pool.returned.notify_one();
+    }
+}
+
+/// The buffers that are in no batch.
+#[derive(Default)]
+struct BufferPool {
+    spare: Mutex<SpareBuffers>,
+    /// Rings when buffers come back.
+    returned: Condvar,
+}
+
+#[derive(Default)]
+struct SpareBuffers {
+    /// Each with the last frame that reads it; those that have rested longest come first.
+    buffers: VecDeque<(Buffer, FrameNumber)>,
+    /// Number of those in whole batches that were not drawn yet.
+    undrawn: usize,
+    /// Number of those of the batch that was drawn last.
     busy: usize,
-    samples: &[Sample],
-) -> Result<(), ClientError> {
-    if index >= buffers.len() || buffers.len() <= busy {
-        let name = format!("samples {}", buffers.len());
-        match Buffer::new(gpu, &name, BufferUse::Vertices, CHUNK_SAMPLES * STRIDE) {
-            Ok(buffer) => buffers.insert(index, (buffer, FrameNumber::default())),
-            Err(error) if index >= buffers.len() => return Err(error.into()),
-            Err(_) => {}
-        }
-    }
-    let (buffer, frame) = &mut buffers[index];
-    if *frame > FrameNumber::default() {
-        gpu.wait(*frame)?;
-    }
-    buffer.mapped_mut()[..size_of_val(samples)].copy_from_slice(bytemuck::cast_slice(samples));
-    Ok(())
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::client::settings::{ScaledFilter, SplatFilter};
-    use crate::color::Xyz;
-
-    fn spec(filter: SplatFilter) -> FilmSpec {
-        FilmSpec {
-            width: 100,
-            height: 70,
-            filter,
-            variance: Some(Default::default()),
-            sums: Default::default(),
-        }
+impl BufferPool {
+    fn locked(&self) -> MutexGuard<'_, SpareBuffers> {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sorts samples as one batch; returns them with the ranges of camera and light, and what is merged of each.
-    fn sort(spec: &FilmSpec, samples: &[Sample]) -> (Vec<Sample>, [StreamRange; 2], [Vec<Sample>; 2]) {
-        let mut sorter = SampleSorter::default();
-        sorter.begin(spec);
-        sorter.samples.extend(samples);
-        let (sorted, ranges) = sorter.sort(spec);
-        let sorted = sorted.to_vec();
-        (sorted, ranges, sorter.merged())
-    }
-
-    fn of<'s>(samples: &'s [Sample], range: &Range<u32>) -> &'s [Sample] {
-        &samples[range.start as usize..range.end as usize]
-    }
-
-    /// Camera at the front, light behind it, stable within a tile, the outside left out.
-    #[test]
-    fn partition_is_stable() {
-        let spec = spec(SplatFilter::Gaussian);
-        let sample = |i: u32| Sample {
-            uv: [(i * 37 % 101) as f32 / 100.0, (i * 53 % 97) as f32 / 80.0],
-            xyz: Xyz::new(i as f32, 1.0, 1.0),
-            w: if i.is_multiple_of(3) { -1.0 } else { 1.0 },
+    /// A buffer for a batch that has so many, once the device has finished with it. There is one more than those of the last batch, where
+    /// there is memory: it is filled while the device reads those. For that matter a whole batch is waited for until it is drawn.
+    fn take(&self, gpu: &Arc<Gpu>, filled: usize) -> Result<Buffer, ClientError> {
+        let must_wait = |spare: &mut SpareBuffers| {
+            let count = spare.buffers.len() + spare.undrawn + filled;
+            spare.buffers.is_empty() && spare.undrawn > 0 && count > spare.busy
         };
-        let samples: Vec<Sample> = (0..300).map(sample).collect();
-        let (sorted, [camera, light], merged) = sort(&spec, &samples);
-        assert!(camera.all == (0..light.all.start) && merged.iter().all(Vec::is_empty));
-
-        let inside = |s: &Sample| spec.holds(spec.texel_position(s.uv));
-        let tile = |s: &Sample| spec.texel_position(s.uv).map(|x| (x / 64.0) as i32);
-        for (part, sign) in [(camera, 1.0), (light, -1.0)] {
-            assert_eq!(part.single, part.all);
-            let mut wanted: Vec<Sample> =
-                samples.iter().copied().filter(|s| s.w == sign && inside(s)).collect();
-            wanted.sort_by_key(|s| (tile(s)[1], tile(s)[0]));
-            assert_eq!(of(&sorted, &part.all), wanted);
-        }
-        assert!(samples.iter().any(|s| !inside(s)), "case too easy: nothing lies outside");
-    }
-
-    /// The sum of a part of samples in `f64`.
-    fn total(samples: &[Sample], f: &dyn Fn(&Sample) -> f32) -> f64 {
-        samples.iter().map(|s| f64::from(f(s))).sum::<f64>()
-    }
-
-    /// Samples in the cell between (and for the box, right below) the centres of texels 40 and 41.
-    fn dense(spec: &FilmSpec, count: u32) -> Vec<Sample> {
-        let sample = |i: u32| {
-            let t = [(i % 7) as f32 * 0.05, (i % 11) as f32 * 0.04];
-            let p = [40.52 + t[0], 40.52 + t[1]].map(|p| p - spec.pad() as f32);
-            let (x, w) = ((i % 13) as f32, 1.0 + (i % 3) as f32);
-            let uv = [p[0] / spec.width as f32, p[1] / spec.height as f32];
-            Sample { uv, xyz: Xyz::new(x, 2.0, 3.0), w }
+        let spare = self.locked();
+        let mut spare = self.returned.wait_while(spare, must_wait).unwrap_or_else(PoisonError::into_inner);
+        let count = spare.buffers.len() + spare.undrawn + filled;
+        let rested = if count > spare.busy { spare.buffers.pop_front() } else { None };
+        drop(spare);
+        let (buffer, frame) = match rested {
+            Some(rested) => rested,
+            None => match Buffer::new(
+                gpu,
+                &format!("samples {count}"),
+                BufferUse::Vertices,
+                CHUNK_SAMPLES * STRIDE,
+            ) {
+                Ok(made) => return Ok(made),
+                Err(error) => self.locked().buffers.pop_front().ok_or(error)?,
+            },
         };
-        (0..count).map(sample).collect()
+        if frame > FrameNumber::default() {
+            gpu.wait(frame)?;
+        }
+        Ok(buffer)
+    }
+}
+
+/// Samples for the thread.
+struct Chunk {
+    samples: Vec<Sample>,
+    /// Whether the batch ends with it although it is not full.
+    is_last: bool,
+    /// The number of times that all samples were forgotten before it.
+    epoch: u64,
+}
+
+/// What has become of a chunk.
+struct Stored {
+    /// The memory of its samples.
+    samples: Vec<Sample>,
+    /// The batch that has ended with it; `None` where it has not or there is nothing in it. The number of samples beside an error is that
+    /// of those that are lost.
+    outcome: Result<Option<VertexBatch>, (ClientError, usize)>,
+    epoch: u64,
+}
+
+/// The loop's end of the thread that makes the batches of a film.
+pub struct Uploader {
+    gpu: Arc<Gpu>,
+    spec: FilmSpec,
+    /// The chunk that is being filled, and the memory of others.
+    chunk: Vec<Sample>,
+    empty: Vec<Vec<Sample>>,
+    epoch: u64,
+    /// Chunks that the thread has and has not answered for.
+    pending: usize,
+    /// Started with the first chunk.
+    thread: Option<UploadThread>,
+}
+
+struct UploadThread {
+    chunks: Option<Sender<Chunk>>,
+    stored: Option<Receiver<Stored>>,
+    handle: Option<JoinHandle<()>>,
+}
+
+impl Uploader {
+    /// No samples; thread and buffers are made when they are needed.
+    pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Self {
+        let (chunk, empty) = Default::default();
+        Self { gpu: gpu.clone(), spec: *spec, chunk, empty, epoch: 0, pending: 0, thread: None }
     }
 
-    /// Samples of a dense cell become those at the centres around it, with the same total and centre of gravity; the others, and all
-    /// those of filters that are not linear, stay as they are.
-    #[test]
-    fn dense_cells_are_merged() {
-        let scaled = SplatFilter::Scaled(ScaledFilter::Gaussian { stddev: 500 });
-        for (filter, centres) in
-            [(SplatFilter::Gaussian, 4), (SplatFilter::Tent, 4), (SplatFilter::Box, 1), (scaled, 0)]
-        {
-            let spec = spec(filter);
-            let limit = 8 * spec.batch_slots();
-            let dense = dense(&spec, limit + 1);
-            let lone = Sample { uv: [0.9, 0.9], xyz: Xyz::new(1.0, 1.0, 1.0), w: 1.0 };
-            let samples: Vec<Sample> = dense.iter().copied().chain([lone]).collect();
-            let (sorted, [part, _], [merged, _]) = sort(&spec, &samples);
-            assert_eq!(part.all.len(), dense.len() + 1);
-            assert_eq!(merged.len(), centres, "{filter:?}");
-            if centres == 0 {
-                assert_eq!(part.single, part.all);
-                continue;
+    /// Adds one valid sample; when the chunk [is full](Self::is_chunk_full), [`send`](Self::send) must be next.
+    #[inline]
+    pub fn push(&mut self, sample: Sample) {
+        self.chunk.push(sample);
+    }
+
+    /// Whether the chunk is full.
+    #[inline]
+    pub fn is_chunk_full(&self) -> bool {
+        self.chunk.len() >= CHUNK_SAMPLES
+    }
+
+    /// Hands the chunk to the thread, with which the batch ends if `is_last`. [`next_batch`](Self::next_batch) must be next.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Threads`] when the thread cannot be started; the samples wait.
+    pub fn send(&mut self, is_last: bool) -> Result<(), ClientError> {
+        let thread = match &mut self.thread {
+            Some(thread) => thread,
+            empty => empty.insert(UploadThread::start(&self.gpu, &self.spec)?),
+        };
+        let empty = self.empty.pop().unwrap_or_else(|| Vec::with_capacity(CHUNK_SAMPLES));
+        let samples = std::mem::replace(&mut self.chunk, empty);
+        thread.send(Chunk { samples, is_last, epoch: self.epoch });
+        self.pending += 1;
+        Ok(())
+    }
+
+    /// Forgets all samples.
+    pub fn clear(&mut self) {
+        self.chunk.clear();
+        self.epoch += 1;
+    }
+
+    /// The next batch that has ended, in order; `None` where the thread has no more than `pending` chunks left and nothing is ready. After an
+    /// error, beside which is the number of samples that are lost, there may be more.
+    pub fn next_batch(&mut self, pending: usize) -> Option<Result<VertexBatch, (ClientError, usize)>> {
+        while self.pending > 0 {
+            let stored = self.thread.as_ref()?.stored.as_ref()?;
+            let received = match self.pending > pending {
+                true => stored.recv().map_err(|_| TryRecvError::Disconnected),
+                false => stored.try_recv(),
+            };
+            if matches!(received, Err(TryRecvError::Empty)) {
+                return None;
             }
-            assert_eq!(of(&sorted, &part.single), &[lone]);
-            for f in [|s: &Sample| s.w, |s: &Sample| s.xyz.x, |s: &Sample| s.xyz.y, |s: &Sample| s.xyz.z] {
-                assert!((total(&merged, &f) / total(&dense, &f) - 1.0).abs() < 1e-6, "{filter:?}");
+            let Stored { mut samples, outcome, epoch } =
+                received.expect("the thread answers for every chunk");
+            self.pending -= 1;
+            samples.clear();
+            self.empty.push(samples);
+            if epoch == self.epoch
+                && let Some(outcome) = outcome.transpose()
+            {
+                return Some(outcome);
             }
-            for i in 0..2usize {
-                assert!(merged.iter().all(|s| s.uv[i].fract() == 0.5));
-                let weights = |s: &Sample| s.w;
-                let place = total(&merged, &|s: &Sample| s.w * s.uv[i]) / total(&merged, &weights);
-                let wanted = total(&dense, &|s: &Sample| s.w * spec.texel_position(s.uv)[i]);
-                let wanted = wanted / total(&dense, &weights);
-                assert!(filter == SplatFilter::Box || (place - wanted).abs() < 1e-5, "{filter:?}");
+        }
+        None
+    }
+}
+
+impl UploadThread {
+    fn start(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, ClientError> {
+        let (chunks, incoming) = channel();
+        let (outgoing, stored) = channel();
+        let (gpu, spec) = (gpu.clone(), *spec);
+        let work = move || BatchMaker::new(gpu, spec).run(&incoming, &outgoing);
+        let handle = thread::Builder::new()
+            .name("upload".into())
+            .spawn(work)
+            .map_err(|error| ClientError::Threads { threads: 1, reason: error.to_string() })?;
+        Ok(Self { chunks: Some(chunks), stored: Some(stored), handle: Some(handle) })
+    }
+
+    fn send(&self, chunk: Chunk) {
+        // The thread goes on until the sender is dropped.
+        let _ = self.chunks.as_ref().map(|chunks| chunks.send(chunk));
+    }
+}
+
+impl Drop for UploadThread {
+    fn drop(&mut self) {
+        // With the batches that were not fetched: the thread may wait for their buffers.
+        (self.chunks, self.stored) = (None, None);
+        let _ = self.handle.take().map(JoinHandle::join);
+    }
+}
+
+/// What the thread does: sorts chunks into the buffers of a batch.
+struct BatchMaker {
+    gpu: Arc<Gpu>,
+    spec: FilmSpec,
+    sorter: SampleSorter,
+    pool: Arc<BufferPool>,
+    /// The batch that is being filled; `None` before its first chunk.
+    batch: Option<VertexBatch>,
+    epoch: u64,
+}
+
+impl BatchMaker {
+    fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Self {
+        let (sorter, pool) = Default::default();
+        Self { gpu, spec, sorter, pool, batch: None, epoch: 0 }
+    }
+
+    fn run(&mut self, chunks: &Receiver<Chunk>, stored: &Sender<Stored>) {
+        for Chunk { samples, is_last, epoch } in chunks {
+            if std::mem::replace(&mut self.epoch, epoch) != epoch {
+                self.batch = None;
+            }
+            let outcome = self.store(&samples, is_last);
+            if stored.send(Stored { samples, outcome, epoch }).is_err() {
+                break;
             }
         }
     }
 
-    /// A cell that becomes dense over several chunks is merged from the chunk on in which it does, into few samples for the whole batch.
-    #[test]
-    fn cells_grow_dense_from_chunk_to_chunk() {
-        let spec = FilmSpec { width: 1_000, height: 800, ..spec(SplatFilter::Gaussian) };
-        assert!(spec.batch_capacity() > CHUNK_SAMPLES && spec.batch_slots() == 1);
-        let samples = dense(&spec, 5 * 12);
-        let mut sorter = SampleSorter::default();
-        sorter.begin(&spec);
-        let mut drawn = Vec::new();
-        for chunk in samples.chunks(5) {
-            sorter.samples.extend(chunk);
-            let (sorted, [camera, _]) = sorter.sort(&spec);
-            assert_eq!(camera.all.len(), 5);
-            drawn.extend_from_slice(of(sorted, &camera.single));
+    /// Adds a chunk to the batch; returns the batch if it ends with it and has samples.
+    fn store(
+        &mut self,
+        samples: &[Sample],
+        is_last: bool,
+    ) -> Result<Option<VertexBatch>, (ClientError, usize)> {
+        let batch = match &mut self.batch {
+            Some(batch) => batch,
+            empty => {
+                self.sorter.begin(&self.spec);
+                empty.insert(VertexBatch::new(&self.pool))
+            }
+        };
+        let (sorted, ranges) = self.sorter.sort(&self.spec, samples);
+        match batch.copy(&self.gpu, sorted) {
+            Ok(buffer) => {
+                batch.samples += samples.len();
+                for (stream, StreamRange { all, single }) in batch.streams.iter_mut().zip(ranges) {
+                    let part =
+                        |range: Range<u32>| (!range.is_empty()).then_some(VertexRange { buffer, range });
+                    stream.all.extend(part(all));
+                    stream.single.extend(part(single));
+                }
+            }
+            // The batch goes on without them.
+            Err(error) if !is_last => return Err((error, samples.len())),
+            Err(error) => {
+                let lost = batch.samples + samples.len();
+                self.batch = None;
+                return Err((error, lost));
+            }
         }
-        // The second chunk exceeds the limit of 8, from which on the cell itself is counted; with the third one it is dense.
-        assert_eq!(drawn.len(), 10);
-        let merged = sorter.merged();
-        assert_eq!(merged.each_ref().map(Vec::len), [4, 0]);
-        drawn.extend(&merged[0]);
-        for f in [|s: &Sample| s.w, |s: &Sample| s.xyz.x] {
-            assert!((total(&drawn, &f) / total(&samples, &f) - 1.0).abs() < 1e-6);
+        if !is_last && batch.samples < self.spec.batch_capacity() && !self.sorter.is_too_dense() {
+            return Ok(None);
         }
-        assert!(!sorter.mergers[0].is_full());
-        sorter.samples.extend(dense(&spec, CHUNK_SAMPLES as u32));
-        sorter.sort(&spec);
-        assert!(sorter.mergers[0].is_full(), "the deviations of a batch take no more");
+        let Some(mut batch) = self.batch.take().filter(|batch| batch.samples > 0) else { return Ok(None) };
+        for (stream, merged) in self.sorter.merged().into_iter().enumerate() {
+            for samples in merged.chunks(CHUNK_SAMPLES) {
+                let buffer = batch.copy(&self.gpu, samples).map_err(|error| (error, batch.samples))?;
+                let range = 0..samples.len() as u32;
+                batch.streams[stream].merged.push(VertexRange { buffer, range });
+            }
+        }
+        Ok(Some(batch.end()))
     }
 }

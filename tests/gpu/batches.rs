@@ -60,12 +60,14 @@ fn calls_leave_no_trace_in_large_batches() {
     }
     let mut whole = film(spec);
     whole.add(&samples).expect("add");
+    whole.settle().expect("settle");
     let waiting = whole.waiting();
     assert_ne!(waiting, 999, "case too easy: no batch ended early");
     let wanted = whole.develop().expect("develop");
     for part in [1_000, CHUNK_SAMPLES, CHUNK_SAMPLES + 1] {
         let mut film = film(spec);
         samples.chunks(part).for_each(|part| film.add(part).expect("add"));
+        film.settle().expect("settle");
         assert_eq!(film.waiting(), waiting);
         assert!(film.develop().expect("develop") == wanted, "in parts of {part}");
     }
@@ -79,8 +81,10 @@ fn dense_batches_end_early() {
     let sample = Sample { uv: [0.51, 0.49], xyz: Xyz::new(0.1, 0.1, 0.1), w: 1.0 };
     let mut film = film(spec);
     film.add(&vec![sample; CHUNK_SAMPLES - 1]).expect("add");
+    film.settle().expect("settle");
     assert_eq!(film.waiting(), CHUNK_SAMPLES - 1);
     film.add(&[sample]).expect("add");
+    film.settle().expect("settle");
     assert_eq!(film.waiting(), 0, "the batch was drawn");
     assert_silent(gpu());
 }

@@ -101,7 +101,7 @@ pub struct LivePicture {
     running: bool,
     /// Samples that films were given since the start, kept ones again by a film of another size.
     pub rasterised: u64,
-    /// Samples that the loop has taken since it was asked last, and how long it took.
+    /// Samples that the loop has taken since it was asked last, and how long that and their batches took.
     fed: (u64, Duration),
     /// With what the last picture was painted.
     pub painted: Option<Painted>,
@@ -502,9 +502,12 @@ impl LivePicture {
 
     /// Rasterises the batch although it is not full.
     pub fn flush(&mut self) -> Result<(), ClientError> {
-        self.film_mut().map_or(Ok(()), VulkanFilm::flush)?;
-        self.mix.flush()?;
-        self.regions.flush()
+        let begin = Instant::now();
+        let outcome = self.film_mut().map_or(Ok(()), VulkanFilm::flush);
+        let outcome = outcome.and_then(|()| self.mix.flush()).and_then(|()| self.regions.flush());
+        // The last samples are waited for.
+        self.fed.1 += begin.elapsed();
+        outcome
     }
 
     /// Learns how long the processor took to draw samples, where the device does not; returns for how long it has drawn and filtered
@@ -516,7 +519,7 @@ impl LivePicture {
         let (samples, time) = (samples + a + c, time + b + d);
         self.pacer.samples(samples, time, self.is_coarse());
         let (fed, taken) = std::mem::take(&mut self.fed);
-        // Where the processor draws, full batches are drawn meanwhile.
+        // Where the processor draws, batches are drawn meanwhile.
         self.pacer.fed(fed, taken.saturating_sub(time));
         time + std::mem::take(&mut self.filter_time)
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::client::layout::SplatPush;
 use crate::client::settings::FilmSpec;
-use crate::client::upload::{BatchVertices, STRIDE, VertexPart};
+use crate::client::upload::{STRIDE, VertexBatch, VertexPart};
 use crate::gpu::{
     Access, Attachment, Blend, Cmd, Gpu, GpuError, GraphicsDesc, Image, Pipeline, TexelFormat, Texture,
     Topology, VertexLayout,
@@ -13,7 +13,7 @@ use crate::gpu::{
 /// The samples of one stream of a batch.
 pub struct Sprites<'a> {
     /// The batch.
-    pub vertices: &'a BatchVertices,
+    pub vertices: &'a VertexBatch,
     /// 0 for the camera, 1 for light.
     pub stream: usize,
     /// The constants of `splat.vert`.

@@ -155,6 +155,9 @@ impl LivePicture {
         if partial && ready && repaint && !is_filtered {
             self.flush()?;
         } else if repaint {
+            if !partial {
+                self.film_mut().map_or(Ok(()), VulkanFilm::settle)?;
+            }
             // Their sums are never those of whole batches alone.
             self.regions.flush()?;
             self.mix.flush()?;
