@@ -20,6 +20,8 @@
 //!   synchronization validation; every message is logged and collected ([`Gpu::validation_messages`]).
 //! - With `POINTILLIST_COMPUTE=1` or `0` (or [`GpuOptions::compute`]) passes that have a compute shader beside their fragment shader
 //!   run the one or the other, to measure both; else it is the kind of the device that decides ([`Gpu::prefers_compute`]).
+//! - With `POINTILLIST_AS_GPU=1` (or [`GpuOptions::as_gpu`]) a device that is the processor is treated as a GPU, to test on lavapipe what
+//!   else only GPUs do: it makes the sums of a window, whose loop is one frame ahead.
 //!
 //! `unsafe` stands here because Vulkan's handles are raw; a comment beside each call says what it relies on.
 
@@ -35,8 +37,9 @@ pub use commands::copies::{Region, read_image};
 pub use commands::frame::GpuFrame;
 pub use device::cache::CompilingPipeline;
 pub use device::faults::{CallFault, CallFaults, DeviceCall};
-pub use device::gpu::{FrameNumber, Gpu, GpuOptions, Inventory};
+pub use device::gpu::{FrameNumber, Gpu, Inventory};
 pub use device::heaps::{LocalMemory, MemoryBudget};
+pub use device::options::GpuOptions;
 pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices, devices_with_memory};
 pub use error::GpuError;
 pub use resources::buffer::{Buffer, BufferUse};

@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 use std::time::Duration;
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{end, end_when, figures, folder, png, program, scene, words};
+use crate::viewer::{end, end_when, figures, folder, png, program, scene, spawn, viewer, words};
 
 /// `pointillist serve`; dropping it kills it.
 struct Tracer {
@@ -38,10 +38,7 @@ impl Drop for Tracer {
 
 /// Opens the window without naming the scene.
 fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
-    let mut command = program();
-    command.current_dir(folder).env("DISPLAY", &desktop.display).env("POINTILLIST_LOG", "info");
-    command.env("POINTILLIST_STATE", folder.join("state")).arg("view").args(options);
-    command.stderr(Stdio::piped()).spawn().unwrap()
+    spawn(viewer(desktop, folder).env("POINTILLIST_STATE", folder.join("state")).args(options))
 }
 
 const ENDED: &str = "the render has ended";

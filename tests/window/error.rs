@@ -5,15 +5,12 @@ use std::process::Child;
 use std::time::Duration;
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{PATIENCE, end_when, figures, folder, program, scene, terminate};
+use crate::viewer::{PATIENCE, end_when, figures, folder, scene, spawn, terminate, viewer};
 use pointillist::image::{Attribute, exr};
 
 /// Opens the window with a log of predictions of its own.
 fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
-    let mut command = program();
-    command.current_dir(folder).env("DISPLAY", &desktop.display).env("POINTILLIST_LOG", "info");
-    command.env("POINTILLIST_STATE", folder).arg("view").arg(scene()).args(options);
-    command.stderr(std::process::Stdio::piped()).spawn().unwrap()
+    spawn(viewer(desktop, folder).env("POINTILLIST_STATE", folder).arg(scene()).args(options))
 }
 
 const ENDED: &str = "the render has ended";
@@ -62,11 +59,23 @@ fn one_randomisation_knows_no_error() {
 /// With a larger film of the same shape the epoch goes on, and its samples are counted again for the new film; a drag begins many epochs.
 #[test]
 fn the_error_is_that_of_the_picture_after_resizes_and_drags() {
-    let folder = folder("error-resize");
+    resize_and_drag("error-resize", "0");
+}
+
+/// The same where the device sums, beside the loop: first coarsely, then from the samples that were kept.
+#[test]
+fn the_error_is_that_of_the_picture_of_a_gpu_after_resizes_and_drags() {
+    resize_and_drag("error-resize-gpu", "1");
+}
+
+fn resize_and_drag(name: &str, as_gpu: &str) {
+    let folder = folder(name);
     let desktop = Desktop::start(400, 400);
     let options =
         ["--size", "64x64", "--no-panel", "--samples", "300000", "--json", "figures.json", "-o", "last.exr"];
-    let mut viewer = view(&desktop, &folder, &options);
+    let mut command = viewer(&desktop, &folder);
+    command.env("POINTILLIST_STATE", &folder).env("POINTILLIST_AS_GPU", as_gpu);
+    let mut viewer = spawn(command.arg(scene()).args(options));
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     std::thread::sleep(Duration::from_secs(2));
     desktop.pointer(40, 40);

@@ -5,15 +5,12 @@ use std::process::Child;
 use std::time::Duration;
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{PATIENCE, end_when, figures, folder, png, program, terminate, words};
+use crate::viewer::{PATIENCE, end_when, figures, folder, png, spawn, terminate, viewer, words};
 
 fn view(desktop: &Desktop, folder: &Path, scene: &str, options: &[&str]) -> Child {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
     let all = ["--size", "96x96", "--no-panel", "-o", "last.png", "-o", "last.exr", "--json", "figures.json"];
-    let mut command = program();
-    command.current_dir(folder).env("DISPLAY", &desktop.display).env("POINTILLIST_LOG", "info");
-    command.arg("view").arg(scene).args(all).args(options).stderr(std::process::Stdio::piped());
-    command.spawn().unwrap()
+    spawn(viewer(desktop, folder).arg(scene).args(all).args(options))
 }
 
 /// Mean absolute difference of neighbouring pixels of the PNG, of 255.

@@ -1,13 +1,14 @@
 //! A region of the picture that is traced alone, in the real window: dragged, saved, released.
 
 use std::path::{Path, PathBuf};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 use pointillist::image::compare::{Measured, z_test};
 use pointillist::image::exr;
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{Listened, PATIENCE, folder, program, scene, view};
+use crate::viewer::{Listened, PATIENCE, folder, program, scene, view, view_as_gpu};
 
 /// Side of the picture, and the region's corner and side: multiples of the coarsest internal resolution.
 const SIDE: usize = 96;
@@ -66,7 +67,17 @@ fn weights(saved: &Saved) -> [f32; 2] {
 /// released the region keeps them. With two streams, whose MIS weights are others in a region.
 #[test]
 fn a_dragged_region_gets_all_samples_and_changes_nothing_else() {
-    let (desktop, folder) = (Desktop::start(300, 300), folder("region"));
+    drag_region("region", view);
+}
+
+/// The same where the device sums, beside the loop.
+#[test]
+fn a_dragged_region_of_a_gpu_gets_all_samples_and_changes_nothing_else() {
+    drag_region("region-gpu", view_as_gpu);
+}
+
+fn drag_region(name: &str, view: impl Fn(&Desktop, &Path, &[&str]) -> Child) {
+    let (desktop, folder) = (Desktop::start(300, 300), folder(name));
     let size = format!("{SIDE}x{SIDE}");
     let common = ["--size", &size, "--integrator", "bidirectional", "--vm", "1"];
     let of_view = ["--samples", "60000", "--denoise", "off", "--no-panel"];

@@ -37,14 +37,23 @@ pub fn view(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
 
 /// Opens the window with this scene.
 pub fn view_of(scene: &Path, desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
+    spawn(viewer(desktop, folder).arg(scene).args(options))
+}
+
+/// Opens the window on a device that is treated as a GPU although it is the processor: it makes the sums, beside the loop.
+pub fn view_as_gpu(desktop: &Desktop, folder: &Path, options: &[&str]) -> Child {
+    spawn(viewer(desktop, folder).env("POINTILLIST_AS_GPU", "1").arg(scene()).args(options))
+}
+
+/// The command that opens a window of this display, without the scene.
+pub fn viewer(desktop: &Desktop, folder: &Path) -> Command {
     let mut command = program();
+    command.current_dir(folder).env("DISPLAY", &desktop.display).env("POINTILLIST_LOG", "info").arg("view");
     command
-        .current_dir(folder)
-        .env("DISPLAY", &desktop.display)
-        .env("POINTILLIST_LOG", "info")
-        .arg("view")
-        .arg(scene)
-        .args(options);
+}
+
+/// Starts the viewer, of which standard error is heard.
+pub fn spawn(command: &mut Command) -> Child {
     command.stderr(Stdio::piped()).spawn().unwrap()
 }
 

@@ -21,8 +21,7 @@ use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, Film, FilmSpec, Settings};
 use crate::gpu::{
-    CallFaults, DeviceChoice, DeviceKind, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness,
-    Swapchain,
+    CallFaults, DeviceChoice, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness, Swapchain,
 };
 use crate::image::Grid;
 
@@ -332,7 +331,7 @@ impl Screen {
 
     /// Whether a frame is recorded while the device works on the one before. A device that is the processor would only be held up.
     pub fn leads(&self) -> bool {
-        self.gpu().is_some_and(|gpu| gpu.info().kind != DeviceKind::Cpu)
+        self.gpu().is_some_and(|gpu| !gpu.is_processor())
     }
 
     /// A frame of the loop begins.
@@ -489,7 +488,7 @@ fn draw_panel(
 /// A film that does not let the window stand still.
 fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec, exact: bool) -> Result<VulkanFilm, ClientError> {
     // Where the device is the processor, glare at full resolution takes longer than a frame may, and its passes draw samples slowly.
-    let hurry = gpu.info().kind == DeviceKind::Cpu && !exact;
+    let hurry = gpu.is_processor() && !exact;
     let make = if hurry { VulkanFilm::summed_on_host } else { VulkanFilm::new };
     let mut film = make(gpu.clone(), spec)?;
     film.set_background_policy(if hurry {

@@ -12,37 +12,13 @@ use crate::gpu::device::heaps::LocalMemory;
 use crate::gpu::device::instance::{DebugNames, VulkanInstance};
 use crate::gpu::device::loss::Loss;
 use crate::gpu::device::memory::{Memory, keep_freed_host_memory};
+use crate::gpu::device::options::GpuOptions;
 use crate::gpu::device::physical::{DeviceChoice, DeviceInfo, DeviceKind, PhysicalDevice, enumerate, pick};
 use crate::gpu::device::retire::{PipelineHandles, RetireQueue, Retired};
 use crate::gpu::device::ring::FrameRing;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock::DeviceClock;
 use crate::gpu::timing::rows::{ScopeTime, TimingInfo, TimingRows};
-
-/// Options of opening a [`Gpu`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct GpuOptions {
-    /// Run the validation layer with synchronization validation; slow.
-    pub validation: bool,
-    /// Draw sprites as instanced quads even where large points exist (the fallback, for its tests).
-    pub quads: bool,
-    /// Whether a pass that has a compute shader beside its fragment shader runs that one; `None` leaves it to the kind of the device: GPUs
-    /// run it.
-    pub compute: Option<bool>,
-}
-
-impl GpuOptions {
-    /// Validation when `POINTILLIST_VALIDATION` is set to anything but `0`, and `compute` as `POINTILLIST_COMPUTE` says, `0` or not, to
-    /// measure it.
-    pub fn from_env() -> Self {
-        let switch = |name| std::env::var(name).ok().filter(|v| !v.is_empty()).map(|v| v != "0");
-        Self {
-            validation: switch("POINTILLIST_VALIDATION").unwrap_or(false),
-            quads: false,
-            compute: switch("POINTILLIST_COMPUTE"),
-        }
-    }
-}
 
 /// The number of a submitted frame, to wait for it; numbers only grow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -105,6 +81,7 @@ pub struct Gpu {
     info: DeviceInfo,
     large_points: bool,
     prefers_compute: bool,
+    is_processor: bool,
     /// The last field: it is destroyed after the device.
     pub(in crate::gpu) instance: Arc<VulkanInstance>,
 }
@@ -177,6 +154,7 @@ impl Gpu {
         let PhysicalDevice { limits, queue_family, timestamp_bits, calibrated, .. } = physical;
         let clock =
             DeviceClock::new(&instance.raw, &device, calibrated, timestamp_bits, limits.timestamp_period);
+        let is_processor = physical.info.kind == DeviceKind::Cpu && !options.as_gpu;
         Ok(Gpu {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &device),
             debug: DebugNames::new(&instance, &device),
@@ -202,7 +180,8 @@ impl Gpu {
             compiled: Mutex::default(),
             sampler: vk::Sampler::null(),
             large_points: physical.large_points && !options.quads,
-            prefers_compute: options.compute.unwrap_or(physical.info.kind != DeviceKind::Cpu)
+            is_processor,
+            prefers_compute: options.compute.unwrap_or(!is_processor)
                 && limits.max_compute_work_group_invocations >= 256,
             info: physical.info,
             device,
@@ -247,6 +226,11 @@ impl Gpu {
     /// fast at sharing the texels that a workgroup reads.
     pub fn prefers_compute(&self) -> bool {
         self.prefers_compute
+    }
+
+    /// Whether it is the processor, and is not to be treated as a GPU: it takes from the loop and from the tracer what it needs.
+    pub fn is_processor(&self) -> bool {
+        self.is_processor
     }
 
     /// Whether the pixels of a quad can fetch texels of different levels of an image: lavapipe takes the first pixel's level for all.

@@ -1,6 +1,6 @@
 //! The device and what belongs to it alone.
 //!
-//! - [`gpu`]: [`Gpu`](gpu::Gpu), the root that every other object holds by `Arc`, and how it is opened.
+//! - [`gpu`]: [`Gpu`](gpu::Gpu), the root that every other object holds by `Arc`, and how it is opened. [`options`]: as what.
 //! - [`instance`]: the Vulkan instance, the validation layer and its messages.
 //! - [`physical`]: the devices of the machine, what each lacks, and which one is taken.
 //! - [`cache`]: compiled pipelines, as bytes for later runs.
@@ -16,6 +16,7 @@ pub(in crate::gpu) mod heaps;
 pub(in crate::gpu) mod instance;
 pub(in crate::gpu) mod loss;
 pub(in crate::gpu) mod memory;
+pub(in crate::gpu) mod options;
 pub(in crate::gpu) mod physical;
 pub(in crate::gpu) mod retire;
 pub(in crate::gpu) mod ring;

@@ -259,7 +259,7 @@ impl Cmd<'_> {
 #[cfg(test)]
 mod tests {
     use crate::gpu::commands::copies::{Region, read_image};
-    use crate::gpu::device::gpu::GpuOptions;
+    use crate::gpu::device::options::GpuOptions;
     use crate::gpu::device::physical::DeviceChoice;
     use crate::gpu::resources::buffer::{Buffer, BufferUse};
     use crate::gpu::resources::image::TexelFormat;

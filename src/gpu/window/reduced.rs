@@ -99,7 +99,7 @@ fn halve(cmd: &mut Cmd<'_>, picture: &mut Image, half: &mut Image) {
 mod tests {
     use super::*;
     use crate::gpu::commands::copies::{Region, read_image};
-    use crate::gpu::device::gpu::GpuOptions;
+    use crate::gpu::device::options::GpuOptions;
     use crate::gpu::device::physical::DeviceChoice;
     use crate::gpu::resources::buffer::{Buffer, BufferUse};
     use crate::gpu::resources::image::TexelFormat;

@@ -13,8 +13,9 @@ use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
 use crate::gpu::commands::frame::GpuFrame;
 use crate::gpu::device::faults::{CallFaults, DeviceCall};
-use crate::gpu::device::gpu::{FrameNumber, Gpu, GpuOptions};
+use crate::gpu::device::gpu::{FrameNumber, Gpu};
 use crate::gpu::device::instance::VulkanInstance;
+use crate::gpu::device::options::GpuOptions;
 use crate::gpu::device::physical::DeviceChoice;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
