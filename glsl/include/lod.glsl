@@ -30,7 +30,8 @@ float relative_variance(sampler2D color, sampler2D variance, vec2 texel, float l
 // The level of detail that noise masking asks for, in [-1, max_level].
 float masked_lod(sampler2D color, sampler2D variance, vec2 texel, float lod, float variance_lod, float summed) {
     float relative = relative_variance(color, variance, texel, lod, variance_lod, summed);
-    float excess = 0.5 * log2(relative / ACCEPTED);
+    // A mean whose error is as large as itself tells nothing: as where there is no sample.
+    float excess = 0.5 * log2(min(relative, 1.0) / ACCEPTED);
     float extra = excess > 0.0 ? push.noise_masking * excess : 0.0;
     return clamp(lod + extra, -1.0, push.max_level);
 }

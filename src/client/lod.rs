@@ -76,10 +76,14 @@ impl StreamLod {
     }
 
     /// `LoD'`: the basic level raised by `vm` per factor 4 of excess relative variance `r` of the mean.
+    ///
+    /// A mean whose error is as large as itself tells nothing: what is above 1 counts as 1, as does a place without samples. Otherwise the
+    /// places that one sample has just touched would be blurred far more than those beside them that none has.
     #[inline]
     pub fn masked(&self, r: f32, vm: f32) -> f32 {
-        let excess = log4(r / TARGET_RELATIVE_VARIANCE);
         // Written so that a NaN in `r` or `vm` leaves the basic level.
+        let r = if r > 1.0 { 1.0 } else { r };
+        let excess = log4(r / TARGET_RELATIVE_VARIANCE);
         let extra = if excess > 0.0 { vm * excess } else { 0.0 };
         if extra > 0.0 { (self.base + extra).min(self.max_level) } else { self.base }
     }

@@ -18,7 +18,8 @@ fn masking_is_gated() {
     let lod = StreamLod::new(1024, 1024, 6).expect("has samples");
     assert_eq!(lod.masked(TARGET_RELATIVE_VARIANCE, 1.0), 0.0);
     assert!((lod.masked(TARGET_RELATIVE_VARIANCE * 16.0, 0.5) - 1.0).abs() < 1e-6);
-    assert_eq!(lod.masked(f32::INFINITY, 1.0), 5.0);
+    assert_eq!(lod.masked(f32::INFINITY, 1.0), lod.masked(1.0, 1.0));
+    assert_eq!(lod.masked(f32::INFINITY, 2.0), 5.0);
     assert_eq!(lod.masked(f32::NAN, 1.0), 0.0);
     assert_eq!(lod.masked(f32::INFINITY, 0.0), 0.0);
     assert_eq!(lod.masked(0.0, 1.0), 0.0);
