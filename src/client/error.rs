@@ -25,14 +25,20 @@ pub enum ClientError {
         bytes: u64,
     },
 
-    /// The threads of the CPU client could not be started.
-    #[error("cannot start {threads} threads for the CPU client: {reason}; ask for fewer with --threads")]
+    /// The threads of a film could not be started.
+    #[error(
+        "cannot start {threads} threads for a film: {reason}; ask for fewer with --threads or close other programs"
+    )]
     Threads {
         /// Threads asked for.
         threads: usize,
         /// The error of the system.
         reason: String,
     },
+
+    /// The thread that sorts the samples of a film has panicked.
+    #[error("the thread that sorts samples has panicked, and samples are lost: please report it")]
+    SorterPanicked,
 
     /// The settings need the variance, which the film does not keep.
     #[error("the film keeps no variance, which noise masking and the error view need: make it with one")]

@@ -49,7 +49,7 @@ impl VulkanFilm {
     ///
     /// # Errors
     ///
-    /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Gpu`] when there is no memory.
+    /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Threads`] for the thread that sorts its samples.
     pub fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
         Self::with_sums(gpu, spec, SumsPlace::Device)
     }

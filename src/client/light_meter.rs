@@ -9,7 +9,7 @@ const COARSEST: usize = 4;
 /// Samples per cell that make its luminance known: the logarithm of a noisier one would be too small.
 const PER_CELL: u64 = 16;
 
-/// Cells count as no darker than this share of the mean, so that a few that are nearly black do not decide.
+/// Cells that are darker than this share of the mean count less and less, down to nothing for black: a dark background does not decide.
 const DARKEST: f64 = 0.01;
 
 /// Luminance that the mean of the logarithms is displayed as: a middle grey (Reinhard et al. 2002).
@@ -53,7 +53,7 @@ impl LightMeter {
     }
 
     /// The factor on luminance that makes the mean of the logarithms a middle grey of the curve 1 − exp(−Y); `None` while there are too few
-    /// samples, and where there is no light. Cells without any light are left out: behind the scene there is nothing to be exposed.
+    /// samples, and where there is no light. Behind the scene there is nothing to be exposed.
     pub fn exposure(&self) -> Option<f32> {
         let enough = |side: &usize| self.samples >= PER_CELL * (side * side) as u64;
         let side = [FINEST, FINEST / 2, COARSEST].into_iter().find(enough)?;
@@ -67,13 +67,16 @@ impl LightMeter {
             let seen = if *weight > 0.0 { camera / weight } else { 0.0 };
             seen + light * per_path
         };
-        let lit: Vec<f64> = cells.iter().map(luminance).filter(|y| *y > 0.0).collect();
-        if lit.is_empty() {
+        let luminances: Vec<f64> = cells.iter().map(luminance).collect();
+        let mean = luminances.iter().sum::<f64>() / luminances.len() as f64;
+        if mean.is_nan() || mean <= 0.0 {
             return None;
         }
-        let mean = lit.iter().sum::<f64>() / lit.len() as f64;
-        let logarithms: f64 = lit.iter().map(|y| y.max(DARKEST * mean).ln()).sum();
-        exposure_for((logarithms / lit.len() as f64).exp())
+        let darkest = DARKEST * mean;
+        let counted = |y: &f64| ((y / darkest).min(1.0), y.max(darkest).ln());
+        let sums =
+            luminances.iter().map(counted).fold((0.0, 0.0), |(all, sum), (n, y)| (all + n, sum + n * y));
+        exposure_for((sums.1 / sums.0).exp())
     }
 }
 
@@ -134,8 +137,11 @@ mod tests {
         };
         let plain = exposure(1.0, 1.0);
         assert!(exposure(100.0, 1.0) > 0.8 * plain);
-        assert!(exposure(1.0, 1e-9) < 4.0 * plain);
-        assert_eq!(exposure(1.0, 0.0), plain);
+        for dark in [0.0, 1e-9, 1e-6] {
+            assert!((exposure(1.0, dark) / plain - 1.0).abs() < 1e-3, "{dark}");
+        }
+        // What is dark and can be seen counts.
+        assert!(exposure(1.0, 0.02) > 2.0 * plain);
     }
 
     #[test]

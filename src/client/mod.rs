@@ -4,8 +4,8 @@
 //!
 //! This module knows neither lanes nor the server: `app` drains the lanes and passes the samples on.
 //!
-//! 1. `app` gives blocks of samples to [`Film::add`]. The film copies them into its batch, the
-//!    camera's and the light's samples apart, and sends full chunks to the device ([`upload`]).
+//! 1. `app` gives blocks of samples to [`Film::add`]. A film on a device copies them into chunks, which a thread of its own sorts and puts
+//!    into vertex buffers, the camera's and the light's samples apart ([`upload`], [`sorting`]).
 //! 2. A full batch, or [`Film::flush`], is rasterised: **splat** draws every sample as a filter-shaped sprite into the batch
 //!    image, **fold** adds that image to the two-float sums `[X, Y, Z, W]`.
 //! 3. **variance** draws the same samples again: squared deviations of luminance from the mean.
@@ -32,7 +32,7 @@
 //! |---|---|
 //! | [`cascades`] | fireflies reweighted, where that is asked for |
 //! | [`wavelet`], [`oidn`] | the noise filters of what is displayed: our own, and Open Image Denoise where it is installed |
-//! | [`film`], [`sample_sums`], [`raster`], [`pass`] | the Vulkan film, its sums and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel, [`memory`] adds them up, [`traffic`] those that passes move |
+//! | [`film`], [`sample_sums`], [`upload`], [`sorting`], [`raster`], [`pass`] | the Vulkan film, its sums, its batches and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel, [`memory`] adds them up, [`traffic`] those that passes move |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
@@ -83,7 +83,7 @@ use crate::stream::{PathCounts, Sample};
 /// A film and the passes that fill and show it. Its errors are those of [`ClientError`]: an image cannot be made, the settings
 /// need what the film does not keep, or the device fails.
 pub trait Film {
-    /// Copies samples to the batch; a full batch is rasterised at once, without waiting for it.
+    /// Copies samples to the batch; a full batch is rasterised at once or, on a device, with a later call, without waiting for it.
     ///
     /// Samples that [`accepts`](filter::accepts) refuses are dropped; the stream should not carry them.
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError>;
@@ -91,7 +91,7 @@ pub trait Film {
     /// Counts paths that were started, whether or not they gave samples.
     fn count_paths(&mut self, paths: PathCounts);
 
-    /// Rasterises what the batch holds: splat, fold, variance. Does not wait for the GPU.
+    /// Rasterises all samples: splat, fold, variance. Waits until they are sorted into vertex buffers, but not for their drawing.
     fn flush(&mut self) -> Result<(), ClientError>;
 
     /// Forgets everything: a new epoch.

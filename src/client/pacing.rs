@@ -75,7 +75,7 @@ pub struct Situation {
     pub due: bool,
     /// Samples that wait in the lanes.
     pub waiting: usize,
-    /// Samples that the film has and has not rasterised, because its batch is not full.
+    /// Samples that the film has and has not rasterised.
     pub batched: usize,
     /// Samples of a full batch; 0 where it is not known.
     pub capacity: usize,
@@ -156,7 +156,7 @@ impl Pacer {
         }
     }
 
-    /// `samples` took this long from the lanes into the batch: the processor copies, sorts and uploads them.
+    /// `samples` took this long from the lanes into the batch: the loop copies them, and waits for the last ones to be sorted.
     pub fn fed(&mut self, samples: u64, time: Duration) {
         if samples > 0 {
             self.per_fed_sample.add(time.as_secs_f64() / samples as f64);

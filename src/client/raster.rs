@@ -12,7 +12,7 @@ use crate::client::pass::variance::VariancePass;
 use crate::client::reference::sums::HostSums;
 use crate::client::settings::{FilmData, FilmSpec};
 use crate::client::state::FilmState;
-use crate::client::upload::{MOST_PENDING, Uploader, VertexBatch};
+use crate::client::upload::{FilmMoment, MOST_PENDING, Uploader, VertexBatch};
 use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu};
 use crate::stream::Sample;
 
@@ -58,13 +58,17 @@ pub struct HostRaster {
 
 impl Raster {
     /// On the device.
-    pub fn device(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Self {
-        Self::Device(Box::new(DeviceRaster {
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Threads`].
+    pub fn device(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, ClientError> {
+        Ok(Self::Device(Box::new(DeviceRaster {
             gpu: gpu.clone(),
-            uploader: Uploader::new(gpu, spec),
+            uploader: Uploader::new(gpu, spec)?,
             passes: None,
             rasterised: FrameNumber::default(),
-        }))
+        })))
     }
 
     /// On the processor.
@@ -117,7 +121,7 @@ impl Raster {
     pub fn advance(&mut self, state: &mut FilmState, streams: &mut Streams) -> Result<(), ClientError> {
         match self {
             Self::Device(device) => {
-                device.uploader.send(false)?;
+                device.uploader.send(moment(state), false);
                 device.draw_batches(state, streams, MOST_PENDING)
             }
             Self::Host(host) => host.draw(state),
@@ -144,8 +148,8 @@ impl Raster {
     pub fn flush(&mut self, state: &mut FilmState, streams: &mut Streams) -> Result<(), ClientError> {
         match self {
             Self::Device(device) => {
-                state.end_batch();
-                device.uploader.send(true)?;
+                state.end_chunk();
+                device.uploader.send(moment(state), true);
                 device.draw_batches(state, streams, 0)
             }
             Self::Host(host) => host.draw(state),
@@ -242,7 +246,7 @@ impl DeviceRaster {
             let drawn = match batch {
                 Ok(batch) => {
                     state.leave(batch.samples());
-                    self.draw(batch, state, streams)
+                    self.draw(batch, state.spec(), streams)
                 }
                 Err((error, lost)) => {
                     state.leave(lost);
@@ -258,11 +262,12 @@ impl DeviceRaster {
     fn draw(
         &mut self,
         batch: VertexBatch,
-        state: &FilmState,
+        spec: &FilmSpec,
         streams: &mut Streams,
     ) -> Result<(), ClientError> {
-        let (spec, inverse_scale) = (state.spec(), state.scale().recip());
-        make_images(&self.gpu, spec, state.samples(), true, streams)?;
+        let FilmMoment { samples, scale } = batch.moment();
+        let inverse_scale = scale.recip();
+        make_images(&self.gpu, spec, samples, true, streams)?;
         let passes = match &mut self.passes {
             Some(passes) => passes,
             empty => empty.insert(Passes::new(&self.gpu, spec)?),
@@ -312,9 +317,7 @@ impl HostRaster {
     /// Draws the batch; on an error its samples are lost.
     fn draw(&mut self, state: &mut FilmState) -> Result<(), ClientError> {
         let (start, samples) = (Instant::now(), state.waiting() as u64);
-        if !state.start_raster() {
-            return Ok(());
-        }
+        state.start_raster();
         self.copied = false;
         let outcome = self.sums.raster(state);
         self.spent = (self.spent.0 + samples, self.spent.1 + start.elapsed());
@@ -335,6 +338,10 @@ impl HostRaster {
         self.copied = true;
         Ok(())
     }
+}
+
+fn moment(state: &FilmState) -> FilmMoment {
+    FilmMoment { samples: state.samples(), scale: state.scale() }
 }
 
 /// Records the copy of a stream's sums into its images.

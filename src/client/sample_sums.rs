@@ -39,11 +39,11 @@ impl SampleSums {
     ///
     /// # Errors
     ///
-    /// [`ClientError::Extent`] for a side of 0 or too large.
+    /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Threads`].
     pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec, place: SumsPlace) -> Result<Self, ClientError> {
         let state = FilmState::new(spec)?;
         let raster = match place {
-            SumsPlace::Device => Raster::device(gpu, &spec),
+            SumsPlace::Device => Raster::device(gpu, &spec)?,
             SumsPlace::Host => Raster::host(gpu),
         };
         Ok(Self { gpu: gpu.clone(), state, raster, streams: [None, None], damaged: false })
@@ -122,7 +122,7 @@ impl SampleSums {
     ///
     /// # Errors
     ///
-    /// [`ClientError::Gpu`]; samples are lost then.
+    /// [`ClientError::Gpu`], [`ClientError::SorterPanicked`]; samples are lost then.
     pub fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
         for sample in samples {
             if self.state.take(sample) {

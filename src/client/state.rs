@@ -14,7 +14,7 @@ pub struct FilmState {
     counts: FilmCounts,
     /// Samples that were not drawn yet: those of the batch, and of batches that wait.
     waiting: usize,
-    /// Samples of a full batch.
+    /// Samples of a full batch of sums in memory.
     capacity: usize,
     /// Sum and count of the positive luminances in the chunk, in sample order, until the scale is known.
     luminance: (f64, u64),
@@ -74,7 +74,7 @@ impl FilmState {
         }
     }
 
-    /// True when the batch must be rasterised before the next sample.
+    /// True when a batch in memory must be rasterised before the next sample.
     #[inline]
     pub fn is_full(&self) -> bool {
         self.waiting >= self.capacity
@@ -91,8 +91,8 @@ impl FilmState {
         std::mem::take(&mut self.waiting) > 0
     }
 
-    /// Ends a batch with the samples that there are: the next one begins with another chunk.
-    pub fn end_batch(&mut self) {
+    /// Ends the chunk with the samples that there are, of which the scale is found.
+    pub fn end_chunk(&mut self) {
         self.find_scale();
     }
 

@@ -9,6 +9,7 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -53,6 +54,16 @@ pub enum VertexPart {
     Merged,
 }
 
+/// What a film knows when it sends a chunk. The batch that ends with the chunk is drawn with it, however late: so the sums do not depend on
+/// how fast the thread is.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmMoment {
+    /// Samples of the camera and of the light stream so far.
+    pub samples: [u64; 2],
+    /// The luminance scale.
+    pub scale: f32,
+}
+
 /// The samples of a batch in mapped buffers. Dropping it gives the buffers back.
 pub struct VertexBatch {
     pool: Arc<BufferPool>,
@@ -62,6 +73,8 @@ pub struct VertexBatch {
     streams: [StreamVertices; 2],
     /// Number of its samples, with those outside of the target.
     samples: usize,
+    /// When its last chunk was sent.
+    moment: FilmMoment,
     /// Whether it has all of its samples.
     is_whole: bool,
     /// The frame that reads it; 0 before there is one.
@@ -69,9 +82,14 @@ pub struct VertexBatch {
 }
 
 impl VertexBatch {
-    fn new(pool: &Arc<BufferPool>) -> Self {
+    fn new(pool: &Arc<BufferPool>, moment: FilmMoment) -> Self {
         let (buffers, streams, frame) = Default::default();
-        Self { pool: pool.clone(), buffers, streams, samples: 0, is_whole: false, frame }
+        Self { pool: pool.clone(), buffers, streams, samples: 0, moment, is_whole: false, frame }
+    }
+
+    /// When its last chunk was sent.
+    pub fn moment(&self) -> FilmMoment {
+        self.moment
     }
 
     /// Number of its samples, with those outside of the target, which are not drawn.
@@ -100,7 +118,7 @@ impl VertexBatch {
         self.frame = frame;
     }
 
-    /// Copies samples into another buffer, once the device has finished with it; returns its index.
+    /// Copies samples into another buffer, once the device has finished with it; returns its index. For no samples there is no buffer.
     fn copy(&mut self, gpu: &Arc<Gpu>, samples: &[Sample]) -> Result<usize, ClientError> {
         if !samples.is_empty() {
             let mut buffer = self.pool.take(gpu, self.buffers.len())?;
@@ -110,9 +128,9 @@ impl VertexBatch {
         Ok(self.buffers.len().saturating_sub(1))
     }
 
-    /// Notes that it has all of its samples.
-    fn end(mut self) -> Self {
-        self.is_whole = true;
+    /// Notes that it has all of its samples, and its buffers as ones that come back once it is drawn.
+    fn end(mut self, moment: FilmMoment) -> Self {
+        (self.is_whole, self.moment) = (true, moment);
         self.pool.locked().undrawn += self.buffers.len();
         self
     }
@@ -160,28 +178,31 @@ impl BufferPool {
         self.spare.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The spare buffers, once there is one, no batch is to be drawn that would give some back, or it is not `wanted`.
+    fn rested(&self, wanted: impl Fn(&SpareBuffers) -> bool) -> MutexGuard<'_, SpareBuffers> {
+        let must_wait =
+            |spare: &mut SpareBuffers| spare.buffers.is_empty() && spare.undrawn > 0 && wanted(spare);
+        self.returned.wait_while(self.locked(), must_wait).unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// A buffer for a batch that has so many, once the device has finished with it. There is one more than those of the last batch, where
-    /// there is memory: it is filled while the device reads those. For that matter a whole batch is waited for until it is drawn.
+    /// there is memory: it is filled while the device reads those. Therefore a whole batch is waited for until it is drawn.
     fn take(&self, gpu: &Arc<Gpu>, filled: usize) -> Result<Buffer, ClientError> {
-        let must_wait = |spare: &mut SpareBuffers| {
-            let count = spare.buffers.len() + spare.undrawn + filled;
-            spare.buffers.is_empty() && spare.undrawn > 0 && count > spare.busy
+        let count = |spare: &SpareBuffers| spare.buffers.len() + spare.undrawn + filled;
+        let (rested, number) = {
+            let mut spare = self.rested(|spare| count(spare) > spare.busy);
+            let number = count(&spare);
+            (if number > spare.busy { spare.buffers.pop_front() } else { None }, number)
         };
-        let spare = self.locked();
-        let mut spare = self.returned.wait_while(spare, must_wait).unwrap_or_else(PoisonError::into_inner);
-        let count = spare.buffers.len() + spare.undrawn + filled;
-        let rested = if count > spare.busy { spare.buffers.pop_front() } else { None };
-        drop(spare);
+        let make = || {
+            let name = format!("samples {number}");
+            Buffer::new(gpu, &name, BufferUse::Vertices, CHUNK_SAMPLES * STRIDE)
+        };
         let (buffer, frame) = match rested {
             Some(rested) => rested,
-            None => match Buffer::new(
-                gpu,
-                &format!("samples {count}"),
-                BufferUse::Vertices,
-                CHUNK_SAMPLES * STRIDE,
-            ) {
+            None => match make() {
                 Ok(made) => return Ok(made),
-                Err(error) => self.locked().buffers.pop_front().ok_or(error)?,
+                Err(error) => self.rested(|_| true).buffers.pop_front().ok_or(error)?,
             },
         };
         if frame > FrameNumber::default() {
@@ -194,6 +215,7 @@ impl BufferPool {
 /// Samples for the thread.
 struct Chunk {
     samples: Vec<Sample>,
+    moment: FilmMoment,
     /// Whether the batch ends with it although it is not full.
     is_last: bool,
     /// The number of times that all samples were forgotten before it.
@@ -210,31 +232,45 @@ struct Stored {
     epoch: u64,
 }
 
-/// The loop's end of the thread that makes the batches of a film.
+/// The loop's end of the thread that makes the batches of a film. Dropping it ends the thread.
 pub struct Uploader {
-    gpu: Arc<Gpu>,
-    spec: FilmSpec,
     /// The chunk that is being filled, and the memory of others.
     chunk: Vec<Sample>,
     empty: Vec<Vec<Sample>>,
-    epoch: u64,
-    /// Chunks that the thread has and has not answered for.
+    /// Number of times that all samples were forgotten: the thread leaves out chunks from before.
+    epoch: Arc<AtomicU64>,
+    /// Chunks that were sent and whose outcome was not fetched.
     pending: usize,
-    /// Started with the first chunk.
-    thread: Option<UploadThread>,
-}
-
-struct UploadThread {
+    /// `None` while it is dropped.
     chunks: Option<Sender<Chunk>>,
     stored: Option<Receiver<Stored>>,
-    handle: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Uploader {
-    /// No samples; thread and buffers are made when they are needed.
-    pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Self {
-        let (chunk, empty) = Default::default();
-        Self { gpu: gpu.clone(), spec: *spec, chunk, empty, epoch: 0, pending: 0, thread: None }
+    /// No samples, and a thread that sleeps; buffers are made when they are needed.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Threads`].
+    pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, ClientError> {
+        let (chunks, incoming) = channel();
+        let (outgoing, stored) = channel();
+        let epoch = Arc::<AtomicU64>::default();
+        let mut maker = BatchMaker::new(gpu, spec, &epoch);
+        let thread = thread::Builder::new()
+            .name("upload".into())
+            .spawn(move || maker.run(&incoming, &outgoing))
+            .map_err(|error| ClientError::Threads { threads: 1, reason: error.to_string() })?;
+        Ok(Self {
+            chunk: Vec::new(),
+            empty: Vec::new(),
+            epoch,
+            pending: 0,
+            chunks: Some(chunks),
+            stored: Some(stored),
+            thread: Some(thread),
+        })
     }
 
     /// Adds one valid sample; when the chunk [is full](Self::is_chunk_full), [`send`](Self::send) must be next.
@@ -250,46 +286,42 @@ impl Uploader {
     }
 
     /// Hands the chunk to the thread, with which the batch ends if `is_last`. [`next_batch`](Self::next_batch) must be next.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Threads`] when the thread cannot be started; the samples wait.
-    pub fn send(&mut self, is_last: bool) -> Result<(), ClientError> {
-        let thread = match &mut self.thread {
-            Some(thread) => thread,
-            empty => empty.insert(UploadThread::start(&self.gpu, &self.spec)?),
-        };
-        let empty = self.empty.pop().unwrap_or_else(|| Vec::with_capacity(CHUNK_SAMPLES));
-        let samples = std::mem::replace(&mut self.chunk, empty);
-        thread.send(Chunk { samples, is_last, epoch: self.epoch });
+    pub fn send(&mut self, moment: FilmMoment, is_last: bool) {
+        let samples = std::mem::replace(&mut self.chunk, self.empty.pop().unwrap_or_default());
+        let epoch = self.epoch.load(Ordering::Relaxed);
+        // A thread that has panicked is found when the outcome is fetched.
+        let _ = self.chunks.as_ref().map(|chunks| chunks.send(Chunk { samples, moment, is_last, epoch }));
         self.pending += 1;
-        Ok(())
     }
 
     /// Forgets all samples.
     pub fn clear(&mut self) {
         self.chunk.clear();
-        self.epoch += 1;
+        self.epoch.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The next batch that has ended, in order; `None` where the thread has no more than `pending` chunks left and nothing is ready. After an
-    /// error, beside which is the number of samples that are lost, there may be more.
+    /// The next batch that has ended, in order; `None` where the thread has no more than `pending` chunks left and nothing is ready. Beside
+    /// an error is the number of samples that are lost; there may be more batches after it.
     pub fn next_batch(&mut self, pending: usize) -> Option<Result<VertexBatch, (ClientError, usize)>> {
         while self.pending > 0 {
-            let stored = self.thread.as_ref()?.stored.as_ref()?;
+            let stored = self.stored.as_ref()?;
             let received = match self.pending > pending {
                 true => stored.recv().map_err(|_| TryRecvError::Disconnected),
                 false => stored.try_recv(),
             };
-            if matches!(received, Err(TryRecvError::Empty)) {
-                return None;
-            }
-            let Stored { mut samples, outcome, epoch } =
-                received.expect("the thread answers for every chunk");
+            let Stored { mut samples, outcome, epoch } = match received {
+                Ok(stored) => stored,
+                Err(TryRecvError::Empty) => return None,
+                Err(TryRecvError::Disconnected) => {
+                    self.pending = 0;
+                    // All that wait.
+                    return Some(Err((ClientError::SorterPanicked, usize::MAX)));
+                }
+            };
             self.pending -= 1;
             samples.clear();
             self.empty.push(samples);
-            if epoch == self.epoch
+            if epoch == self.epoch.load(Ordering::Relaxed)
                 && let Some(outcome) = outcome.transpose()
             {
                 return Some(outcome);
@@ -299,30 +331,11 @@ impl Uploader {
     }
 }
 
-impl UploadThread {
-    fn start(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, ClientError> {
-        let (chunks, incoming) = channel();
-        let (outgoing, stored) = channel();
-        let (gpu, spec) = (gpu.clone(), *spec);
-        let work = move || BatchMaker::new(gpu, spec).run(&incoming, &outgoing);
-        let handle = thread::Builder::new()
-            .name("upload".into())
-            .spawn(work)
-            .map_err(|error| ClientError::Threads { threads: 1, reason: error.to_string() })?;
-        Ok(Self { chunks: Some(chunks), stored: Some(stored), handle: Some(handle) })
-    }
-
-    fn send(&self, chunk: Chunk) {
-        // The thread goes on until the sender is dropped.
-        let _ = self.chunks.as_ref().map(|chunks| chunks.send(chunk));
-    }
-}
-
-impl Drop for UploadThread {
+impl Drop for Uploader {
     fn drop(&mut self) {
         // With the batches that were not fetched: the thread may wait for their buffers.
         (self.chunks, self.stored) = (None, None);
-        let _ = self.handle.take().map(JoinHandle::join);
+        let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
@@ -334,63 +347,61 @@ struct BatchMaker {
     pool: Arc<BufferPool>,
     /// The batch that is being filled; `None` before its first chunk.
     batch: Option<VertexBatch>,
-    epoch: u64,
+    /// That of the batch, and the present one.
+    batch_epoch: u64,
+    epoch: Arc<AtomicU64>,
 }
 
 impl BatchMaker {
-    fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Self {
+    fn new(gpu: &Arc<Gpu>, spec: &FilmSpec, epoch: &Arc<AtomicU64>) -> Self {
         let (sorter, pool) = Default::default();
-        Self { gpu, spec, sorter, pool, batch: None, epoch: 0 }
+        Self {
+            gpu: gpu.clone(),
+            spec: *spec,
+            sorter,
+            pool,
+            batch: None,
+            batch_epoch: 0,
+            epoch: epoch.clone(),
+        }
     }
 
     fn run(&mut self, chunks: &Receiver<Chunk>, stored: &Sender<Stored>) {
-        for Chunk { samples, is_last, epoch } in chunks {
-            if std::mem::replace(&mut self.epoch, epoch) != epoch {
+        for chunk in chunks {
+            let epoch = chunk.epoch;
+            if std::mem::replace(&mut self.batch_epoch, epoch) != epoch {
                 self.batch = None;
             }
-            let outcome = self.store(&samples, is_last);
-            if stored.send(Stored { samples, outcome, epoch }).is_err() {
+            let is_stale = epoch != self.epoch.load(Ordering::Relaxed);
+            let outcome = if is_stale { Ok(None) } else { self.store(&chunk) };
+            if stored.send(Stored { samples: chunk.samples, outcome, epoch }).is_err() {
                 break;
             }
         }
     }
 
-    /// Adds a chunk to the batch; returns the batch if it ends with it and has samples.
-    fn store(
-        &mut self,
-        samples: &[Sample],
-        is_last: bool,
-    ) -> Result<Option<VertexBatch>, (ClientError, usize)> {
-        let batch = match &mut self.batch {
-            Some(batch) => batch,
-            empty => {
-                self.sorter.begin(&self.spec);
-                empty.insert(VertexBatch::new(&self.pool))
-            }
-        };
+    /// Adds a chunk to the batch; returns the batch if it ends with it and has samples. With an error the batch is lost.
+    fn store(&mut self, chunk: &Chunk) -> Result<Option<VertexBatch>, (ClientError, usize)> {
+        let Chunk { samples, moment, is_last, .. } = chunk;
+        let mut batch = self.batch.take().unwrap_or_else(|| {
+            self.sorter.begin(&self.spec);
+            VertexBatch::new(&self.pool, *moment)
+        });
+        batch.samples += samples.len();
         let (sorted, ranges) = self.sorter.sort(&self.spec, samples);
-        match batch.copy(&self.gpu, sorted) {
-            Ok(buffer) => {
-                batch.samples += samples.len();
-                for (stream, StreamRange { all, single }) in batch.streams.iter_mut().zip(ranges) {
-                    let part =
-                        |range: Range<u32>| (!range.is_empty()).then_some(VertexRange { buffer, range });
-                    stream.all.extend(part(all));
-                    stream.single.extend(part(single));
-                }
-            }
-            // The batch goes on without them.
-            Err(error) if !is_last => return Err((error, samples.len())),
-            Err(error) => {
-                let lost = batch.samples + samples.len();
-                self.batch = None;
-                return Err((error, lost));
-            }
+        let buffer = batch.copy(&self.gpu, sorted).map_err(|error| (error, batch.samples))?;
+        for (stream, StreamRange { all, single }) in batch.streams.iter_mut().zip(ranges) {
+            let part = |range: Range<u32>| (!range.is_empty()).then_some(VertexRange { buffer, range });
+            stream.all.extend(part(all));
+            stream.single.extend(part(single));
         }
         if !is_last && batch.samples < self.spec.batch_capacity() && !self.sorter.is_too_dense() {
+            self.batch = Some(batch);
             return Ok(None);
         }
-        let Some(mut batch) = self.batch.take().filter(|batch| batch.samples > 0) else { return Ok(None) };
+        if batch.samples == 0 {
+            return Ok(None);
+        }
         for (stream, merged) in self.sorter.merged().into_iter().enumerate() {
             for samples in merged.chunks(CHUNK_SAMPLES) {
                 let buffer = batch.copy(&self.gpu, samples).map_err(|error| (error, batch.samples))?;
@@ -398,6 +409,6 @@ impl BatchMaker {
                 batch.streams[stream].merged.push(VertexRange { buffer, range });
             }
         }
-        Ok(Some(batch.end()))
+        Ok(Some(batch.end(*moment)))
     }
 }

@@ -74,6 +74,51 @@ fn calls_leave_no_trace_in_large_batches() {
     assert_silent(gpu());
 }
 
+/// What a film shows of a batch that is kept does not depend on how far the thread that sorts is: the light stream has begun with samples that are
+/// not drawn yet.
+#[test]
+fn a_batch_that_is_kept_leaves_no_trace() {
+    let spec = spec(800, 640, SplatFilter::Box);
+    let mut samples = scene(&spec, 2 * spec.batch_capacity() + 70_000, 8, 3);
+    for (i, sample) in samples.iter_mut().enumerate() {
+        sample.w = if i < 2 * spec.batch_capacity() { 1.0 } else { -1.0 };
+    }
+    let mut whole = film(spec);
+    whole.add(&samples[..2 * spec.batch_capacity()]).expect("add");
+    let wanted = whole.develop().expect("develop");
+    for part in [1_000, 70_000, samples.len(), 999] {
+        let mut film = film(spec);
+        film.keep_batch(true);
+        samples.chunks(part).for_each(|part| film.add(part).expect("add"));
+        let got = film.develop().expect("develop");
+        assert!(got.camera == wanted.camera && got.light.is_empty(), "in parts of {part}");
+        assert_eq!((film.waiting(), film.allocated_streams()), (70_000, [true, false]));
+    }
+    assert_silent(gpu());
+}
+
+/// Samples that are forgotten while the thread has them are in no later sum.
+#[test]
+fn forgotten_samples_leave_no_trace() {
+    let spec = spec(300, 200, SplatFilter::Gaussian);
+    let samples = scene(&spec, 4 * CHUNK_SAMPLES, 5, 2);
+    let mut fresh = film(spec);
+    fresh.add(&samples[..90_000]).expect("add");
+    let wanted = fresh.develop().expect("develop");
+    let mut film = film(spec);
+    for forgotten in [1, CHUNK_SAMPLES, CHUNK_SAMPLES + 1, 3 * CHUNK_SAMPLES, samples.len()] {
+        film.add(&samples[samples.len() - forgotten..]).expect("add");
+        film.clear();
+        film.add(&samples[..90_000]).expect("add");
+        assert!(film.develop().expect("develop") == wanted, "after {forgotten} others");
+        film.clear();
+    }
+    // Dropped at once, with chunks that the thread has.
+    film.add(&samples).expect("add");
+    drop(film);
+    assert_silent(gpu());
+}
+
 /// A batch whose samples lie at one place ends early, however large the film: it takes no more of them than a small one.
 #[test]
 fn dense_batches_end_early() {

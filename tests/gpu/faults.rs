@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::common::{assert_silent, gpu, open, scene, settings, spec};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::{
-    ClientError, DisplayImage, Film, FilmData, Glare, Reconstruction, Settings, SplatFilter,
+    CHUNK_SAMPLES, ClientError, DisplayImage, Film, FilmData, Glare, Reconstruction, Settings, SplatFilter,
 };
 use pointillist::gpu::{DeviceCall, DeviceKind, Gpu, GpuError};
 use pointillist::stream::{PathCounts, Sample};
@@ -66,6 +66,44 @@ fn exhausted_memory_leaves_the_film_usable() {
         assert!(run(&mut film).expect("enough memory") == wanted, "after {allowed} allocations");
     }
     assert!(failures > 15, "only {failures} allocations");
+    assert_silent(&own);
+}
+
+/// Wherever memory ends while batches are made beside the loop, it is an error, after which the film is as new. Where there is none for a second
+/// vertex buffer the first one serves all batches: no sample is lost, however far the thread is ahead.
+#[test]
+fn batches_share_the_vertex_buffers_that_there_are() {
+    let own = open(false);
+    let spec = spec(300, 200, SplatFilter::Gaussian);
+    let samples = scene(&spec, 5 * CHUNK_SAMPLES + 999, 5, 2);
+    let fresh = || VulkanFilm::new(own.clone(), spec).expect("a film");
+    let fill = |film: &mut VulkanFilm| {
+        samples.chunks(1_000).try_for_each(|part| film.add(part))?;
+        film.flush()
+    };
+    let mut film = fresh();
+    fill(&mut film).expect("enough memory");
+    let wanted = film.develop().expect("develop");
+    drop(film);
+    let mut failures = 0;
+    for allowed in 0.. {
+        let mut film = fresh();
+        own.faults().fail_after(DeviceCall::Allocation, allowed);
+        let outcome = fill(&mut film);
+        own.faults().fail_after(DeviceCall::Allocation, u64::MAX);
+        if outcome.is_ok() {
+            let names = own.inventory().memory;
+            assert_eq!(names.iter().filter(|(name, _)| name.starts_with("samples")).count(), 1);
+            assert!(film.develop().expect("develop") == wanted);
+            break;
+        }
+        failures += 1;
+        assert!(film.is_damaged());
+        film.clear();
+        fill(&mut film).expect("enough memory");
+        assert!(film.develop().expect("develop") == wanted, "after {allowed} allocations");
+    }
+    assert!(failures >= 8, "only {failures} allocations");
     assert_silent(&own);
 }
 

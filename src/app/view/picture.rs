@@ -502,8 +502,16 @@ impl LivePicture {
 
     /// Rasterises the batch although it is not full.
     pub fn flush(&mut self) -> Result<(), ClientError> {
+        self.rasterise(VulkanFilm::flush)
+    }
+
+    /// Rasterises samples of the picture, and all those of its parts.
+    fn rasterise(
+        &mut self,
+        film: impl FnOnce(&mut VulkanFilm) -> Result<(), ClientError>,
+    ) -> Result<(), ClientError> {
         let begin = Instant::now();
-        let outcome = self.film_mut().map_or(Ok(()), VulkanFilm::flush);
+        let outcome = self.film_mut().map_or(Ok(()), film);
         let outcome = outcome.and_then(|()| self.mix.flush()).and_then(|()| self.regions.flush());
         // The last samples are waited for.
         self.fed.1 += begin.elapsed();

@@ -155,12 +155,8 @@ impl LivePicture {
         if partial && ready && repaint && !is_filtered {
             self.flush()?;
         } else if repaint {
-            if !partial {
-                self.film_mut().map_or(Ok(()), VulkanFilm::settle)?;
-            }
-            // Their sums are never those of whole batches alone.
-            self.regions.flush()?;
-            self.mix.flush()?;
+            // The sums of the parts are never those of whole batches alone.
+            self.rasterise(VulkanFilm::settle)?;
         }
         let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| is_filtered);
         let detail = match filtered {
