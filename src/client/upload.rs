@@ -213,7 +213,7 @@ impl BufferPool {
 }
 
 /// Samples for the thread.
-struct Chunk {
+struct SentChunk {
     samples: Vec<Sample>,
     moment: FilmMoment,
     /// Whether the batch ends with it although it is not full.
@@ -223,7 +223,7 @@ struct Chunk {
 }
 
 /// What has become of a chunk.
-struct Stored {
+struct StoredChunk {
     /// The memory of its samples.
     samples: Vec<Sample>,
     /// The batch that has ended with it; `None` where it has not or there is nothing in it. The number of samples beside an error is that
@@ -242,8 +242,8 @@ pub struct Uploader {
     /// Chunks that were sent and whose outcome was not fetched.
     pending: usize,
     /// `None` while it is dropped.
-    chunks: Option<Sender<Chunk>>,
-    stored: Option<Receiver<Stored>>,
+    chunks: Option<Sender<SentChunk>>,
+    stored: Option<Receiver<StoredChunk>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -290,7 +290,7 @@ impl Uploader {
         let samples = std::mem::replace(&mut self.chunk, self.empty.pop().unwrap_or_default());
         let epoch = self.epoch.load(Ordering::Relaxed);
         // A thread that has panicked is found when the outcome is fetched.
-        let _ = self.chunks.as_ref().map(|chunks| chunks.send(Chunk { samples, moment, is_last, epoch }));
+        let _ = self.chunks.as_ref().map(|chunks| chunks.send(SentChunk { samples, moment, is_last, epoch }));
         self.pending += 1;
     }
 
@@ -309,7 +309,7 @@ impl Uploader {
                 true => stored.recv().map_err(|_| TryRecvError::Disconnected),
                 false => stored.try_recv(),
             };
-            let Stored { mut samples, outcome, epoch } = match received {
+            let StoredChunk { mut samples, outcome, epoch } = match received {
                 Ok(stored) => stored,
                 Err(TryRecvError::Empty) => return None,
                 Err(TryRecvError::Disconnected) => {
@@ -366,7 +366,7 @@ impl BatchMaker {
         }
     }
 
-    fn run(&mut self, chunks: &Receiver<Chunk>, stored: &Sender<Stored>) {
+    fn run(&mut self, chunks: &Receiver<SentChunk>, stored: &Sender<StoredChunk>) {
         for chunk in chunks {
             let epoch = chunk.epoch;
             if std::mem::replace(&mut self.batch_epoch, epoch) != epoch {
@@ -374,15 +374,15 @@ impl BatchMaker {
             }
             let is_stale = epoch != self.epoch.load(Ordering::Relaxed);
             let outcome = if is_stale { Ok(None) } else { self.store(&chunk) };
-            if stored.send(Stored { samples: chunk.samples, outcome, epoch }).is_err() {
+            if stored.send(StoredChunk { samples: chunk.samples, outcome, epoch }).is_err() {
                 break;
             }
         }
     }
 
     /// Adds a chunk to the batch; returns the batch if it ends with it and has samples. With an error the batch is lost.
-    fn store(&mut self, chunk: &Chunk) -> Result<Option<VertexBatch>, (ClientError, usize)> {
-        let Chunk { samples, moment, is_last, .. } = chunk;
+    fn store(&mut self, chunk: &SentChunk) -> Result<Option<VertexBatch>, (ClientError, usize)> {
+        let SentChunk { samples, moment, is_last, .. } = chunk;
         let mut batch = self.batch.take().unwrap_or_else(|| {
             self.sorter.begin(&self.spec);
             VertexBatch::new(&self.pool, *moment)
