@@ -12,7 +12,7 @@ use pointillist::stream::{DrainOrder, Epoch};
 use pointillist::tracer::integrator::PathTracer;
 
 use super::common::{Outcome, context, cores};
-use super::viewer::{Viewer, figures};
+use super::viewer::{DOCK, Viewer, figures};
 
 /// What to measure.
 #[derive(clap::Args)]
@@ -66,7 +66,7 @@ fn shown(arguments: &Arguments) -> Outcome<([f64; TIMES.len()], String)> {
     let Arguments { width, height, ref scene, edits, no_panel, no_filter, .. } = *arguments;
     let json = PathBuf::from("target/after-edit.json");
     let _ = std::fs::remove_file(&json);
-    let mut viewer = Viewer::open([width + 64, height + 64], scene, |command| {
+    let mut viewer = Viewer::open([width + DOCK, height + 64], scene, |command| {
         // The method is that of the tracer alone.
         command.args(["--size", &format!("{width}x{height}"), "--integrator", "path", "--json"]).arg(&json);
         if no_panel {
@@ -77,7 +77,6 @@ fn shown(arguments: &Arguments) -> Outcome<([f64; TIMES.len()], String)> {
         }
     })?;
     std::thread::sleep(Duration::from_secs(2));
-    // Right of the middle, where no panel is.
     let (x, y) = (width as i32 * 3 / 4, height as i32 * 3 / 4);
     for edit in 0..edits {
         viewer.desktop.pointer(x, y);
@@ -91,6 +90,9 @@ fn shown(arguments: &Arguments) -> Outcome<([f64; TIMES.len()], String)> {
     viewer.ask_to_end();
     viewer.process.wait()?;
     let figures = figures(&json);
+    if figures["edits"].as_u64().unwrap_or(0) < u64::from(edits) {
+        return Err(format!("{edits} moves of the camera were {} edits", figures["edits"]).into());
+    }
     let latency = &figures["edit_latency_ms"];
     let about = format!(
         "edit to picture p50 {:.0} ms, p95 {:.0}; frames p50 {:.0} ms, p95 {:.0}; {} edits",

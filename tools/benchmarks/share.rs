@@ -11,7 +11,7 @@ use pointillist::stream::{DrainOrder, Epoch};
 use pointillist::tracer::integrator::PathTracer;
 
 use super::common::{Outcome, context, cores};
-use super::viewer::{Viewer, figures};
+use super::viewer::{DOCK, Viewer, figures};
 
 /// What to measure.
 #[derive(clap::Args)]
@@ -63,7 +63,7 @@ fn alone(path: &Path) -> Outcome<f64> {
 fn beside(scene: &str, side: u32) -> Outcome<(f64, String)> {
     let json = Path::new("target/share.json");
     let _ = std::fs::remove_file(json);
-    let mut viewer = Viewer::open([side + 64; 2], scene, |command| {
+    let mut viewer = Viewer::open([side + DOCK, side + 64], scene, |command| {
         command.args(["--size", &format!("{side}x{side}"), "--json"]).arg(json);
     })?;
     std::thread::sleep(Duration::from_secs(SECONDS));

@@ -7,6 +7,9 @@ use std::time::Duration;
 use super::common::Outcome;
 use super::support::desktop::Desktop;
 
+/// Pixels of a display beside the picture that leave room for the dock: with less the picture is shown smaller than it is.
+pub const DOCK: u32 = 512;
+
 /// A running viewer; it ends with [`ask_to_end`](Viewer::ask_to_end).
 pub struct Viewer {
     pub desktop: Desktop,
