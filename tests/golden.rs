@@ -12,6 +12,8 @@ use std::path::Path;
 use pointillist::image::compare::{Measured, ZTest, z_test};
 use pointillist::image::exr;
 
+#[path = "support/place.rs"]
+mod place;
 #[path = "support/replicates.rs"]
 mod replicates;
 
@@ -44,7 +46,7 @@ fn off(test: &ZTest) -> f64 {
 /// `noticed` is the relative error of brightness that the test must be able to see.
 #[track_caller]
 fn agrees(name: &str, noticed: f64) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = place::root();
     let golden = golden(&root.join(format!("tests/golden/{name}.exr")));
     let side = golden[0].width as u32;
     let samples_per_pixel = u64::from(SAMPLES / (side * side));
@@ -127,11 +129,12 @@ fn faults(scene: &Path, picture: &Path, name: &str) -> Vec<String> {
 
 #[test]
 fn scenes_for_one_plugin_each() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/plugins");
+    let root = place::root();
+    let folder = root.join("tests/golden/plugins");
     let mut stale: BTreeSet<_> =
         std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path()).collect();
     let mut all = Vec::new();
-    for scene in replicates::plugin_scenes() {
+    for scene in replicates::plugin_scenes(&root) {
         let name = scene.file_stem().unwrap().to_str().unwrap();
         let picture = folder.join(format!("{name}.exr"));
         all.extend(faults(&scene, &picture, name));

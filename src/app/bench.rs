@@ -84,6 +84,10 @@ struct BenchReport {
     /// Frames before, which are not counted.
     warm_up_frames: u32,
     frame_ms: Percentiles,
+    /// Device memory of all images and buffers, the yardstick of image copies included.
+    device_bytes: u64,
+    /// What the validation layer has said, which is on with `POINTILLIST_VALIDATION=1`.
+    validation_messages: Vec<String>,
     /// Samples that reached the film per second of wall time, and camera paths.
     traced_samples_per_second: f64,
     traced_paths_per_second: f64,
@@ -157,6 +161,8 @@ impl BenchReport {
             frames,
             warm_up_frames: WARM_UP,
             frame_ms: Percentiles::of(&measured.frames),
+            device_bytes: measured.inventory.memory.iter().map(|(_, bytes)| bytes).sum(),
+            validation_messages: gpu.validation_messages(),
             traced_samples_per_second: measured.samples as f64 / wall,
             traced_paths_per_second: measured.paths as f64 / wall,
             rasterised_samples_per_second: (raster > 0.0).then(|| measured.samples as f64 / raster),
@@ -185,9 +191,11 @@ impl BenchReport {
             self.host
         );
         out += &format!(
-            "frame p50 {:.2} ms, p95 {:.2} ms; {} samples/s traced, {} samples/s rasterised, {:.0} samples per frame\n",
+            "frame p50 {:.2} ms, p95 {:.2} ms, p99 {:.2} ms; {:.1} MiB on the device; {} samples/s traced, {} samples/s rasterised, {:.0} samples per frame\n",
             self.frame_ms.p50,
             self.frame_ms.p95,
+            self.frame_ms.p99,
+            self.device_bytes as f64 / (1 << 20) as f64,
             human(self.traced_samples_per_second),
             self.rasterised_samples_per_second.map_or("?".to_owned(), human),
             self.samples_per_frame
@@ -195,7 +203,7 @@ impl BenchReport {
         out += "pass             p50 ms   p95 ms       MB     GB/s   ×copy  (MB: modelled; copy: image to image, RGBA32F)\n";
         let number = |x: Option<f64>| x.map_or("—".to_owned(), |x| format!("{x:.2}"));
         for pass in &self.passes {
-            let Percentiles { p50, p95 } = pass.milliseconds;
+            let Percentiles { p50, p95, .. } = pass.milliseconds;
             let (mb, gb) = (number(pass.bytes.map(|b| b * 1e-6)), number(pass.gigabytes_per_second));
             let ratio = number(pass.ratio_to_copy);
             out += &format!("{:<14} {p50:>8.3} {p95:>8.3} {mb:>8} {gb:>8} {ratio:>7}\n", pass.name);

@@ -265,13 +265,15 @@ pub struct Percentiles {
     pub p50: f64,
     /// 95 % of the values are at most this.
     pub p95: f64,
+    /// 99 % of them.
+    pub p99: f64,
 }
 
 impl Percentiles {
     /// The percentiles of an ascending list; 0 of an empty one.
     pub fn of(sorted: &[f64]) -> Self {
         let at = |p| nearest_rank(sorted, p).unwrap_or(0.0);
-        Self { p50: at(0.5), p95: at(0.95) }
+        Self { p50: at(0.5), p95: at(0.95), p99: at(0.99) }
     }
 }
 

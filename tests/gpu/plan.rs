@@ -11,7 +11,7 @@ use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
     ClientError, Film, FilmSpec, Glare, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
 };
-use pointillist::gpu::{Gpu, Region, read_image};
+use pointillist::gpu::{DeviceKind, Gpu, Region, read_image};
 use pointillist::stream::PathCounts;
 
 /// Without noise masking there is no variance: no pass, no image, and the same picture bit for bit. One stream has the images
@@ -121,9 +121,16 @@ fn pipelines_are_compiled_aside() {
     assert_silent(&own);
 }
 
-/// What is told of a film's memory is what is allocated, image by image; in all within 5 %.
+/// What is told of a film's memory is what is allocated, image by image; in all within 5 %, but for a `padding` of that share.
 #[track_caller]
-fn assert_told(gpu: &Gpu, spec: &FilmSpec, settings: &Settings, streams: [bool; 2], samples: usize) {
+fn assert_told(
+    gpu: &Gpu,
+    spec: &FilmSpec,
+    settings: &Settings,
+    streams: [bool; 2],
+    samples: usize,
+    padding: f64,
+) {
     let told = film_memory(spec, settings, streams, samples, !gpu.fetches_any_level());
     // Tables that no film is too small for.
     let small =
@@ -133,7 +140,7 @@ fn assert_told(gpu: &Gpu, spec: &FilmSpec, settings: &Settings, streams: [bool; 
     assert_eq!(names(&told), names(&held));
     let sum = |list: &[(String, u64)]| list.iter().map(|(_, bytes)| *bytes as f64).sum::<f64>();
     let ratio = sum(&told) / sum(&gpu.inventory().memory);
-    assert!((0.95..1.05).contains(&ratio), "{ratio}: told {told:?}, held {held:?}");
+    assert!((0.95 - padding..1.05).contains(&ratio), "{ratio}: told {told:?}, held {held:?}");
 }
 
 /// With and without variance, masking of both kinds, glare, one stream and two.
@@ -167,7 +174,9 @@ fn the_memory_of_a_film_is_told() {
             film.count_paths(PathCounts { camera: count as u64, light: count as u64 });
             film.display(&settings).expect("display");
             own.free_retired().expect("the device");
-            assert_told(&own, &spec, &settings, streams, count);
+            // Hardware rounds the rows of an image up to whole blocks, of 128 rows on an NVIDIA H200, and each level again.
+            let padding = if own.info().kind == DeviceKind::Cpu { 0.0 } else { 0.1 };
+            assert_told(&own, &spec, &settings, streams, count, padding);
             assert_silent(&own);
         }
     }
@@ -187,7 +196,7 @@ fn the_memory_of_a_large_film_is_told() {
         film.count_paths(PathCounts { camera: 1_000, light: 1_000 });
         film.display(&settings).expect("display");
         own.free_retired().expect("the device");
-        assert_told(&own, &spec, &settings, streams, 1_000);
+        assert_told(&own, &spec, &settings, streams, 1_000, 0.0);
         assert_silent(&own);
     }
 }

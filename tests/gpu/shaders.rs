@@ -5,13 +5,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use crate::support::place::root;
 use pointillist::client::layout::BLOCKS;
 use pointillist::gpu::{shader_code, shader_names};
 
 fn glsl() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl")
+    root().join("glsl")
 }
 
 #[test]

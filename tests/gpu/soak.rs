@@ -1,15 +1,15 @@
 //! A short soak: `tools/bench soak` is the long one.
 
-use std::path::Path;
 use std::time::Duration;
 
+use crate::support::place::root;
 use crate::unrest::{Conservation, SoakPlan, soak};
 
 /// Twenty seconds of edits, aborts, resizes, reloads, lost devices, exhausted memory, bad samples, slow clients and workers that panic: every
 /// sample is accounted for, and pictures are those of undisturbed renders, bit for bit.
 #[test]
 fn nothing_is_lost_in_twenty_seconds() {
-    let scene = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let scene = |name: &str| root().join("scenes").join(name);
     let plan = SoakPlan {
         time: Duration::from_secs(20),
         seed: 18,

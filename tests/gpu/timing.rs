@@ -1,12 +1,12 @@
 //! Rows of frames and scopes, the clock that they are told in, and the trace made of them.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::common::{assert_silent, open};
+use crate::support::place::{root, told};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::{Film, SplatFilter};
 use pointillist::gpu::Gpu;
@@ -88,12 +88,12 @@ fn what_cannot_be_timed_or_kept_is_counted() {
 /// `render --gpu-timings`: both files are whole, on one clock, and spans of a track never cross.
 #[test]
 fn traces_are_valid() {
-    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("gpu_timing");
+    let dir = told("CARGO_TARGET_TMPDIR", env!("CARGO_TARGET_TMPDIR")).join("gpu_timing");
     let _ = std::fs::remove_dir_all(&dir);
     std::fs::create_dir_all(&dir).unwrap();
     let (csv, png) = (dir.join("t.csv"), dir.join("a.png"));
-    let output = Command::new(env!("CARGO_BIN_EXE_pointillist"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+    let output = Command::new(told("CARGO_BIN_EXE_pointillist", env!("CARGO_BIN_EXE_pointillist")))
+        .current_dir(root())
         .args([
             "render",
             "scenes/cornell.xml",

@@ -10,6 +10,7 @@ pub mod device;
 pub mod glare;
 pub mod largest;
 pub mod models;
+pub mod place;
 pub mod proxy;
 pub mod replicates;
 pub mod scenes;

@@ -89,9 +89,9 @@ pub fn plugin_size(scene: &Path) -> [u32; 2] {
     film.crop.map_or([film.width / 2, film.height / 2], |crop| [crop.width, crop.height])
 }
 
-/// The scenes for one plugin each, in alphabetical order.
-pub fn plugin_scenes() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/plugins");
+/// The scenes for one plugin each of the repository at `root`, in alphabetical order.
+pub fn plugin_scenes(root: &Path) -> Vec<PathBuf> {
+    let folder = root.join("scenes/plugins");
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut scenes: Vec<_> = files.filter(|file| file.extension().is_some_and(|e| e == "xml")).collect();
     scenes.sort();

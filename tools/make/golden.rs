@@ -58,7 +58,7 @@ fn all() -> Vec<Golden> {
         picture: root.join(format!("tests/golden/{name}.exr")),
         plan: plan([side; 2], u64::from(SAMPLES / (side * side))),
     });
-    let plugins = replicates::plugin_scenes().into_iter().map(|scene| {
+    let plugins = replicates::plugin_scenes(root).into_iter().map(|scene| {
         let name = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let picture = root.join(format!("tests/golden/plugins/{name}.exr"));
         Golden { plan: plan(replicates::plugin_size(&scene), PLUGIN_SAMPLES), name, scene, picture }

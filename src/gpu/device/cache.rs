@@ -40,7 +40,7 @@ impl PipelineOrigin {
         let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| header[4 * i + byte]));
         let version = vk::PipelineCacheHeaderVersion::ONE.as_raw() as u32;
         let length = word(0) as usize;
-        if length < HEADER || length > data.len() || word(1) != version {
+        if length != HEADER || word(1) != version {
             return Err("their header is damaged");
         }
         if word(2) != self.vendor || word(3) != self.device {
