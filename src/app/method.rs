@@ -14,13 +14,15 @@ use crate::scene::desc::{IntegratorDesc, IntegratorKind};
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
-use crate::study::late::Probe;
+use crate::study::error::TILE;
+use crate::study::witness::Witnesses;
 use crate::tracer::choice::{self, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
     PhotonTracer, PlanCheckTally, RenderContext, Replicated, VcmTracer,
 };
 use crate::tracer::screen::ScreenSampling;
+use crate::tracer::witness;
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// The tracers of photon mapping. The next render may reuse their photons.
@@ -184,11 +186,15 @@ pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: u
     run.auto = Some(chosen);
 }
 
-/// What finds light that the method of `run` may not, to compare its picture with; `None` where nothing finds more.
-pub fn probe(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<Probe> {
+/// Paths that find light which the method of `run` may not; `None` where nothing finds more.
+pub fn witnesses(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<Witnesses> {
     let context = trial_context(run, scene, camera);
-    let probed = matches!(run.integrator, IntegratorKind::Path | IntegratorKind::Light);
-    probed.then(|| Box::new(move |paths| choice::probe(&context, paths)) as Probe)
+    let all = match run.integrator {
+        IntegratorKind::Path | IntegratorKind::Light => true,
+        IntegratorKind::Bidirectional => false,
+        _ => return None,
+    };
+    Some(Box::new(witness::pair(context, TILE as u32, all)))
 }
 
 /// The context of the trials. It has a seed of its own, so that the choice does not depend on the run's.

@@ -18,8 +18,8 @@ use crate::gpu::Region;
 use crate::server::{Priority, unpoisoned};
 use crate::stream::{PathCounts, Sample};
 use crate::study::error::{OtherSamples, ReplicatePixel};
-use crate::study::late::Probe;
 use crate::study::prediction::PredictionOutcome;
+use crate::study::witness::Witnesses;
 use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, ExactReplicates, MonitorProgress, Replicates};
 
 /// Upper bound on the samples in the queue: 64 MiB.
@@ -50,10 +50,16 @@ enum Message {
         samples: Box<[Sample]>,
         at: Duration,
     },
-    /// Another render begins, after the last one took this long. Everything before is dropped.
-    Begin(Box<ErrorMonitor>, Duration, Arc<RunSpec>),
+    /// Another render begins, after the last one took this long; or the same in another picture, for which the witnesses go on. Everything
+    /// before is dropped.
+    Begin {
+        watch: Box<ErrorMonitor>,
+        ended: Duration,
+        last: Arc<RunSpec>,
+        goes_on: bool,
+    },
     Aim(Option<ErrorTarget>),
-    Probe(Probe),
+    Witnesses(Witnesses),
     /// Tells another observer what is known here.
     Lend(Lent, Borrower),
     /// Asks the first observer to tell the second one what is shown of a rectangle, after all that it was told from here.
@@ -176,20 +182,24 @@ impl Observer {
         Ok(Self { shared, thread: Some(thread), beside, began: Instant::now(), run, target })
     }
 
-    /// Another render begins. What came of the predictions for the last one is logged.
-    pub fn begin(&mut self, run: &RunSpec) {
+    /// Another render begins, with these witnesses. What came of the predictions for the last one is logged.
+    pub fn begin(&mut self, run: &RunSpec, witnesses: Option<Witnesses>) {
         let ended = self.began.elapsed();
         self.began = Instant::now();
-        self.forget(run, ended);
+        let mut watch = Box::new(watch(run, self.target));
+        if let Some(witnesses) = witnesses {
+            watch.set_witnesses(witnesses);
+        }
+        self.forget(run, watch, ended, false);
     }
 
     /// The same render goes on in another picture, which is filled from its first sample on: another size, another filter.
     pub fn begin_again(&mut self, run: &RunSpec) {
-        self.forget(run, self.began.elapsed());
+        let watch = Box::new(watch(run, self.target));
+        self.forget(run, watch, self.began.elapsed(), true);
     }
 
-    fn forget(&mut self, run: &RunSpec, ended: Duration) {
-        let watch = Box::new(watch(run, self.target));
+    fn forget(&mut self, run: &RunSpec, watch: Box<ErrorMonitor>, ended: Duration, goes_on: bool) {
         let last = std::mem::replace(&mut self.run, Arc::new(run.clone()));
         let mut inbox = unpoisoned(&self.shared.inbox);
         inbox.messages.retain(|message| !matches!(message, Message::Block { .. }));
@@ -197,7 +207,7 @@ impl Observer {
         if self.beside == Beside::Window {
             inbox.rest = Instant::now() + REST;
         }
-        inbox.messages.push_back(Message::Begin(watch, ended, last));
+        inbox.messages.push_back(Message::Begin { watch, ended, last, goes_on });
         // Under the lock, so that the thread cannot be at work on the new one already.
         let mut state = unpoisoned(&self.shared.state);
         *state = (state.0 + 1, Arc::default());
@@ -212,9 +222,9 @@ impl Observer {
         }
     }
 
-    /// The picture of this render is compared now and then with what another method finds.
-    pub fn probe(&self, probe: Probe) {
-        self.send(Message::Probe(probe), false);
+    /// The stated error of this render counts what these witnesses find and its picture lacks.
+    pub fn call(&self, witnesses: Witnesses) {
+        self.send(Message::Witnesses(witnesses), false);
     }
 
     /// Tells the observer of a rectangle of the picture what is shown of it: from now on what it states is the error of the mean of both, each
@@ -426,15 +436,17 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
                     shared.publish(number, &watch);
                 }
             }
-            Message::Begin(new, ended, run) => {
-                predictions::log(&run, &watch.prediction_outcomes(ended.as_secs_f64()));
+            Message::Begin { watch: new, ended, last, goes_on } => {
+                predictions::log(&last, &watch.prediction_outcomes(ended.as_secs_f64()));
+                let witnesses = watch.take_witnesses().filter(|_| goes_on);
                 (watch, number) = (*new, number + 1);
+                witnesses.into_iter().for_each(|witnesses| watch.set_witnesses(witnesses));
             }
             Message::Aim(target) => {
                 watch.set_target(target);
                 shared.publish(number, &watch);
             }
-            Message::Probe(probe) => watch.set_probe(probe),
+            Message::Witnesses(witnesses) => watch.set_witnesses(witnesses),
             Message::Lend(lent, borrower) => {
                 let others = match lent {
                     Lent::Shown(Region { origin, extent }) => {

@@ -255,9 +255,9 @@ impl<'a> BatchRender<'a> {
             _ => Observer::start(run, goal.error, Beside::Render),
         });
         let observer = observer.transpose()?;
-        if let Some((observer, probe)) = observer.as_ref().zip(method::probe(run, &self.scene, &self.camera))
-        {
-            observer.probe(probe);
+        let witnesses = method::witnesses(run, &self.scene, &self.camera);
+        if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
+            observer.call(witnesses);
         }
         let per_index = method::paths_per_index(run.integrator);
         let bar = Progress::new(

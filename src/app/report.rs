@@ -174,8 +174,11 @@ pub struct ErrorReport {
     pub p99: Interval,
     /// Mean of the squared error over the squared luminance plus 0.01.
     pub rel_mse: Interval,
-    /// How much of the light single samples carry, and what another method finds more.
+    /// How much of the light single samples carry, and what other methods find more.
     pub light: LateLight,
+    /// What the picture lacks and the figures count, if it is worth telling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unfound: Option<String>,
     /// Why the figures cannot be trusted, if light is still being found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warning: Option<String>,
@@ -218,6 +221,7 @@ impl ErrorReport {
             p99,
             rel_mse: state.held_out.rel_mse,
             light: state.late,
+            unfound: state.late.unfound(),
             warning: state.late.warning(),
             besides: match run.integrator {
                 _ if run.reweighted.is_some() => Some("the reweighting of fireflies"),
@@ -251,8 +255,8 @@ impl ErrorReport {
             Some(target) => text += &format!(", not the {} that were asked for", round_percent(target)),
             None => {}
         }
-        if let Some(warning) = &self.warning {
-            text += &format!("; {warning}");
+        for more in self.unfound.iter().chain(&self.warning) {
+            text += &format!("; {more}");
         }
         text += &format!("; the largest sample carries {} of the light", percent(self.light.largest.one));
         text

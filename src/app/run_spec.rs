@@ -89,6 +89,7 @@ impl RunEnd {
         let largest = percent(error.late.largest.one);
         self.notes.push(("largestSample", format!("{largest} of the light")));
         self.notes.extend(error.late.warning().map(|warning| ("warning", warning)));
+        self.notes.extend(error.late.unfound().map(|unfound| ("unfound", unfound)));
     }
 }
 

@@ -102,6 +102,7 @@ pub mod ring;
 pub mod sample;
 pub mod signal;
 pub mod sync;
+pub mod witnessed;
 
 pub use block::{BLOCK_SAMPLES, Block, Header, MOST_GROUPS};
 pub use block_sink::{BlockSink, Totals};
@@ -111,3 +112,4 @@ pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes
 pub use rejections::{Cause, Fault, FaultyValue, Rejected, Rejections};
 pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed, tracer_seed};
 pub use sample::{MAX_VALUE, PathCounts, Sample, SampleSink, UvWindow};
+pub use witnessed::WitnessedArea;

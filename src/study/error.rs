@@ -14,6 +14,7 @@
 use crate::image::compare::luminance;
 use crate::math::bits::mix;
 use crate::study::interval::{Interval, Z90, student_95};
+use crate::study::witness::UnfoundLight;
 
 /// Width and height of a tile in pixels.
 pub const TILE: usize = 8;
@@ -165,6 +166,8 @@ pub struct ErrorField {
     tiles: Vec<ErrorTile>,
     /// Mean luminance of the picture.
     mean: f64,
+    /// Light that witnesses have found and the picture has not.
+    unfound: UnfoundLight,
 }
 
 /// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. It
@@ -284,7 +287,10 @@ impl ErrorField {
             tile.luminance += luminance;
             (seen, sum) = (seen + 1, sum + luminance);
         }
-        (seen as f64 >= MIN_COVERAGE * count as f64).then(|| Self { grid, tiles, mean: sum / seen as f64 })
+        (seen as f64 >= MIN_COVERAGE * count as f64).then(|| {
+            let unfound = UnfoundLight::default();
+            Self { grid, tiles, mean: sum / seen as f64, unfound }
+        })
     }
 
     /// Sum of the luminance of each tile's pixels, row by row.
@@ -319,6 +325,52 @@ impl ErrorField {
         }
     }
 
+    /// Counts light that the picture lacks as an error of its tiles, and what they have and lack as their luminance.
+    pub(super) fn add_unfound(&mut self, unfound: UnfoundLight) {
+        for (tile, brightness) in self.tiles.iter_mut().zip(&unfound.brightness) {
+            let pixels: f64 = tile.quarters.iter().map(|quarter| quarter.pixels).sum();
+            tile.luminance = tile.luminance.max(brightness * pixels);
+        }
+        self.unfound = unfound;
+    }
+
+    /// Light that the pixels of the tile lack, root mean square of luminance, so many standard deviations from what is known of it.
+    fn lacks(&self, tile: usize, deviations: f64) -> f64 {
+        let UnfoundLight { light, deviation, scattered, .. } = &self.unfound;
+        let known = light.get(tile).map_or(0.0, |light| light * (1.0 + deviations * deviation));
+        let more = if self.is_scattered(tile) {
+            scattered.rms * (1.0 + deviations * scattered.deviation)
+        } else {
+            0.0
+        };
+        (known + more).max(0.0)
+    }
+
+    /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
+    fn lacks_relative(&self, tile: usize, luminance: f64, deviations: f64) -> f64 {
+        let UnfoundLight { light, deviation, scattered, .. } = &self.unfound;
+        let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
+        let known =
+            light.get(tile).map_or(0.0, |light| square(light * (1.0 + deviations * deviation), luminance));
+        if !self.is_scattered(tile) || scattered.light <= 0.0 {
+            return known;
+        }
+        // A part of the pixels lacks all of it, and is brighter by as much.
+        let part = (scattered.light / scattered.rms).powi(2);
+        let lacks = scattered.light / part * (1.0 + deviations * scattered.deviation).max(0.0);
+        known + part * square(lacks, luminance + lacks)
+    }
+
+    /// Whether the tile stands for one of those that lack light, nobody knows which.
+    fn is_scattered(&self, tile: usize) -> bool {
+        self.unfound.scattered.tiles.binary_search(&tile).is_ok()
+    }
+
+    /// Luminance that it lacks then, which is not in its own.
+    fn scattered(&self, tile: usize) -> f64 {
+        if self.is_scattered(tile) { self.unfound.scattered.light } else { 0.0 }
+    }
+
     /// Columns and rows of tiles.
     pub fn grid(&self) -> [usize; 2] {
         self.grid
@@ -326,13 +378,18 @@ impl ErrorField {
 
     /// Relative error of every tile, row by row; 0 where it is unknown.
     pub fn map(&self) -> Vec<f64> {
-        self.tiles.iter().map(|tile| self.relative(tile, &[0, 1, 2, 3]).unwrap_or(0.0)).collect()
+        (0..self.tiles.len()).map(|i| self.relative(i, &[0, 1, 2, 3], 0.0).unwrap_or(0.0)).collect()
     }
 
     /// Mean square error of luminance.
     pub fn mean_square(&self) -> f64 {
-        let quarters = || self.tiles.iter().flat_map(|tile| tile.quarters);
-        let [square, pixels] = quarters().fold([0.0; 2], |[s, p], q| [s + q.square, p + q.pixels]);
+        let [mut square, mut pixels] = [0.0; 2];
+        for (i, tile) in self.tiles.iter().enumerate() {
+            for quarter in tile.quarters {
+                square += quarter.square + quarter.pixels * self.lacks(i, 0.0).powi(2);
+                pixels += quarter.pixels;
+            }
+        }
         if pixels > 0.0 { square / pixels } else { 0.0 }
     }
 
@@ -356,25 +413,36 @@ impl ErrorField {
             .collect()
     }
 
-    fn relative(&self, tile: &ErrorTile, quarters: &[usize]) -> Option<f64> {
+    fn relative(&self, i: usize, quarters: &[usize], deviations: f64) -> Option<f64> {
+        let tile = &self.tiles[i];
         let all: f64 = tile.quarters.iter().map(|q| q.pixels).sum();
         let pixels: f64 = quarters.iter().map(|&q| tile.quarters[q].pixels).sum();
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
-        let against = (tile.luminance / all).abs() + FLOOR * self.mean.abs();
-        (pixels > 0.0 && against > 0.0).then(|| (square / pixels).sqrt() / against)
+        let against = (tile.luminance / all).abs() + self.scattered(i) + FLOOR * self.mean.abs();
+        (pixels > 0.0 && against > 0.0)
+            .then(|| (square / pixels + self.lacks(i, deviations).powi(2)).sqrt() / against)
     }
 
-    /// Quantiles and relMSE of some tiles, from the first `count` of the quarters that `choose` orders for every tile.
-    fn values(&self, subset: TileSubset, choose: impl Fn(usize) -> [usize; 4], count: usize) -> [f64; 4] {
+    /// Quantiles and relMSE of some tiles, from the first `count` of the quarters that `choose` orders for every tile, with the light that the
+    /// picture lacks, so many standard deviations from what is known of it.
+    fn values(
+        &self,
+        subset: TileSubset,
+        choose: impl Fn(usize) -> [usize; 4],
+        count: usize,
+        deviations: f64,
+    ) -> [f64; 4] {
         let mut errors = Vec::with_capacity(self.tiles.len());
         let (mut relative, mut pixels) = (0.0, 0.0);
         for (i, tile) in
             self.tiles.iter().enumerate().filter(|(i, _)| subset.contains(i % self.grid[0], i / self.grid[0]))
         {
             let quarters = choose(i);
-            errors.extend(self.relative(tile, &quarters[..count]));
+            errors.extend(self.relative(i, &quarters[..count], deviations));
+            let all: f64 = tile.quarters.iter().map(|q| q.pixels).sum();
+            let lacks = self.lacks_relative(i, tile.luminance / all.max(1.0), deviations);
             for &q in &quarters[..count] {
-                relative += tile.quarters[q].relative;
+                relative += tile.quarters[q].relative + tile.quarters[q].pixels * lacks;
                 pixels += tile.quarters[q].pixels;
             }
         }
@@ -393,7 +461,12 @@ impl ErrorField {
     /// half-samples.
     pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
-        let whole = self.values(tiles, |_| [0, 1, 2, 3], 4);
+        let whole = self.values(tiles, |_| [0, 1, 2, 3], 4, 0.0);
+        let is_uncertain = self.unfound.deviation > 0.0 || !self.unfound.scattered.tiles.is_empty();
+        let [more, less] = [1.0, -1.0].map(|deviations| match is_uncertain {
+            true => self.values(tiles, |_| [0, 1, 2, 3], 4, deviations),
+            false => whole,
+        });
         let (mut sums, mut squares) = ([0.0; 4], [0.0; 4]);
         for half in 0..HALF_SAMPLES as u64 {
             let choose = |tile: usize| {
@@ -405,7 +478,7 @@ impl ErrorField {
                 }
                 kept
             };
-            let some = self.values(tiles, choose, 2);
+            let some = self.values(tiles, choose, 2, 0.0);
             for i in 0..4 {
                 let log = if whole[i] > 0.0 { (some[i] / whole[i]).max(1e-9).ln() } else { 0.0 };
                 (sums[i], squares[i]) = (sums[i] + log, squares[i] + log * log);
@@ -415,7 +488,10 @@ impl ErrorField {
         let count = HALF_SAMPLES as f64;
         let variance = |i: usize| ((squares[i] - sums[i] * sums[i] / count) / (count - 1.0)).max(0.0);
         let widened = half_interval() / Z90;
-        let interval = |i: usize| Interval::of_log(whole[i], widened * (2.0 * variance(i)).sqrt());
+        let of_unfound = |i: usize| if less[i] > 0.0 { 0.5 * (more[i] / less[i]).ln() } else { 0.0 };
+        let interval = |i: usize| {
+            Interval::of_log(whole[i], (widened * (2.0 * variance(i)).sqrt()).hypot(of_unfound(i)))
+        };
         ErrorEstimate {
             relative: [interval(0), interval(1), interval(2)],
             rel_mse: interval(3),

@@ -14,7 +14,7 @@
 //!    over its neighbourhood first ([`largest`]).
 //! 3. [`error`], [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below,
 //!    each with an [`Interval`] that contains the true error of this very picture with a probability of 90 %, but less often where
-//!    light is found late ([`late`]).
+//!    light is found late ([`late`]). Of that light, [`witness`] tells what other methods find: it counts as error where the picture lacks it.
 //! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] (`monitor.rs`, run by `app/observer.rs` on a thread) takes checkpoints of
 //!    the error during a render, fits a power law through them and predicts the time to the target. It is silent before 4
 //!    samples per pixel and predicts nothing before 8. Every prediction is scored afterwards.
@@ -30,8 +30,8 @@
 //! It is neither the standard error that the display steers its blur by (`client/pass/variance.rs`) nor a difference to
 //! another picture ([`image::compare`](crate::image::compare)).
 //!
-//! It is the error of the unblurred picture, as the EXR has it. It excludes light that has not been sampled yet, and the bias
-//! of photon mapping, which both replicates share. Where it is likely that much light is still being found, [`late`] says so.
+//! It is the error of the unblurred picture, as the EXR has it. It excludes the bias of photon mapping, which both
+//! replicates share, and light that neither samples nor witnesses have met. Where it is likely that much light is still being found, [`late`] says so.
 //!
 //! # Example
 //!
@@ -83,6 +83,7 @@ pub mod prediction;
 mod regions;
 pub mod replicates;
 mod smooth;
+pub mod witness;
 
 pub use error::{ErrorEstimate, ErrorField, TileSubset};
 pub use exact_replicates::{ExactPixel, ExactReplicates};

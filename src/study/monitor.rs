@@ -4,9 +4,10 @@ use crate::stream::{PathCounts, Sample};
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::error::{ErrorEstimate, OtherSamples, ReplicatePixel, TileSubset};
 use crate::study::exact_replicates::ExactReplicates;
-use crate::study::late::{LateLight, Probe, ProbeState};
+use crate::study::late::LateLight;
 use crate::study::prediction::{Prediction, PredictionOutcome, next_target, predict, time_reached};
 use crate::study::replicates::Replicates;
+use crate::study::witness::{WitnessState, Witnesses, unfound};
 
 /// Samples per pixel at the first checkpoint.
 const FIRST_CHECKPOINT: f64 = 4.0;
@@ -95,7 +96,7 @@ pub struct ErrorMonitor {
     at: ErrorQuantile,
     status: ErrorStatus,
     predictions: Vec<Prediction>,
-    probe: Option<ProbeState>,
+    witnesses: Option<WitnessState>,
     /// What is shown is the mean of this render's picture and these.
     others: Vec<OtherSamples>,
     /// Paths of those among them that cover the whole picture.
@@ -117,7 +118,7 @@ impl ErrorMonitor {
             target,
             status: ErrorStatus::default(),
             predictions: Vec::new(),
-            probe: None,
+            witnesses: None,
             others: Vec::new(),
             base: 0.0,
             coverage: 1.0,
@@ -144,9 +145,14 @@ impl ErrorMonitor {
         Some((self.exact.clone()?, seen))
     }
 
-    /// Compares the picture now and then with what another method finds.
-    pub fn set_probe(&mut self, probe: Probe) {
-        self.probe = Some(ProbeState::new(probe));
+    /// From now on the stated error counts what these witnesses find and the picture lacks.
+    pub fn set_witnesses(&mut self, witnesses: Witnesses) {
+        self.witnesses = Some(WitnessState::new(witnesses));
+    }
+
+    /// The witnesses that were set, for a monitor of the same render.
+    pub fn take_witnesses(&mut self) -> Option<Witnesses> {
+        self.witnesses.take().map(WitnessState::into_witnesses)
     }
 
     /// The same where only this part of the paths begins within the picture: the others lie around it, for the film's filter.
@@ -265,12 +271,14 @@ impl ErrorMonitor {
         self.due = samples.max(1.0) * CHECKPOINT_RATIO;
         let size = self.sums.size();
         let Some((pixels, _)) = self.pixels() else { return };
-        let Some((field, largest)) = self.sums.error(&pixels) else { return };
-        let missing = self.probe.as_mut().and_then(|probe| {
-            probe.update(samples);
-            probe.missing(&pixels, size)
-        });
-        self.status.late = LateLight { largest, missing };
+        let Some((mut field, largest)) = self.sums.error(&pixels) else { return };
+        if let Some(witnesses) = &mut self.witnesses {
+            witnesses.update(samples, size);
+        }
+        let (largest_samples, per_pixel) = (&self.sums.largest, self.sums.per_pixel());
+        let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel);
+        self.status.late = LateLight { largest, missing: unfound.share, caustics: unfound.caustics };
+        field.add_unfound(unfound);
         let estimate = field.estimate(TileSubset::All);
         let error = estimate.relative[self.at.index()];
         // A picture that is still black has no small error.

@@ -78,16 +78,21 @@ impl Replicates {
     /// replicates have reached too few pixels.
     pub fn error(&self, pixels: &[ReplicatePixel]) -> Option<(ErrorField, LargestShares)> {
         let mut field = ErrorField::new(pixels, self.size)?;
-        let samples = match self.density_weights {
-            true => self.parts.iter().flat_map(|part| &part.camera).map(|sum| f64::from(sum[3])).sum(),
-            false => self.paths() as f64,
-        };
-        // At least one: without samples there are no large ones either.
-        let per_pixel = (samples / (self.size[0] * self.size[1]) as f64).max(f64::MIN_POSITIVE);
+        let per_pixel = self.per_pixel();
         let sums: Vec<f64> = field.luminances().map(|sum| sum * per_pixel).collect();
         let excess: Vec<f64> = self.largest.excess().iter().map(|excess| excess / per_pixel).collect();
         field.spread(&excess);
         Some((field, self.largest.shares(&sums)))
+    }
+
+    /// Samples per pixel, as the luminances of the [largest](LargestSamples) ones are to be divided by.
+    pub(super) fn per_pixel(&self) -> f64 {
+        let samples = match self.density_weights {
+            true => self.parts.iter().flat_map(|part| &part.camera).map(|sum| f64::from(sum[3])).sum(),
+            false => self.paths() as f64,
+        };
+        // More than none: without samples there are no large ones either.
+        (samples / (self.size[0] * self.size[1]) as f64).max(f64::MIN_POSITIVE)
     }
 
     /// Adds a block that begins at path `first_index`; no block spans two chunks.

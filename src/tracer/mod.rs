@@ -34,6 +34,7 @@
 //!   tells what a path met, for `pointillist replay` and for audits.
 //! - **Lamps seen in mirrors and through glass** are looked for along what a path does not choose, too: [`specular_chain`].
 //! - **Where camera paths begin** on the screen, evenly or where the picture needs them: [`screen`].
+//! - **What a method may not find**, as other methods know it: [`witness`].
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;
@@ -68,6 +69,7 @@ pub mod subpath_mis;
 mod tangents;
 mod texture_coordinates;
 pub mod wavelength_mis;
+pub mod witness;
 
 pub use camera::Camera;
 pub use integrator::{Integrator, PathTracer};

@@ -42,3 +42,4 @@ mod sampler_sequence;
 mod textured_lights;
 mod textures;
 mod vcm;
+mod witness;

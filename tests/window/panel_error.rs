@@ -26,6 +26,7 @@ fn known() -> ErrorSummary {
         fit: (0..20).map(|i| curve(3.0 * 1.25f64.powi(i))).collect(),
         prediction: Some([62.0, 56.0, 75.0]),
         warning: None,
+        unfound: None,
         message: "1 % in about 42 s (90 %: 36–55 s)".into(),
         seconds: 20.0,
         compared: Vec::new(),

@@ -11,9 +11,10 @@ use std::sync::Arc;
 use pointillist::scene::desc::SceneDesc;
 use pointillist::scene::load;
 use pointillist::stream::UvWindow;
+use pointillist::study::error::TILE;
 use pointillist::study::{ErrorField, ErrorMonitor, TileSubset};
-use pointillist::tracer::choice::probe;
 use pointillist::tracer::integrator::{BidirectionalTracer, PathTracer, RenderContext, Replicated};
+use pointillist::tracer::witness;
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 use super::common::Outcome;
@@ -135,15 +136,11 @@ fn study(path: &Path, arguments: &Arguments, score: &mut Score) -> Outcome {
     for (method, trace) in methods {
         let run = |seed: u32| {
             let mut levels = Vec::new();
-            let (context, mut probed) = (subject.context(seed), None);
-            if method == "path" {
-                let context = context.clone();
-                probed =
-                    Some(Box::new(move |paths| probe(&context, paths)) as pointillist::study::late::Probe);
-            }
+            let context = subject.context(seed);
+            let mut witnesses = Some(witness::pair(context.clone(), TILE as u32, method == "path"));
             trace(&context, &spp, side, &mut |spp, monitor| {
-                if let Some(probe) = probed.take() {
-                    monitor.set_probe(probe);
+                if let Some(witnesses) = witnesses.take() {
+                    monitor.set_witnesses(Box::new(witnesses));
                 }
                 monitor.take_checkpoint(spp as f64);
                 let truth = ErrorField::against(&picture(monitor), &reference, size);

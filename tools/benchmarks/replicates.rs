@@ -19,11 +19,13 @@ use pointillist::image::compare::luminance;
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
+use pointillist::study::error::TILE;
 use pointillist::study::interval::Z90;
-use pointillist::study::{ErrorField, Interval, Replicates, TileSubset};
+use pointillist::study::{ErrorField, ErrorMonitor, Interval, TileSubset};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated, VcmTracer,
 };
+use pointillist::tracer::witness;
 use pointillist::tracer::{Camera, Integrator, Scene};
 
 use super::common::Outcome;
@@ -46,6 +48,9 @@ pub struct Arguments {
     /// The pixel filter
     #[arg(long, value_enum, default_value = "box")]
     filter: Filter,
+    /// State errors without witnesses of light that is found late
+    #[arg(long)]
+    no_witnesses: bool,
 }
 
 /// The pixel filter.
@@ -61,6 +66,8 @@ struct Options {
     spp: u64,
     runs: u32,
     filter: SplatFilter,
+    /// Witnesses tell what has not been found: of caustics behind mirrors and glass, or of all.
+    witnesses: Option<bool>,
 }
 
 /// One run at some number of samples.
@@ -82,7 +89,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Filter::Box => SplatFilter::Box,
         Filter::Gaussian => SplatFilter::Gaussian,
     };
-    let options = Options { side: arguments.size, spp: arguments.spp, runs: arguments.runs, filter };
+    let options = Options {
+        side: arguments.size,
+        spp: arguments.spp,
+        runs: arguments.runs,
+        filter,
+        witnesses: (!arguments.no_witnesses).then_some(false),
+    };
     let usual = [
         ["scenes/cornell.xml", "path"],
         ["scenes/cornell_spheres.xml", "bidirectional"],
@@ -112,6 +125,14 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
         .find(|(name, _)| *name == method)
         .ok_or("the methods are path, light, bidirectional, photon and vcm")?
         .1;
+    let options = Options {
+        witnesses: options.witnesses.and(match desc.integrator.kind {
+            IntegratorKind::Path | IntegratorKind::Light => Some(true),
+            IntegratorKind::Bidirectional => Some(false),
+            _ => None,
+        }),
+        ..options
+    };
     let (scene, camera) = (Arc::new(Scene::prepare(&desc)?), Camera::of(&desc)?);
     let run = |seed: u32, divided: bool| {
         let context =
@@ -153,7 +174,10 @@ fn trace<I: Integrator + From<RenderContext>>(
     let pixels = u64::from(options.side).pow(2);
     let per = integrator.paths_per_index();
     let each = per.camera.max(per.light);
-    let mut sums = Replicates::new([options.side; 2], options.filter.energy());
+    let mut monitor = ErrorMonitor::new([options.side; 2], options.filter.energy(), None);
+    if let Some(all) = options.witnesses {
+        monitor.set_witnesses(Box::new(witness::pair(context.clone(), TILE as u32, all)));
+    }
     let (mut scratch, mut sink) = (Default::default(), Sink::new(options.side as usize));
     let (mut levels, mut index, mut snapshots) = (Run::new(), 0, BTreeMap::new());
     // Half samples per pixel, so that quarters of every level are among them.
@@ -163,7 +187,7 @@ fn trace<I: Integrator + From<RenderContext>>(
             sink.samples.clear();
             integrator.trace(index, &mut scratch, &mut sink);
             if divided {
-                sums.add(index, per, &sink.samples);
+                monitor.add(index, per, &sink.samples);
             } else {
                 sink.add();
             }
@@ -176,7 +200,7 @@ fn trace<I: Integrator + From<RenderContext>>(
         }
         if halves % 2 == 0 && spp.is_power_of_two() && spp >= 2 {
             levels.push(match divided {
-                true => stated(spp, &sums),
+                true => stated(spp, &mut monitor),
                 false => whole(spp, &snapshots),
             });
         }
@@ -185,10 +209,13 @@ fn trace<I: Integrator + From<RenderContext>>(
 }
 
 /// A level of a divided run.
-fn stated(spp: u64, sums: &Replicates) -> Level {
-    let known = sums.pixels().unwrap_or_default();
-    let figures = sums.error(&known).map(|(field, _)| field.estimate(TileSubset::All));
-    let stated = figures.map(|f| [f.relative[0], f.relative[1], f.relative[2], f.rel_mse]);
+fn stated(spp: u64, monitor: &mut ErrorMonitor) -> Level {
+    let known = monitor.replicates().pixels().unwrap_or_default();
+    monitor.take_checkpoint(spp as f64);
+    let status = monitor.status();
+    let is_known = status.checkpoints.last().is_some_and(|last| last.seconds == spp as f64);
+    let f = status.estimate;
+    let stated = is_known.then_some([f.relative[0], f.relative[1], f.relative[2], f.rel_mse]);
     Level { spp, picture: known.iter().map(|pixel| pixel.mean).collect(), stated, quarters: None }
 }
 

@@ -65,7 +65,7 @@ fn give(observer: &Observer, block: &Block) {
 #[test]
 fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
     let mut observer = Observer::start(&run(64, 64), aim(0.01), Beside::Window).expect("a thread");
-    observer.begin(&run(64, 64));
+    observer.begin(&run(64, 64), None);
     (0..8).for_each(|i| give(&observer, &chunk(i)));
     observer.sync();
     assert!(observer.state().checkpoints.is_empty(), "two samples per pixel");
@@ -84,7 +84,7 @@ fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
     let after = observer.state();
     assert_eq!((before, after.checkpoints.len()), (Some(0.01), checkpoints.len()));
     assert_eq!(after.prediction.map(|said| said.target), Some(0.001));
-    observer.begin(&run(64, 64));
+    observer.begin(&run(64, 64), None);
     assert!(observer.state().checkpoints.is_empty(), "of the new render nothing is known");
 }
 
@@ -94,13 +94,13 @@ fn sixty_renders_in_a_second_leave_nothing_behind() {
     let mut observer = Observer::start(&large, aim(0.01), Beside::Window).expect("a thread");
     let block = chunk(0);
     for _ in 0..60 {
-        observer.begin(&large);
+        observer.begin(&large, None);
         (0..40).for_each(|_| give(&observer, &block));
         assert!(observer.waiting() <= 40 * BLOCK_SAMPLES, "{}", observer.waiting());
         std::thread::sleep(Duration::from_millis(2));
     }
     // A render that lasts is watched, from its first block on.
-    observer.begin(&run(16, 16));
+    observer.begin(&run(16, 16), None);
     (0..8).for_each(|i| give(&observer, &chunk(i)));
     let (state, _) = observer.end();
     assert!((state.samples_per_pixel - 32.0).abs() < 1e-9 && observer.waiting() == 0);

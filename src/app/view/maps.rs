@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use crate::app::observer::Observer;
 use crate::app::view::session::RenderSession;
-use crate::client::window::panel::{ColorScale, ErrorSummary, FalseColorMap, MapChoice, PictureOverlay};
+use crate::client::window::panel::{
+    ColorScale, ErrorSummary, FalseColorMap, MapChoice, PictureOverlay, UnfoundSummary,
+};
 use crate::scene::desc::IntegratorKind;
 use crate::server::{COST_CELLS, CostMap};
 use crate::study::error::TILE;
@@ -114,6 +116,13 @@ fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> Error
         fit: predicted_curve(&state.checkpoints, until),
         prediction: said.map(|said| [said.seconds.value, said.seconds.low, said.seconds.high]),
         message,
+        unfound: state.late.unfound().map(|text| UnfoundSummary {
+            text,
+            method: match state.late.is_caustics() {
+                true => IntegratorKind::Vcm.name(),
+                false => IntegratorKind::Bidirectional.name(),
+            },
+        }),
         warning: state.late.warning(),
         seconds,
         compared: Vec::new(),

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::app::light_groups::{GroupFilms, GroupMemory};
+use crate::app::method;
 use crate::app::noise_filter::{EpochView, FilteredFrame};
 use crate::app::observer::{Beside, Observer};
 use crate::app::report::human;
@@ -310,10 +311,10 @@ impl LivePicture {
         self.meter.clear();
         self.regions.clear();
         self.mix.begin_epoch();
-        self.filter.begin_epoch(run, view, settings);
         if let Some(observer) = &mut self.observer {
-            observer.begin(run);
+            observer.begin(run, method::witnesses(run, &view.scene, &view.camera));
         }
+        self.filter.begin_epoch(run, view, settings);
         (self.unseen, self.running, self.failures) = (true, true, 0);
         // What the film before has kept matters no more.
         self.dropped = None;

@@ -15,7 +15,7 @@ use super::survey::Survey;
 use super::trial::{CELLS, SIDE, Trial};
 
 /// Number of blocks along either side of the picture in which means are compared.
-pub(super) const BLOCKS: usize = 4;
+const BLOCKS: usize = 4;
 
 /// Number of standard errors from which a difference of means counts.
 const SIGNIFICANT: f64 = 4.0;
@@ -143,7 +143,7 @@ fn cells_of(block: usize) -> impl Iterator<Item = usize> {
 }
 
 /// The mean of a block and its variance.
-pub(super) fn mean_of(trial: &Trial, block: usize) -> (f64, f64) {
+fn mean_of(trial: &Trial, block: usize) -> (f64, f64) {
     let n = (WIDTH * WIDTH) as f64;
     let (mean, variance) = cells_of(block).fold((0.0, 0.0), |(mean, variance), cell| {
         (mean + trial.grid.mean(cell), variance + trial.grid.variance_of_mean(cell))

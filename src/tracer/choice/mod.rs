@@ -21,12 +21,10 @@
 //! second after the last edit. The reason is printed and stands, with every rating, in the picture's file and in `--json`.
 
 mod decide;
-mod probe;
 mod survey;
 mod trial;
 
 pub use decide::{IntegratorChoice, IntegratorRating, decide};
-pub use probe::probe;
 pub use survey::{SubpathLengths, Survey};
 pub use trial::Trial;
 

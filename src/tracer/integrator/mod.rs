@@ -9,6 +9,7 @@
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
 //! vcm              bidirectional path tracing, and photons for what it cannot connect
+//! caustic_witness  the same with few paths, for the error of other methods
 //! depth            distances, without light
 //! check            `--check-plan`: the plan of effects is compared with the code for everything
 //! ```
@@ -41,6 +42,7 @@
 //!    `tests/tracer/effects_check.rs`.
 
 mod bidirectional;
+mod caustic_witness;
 mod check;
 mod context;
 mod depth;
@@ -52,6 +54,7 @@ mod photon;
 mod vcm;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
+pub use caustic_witness::{CausticWitness, WitnessScratch};
 pub use check::{CheckedIntegrator, PlanCheckTally};
 pub use context::RenderContext;
 pub use depth::DepthTracer;

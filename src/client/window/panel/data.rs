@@ -265,10 +265,21 @@ pub struct ErrorSummary {
     pub message: String,
     /// Why the error cannot be trusted, in words.
     pub warning: Option<String>,
+    /// Light that the picture lacks and the error counts, if it is worth telling.
+    pub unfound: Option<UnfoundSummary>,
     /// Seconds since the render began.
     pub seconds: f64,
     /// Seconds and error of the checkpoints of the picture that this one is compared with.
     pub compared: Vec<[f64; 2]>,
+}
+
+/// Light that the picture lacks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnfoundSummary {
+    /// How much, and of what kind.
+    pub text: String,
+    /// Name of the method that finds it.
+    pub method: &'static str,
 }
 
 /// The map that the user wants to see over the picture.

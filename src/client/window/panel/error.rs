@@ -3,7 +3,8 @@
 use egui::{ComboBox, RichText, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, PlotPoints, PlotUi, Points};
 
-use crate::client::window::panel::{ErrorSummary, TARGETS, still_plot, style, trimmed};
+use crate::client::window::action::Action;
+use crate::client::window::panel::{ErrorSummary, TARGETS, UnfoundSummary, still_plot, style, trimmed};
 
 /// Height of the plot, points.
 const HEIGHT: f32 = 132.0;
@@ -29,8 +30,8 @@ const TIMES: [(f64, &str); 14] = [
 /// Colour of the curve of the picture that is compared with.
 const COMPARED: egui::Color32 = egui::Color32::from_rgb(110, 170, 220);
 
-/// Draws the section; the user chooses the target.
-pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64) {
+/// Draws the section; the user chooses the target, and may choose another method.
+pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64, actions: &mut Vec<Action>) {
     let Some(error) = error else {
         ui.colored_label(style::DIM, "Not known: one randomisation only (--replicates 1).");
         return;
@@ -49,6 +50,12 @@ pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64) 
     // The line is there before the first checkpoint too, so that nothing moves away from the pointer.
     let message = if error.quantiles.is_some() { error.message.as_str() } else { "" };
     ui.colored_label(style::ACCENT, message);
+    if let Some(UnfoundSummary { text, method }) = &error.unfound {
+        ui.label(text);
+        if ui.button(format!("Find it by {method}")).clicked() {
+            actions.push(Action::SetMethod(Some(method)));
+        }
+    }
     if let Some(warning) = &error.warning {
         ui.colored_label(ui.visuals().warn_fg_color, "Light is still being found").on_hover_text(warning);
     }

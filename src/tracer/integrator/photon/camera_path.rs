@@ -124,6 +124,18 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end()
     }
 
+    /// What photons show of the caustics on the first surface along `ray`.
+    pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray) -> Xyz {
+        let context = &self.tracer.context;
+        if let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
+            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
+            if vertex.bsdf.has_diffuse_part() {
+                self.gather(&vertex, PhotonLayer::Caustic);
+            }
+        }
+        self.end().0
+    }
+
     /// What it has found.
     fn end(mut self) -> (Xyz, C) {
         self.state.credits.settle(&self.state.lambda);

@@ -58,7 +58,7 @@ const NEIGHBOURS: usize = 12;
 
 /// Photons at which a map stops growing: 1.3 GB, and up to 2.5 times as much in all while its largest trees are merged. From
 /// there on noise goes on shrinking and blur does not.
-const LIMIT: usize = 1 << 25;
+pub(super) const LIMIT: usize = 1 << 25;
 
 /// How far light paths go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,6 +157,26 @@ impl PhotonTracer {
                 value
             }
             _ => path.begin(scratch).merge::<Unmixed>(ray, sampler).0,
+        }
+    }
+
+    /// What photons show of the caustics on the surface that the camera sees first from the place and through the lens that `sampler` chooses.
+    pub(super) fn seen(
+        &self,
+        snapshot: &Snapshot,
+        scratch: &mut PhotonScratch,
+        sampler: &Sampler,
+        wavelength: f32,
+    ) -> Xyz {
+        let numbers = sampler.camera();
+        let lookup = self.schedule.lookup(snapshot.generations);
+        let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens);
+        let path = PathStart { tracer: self, snapshot, lookup, wavelength };
+        match self.context.scene.material_class() {
+            MaterialClass::Mixed | MaterialClass::Recorded | MaterialClass::Credited => {
+                path.begin(scratch).seen::<Bsdf>(ray)
+            }
+            _ => path.begin(scratch).seen::<Unmixed>(ray),
         }
     }
 

@@ -1,0 +1,45 @@
+//! What witnesses have found in an area of the picture: how the tracer tells it to those who state the error.
+
+use std::ops::AddAssign;
+
+/// What was found in one area of the picture, or in several.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WitnessedArea {
+    /// Number of areas.
+    pub areas: f64,
+    /// Samples of camera paths.
+    pub samples: f64,
+    /// Sum of their luminance, and of its square.
+    pub camera: [f64; 2],
+    /// Mean luminance that light paths bring, and its variance; the sums of both over several areas.
+    pub light: [f64; 2],
+    /// Sum of the luminance of caustics at the samples of camera paths, as photons show it.
+    pub caustics: f64,
+}
+
+impl AddAssign for WitnessedArea {
+    fn add_assign(&mut self, other: Self) {
+        self.areas += other.areas;
+        self.samples += other.samples;
+        self.caustics += other.caustics;
+        for i in 0..2 {
+            self.camera[i] += other.camera[i];
+            self.light[i] += other.light[i];
+        }
+    }
+}
+
+impl WitnessedArea {
+    /// Mean luminance and its variance.
+    pub fn mean(&self) -> [f64; 2] {
+        let (n, areas) = (self.samples.max(1.0), self.areas.max(1.0));
+        let mean = self.camera[0] / n;
+        let variance = (self.camera[1] / n - mean * mean).max(0.0) / (n - 1.0).max(1.0);
+        [mean + self.light[0] / areas, variance + self.light[1] / (areas * areas)]
+    }
+
+    /// Mean luminance of caustics.
+    pub fn mean_caustics(&self) -> f64 {
+        self.caustics / self.samples.max(1.0)
+    }
+}

@@ -1,0 +1,590 @@
+//! Light that a render has not found, as witnesses and its own rare samples tell.
+//!
+//! The replicates of a render tell how far its samples scatter, and nothing of what no sample has met. Where rare samples bring much light,
+//! as caustics seen through glass do in bidirectional path tracing, nearly every tile of the picture lacks that light and
+//! states a small error. [`Witnesses`] are a few paths of other methods. They know all light coarsely, and with less noise that of caustics, from
+//! photons. What they find and the picture lacks is *unfound* light, which the stated error counts:
+//!
+//! - **What was met once.** Where single samples carry much of the light of some tiles, others have met none of theirs. As much light as was found
+//!   by one sample of a tile is, in expectation, not found by any (Good 1953, *The population frequencies of species and the estimation of
+//!   population parameters*), and the number of tiles that have met one sample and two estimates that of those which lack theirs (Chao 1984). Nobody
+//!   knows where they are.
+//! - **Caustics.** Let T be all light that the witnesses find, C the light of caustics, and P that of the picture without
+//!   single samples that carry much of a tile's light. The share β of the caustics that the picture lacks is found by
+//!   regression of T − P on C over the picture, weighted by variances; T and C are of different halves of the witnesses, so that their noise
+//!   does not look like light. A tile then lacks β C less the light of its few large samples.
+//! - **All other light.** Where T is above the picture by more than four standard errors, in squares from a sixteenth of the picture down to 2×2 tiles,
+//!   the difference is unfound.
+//!
+//! In a pixel that has not met a light of mean luminance u the error is u, so that u² adds to the mean square error that the replicates state.
+
+use std::fmt;
+use std::ops::AddAssign;
+
+use crate::image::compare::luminance;
+use crate::math::bits::mix;
+use crate::stream::WitnessedArea;
+use crate::study::error::{ReplicatePixel, TILE};
+use crate::study::largest::{KEPT, LargestSamples};
+
+/// Goes on to at least so many paths over a picture of this size in pixels; returns what two independent witnesses have found in each of
+/// its tiles of 8×8 pixels, row by row, since the render began.
+pub type Witnesses = Box<dyn FnMut(u64, [u32; 2]) -> [Vec<WitnessedArea>; 2] + Send>;
+
+/// Paths of the render for each one of the witnesses, which cost about twice as much.
+const PATHS_PER_WITNESS: f64 = 128.0;
+
+/// Least number of paths of the witnesses.
+const FIRST: f64 = 2048.0;
+
+/// Growth of the render from one look at the witnesses to the next.
+const GROWTH: f64 = 1.5;
+
+/// Samples from which the means of a tile and its surroundings are taken.
+const SAMPLES: f64 = 32.0;
+
+/// A sample that carries more than this share of the light of its tile is taken for a rare one.
+const RARE: f64 = 0.125;
+
+/// Number of standard errors from which other light counts, and at which β counts nothing.
+const SIGNIFICANT: [f64; 2] = [4.0, 2.0];
+
+/// Parts of the picture along either side, for the deviation of β and as the largest squares.
+const BLOCKS: usize = 4;
+
+/// Tiles along a side of the smallest squares.
+const SMALLEST: usize = 2;
+
+/// Light that some tiles lack, nobody knows which.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ScatteredLight {
+    /// As many tiles as lack it, ascending; any that have met no rare sample.
+    pub tiles: Vec<usize>,
+    /// Mean luminance that each of them lacks.
+    pub light: f64,
+    /// Root mean square of the luminance that its pixels lack: more than the mean where all of it belongs into few of them, as highlights do.
+    pub rms: f64,
+    /// Relative standard deviation of both.
+    pub deviation: f64,
+}
+
+/// Light that a picture lacks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UnfoundLight {
+    /// Mean luminance that each tile lacks, row by row.
+    pub light: Vec<f64>,
+    /// Luminance that each tile has and lacks.
+    pub brightness: Vec<f64>,
+    /// Relative standard deviation of `light`.
+    pub deviation: f64,
+    /// What some of the tiles lack on top of it.
+    pub scattered: ScatteredLight,
+    /// What witnesses have found and the picture lacks, as a share of all light; `None` without witnesses.
+    pub share: Option<f64>,
+    /// The part of it that is caustics.
+    pub caustics: f64,
+}
+
+/// [`Witnesses`] and what they have found.
+pub(super) struct WitnessState {
+    witnesses: Witnesses,
+    paths: f64,
+    halves: [Vec<WitnessedArea>; 2],
+}
+
+impl fmt::Debug for WitnessState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("WitnessState").field("paths", &self.paths).finish_non_exhaustive()
+    }
+}
+
+impl WitnessState {
+    pub(super) fn new(witnesses: Witnesses) -> Self {
+        Self { witnesses, paths: 0.0, halves: Default::default() }
+    }
+
+    /// The witnesses, for another picture of the same render.
+    pub(super) fn into_witnesses(self) -> Witnesses {
+        self.witnesses
+    }
+
+    /// Has the witnesses go on where the `paths` of the render of a picture of `size` pixels have grown.
+    pub(super) fn update(&mut self, paths: f64, size: [usize; 2]) {
+        // What they have traced follows from the render's paths alone, so that a render that is resumed states the same.
+        let steps = (paths / PATHS_PER_WITNESS / FIRST).log(GROWTH).floor().max(0.0);
+        let wanted = (FIRST * GROWTH.powf(steps)).round();
+        if wanted > self.paths {
+            (self.paths, self.halves) = (wanted, (self.witnesses)(wanted as u64, size.map(|n| n as u32)));
+        }
+    }
+}
+
+/// What a picture lacks that has `per_pixel` samples in each pixel.
+pub(super) fn unfound(
+    witnesses: Option<&WitnessState>,
+    pixels: &[ReplicatePixel],
+    size: [usize; 2],
+    largest: &LargestSamples,
+    per_pixel: f64,
+) -> UnfoundLight {
+    let picture = PictureTile::all(pixels, size, largest, per_pixel);
+    let grid = size.map(|n| n.div_ceil(TILE));
+    let pictures = Areas::new(&picture, grid);
+    let found =
+        witnesses.filter(|w| !picture.is_empty() && w.halves.iter().all(|h| h.len() == picture.len()));
+    let mut unfound = match found {
+        Some(found) => Comparison {
+            grid,
+            witnesses: found.halves.each_ref().map(|h| Areas::new(h, grid)),
+            picture: &picture,
+            pictures: &pictures,
+        }
+        .unfound(),
+        None => UnfoundLight {
+            light: vec![0.0; picture.len()],
+            brightness: picture.iter().map(|tile| tile.light).collect(),
+            ..UnfoundLight::default()
+        },
+    };
+    unfound.scattered = scattered(&picture, &unfound.light);
+    unfound
+}
+
+/// Light that an unknown part of the tiles lacks, by what was found in exactly one sample (Good 1953): in expectation, as much is not found at
+/// all. The number of these tiles is that of Chao (1984).
+fn scattered(picture: &[PictureTile], lacks: &[f64]) -> ScatteredLight {
+    let met = |n: f64| picture.iter().filter(move |tile| tile.count == n);
+    let [once, twice] = [1.0, 2.0].map(|n| met(n).count() as f64);
+    let mut tiles: Vec<usize> =
+        (0..picture.len()).filter(|&i| picture[i].count == 0.0 && lacks[i] == 0.0).collect();
+    let number = (once * (once - 1.0) / (2.0 * (twice + 1.0))).round().min(tiles.len() as f64);
+    if number < 1.0 {
+        return ScatteredLight::default();
+    }
+    // Nobody knows which: any of them.
+    tiles.sort_unstable_by_key(|&i| mix(i as u64));
+    tiles.truncate(number as usize);
+    tiles.sort_unstable();
+    let light = met(1.0).map(|tile| tile.rare).sum::<f64>() / number;
+    // Two samples in one place bring four times the square of one, in two places twice.
+    let [one, two] =
+        [1.0, 2.0].map(|n| met(n).map(|tile| tile.peak).sum::<f64>() / met(n).count().max(1) as f64);
+    let points = if one > 0.0 { (2.0 * two / one - 1.0).clamp(0.0, 1.0) } else { 0.0 };
+    let rms = light * (points * one + 1.0 - points).max(1.0).sqrt();
+    ScatteredLight { tiles, light, rms, deviation: 1.0 / once.sqrt() }
+}
+
+/// The first column and row, and those after the last, of the tiles around tile `i` of a grid.
+fn around(i: usize, [columns, rows]: [usize; 2], reach: usize) -> ([usize; 2], [usize; 2]) {
+    let (x, y) = (i % columns, i / columns);
+    let from = [x.saturating_sub(reach), y.saturating_sub(reach)];
+    (from, [(x + reach + 1).min(columns), (y + reach + 1).min(rows)])
+}
+
+/// What the picture shows in one tile, or sums over several.
+#[derive(Clone, Copy, Debug, Default)]
+struct PictureTile {
+    tiles: f64,
+    /// Luminance.
+    light: f64,
+    /// The part of it that single samples carry, and their number.
+    rare: f64,
+    count: f64,
+    /// Mean square over the pixels of what they have more than the tile without rare samples, over that of `rare`.
+    peak: f64,
+    /// Variance of the luminance.
+    variance: f64,
+}
+
+impl AddAssign for PictureTile {
+    fn add_assign(&mut self, other: Self) {
+        self.tiles += other.tiles;
+        self.light += other.light;
+        self.rare += other.rare;
+        self.count += other.count;
+        self.peak += other.peak;
+        self.variance += other.variance;
+    }
+}
+
+impl PictureTile {
+    fn all(
+        pixels: &[ReplicatePixel],
+        size: [usize; 2],
+        largest: &LargestSamples,
+        per_pixel: f64,
+    ) -> Vec<Self> {
+        let [columns, rows] = size.map(|n| n.div_ceil(TILE));
+        let place = |i: usize| i / size[0] / TILE * columns + i % size[0] / TILE;
+        let mut sums = vec![[0.0; 3]; columns * rows];
+        for (i, pixel) in pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen) {
+            let sum = &mut sums[place(i)];
+            let difference = luminance(pixel.difference) * f64::from(pixel.factor).sqrt();
+            for (sum, value) in sum.iter_mut().zip([1.0, luminance(pixel.mean), difference]) {
+                *sum += value;
+            }
+        }
+        let tile = |([n, light, difference], kept): (&[f64; 3], &[f32; KEPT])| {
+            let pixels = n.max(1.0);
+            let light = light / pixels;
+            // In sums over samples; from the largest on, as long as one carries much of what the others leave.
+            let samples = pixels * per_pixel;
+            let (mut rare, mut count) = (0.0, 0.0);
+            for sample in kept.iter().map(|sample| f64::from(*sample)) {
+                if sample > RARE * (light * samples - rare) {
+                    (rare, count) = (rare + sample, count + 1.0);
+                }
+            }
+            let variance = (difference / pixels).powi(2);
+            let rare = (rare / samples).min(light.max(0.0));
+            Self { tiles: 1.0, light, rare, count, peak: 0.0, variance }
+        };
+        let mut tiles: Vec<Self> = sums.iter().zip(largest.tiles()).map(tile).collect();
+        for (i, pixel) in pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen) {
+            let at = place(i);
+            let tile = &mut tiles[at];
+            if tile.rare > 0.0 {
+                let more = (luminance(pixel.mean) - (tile.light - tile.rare)) / tile.rare;
+                tile.peak += more * more / sums[at][0];
+            }
+        }
+        tiles
+    }
+}
+
+/// Sums over rectangles of tiles, by a summed-area table (Crow 1984).
+struct Areas<T> {
+    columns: usize,
+    sums: Vec<T>,
+}
+
+impl<T: Copy + Default + AddAssign + Subtract> Areas<T> {
+    fn new(tiles: &[T], [columns, rows]: [usize; 2]) -> Self {
+        let mut sums = vec![T::default(); (columns + 1) * (rows + 1)];
+        for y in 0..rows {
+            let mut row = T::default();
+            for x in 0..columns {
+                row += tiles[y * columns + x];
+                let mut sum = sums[y * (columns + 1) + x + 1];
+                sum += row;
+                sums[(y + 1) * (columns + 1) + x + 1] = sum;
+            }
+        }
+        Self { columns: columns + 1, sums }
+    }
+
+    /// The sum over the columns and rows from `from` up to `to`.
+    fn sum(&self, from: [usize; 2], to: [usize; 2]) -> T {
+        let at = |x: usize, y: usize| self.sums[y * self.columns + x];
+        let mut sum = at(to[0], to[1]).minus(at(from[0], to[1])).minus(at(to[0], from[1]));
+        sum += at(from[0], from[1]);
+        sum
+    }
+}
+
+/// The difference of sums.
+trait Subtract {
+    fn minus(self, other: Self) -> Self;
+}
+
+impl Subtract for WitnessedArea {
+    fn minus(self, other: Self) -> Self {
+        let pair = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+        Self {
+            areas: self.areas - other.areas,
+            samples: self.samples - other.samples,
+            camera: pair(self.camera, other.camera),
+            light: pair(self.light, other.light),
+            caustics: self.caustics - other.caustics,
+        }
+    }
+}
+
+impl Subtract for PictureTile {
+    fn minus(self, other: Self) -> Self {
+        Self {
+            tiles: self.tiles - other.tiles,
+            light: self.light - other.light,
+            rare: self.rare - other.rare,
+            count: self.count - other.count,
+            peak: self.peak - other.peak,
+            variance: self.variance - other.variance,
+        }
+    }
+}
+
+/// The witnesses beside the picture.
+struct Comparison<'a> {
+    grid: [usize; 2],
+    picture: &'a [PictureTile],
+    pictures: &'a Areas<PictureTile>,
+    witnesses: [Areas<WitnessedArea>; 2],
+}
+
+/// Means around one tile.
+struct Around {
+    /// All light less that of the picture without rare samples, by either witness.
+    gap: [f64; 2],
+    /// Caustics, by either.
+    caustics: [f64; 2],
+    /// One over the variance of the gap.
+    weight: f64,
+}
+
+impl Comparison<'_> {
+    fn unfound(&self) -> UnfoundLight {
+        let around: Vec<Around> = (0..self.picture.len()).map(|i| self.around(i)).collect();
+        let (beta, deviation) = self.missing_caustics(&around);
+        let mean = |around: &Around| 0.5 * (around.caustics[0] + around.caustics[1]);
+        let mut light: Vec<f64> = around
+            .iter()
+            .zip(self.picture)
+            .map(|(around, tile)| (beta * mean(around) - tile.rare).max(0.0))
+            .collect();
+        let total = |light: &[f64]| light.iter().sum::<f64>();
+        let caustics = total(&light);
+        self.add_other_light(&mut light);
+        let brightness = around
+            .iter()
+            .zip(self.picture)
+            .zip(&light)
+            .map(|((around, tile), lacks)| {
+                (tile.light - tile.rare + beta * mean(around)).max(tile.light.min(*lacks))
+            })
+            .collect();
+        // Photons of the two witnesses scatter independently.
+        let [mut scatter, mut square] = [0.0; 2];
+        for around in &around {
+            scatter += (around.caustics[0] - around.caustics[1]).powi(2) / 4.0;
+            square += mean(around).powi(2);
+        }
+        let noise = if square > 0.0 { scatter / square } else { 0.0 };
+        let all = total(&light) + self.picture.iter().map(|tile| tile.light).sum::<f64>();
+        let share = |light: f64| if all > 0.0 { light / all } else { 0.0 };
+        UnfoundLight {
+            deviation: (deviation.powi(2) + noise).sqrt().min(1.0),
+            share: Some(share(total(&light))),
+            caustics: share(caustics),
+            scattered: ScatteredLight::default(),
+            brightness,
+            light,
+        }
+    }
+
+    /// Means around tile `i`, in the smallest square that has enough samples.
+    fn around(&self, i: usize) -> Around {
+        let most = self.grid[0].max(self.grid[1]);
+        let window = |reach: usize| around(i, self.grid, reach);
+        let found = |reach: usize| {
+            let (from, to) = window(reach);
+            self.witnesses.each_ref().map(|areas| areas.sum(from, to))
+        };
+        let enough = |reach: &usize| found(*reach).iter().all(|half| 2.0 * half.samples >= SAMPLES);
+        let reach = (0..most).find(enough).unwrap_or(most);
+        let (halves, (from, to)) = (found(reach), window(reach));
+        let shown = self.pictures.sum(from, to);
+        let shown = (shown.light - shown.rare) / shown.tiles.max(1.0);
+        let means = halves.each_ref().map(WitnessedArea::mean);
+        // A few samples may be alike by chance.
+        let least = (0.05 * shown).powi(2) + f64::MIN_POSITIVE;
+        Around {
+            gap: means.map(|[mean, _]| mean - shown),
+            caustics: halves.each_ref().map(WitnessedArea::mean_caustics),
+            weight: 1.0 / (0.25 * (means[0][1] + means[1][1]) + least),
+        }
+    }
+
+    /// The part of the picture that tile `i` lies in.
+    fn block(&self, i: usize) -> usize {
+        let [columns, rows] = self.grid;
+        i / columns * BLOCKS / rows * BLOCKS + i % columns * BLOCKS / columns
+    }
+
+    /// The share β of the caustics that the picture lacks, nearer to 0 where it is uncertain, and its relative standard deviation.
+    fn missing_caustics(&self, around: &[Around]) -> (f64, f64) {
+        let mut parts = [[0.0; 2]; BLOCKS * BLOCKS];
+        for (i, Around { gap, caustics, weight }) in around.iter().enumerate() {
+            let [above, below] = &mut parts[self.block(i)];
+            *above += weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
+            *below += weight * 2.0 * caustics[0] * caustics[1];
+        }
+        let sum = parts.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+        if sum[1] <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let beta = sum[0] / sum[1];
+        // The jackknife over parts of the picture.
+        let count = parts.len() as f64;
+        let without = |[above, below]: &[f64; 2]| {
+            let rest = sum[1] - below;
+            if rest > 0.0 { (sum[0] - above) / rest } else { 0.0 }
+        };
+        let variance =
+            parts.iter().map(|part| (without(part) - beta).powi(2)).sum::<f64>() * (count - 1.0) / count;
+        let noise = SIGNIFICANT[1].powi(2) * variance;
+        let shrunk = (beta - noise / beta).clamp(0.0, 1.0);
+        if beta > 0.0 && shrunk > 0.0 { (shrunk, variance.sqrt() / beta) } else { (0.0, 0.0) }
+    }
+
+    /// Adds to `light` what the witnesses find on top of it in squares that become smaller.
+    fn add_other_light(&self, light: &mut [f64]) {
+        let [columns, rows] = self.grid;
+        let mut parts = BLOCKS;
+        while columns / parts >= SMALLEST && rows / parts >= SMALLEST {
+            for (row, column) in (0..parts).flat_map(|row| (0..parts).map(move |column| (row, column))) {
+                let from = [column * columns / parts, row * rows / parts];
+                let to = [(column + 1) * columns / parts, (row + 1) * rows / parts];
+                let mut all = self.witnesses[0].sum(from, to);
+                all += self.witnesses[1].sum(from, to);
+                let shown = self.pictures.sum(from, to);
+                // Both witnesses trace light paths for the same tiles.
+                let [mean, variance] = all.mean();
+                let places = || (from[1]..to[1]).flat_map(|y| (from[0]..to[0]).map(move |x| y * columns + x));
+                let lacks = places().map(|i| light[i]).sum::<f64>() / shown.tiles;
+                let more = mean - shown.light / shown.tiles - lacks;
+                let noise = variance + shown.variance / (shown.tiles * shown.tiles);
+                if more > SIGNIFICANT[0] * noise.sqrt()
+                    || lacks > 0.0 && more < -SIGNIFICANT[0] * noise.sqrt()
+                {
+                    places().for_each(|i| light[i] = (light[i] + more).max(0.0));
+                }
+            }
+            parts *= 2;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Random;
+
+    const SIZE: [usize; 2] = [128, 96];
+    const SAMPLES_PER_PIXEL: f64 = 16.0;
+
+    fn tiles() -> usize {
+        SIZE[0] * SIZE[1] / (TILE * TILE)
+    }
+
+    /// Caustics of luminance .5 lie in a disc in the middle.
+    fn caustic(tile: usize) -> f64 {
+        let columns = SIZE[0] / TILE;
+        let [x, y] = [tile % columns, tile / columns].map(|n| n as f64);
+        if (x - 7.5).hypot(y - 5.5) < 4.0 { 0.5 } else { 0.0 }
+    }
+
+    /// Witnesses with so many samples in a tile, of a picture of luminance 1 and caustics; the samples scatter by 50 %.
+    fn witnesses(random: &mut Random, samples: usize) -> [Vec<WitnessedArea>; 2] {
+        [0, 1].map(|_| {
+            let tile = |tile: usize| {
+                let mut area = WitnessedArea { areas: 1.0, samples: samples as f64, ..Default::default() };
+                for _ in 0..samples {
+                    let spread = |random: &mut Random| 1.0 + 1.7 * (f64::from(random.f32()) - 0.5);
+                    let shown = caustic(tile) * spread(random);
+                    let y = spread(random) + shown;
+                    area.camera = [area.camera[0] + y, area.camera[1] + y * y];
+                    area.caustics += shown;
+                }
+                area
+            };
+            (0..tiles()).map(tile).collect()
+        })
+    }
+
+    /// The picture of luminance 1 and this share of the caustics in each tile, with noise of 10 % in every pixel.
+    fn picture(random: &mut Random, found: impl Fn(usize) -> f64) -> Vec<ReplicatePixel> {
+        let pixel = |i: usize| {
+            let tile = i / SIZE[0] / TILE * (SIZE[0] / TILE) + i % SIZE[0] / TILE;
+            let [a, b] = [0.0; 2].map(|_| 0.48 * (random.f32() - 0.5));
+            let mean = 1.0 + (caustic(tile) * found(tile)) as f32 + 0.5 * (a + b);
+            ReplicatePixel { mean: [mean; 3], difference: [a - b; 3], factor: 0.25, seen: true }
+        };
+        (0..SIZE[0] * SIZE[1]).map(pixel).collect()
+    }
+
+    fn unfound(
+        seed: u64,
+        samples: usize,
+        found: impl Fn(usize) -> f64,
+        largest: &LargestSamples,
+    ) -> UnfoundLight {
+        let mut random = Random(seed);
+        let halves = witnesses(&mut random, samples);
+        let pixels = picture(&mut random, found);
+        let state = WitnessState { halves, ..WitnessState::new(Box::new(|_, _| Default::default())) };
+        super::unfound(Some(&state), &pixels, SIZE, largest, SAMPLES_PER_PIXEL)
+    }
+
+    #[test]
+    fn caustics_that_are_not_in_the_picture_are_unfound() {
+        let nothing = LargestSamples::new(SIZE);
+        let UnfoundLight { light, brightness, share, caustics, deviation } = unfound(1, 8, |_| 0.0, &nothing);
+        let count = (0..tiles()).filter(|tile| caustic(*tile) > 0.0).count() as f64;
+        let mean =
+            (0..tiles()).filter(|tile| caustic(*tile) > 0.0).map(|tile| light[tile]).sum::<f64>() / count;
+        assert!((mean - 0.5).abs() < 0.1, "{mean}");
+        let share = share.expect("there are witnesses");
+        let truth = 0.5 * count / (tiles() as f64 + 0.5 * count);
+        assert!(
+            (share / truth - 1.0).abs() < 0.25 && caustics > 0.8 * share,
+            "{share}, {caustics} of {truth}"
+        );
+        assert!(brightness[5 * 16 + 7] > 1.3 && deviation > 0.0 && deviation < 0.5, "{deviation}");
+        // Far from the caustic nothing is missing.
+        assert!(light[0] < 0.05 && light[tiles() - 1] < 0.05);
+    }
+
+    #[test]
+    fn tiles_that_have_met_a_rare_sample_lack_nothing() {
+        let mut largest = LargestSamples::new(SIZE);
+        // One sample brings all the caustic of its tile.
+        let all = 0.5 * (TILE * TILE) as f64 * SAMPLES_PER_PIXEL;
+        largest.add([7 * TILE, 5 * TILE], all as f32);
+        let hit = 5 * 16 + 7;
+        let UnfoundLight { light, .. } = unfound(2, 8, |tile| f64::from(u8::from(tile == hit)), &largest);
+        assert!(light[hit] < 0.1 && light[hit + 1] > 0.3, "{}, {}", light[hit], light[hit + 1]);
+    }
+
+    #[test]
+    fn a_complete_picture_lacks_nothing() {
+        let nothing = LargestSamples::new(SIZE);
+        for samples in [2, 8, 32] {
+            let shares: Vec<f64> = (0..40)
+                .map(|seed| unfound(100 + seed, samples, |_| 1.0, &nothing).share.unwrap_or(1.0))
+                .collect();
+            let alarms = shares.iter().filter(|share| **share > 0.01).count();
+            assert!(alarms <= 1, "{samples} samples: {shares:?}");
+        }
+    }
+
+    #[test]
+    fn what_was_met_once_tells_what_was_not_met() {
+        // Each of 100 tiles meets .7 rare samples on average.
+        let (mut largest, mut random) = (LargestSamples::new(SIZE), Random(5));
+        let all = (0.5 * (TILE * TILE) as f64 * SAMPLES_PER_PIXEL) as f32;
+        let mut met = vec![0; tiles()];
+        for _ in 0..70 {
+            let tile = (random.f32() * 100.0) as usize;
+            met[tile] += 1;
+            largest.add([tile % 16 * TILE, tile / 16 * TILE], all);
+        }
+        let pixels = picture(&mut random, |_| 0.0);
+        let pixel = |i: usize| i / SIZE[0] / TILE * 16 + i % SIZE[0] / TILE;
+        let pixels: Vec<ReplicatePixel> = pixels
+            .iter()
+            .enumerate()
+            .map(|(i, p)| ReplicatePixel { mean: p.mean.map(|y| y + 0.5 * met[pixel(i)] as f32), ..*p })
+            .collect();
+        let UnfoundLight { light, share, scattered, .. } =
+            super::unfound(None, &pixels, SIZE, &largest, SAMPLES_PER_PIXEL);
+        let unmet = met[..100].iter().filter(|n| **n == 0).count() as f64;
+        assert!(share.is_none() && light.iter().all(|y| *y == 0.0));
+        let ratio = scattered.tiles.len() as f64 / unmet;
+        assert!((0.5..1.6).contains(&ratio), "{} of {unmet}", scattered.tiles.len());
+        // Where one of two tiles has met one sample of .5, those that have met none lack about .35.
+        assert!((0.2..0.6).contains(&scattered.light), "{}", scattered.light);
+        // It is spread over all pixels of a tile.
+        assert!(scattered.rms < 1.3 * scattered.light, "{scattered:?}");
+        assert!(scattered.tiles.iter().all(|tile| met[*tile] == 0));
+    }
+}

@@ -1,0 +1,88 @@
+//! The paths of a witness ([`Witness`](crate::tracer::witness::Witness)): those of bidirectional path tracing with merging, which tell apart what
+//! light arrives over mirrors and glass alone where it is spread, so that photons show it.
+
+use crate::stream::{PathCounts, SampleSink};
+use crate::tracer::light_groups::GroupColors;
+use crate::tracer::photon_map::Schedule;
+use crate::tracer::{MaterialClass, Sampler};
+
+use super::bidirectional::{CAMERA_SUBPATHS, LIGHT_SUBPATHS, Scratch};
+use super::{BidirectionalTracer, Integrator, PhotonScratch, PhotonTracer, RenderContext};
+
+/// Light paths of a generation of photons, and camera paths from one to the next: a witness has few of either.
+const GENERATION: u64 = 1024;
+
+/// Traces the paths of a witness.
+#[derive(Clone, Debug)]
+pub struct CausticWitness {
+    bidirectional: BidirectionalTracer,
+    /// `None` where nothing makes caustics.
+    photons: Option<PhotonTracer>,
+    /// Caustics that are seen directly are told apart too.
+    all: bool,
+}
+
+/// What is reused from path to path.
+#[derive(Debug, Default)]
+pub struct WitnessScratch {
+    bidirectional: Scratch,
+    photons: PhotonScratch,
+    /// The place on the screen of every sample that shows a caustic, and the luminance of that.
+    pub caustics: Vec<([f32; 2], f64)>,
+}
+
+impl CausticWitness {
+    /// Paths over the picture of `context`. The caustics behind mirrors and glass are told apart, or `all`.
+    pub fn new(context: &RenderContext, all: bool) -> Self {
+        let makes_caustics =
+            context.photons.caustics && context.scene.material_class() != MaterialClass::Diffuse;
+        let photons = makes_caustics.then(|| {
+            let tracer = PhotonTracer::for_merging(context.clone(), true);
+            let (paths_per_generation, samples_per_generation) = (GENERATION, GENERATION);
+            // The first generation has fewer photons than usual: as many of them lie in a larger disc.
+            let scale = tracer.schedule.paths_per_generation as f32 / GENERATION as f32;
+            let radius = tracer.schedule.radius * scale.sqrt();
+            let schedule =
+                Schedule { paths_per_generation, samples_per_generation, radius, ..tracer.schedule };
+            tracer.with_schedule(schedule, super::photon::LIMIT)
+        });
+        Self { bidirectional: BidirectionalTracer { context: context.clone() }, photons, all }
+    }
+
+    /// Traces path number `index`: its samples go to `out`, and what they show of the caustics is left in `scratch`.
+    pub fn trace(&self, index: u64, scratch: &mut WitnessScratch, out: &mut impl SampleSink) {
+        let WitnessScratch { bidirectional, photons, caustics } = scratch;
+        let context = &self.bidirectional.context;
+        let first = index.saturating_mul(CAMERA_SUBPATHS);
+        let snapshot = self.photons.as_ref().and_then(|tracer| tracer.snapshot(first, photons, &|| true));
+        let Some((tracer, snapshot)) = self.photons.as_ref().zip(snapshot) else {
+            return self.bidirectional.trace(index, bidirectional, out);
+        };
+        let wavelength = BidirectionalTracer::wavelength_number(index, context);
+        let place = |sampler: &Sampler| context.place(sampler.camera().screen).map(|c| c as f32);
+        let mut keep = |sampler: &Sampler, y: f32| {
+            if y > 0.0 && y.is_finite() {
+                caustics.push((place(sampler), f64::from(y)));
+            }
+        };
+        let mut merge = |sampler: &Sampler, colors: &mut GroupColors| {
+            let merged = tracer.merge(&snapshot, photons, sampler, wavelength, colors);
+            keep(sampler, merged.y);
+            merged
+        };
+        self.bidirectional.trace_merging(index, bidirectional, Some(&mut merge), out);
+        if self.all {
+            for number in 0..CAMERA_SUBPATHS {
+                let start = context.screen.start(first.wrapping_add(number));
+                let sampler = context.sampler(start.index);
+                keep(&sampler, tracer.seen(&snapshot, photons, &sampler, wavelength).y);
+            }
+        }
+        photons.keep(snapshot);
+    }
+
+    /// Paths started by one call of [`trace`](Self::trace).
+    pub fn paths_per_index(&self) -> PathCounts {
+        PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
+    }
+}

@@ -1,0 +1,169 @@
+//! Witnesses: a few paths that look for light which the method of a render may not find.
+//!
+//! A method knows nothing of the light that its own paths have not met yet. Others do: subpaths from both ends meet what arrives around corners
+//! and the caustics that shine on what is seen, and photons find caustics also behind mirrors and glass. [`Witness`] traces a few of both and sums
+//! up what they find in the coarse areas of a grid over the picture: all light, and apart from it the caustics, which photons know with
+//! little noise. None of it enters the picture.
+//!
+//! All light is unbiased but for what photons show behind mirrors and glass, which is blurred over a lookup disc, as in
+//! [`VcmTracer`](super::integrator::VcmTracer).
+
+use crate::color::Xyz;
+use crate::math::bits::mix;
+use crate::stream::{PathCounts, SampleSink, UvWindow, WitnessedArea};
+use crate::tracer::integrator::{CausticWitness, RenderContext, WitnessScratch};
+
+/// Two independent witnesses of the view of `context`, as [`Witness::new`] makes them: what each has found of a picture of some size once both
+/// have traced so many paths together. They are made when they are called first, and anew for another size.
+pub fn pair(
+    context: RenderContext,
+    side: u32,
+    all: bool,
+) -> impl FnMut(u64, [u32; 2]) -> [Vec<WitnessedArea>; 2] + Send + 'static {
+    let mut made: Option<[Witness; 2]> = None;
+    move |paths, size| {
+        let make = |number| {
+            let seed = mix(u64::from(context.seed) << 32 | number) as u32;
+            let context = RenderContext { seed, window: UvWindow::PICTURE, ..context.clone() };
+            Witness::new(&context, size, side, all)
+        };
+        let known = made.take().filter(|both| both[0].grid.size == size);
+        let both = made.insert(known.unwrap_or_else(|| [0, 1].map(make)));
+        both.each_mut().map(|witness| {
+            witness.trace(paths / 2);
+            witness.areas()
+        })
+    }
+}
+
+/// A sample of more than so many times the mean of the others in its area is left out.
+const RARE: f64 = 8.0;
+
+/// One witness: its paths are independent of those of any render, and of other witnesses.
+#[derive(Debug)]
+pub struct Witness {
+    tracer: CausticWitness,
+    scratch: WitnessScratch,
+    grid: AreaGrid,
+    areas: Vec<WitnessedArea>,
+    /// The largest luminance of a camera sample in each.
+    largest: Vec<f64>,
+    /// The next index, and light paths so far.
+    next: u64,
+    light_paths: u64,
+}
+
+impl Witness {
+    /// A witness for the picture of `context`, of `size` pixels, in areas of `side` pixels squared. The caustics that it tells apart are those behind mirrors
+    /// and glass, which no connection of subpaths finds; or `all`, as a method needs it that does not connect them to the camera.
+    pub fn new(context: &RenderContext, size: [u32; 2], side: u32, all: bool) -> Self {
+        let grid = AreaGrid { size, side };
+        let [columns, rows] = grid.extent();
+        Self {
+            tracer: CausticWitness::new(context, all),
+            scratch: WitnessScratch::default(),
+            grid,
+            areas: vec![WitnessedArea { areas: 1.0, ..WitnessedArea::default() }; columns * rows],
+            largest: vec![0.0; columns * rows],
+            next: 0,
+            light_paths: 0,
+        }
+    }
+
+    /// Goes on to at least so many camera paths in all.
+    pub fn trace(&mut self, paths: u64) {
+        let PathCounts { camera, light } = self.tracer.paths_per_index();
+        let end = paths.div_ceil(camera);
+        let mut found = Areas { grid: self.grid, areas: &mut self.areas, largest: &mut self.largest };
+        for index in self.next..end {
+            self.tracer.trace(index, &mut self.scratch, &mut found);
+            for (uv, y) in self.scratch.caustics.drain(..) {
+                if let Some(i) = found.at(uv) {
+                    found.areas[i].caustics += y;
+                }
+            }
+        }
+        let end = end.max(self.next);
+        self.light_paths += (end - self.next) * light;
+        self.next = end;
+    }
+
+    /// What was found so far, row by row.
+    pub fn areas(&self) -> Vec<WitnessedArea> {
+        let scaled = |(i, area): (usize, &WitnessedArea)| {
+            let scale = 1.0 / (self.grid.uv_area(i) * (self.light_paths as f64).max(1.0));
+            let [sum, squares] = area.light;
+            let mut area = WitnessedArea { light: [sum * scale, squares * scale * scale], ..*area };
+            // A highlight that one sample has met would count for all of its area, and those that none has met for nothing.
+            let (largest, others) = (self.largest[i], area.samples - 1.0);
+            if others >= 1.0 && largest > RARE * (area.camera[0] - largest) / others {
+                area.camera = [area.camera[0] - largest, area.camera[1] - largest * largest];
+                area.samples = others;
+            }
+            area
+        };
+        self.areas.iter().enumerate().map(scaled).collect()
+    }
+}
+
+/// The areas of a picture: squares, of which the last of a row or column may reach beyond it.
+#[derive(Clone, Copy, Debug)]
+struct AreaGrid {
+    /// Pixels of the picture.
+    size: [u32; 2],
+    /// Pixels along a side of an area.
+    side: u32,
+}
+
+impl AreaGrid {
+    /// Columns and rows.
+    fn extent(&self) -> [usize; 2] {
+        self.size.map(|n| n.div_ceil(self.side) as usize)
+    }
+
+    /// The share of the picture that area `i` has.
+    fn uv_area(&self, i: usize) -> f64 {
+        let columns = self.extent()[0];
+        let share = |at: usize, n: u32| f64::from((n - at as u32 * self.side).min(self.side)) / f64::from(n);
+        share(i % columns, self.size[0]) * share(i / columns, self.size[1])
+    }
+}
+
+/// Sums up samples by area.
+struct Areas<'a> {
+    grid: AreaGrid,
+    areas: &'a mut [WitnessedArea],
+    largest: &'a mut [f64],
+}
+
+impl Areas<'_> {
+    /// The area that a place on the screen lies in.
+    fn at(&self, uv: [f32; 2]) -> Option<usize> {
+        let AreaGrid { size: [width, height], side } = self.grid;
+        let [x, y] = [uv[0] * width as f32, uv[1] * height as f32];
+        // False for NaN.
+        let inside = x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32;
+        let [column, row] = [x, y].map(|n| n as usize / side as usize);
+        inside.then(|| row * self.grid.extent()[0] + column)
+    }
+}
+
+impl SampleSink for Areas<'_> {
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        let y = f64::from(value.y * weight);
+        if let Some(i) = self.at(uv).filter(|_| y.is_finite()) {
+            let area = &mut self.areas[i];
+            area.samples += 1.0;
+            area.camera = [area.camera[0] + y, area.camera[1] + y * y];
+            self.largest[i] = self.largest[i].max(y);
+        }
+    }
+
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        let y = f64::from(value.y);
+        if let Some(i) = self.at(uv).filter(|_| y.is_finite()) {
+            let area = &mut self.areas[i];
+            area.light = [area.light[0] + y, area.light[1] + y * y];
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Witnesses: all light is what the picture has, and the caustics told apart are what no other path shows there.
+
+use std::sync::Arc;
+
+use crate::support::agreement::{Method, Plan, measure};
+use crate::support::scenes::*;
+use pointillist::image::compare::{Measured, z_test};
+use pointillist::scene::desc::*;
+use pointillist::stream::{UvWindow, WitnessedArea};
+use pointillist::tracer::integrator::RenderContext;
+use pointillist::tracer::witness::Witness;
+use pointillist::tracer::{Camera, Scene};
+
+/// Pixels along a side of the picture, and of an area.
+const SIDE: u32 = 32;
+const AREA: u32 = 8;
+
+/// Areas of the picture.
+const COUNT: usize = (SIDE / AREA * (SIDE / AREA)) as usize;
+
+/// Paths of one witness.
+const PATHS: u64 = 8192;
+
+fn scene(name: &str) -> SceneDesc {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let mut desc = pointillist::scene::load(&path, &[]).expect("the scene can be read").desc;
+    (desc.film.width, desc.film.height) = (SIDE, SIDE);
+    desc
+}
+
+/// What witnesses of these seeds find in each area.
+fn find(desc: &SceneDesc, all: bool, seeds: std::ops::Range<u32>) -> Vec<Vec<WitnessedArea>> {
+    let (scene, camera) = (Arc::new(Scene::prepare(desc).unwrap()), Camera::of(desc).unwrap());
+    let witness = |seed| {
+        let context =
+            RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
+        let mut witness = Witness::new(&context, [SIDE; 2], AREA, all);
+        // In two parts, as a render asks for them.
+        witness.trace(PATHS / 4);
+        witness.trace(PATHS);
+        witness.areas()
+    };
+    seeds.map(witness).collect()
+}
+
+/// Mean and variance of that mean over witnesses, area by area.
+fn measured(found: &[Vec<WitnessedArea>], figure: impl Fn(&WitnessedArea) -> f64) -> Measured {
+    let n = found.len() as f64;
+    let of = |i: usize| found.iter().map(|areas| figure(&areas[i])).collect::<Vec<f64>>();
+    let mean: Vec<f64> = (0..COUNT).map(|i| of(i).iter().sum::<f64>() / n).collect();
+    let variance = |i: usize| of(i).iter().map(|x| (x - mean[i]).powi(2)).sum::<f64>() / (n - 1.0) / n;
+    let side = (SIDE / AREA) as usize;
+    Measured { width: side, height: side, variance: (0..COUNT).map(variance).collect(), mean }
+}
+
+/// The picture of a method in areas: each of its pixels is one.
+fn picture(desc: &SceneDesc, method: Method) -> Measured {
+    let mut desc = desc.clone();
+    (desc.film.width, desc.film.height) = (SIDE / AREA, SIDE / AREA);
+    let plan = Plan { side: SIDE / AREA, paths_per_pixel: 4096, seeds: 16, window: UvWindow::PICTURE };
+    measure(&desc, method, plan)
+}
+
+#[test]
+fn all_light_is_that_of_the_picture() {
+    for (name, all) in [("cornell.xml", false), ("cornell_spheres.xml", true), ("cove.xml", true)] {
+        let desc = scene(name);
+        let found = measured(&find(&desc, all, 0..24), |area| area.mean()[0]);
+        let test = z_test(&found, &picture(&desc, Method::Vcm), 0.01).expect("equal sizes");
+        println!("{name}: {test:?}");
+        assert!((test.mean_ratio - 1.0).abs() < 4.0 * test.mean_ratio_error + 0.01, "{name}: {test:?}");
+        assert!(test.accepted >= 0.9, "{name}: {test:?}");
+    }
+}
+
+/// A floor under glass and a lamp that nothing can hit: all of the light is caustics.
+#[test]
+fn light_through_glass_is_told_apart() {
+    let found = find(&lamp_over_floor(true), true, 0..12);
+    let light = measured(&found, |area| area.mean()[0]);
+    let caustics = measured(&found, WitnessedArea::mean_caustics);
+    let sum = |m: &Measured| m.mean.iter().sum::<f64>();
+    assert!(sum(&light) > 0.0);
+    let ratio = sum(&caustics) / sum(&light);
+    assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
+}
+
+/// Where nothing is mirrored there are no caustics; those behind mirrors and glass alone are fewer than all.
+#[test]
+fn caustics_are_what_mirrors_and_glass_bring() {
+    let total = |name: &str, all: bool| -> f64 {
+        find(&scene(name), all, 0..4).iter().flatten().map(WitnessedArea::mean_caustics).sum()
+    };
+    assert_eq!(total("cornell.xml", true), 0.0);
+    let (behind, all) = (total("cornell_spheres.xml", false), total("cornell_spheres.xml", true));
+    assert!(behind > 0.0 && all > 1.5 * behind, "{behind} {all}");
+}
