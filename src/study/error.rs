@@ -366,9 +366,10 @@ impl ErrorField {
         self.unfound.scattered.tiles.binary_search(&tile).is_ok()
     }
 
-    /// Luminance that it lacks then, which is not in its own.
-    fn scattered(&self, tile: usize) -> f64 {
-        if self.is_scattered(tile) { self.unfound.scattered.light } else { 0.0 }
+    /// Luminance that it has and lacks, where its neighbourhood says `luminance`.
+    fn brightness(&self, tile: usize, luminance: f64) -> f64 {
+        let shown = self.unfound.brightness.get(tile).copied().unwrap_or_default();
+        if self.is_scattered(tile) { luminance.max(shown + self.unfound.scattered.light) } else { luminance }
     }
 
     /// Columns and rows of tiles.
@@ -418,7 +419,7 @@ impl ErrorField {
         let all: f64 = tile.quarters.iter().map(|q| q.pixels).sum();
         let pixels: f64 = quarters.iter().map(|&q| tile.quarters[q].pixels).sum();
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
-        let against = (tile.luminance / all).abs() + self.scattered(i) + FLOOR * self.mean.abs();
+        let against = self.brightness(i, tile.luminance / all).abs() + FLOOR * self.mean.abs();
         (pixels > 0.0 && against > 0.0)
             .then(|| (square / pixels + self.lacks(i, deviations).powi(2)).sqrt() / against)
     }

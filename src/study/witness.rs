@@ -47,7 +47,7 @@ const SAMPLES: f64 = 32.0;
 const RARE: f64 = 0.125;
 
 /// Number of standard errors from which other light counts, and at which β counts nothing.
-const SIGNIFICANT: [f64; 2] = [4.0, 2.0];
+const SIGNIFICANT: [f64; 2] = [4.0, 3.0];
 
 /// Parts of the picture along either side, for the deviation of β and as the largest squares.
 const BLOCKS: usize = 4;
@@ -129,13 +129,13 @@ pub(super) fn unfound(
 ) -> UnfoundLight {
     let picture = PictureTile::all(pixels, size, largest, per_pixel);
     let grid = size.map(|n| n.div_ceil(TILE));
-    let pictures = Areas::new(&picture, grid);
+    let pictures = SummedAreas::new(&picture, grid);
     let found =
         witnesses.filter(|w| !picture.is_empty() && w.halves.iter().all(|h| h.len() == picture.len()));
     let mut unfound = match found {
-        Some(found) => Comparison {
+        Some(found) => WitnessComparison {
             grid,
-            witnesses: found.halves.each_ref().map(|h| Areas::new(h, grid)),
+            witnesses: found.halves.each_ref().map(|h| SummedAreas::new(h, grid)),
             picture: &picture,
             pictures: &pictures,
         }
@@ -253,12 +253,12 @@ impl PictureTile {
 }
 
 /// Sums over rectangles of tiles, by a summed-area table (Crow 1984).
-struct Areas<T> {
+struct SummedAreas<T> {
     columns: usize,
     sums: Vec<T>,
 }
 
-impl<T: Copy + Default + AddAssign + Subtract> Areas<T> {
+impl<T: Copy + Default + AddAssign + Subtract> SummedAreas<T> {
     fn new(tiles: &[T], [columns, rows]: [usize; 2]) -> Self {
         let mut sums = vec![T::default(); (columns + 1) * (rows + 1)];
         for y in 0..rows {
@@ -314,11 +314,11 @@ impl Subtract for PictureTile {
 }
 
 /// The witnesses beside the picture.
-struct Comparison<'a> {
+struct WitnessComparison<'a> {
     grid: [usize; 2],
     picture: &'a [PictureTile],
-    pictures: &'a Areas<PictureTile>,
-    witnesses: [Areas<WitnessedArea>; 2],
+    pictures: &'a SummedAreas<PictureTile>,
+    witnesses: [SummedAreas<WitnessedArea>; 2],
 }
 
 /// Means around one tile.
@@ -331,7 +331,7 @@ struct Around {
     weight: f64,
 }
 
-impl Comparison<'_> {
+impl WitnessComparison<'_> {
     fn unfound(&self) -> UnfoundLight {
         let around: Vec<Around> = (0..self.picture.len()).map(|i| self.around(i)).collect();
         let (beta, deviation) = self.missing_caustics(&around);
@@ -518,11 +518,13 @@ mod tests {
     #[test]
     fn caustics_that_are_not_in_the_picture_are_unfound() {
         let nothing = LargestSamples::new(SIZE);
-        let UnfoundLight { light, brightness, share, caustics, deviation } = unfound(1, 8, |_| 0.0, &nothing);
+        let UnfoundLight { light, brightness, share, caustics, deviation, .. } =
+            unfound(1, 8, |_| 0.0, &nothing);
         let count = (0..tiles()).filter(|tile| caustic(*tile) > 0.0).count() as f64;
         let mean =
             (0..tiles()).filter(|tile| caustic(*tile) > 0.0).map(|tile| light[tile]).sum::<f64>() / count;
-        assert!((mean - 0.5).abs() < 0.1, "{mean}");
+        // Means of 3×3 tiles are smaller at the rim.
+        assert!((mean - 0.5).abs() < 0.15, "{mean}");
         let share = share.expect("there are witnesses");
         let truth = 0.5 * count / (tiles() as f64 + 0.5 * count);
         assert!(

@@ -74,7 +74,7 @@ impl Witness {
     pub fn trace(&mut self, paths: u64) {
         let PathCounts { camera, light } = self.tracer.paths_per_index();
         let end = paths.div_ceil(camera);
-        let mut found = Areas { grid: self.grid, areas: &mut self.areas, largest: &mut self.largest };
+        let mut found = AreaSink { grid: self.grid, areas: &mut self.areas, largest: &mut self.largest };
         for index in self.next..end {
             self.tracer.trace(index, &mut self.scratch, &mut found);
             for (uv, y) in self.scratch.caustics.drain(..) {
@@ -130,13 +130,13 @@ impl AreaGrid {
 }
 
 /// Sums up samples by area.
-struct Areas<'a> {
+struct AreaSink<'a> {
     grid: AreaGrid,
     areas: &'a mut [WitnessedArea],
     largest: &'a mut [f64],
 }
 
-impl Areas<'_> {
+impl AreaSink<'_> {
     /// The area that a place on the screen lies in.
     fn at(&self, uv: [f32; 2]) -> Option<usize> {
         let AreaGrid { size: [width, height], side } = self.grid;
@@ -148,7 +148,7 @@ impl Areas<'_> {
     }
 }
 
-impl SampleSink for Areas<'_> {
+impl SampleSink for AreaSink<'_> {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
         let y = f64::from(value.y * weight);
         if let Some(i) = self.at(uv).filter(|_| y.is_finite()) {

@@ -210,3 +210,44 @@ fn the_filter_fades_as_the_picture_converges() {
         assert!(ratio < most, "{ratio}, at most {most}");
     }
 }
+
+/// A point light shines through a ball of glass, beside an even sky. No path from the camera can hit it, so that the picture lacks the caustic
+/// for good: the stated error counts it, and the render does not stop.
+#[test]
+fn a_caustic_that_paths_cannot_find_is_an_error() {
+    let place = folder("caustic");
+    let scene = place.join("scene.xml");
+    let text = r#"<scene version="3.0.0">
+        <integrator type="path"/>
+        <sensor type="perspective">
+            <float name="fov" value="40"/>
+            <transform name="to_world"><lookat origin="0, -6, 4" target="0, 0, 0" up="0, 0, 1"/></transform>
+            <film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="64"/></film>
+        </sensor>
+        <emitter type="constant"><rgb name="radiance" value="0.2"/></emitter>
+        <emitter type="point"><point name="position" x="0" y="0" z="5"/><rgb name="intensity" value="20"/></emitter>
+        <shape type="sphere"><point name="center" x="0" y="0" z="1.2"/><bsdf type="dielectric"/></shape>
+        <shape type="rectangle">
+            <transform name="to_world"><scale value="8"/></transform>
+            <bsdf type="diffuse"/>
+        </shape>
+    </scene>"#;
+    std::fs::write(&scene, text).unwrap();
+    let render = |method: &str, more: &[&str]| {
+        let scene = scene.display().to_string();
+        let args = ["render", &scene, "--integrator", method, "--device", "cpu", "--quiet", "--json=-"];
+        let png = place.join("out.png").display().to_string();
+        json(&place, &[&args[..], more, &["-o", &png]].concat())["error"].clone()
+    };
+    let path = render("path", &["--spp", "64"]);
+    let missing = path["light"]["missing"].as_f64().unwrap();
+    assert!(missing > 0.01 && path["light"]["caustics"].as_f64().unwrap() > 0.5 * missing, "{path}");
+    assert!(path["unfound"].as_str().is_some_and(|text| text.contains("caustics")), "{path}");
+    // Bidirectional tracing finds it on the floor, and has nothing to tell.
+    let both = render("bidirectional", &["--spp", "64"]);
+    assert!(both["light"]["missing"].as_f64().unwrap() < 0.3 * missing, "{both}");
+    let error = |of: &Value| of["p99"]["value"].as_f64().unwrap();
+    assert!(error(&path) > 3.0 * error(&both), "{path} {both}");
+    let stopped = render("path", &["--error", "5%", "--error-at", "p99", "--time", "3"]);
+    assert_eq!(stopped["reached"].as_bool(), Some(false), "{stopped}");
+}

@@ -57,7 +57,8 @@ fn measured(found: &[Vec<WitnessedArea>], figure: impl Fn(&WitnessedArea) -> f64
 fn picture(desc: &SceneDesc, method: Method) -> Measured {
     let mut desc = desc.clone();
     (desc.film.width, desc.film.height) = (SIDE / AREA, SIDE / AREA);
-    let plan = Plan { side: SIDE / AREA, paths_per_pixel: 4096, seeds: 16, window: UvWindow::PICTURE };
+    let plan =
+        Plan { side: (SIDE / AREA) as usize, paths_per_pixel: 4096, seeds: 16, window: UvWindow::PICTURE };
     measure(&desc, method, plan)
 }
 

@@ -110,7 +110,7 @@ fn sixty_renders_in_a_second_leave_nothing_behind() {
 fn what_waits_is_bounded() {
     let small = run(16, 16);
     let mut observer = Observer::start(&small, None, Beside::Window).expect("a thread");
-    observer.begin(&small);
+    observer.begin(&small, None);
     let blocks = 3 * MOST / BLOCK_SAMPLES;
     for i in 0..blocks as u64 {
         give(&observer, &chunk(i % 2));

@@ -37,6 +37,7 @@ use glam::Vec3;
 use crate::color::Xyz;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink, faults};
+use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Scattering, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
@@ -144,10 +145,7 @@ impl PhotonTracer {
         wavelength: f32,
         colors: &mut GroupColors,
     ) -> Xyz {
-        let numbers = sampler.camera();
-        let lookup = self.schedule.lookup(snapshot.generations);
-        let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens);
-        let path = PathStart { tracer: self, snapshot, lookup, wavelength };
+        let (path, ray) = self.begin(snapshot, sampler, wavelength);
         match self.context.scene.material_class() {
             MaterialClass::Mixed => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
             MaterialClass::Recorded => path.begin(scratch).merge::<Recorded>(ray, sampler).0,
@@ -160,6 +158,19 @@ impl PhotonTracer {
         }
     }
 
+    /// A camera path that sees these photons, and its first ray.
+    fn begin<'a>(
+        &'a self,
+        snapshot: &'a Snapshot,
+        sampler: &Sampler,
+        wavelength: f32,
+    ) -> (PathStart<'a>, Ray) {
+        let numbers = sampler.camera();
+        let lookup = self.schedule.lookup(snapshot.generations);
+        let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens);
+        (PathStart { tracer: self, snapshot, lookup, wavelength }, ray)
+    }
+
     /// What photons show of the caustics on the surface that the camera sees first from the place and through the lens that `sampler` chooses.
     pub(super) fn seen(
         &self,
@@ -168,10 +179,7 @@ impl PhotonTracer {
         sampler: &Sampler,
         wavelength: f32,
     ) -> Xyz {
-        let numbers = sampler.camera();
-        let lookup = self.schedule.lookup(snapshot.generations);
-        let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens);
-        let path = PathStart { tracer: self, snapshot, lookup, wavelength };
+        let (path, ray) = self.begin(snapshot, sampler, wavelength);
         match self.context.scene.material_class() {
             MaterialClass::Mixed | MaterialClass::Recorded | MaterialClass::Credited => {
                 path.begin(scratch).seen::<Bsdf>(ray)
