@@ -13,6 +13,7 @@ use miette::Result;
 use serde::Serialize;
 
 use self::budget::Budget;
+pub use self::budget::farm_cost;
 use super::args::ExplainArgs;
 use super::bench::{BenchJob, PassTimes, measure};
 use super::denoise::ViewFilter;

@@ -1,10 +1,12 @@
 //! Makes a study from single measurements.
 
+use crate::study::brightness::{Brightness, MethodMeans, audit};
 use crate::study::data::{RegionWinners, Stability, Study};
 use crate::study::interval::Interval;
 use crate::study::measurement::{Measurement, REGIONS, RenderMeasurement};
-use crate::study::method_curve::{ReferenceError, method};
+use crate::study::method_curve::method;
 use crate::study::prediction::{PredictionOutcome, score};
+use crate::study::time_model::SizeTransfer;
 
 /// Completes `study`, which names scene and machine, by everything that follows from `measurements`.
 pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
@@ -15,6 +17,9 @@ pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
             Measurement::Command { command } => commands.push(command.clone()),
             Measurement::Reference(reference) => study.reference = Some(reference.clone()),
             Measurement::Run(run) => runs.push(run),
+            Measurement::Dropped(dropped) => replace(&mut study.dropped, dropped, |d| d.method.clone()),
+            Measurement::Auto(auto) => study.auto = Some(auto.clone()),
+            Measurement::Option(price) => replace(&mut study.options, price, |p| p.name.clone()),
             Measurement::Effect(effect) => replace(&mut study.effects, effect, |e| e.name.clone()),
             Measurement::Unused { ratio } => unused.push(*ratio),
             Measurement::Display(price) => replace(&mut study.display, price, |p| {
@@ -27,21 +32,29 @@ pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
     study.unused_effects = Interval::of_mean(&unused);
     commands.dedup();
     study.command = commands.join("\n");
+    let methods = by_method(&runs);
+    let transfer = SizeTransfer::of(&methods, study.size);
+    study.trial_size = runs.iter().rev().find(|run| run.is_trial).map(|run| run.size);
+    study.regions = regions(&methods);
+    let shared = study.regions.as_ref().map(|regions| regions.seconds);
+    study.methods = methods.iter().map(|runs| method(runs, &transfer, shared)).collect();
+    let given = study.reference.as_ref().map(|reference| reference.luminance).filter(|mean| *mean > 0.0);
+    study.stability = stability(&methods, given);
+    let kept: Vec<PredictionOutcome> = runs.iter().flat_map(|run| run.predictions.iter().copied()).collect();
+    study.predictions = (!kept.is_empty()).then(|| score(&kept));
+    study
+}
+
+/// The runs of each method, in the order in which methods appear.
+pub fn by_method<'a>(runs: &[&'a RenderMeasurement]) -> Vec<Vec<&'a RenderMeasurement>> {
     let mut methods: Vec<Vec<&RenderMeasurement>> = Vec::new();
-    for run in &runs {
+    for &run in runs {
         match methods.iter_mut().find(|runs| runs[0].method == run.method) {
             Some(runs) => runs.push(run),
             None => methods.push(vec![run]),
         }
     }
-    let own = study.reference.as_ref().map_or(ReferenceError::default(), ReferenceError::of);
-    study.regions = regions(&methods);
-    let shared = study.regions.as_ref().map(|regions| regions.seconds);
-    study.methods = methods.iter().map(|runs| method(runs, own, shared)).collect();
-    study.stability = methods.iter().filter(|runs| !runs[0].peer).map(|runs| stability(runs)).collect();
-    let kept: Vec<PredictionOutcome> = runs.iter().flat_map(|run| run.predictions.iter().copied()).collect();
-    study.predictions = (!kept.is_empty()).then(|| score(&kept));
-    study
+    methods
 }
 
 /// Replaces an earlier measurement of the same thing, or adds the new one.
@@ -83,7 +96,18 @@ fn regions(methods: &[Vec<&RenderMeasurement>]) -> Option<RegionWinners> {
     Some(RegionWinners { seconds: shared, grid: REGIONS, winner, margin })
 }
 
-fn stability(runs: &[&RenderMeasurement]) -> Stability {
+/// Rejected samples and brightness of the program's own methods.
+fn stability(methods: &[Vec<&RenderMeasurement>], given: Option<f64>) -> Vec<Stability> {
+    let own: Vec<&Vec<&RenderMeasurement>> = methods.iter().filter(|runs| !runs[0].peer).collect();
+    let means = |runs: &&Vec<&RenderMeasurement>| MethodMeans {
+        biased: runs.iter().any(|run| run.biased),
+        means: runs.iter().flat_map(|run| run.brightness.iter().copied()).collect(),
+    };
+    let found = audit(&own.iter().map(means).collect::<Vec<_>>(), given);
+    own.iter().zip(found).map(|(runs, found)| of_method(runs, found)).collect()
+}
+
+fn of_method(runs: &[&RenderMeasurement], brightness: Option<Brightness>) -> Stability {
     let mut rejected: Vec<(String, u64, String)> = Vec::new();
     for (cause, count, command) in runs.iter().flat_map(|run| &run.rejected) {
         match rejected.iter_mut().find(|(known, ..)| known == cause) {
@@ -91,16 +115,12 @@ fn stability(runs: &[&RenderMeasurement]) -> Stability {
             None => rejected.push((cause.clone(), *count, command.clone())),
         }
     }
-    // The longest renders of which there are three: fewer do not tell their spread.
-    let of = |budget: f64| {
-        runs.iter().filter(|run| run.budget == budget).map(|run| run.energy).collect::<Vec<f64>>()
-    };
-    let often = runs.iter().map(|run| run.budget).filter(|&budget| of(budget).len() >= 3);
-    let energies = of(often.fold(0.0, f64::max));
     Stability {
         method: runs[0].method.clone(),
         paths: runs.iter().map(|run| run.paths).sum(),
         rejected,
-        energy: Interval::of_mean(&energies),
+        energy: brightness.map(|b| b.ratio),
+        alarm: brightness.is_some_and(|b| b.alarm),
+        biased: runs.iter().any(|run| run.biased),
     }
 }

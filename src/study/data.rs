@@ -26,12 +26,23 @@ pub struct Study {
     pub reference: Option<ReferenceImage>,
     /// Parts 1 and 2: the curve and the times to errors of each method, other programs included.
     pub methods: Vec<MethodResult>,
+    /// What `--integrator auto` chooses here.
+    pub auto: Option<AutoChoice>,
+    /// Methods that were not measured to the end, and why.
+    pub dropped: Vec<DroppedMethod>,
+    /// Width and height of the trials from which errors are known before the picture itself has got so many samples; `None` where the
+    /// picture is small enough itself.
+    pub trial_size: Option<[u32; 2]>,
+    /// What each machine of several needs besides rendering.
+    pub farm: FarmCost,
     /// The best method of each region at equal time.
     pub regions: Option<RegionWinners>,
     /// Part 3: costs of effects.
     pub effects: Vec<EffectPrice>,
     /// Speed of the specialised code over that of the code for all effects.
     pub unused_effects: Option<Interval>,
+    /// Part 3, continued: costs of options of `render`.
+    pub options: Vec<OptionPrice>,
     /// Part 4: costs of display settings.
     pub display: Vec<DisplayPrice>,
     /// Part 5: costs of exact arithmetic.
@@ -44,6 +55,62 @@ pub struct Study {
     pub stability: Vec<Stability>,
     /// Parts that were requested but are missing, because the run was interrupted or its budget was spent.
     pub missing: Vec<String>,
+}
+
+/// What `--integrator auto` chooses after its trial.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AutoChoice {
+    /// The method.
+    pub method: String,
+    /// Why.
+    pub reason: String,
+    /// Seconds that the trial takes.
+    pub seconds: f64,
+}
+
+/// A method that was not measured to the end.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DroppedMethod {
+    /// The method.
+    pub method: String,
+    /// Why, as the end of a sentence: `takes at least 4 times as long as path`.
+    pub reason: String,
+}
+
+/// What each of several machines needs besides rendering.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FarmCost {
+    /// Seconds to read and prepare the scene and to write the state of a part.
+    pub setup: f64,
+    /// Seconds to merge the state of one part.
+    pub merge: f64,
+}
+
+impl FarmCost {
+    /// Seconds on so many machines of what takes `alone` on one.
+    pub fn on(&self, machines: u32, alone: Interval) -> Interval {
+        let n = f64::from(machines);
+        alone.map(|seconds| self.setup + seconds / n + self.merge * n)
+    }
+}
+
+/// An option of `render` against a render without it in the same time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct OptionPrice {
+    /// As on the command line: `--adaptive`.
+    pub name: String,
+    /// The method.
+    pub method: String,
+    /// Seconds that both renders had.
+    pub seconds: f64,
+    /// Width and height of both pictures: those of a trial, if there are trials.
+    pub size: [u32; 2],
+    /// Its paths over those without it.
+    pub paths: Option<f64>,
+    /// Its relative error at 95 % of the picture over that without it.
+    pub error: Option<Interval>,
+    /// Mean FLIP of the displayed picture with it and without.
+    pub flip: Option<[f64; 2]>,
 }
 
 /// The machine.
@@ -74,6 +141,9 @@ pub struct ReferenceImage {
     pub seconds: f64,
     /// Samples per pixel; 0 if unknown.
     pub samples_per_pixel: f64,
+    /// Its mean luminance, where it was given: the audit of brightness compares with it. 0 for one that the study has made.
+    #[serde(default)]
+    pub luminance: f64,
     /// Its own relative errors at median, p95 and p99 of the picture; 0 if unknown.
     #[serde(default)]
     pub relative: [f64; 3],
@@ -96,9 +166,12 @@ pub struct MethodResult {
     pub slope: Option<Interval>,
     /// The same against samples.
     pub slope_samples: Option<Interval>,
-    /// The error at the end of the curve is more than noise, so the curve is not extrapolated.
+    /// The method is biased by design: it blurs, less and less.
     #[serde(default)]
     pub biased: bool,
+    /// Share of the light that the method has not found, as far as other methods show it significantly.
+    #[serde(default)]
+    pub missing: f64,
     /// Warnings, such as “slope flatter than −0.4: heavy tail or bias”.
     pub flags: Vec<String>,
     /// Times to relative errors, from the largest error down.
@@ -128,23 +201,24 @@ pub struct CurvePoint {
     pub samples_per_pixel: f64,
     /// Independent runs in the figures.
     pub runs: usize,
-    /// relMSE against the reference, after subtraction of the reference's own.
-    pub rel_mse: Interval,
+    /// relMSE, without the reference's own; `None` where pixels have no sample.
+    pub rel_mse: Option<Interval>,
     /// The same without the worst 0.1 % of pixels.
-    pub rel_mse_trimmed: Interval,
+    pub rel_mse_trimmed: Option<Interval>,
     /// The part of `rel_mse` that is noise, from replicates; `None` for other programs, which have none.
     pub noise: Option<Interval>,
     /// The part that is bias: `rel_mse − noise`.
     pub bias: Option<Interval>,
-    /// Relative error against the reference that half, 95 % and 99 % of the picture (8×8 pixels each) stay below.
+    /// Relative error that half, 95 % and 99 % of the picture (8×8 pixels each) stay below, without the reference's own; `None` where
+    /// pixels have no sample.
     pub relative: Option<[Interval; 3]>,
     /// The same errors as the replicates state them without a reference; `None` for other programs.
     #[serde(default)]
     pub stated: Option<[Interval; 3]>,
     /// SMAPE; of one run, without an interval.
-    pub smape: Interval,
+    pub smape: Option<Interval>,
     /// Mean FLIP of the displayed picture; of one run, without an interval.
-    pub flip: Interval,
+    pub flip: Option<Interval>,
     /// The same of the picture that is displayed through the noise filter; `None` for other programs.
     #[serde(default)]
     pub flip_filtered: Option<Interval>,
@@ -166,9 +240,9 @@ impl CurvePoint {
 pub struct TimeToError {
     /// Relative error at 95 % of the picture: 0.05, 0.02, 0.01, 0.005.
     pub error: f64,
-    /// Seconds; `None` where the curve does not reach the error.
+    /// Seconds; `None` where nothing tells the time.
     pub seconds: Option<Interval>,
-    /// False when the time is extrapolated.
+    /// False when the time is predicted.
     pub measured: bool,
 }
 
@@ -275,6 +349,12 @@ pub struct Stability {
     pub paths: u64,
     /// Samples that were not finite: cause, count, command that replays the first.
     pub rejected: Vec<(String, u64, String)>,
-    /// Mean luminance of the picture over that of the reference.
+    /// Mean luminance over that of the other unbiased methods.
     pub energy: Option<Interval>,
+    /// That differs from 1 by more than chance.
+    #[serde(default)]
+    pub alarm: bool,
+    /// The method is biased by design, so that its brightness may differ.
+    #[serde(default)]
+    pub biased: bool,
 }

@@ -132,13 +132,13 @@ impl TileSubset {
 }
 
 /// The error of one pixel.
-struct PixelError {
+pub(super) struct PixelError {
     /// The luminance that the error is relative to.
-    luminance: f64,
+    pub(super) luminance: f64,
     /// Squared error by channel.
-    squares: [f64; 3],
+    pub(super) squares: [f64; 3],
     /// Squared error of luminance.
-    square: f64,
+    pub(super) square: f64,
 }
 
 /// Sums over the pixels of one quarter of a tile.
@@ -267,7 +267,7 @@ impl ErrorField {
     }
 
     /// Sums up the errors of all pixels, row by row.
-    fn of(
+    pub(super) fn of(
         mut errors: impl ExactSizeIterator<Item = Option<PixelError>>,
         [width, height]: [usize; 2],
     ) -> Option<Self> {
@@ -420,8 +420,9 @@ impl ErrorField {
         let pixels: f64 = quarters.iter().map(|&q| tile.quarters[q].pixels).sum();
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
         let against = self.brightness(i, tile.luminance / all).abs() + FLOOR * self.mean.abs();
-        (pixels > 0.0 && against > 0.0)
-            .then(|| (square / pixels + self.lacks(i, deviations).powi(2)).sqrt() / against)
+        // Below 0 where more noise of a reference is subtracted than there is.
+        let square = (square / pixels).max(0.0) + self.lacks(i, deviations).powi(2);
+        (pixels > 0.0 && against > 0.0).then(|| square.sqrt() / against)
     }
 
     /// Quantiles and relMSE of some tiles, from the first `count` of the quarters that `choose` orders for every tile, with the light that the

@@ -109,6 +109,13 @@ impl Interval {
             .then(|| Self::of_log(value, sigma(self).hypot(sigma(other))))
     }
 
+    /// The expected value of a lognormal distribution with this interval, in which risk counts.
+    pub fn expected(&self) -> f64 {
+        let known = self.low > 0.0 && self.high.is_finite();
+        let sigma = if known { (self.high / self.low).ln() / (2.0 * Z90) } else { 0.0 };
+        self.value * (0.5 * sigma * sigma).exp()
+    }
+
     /// True when `x` lies in the interval.
     pub fn holds(&self, x: f64) -> bool {
         (self.low..=self.high).contains(&x)
@@ -134,4 +141,38 @@ pub fn student_95(n: f64) -> f64 {
     let g2 = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
     let g3 = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
     z + g1 / n + g2 / (n * n) + g3 / n.powi(3)
+}
+
+/// The value that Student's t with `n` degrees of freedom exceeds with the probability `tail`, one-sided; degrees are rounded, and more than
+/// 400 count as 400.
+pub fn student(tail: f64, n: f64) -> f64 {
+    let n = n.round().clamp(1.0, 400.0) as u32;
+    let (mut low, mut high) = (0.0, 1e9);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if student_tail(middle, n) > tail { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// The probability that Student's t exceeds `t` ≥ 0, by the finite series for whole degrees of freedom (Abramowitz, Stegun 26.7.3 and
+/// 26.7.4). It is exact but for the rounding of its difference from 1/2.
+fn student_tail(t: f64, n: u32) -> f64 {
+    let angle = (t / f64::from(n).sqrt()).atan();
+    let (sine, square) = (angle.sin(), angle.cos().powi(2));
+    let (mut term, mut sum) = (1.0, 0.0);
+    let within = if n.is_multiple_of(2) {
+        for k in 0..n / 2 {
+            sum += term;
+            term *= square * f64::from(2 * k + 1) / f64::from(2 * k + 2);
+        }
+        sine * sum
+    } else {
+        for k in 0..n / 2 {
+            sum += term;
+            term *= square * f64::from(2 * k + 2) / f64::from(2 * k + 3);
+        }
+        std::f64::consts::FRAC_2_PI * (angle + sine * angle.cos() * sum)
+    };
+    0.5 * (1.0 - within)
 }

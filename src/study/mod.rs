@@ -65,8 +65,15 @@
 //! `pointillist study` keeps what it measures in a folder, line by line ([`measurement`]). [`analysis`] makes a
 //! [`data::Study`] from the lines: the curve of each method and its times to an error, the cost of effects and settings.
 //! [`pages`] shows it to people; [`mod@format`] writes numbers with the digits that their intervals support.
+//!
+//! - [`pool`]: the reference is made of all pictures by unbiased methods. Each is judged by the others, whose known variance is
+//!   subtracted.
+//! - [`time_model`]: the time to an error follows from small pictures of the same view, which have many samples per pixel early, and
+//!   from pictures of full size, which tell by how much the errors of both differ.
+//! - [`brightness`]: the audit of mean luminance, from sums of samples, with an alarm that clean studies do not raise.
 
 pub mod analysis;
+pub mod brightness;
 pub mod curve;
 pub mod data;
 pub mod error;
@@ -76,13 +83,15 @@ pub mod interval;
 pub mod largest;
 pub mod late;
 pub mod measurement;
-mod method_curve;
+pub mod method_curve;
 mod monitor;
 pub mod pages;
+pub mod pool;
 pub mod prediction;
 mod regions;
 pub mod replicates;
 mod smooth;
+pub mod time_model;
 pub mod witness;
 
 pub use error::{ErrorEstimate, ErrorField, TileSubset};

@@ -10,10 +10,10 @@ use crate::study::interval::{Interval, Z90};
 pub const LADDER: [f64; 12] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
 
 /// Standard deviation of the logarithm of the remaining time by which the speed of the machine varies.
-const SPEED_DEVIATION: f64 = 0.05;
+pub(super) const SPEED_DEVIATION: f64 = 0.05;
 
 /// Extra standard deviation per e-fold of extrapolation, because a curve is only approximately a power law.
-const EXTRAPOLATION_DEVIATION: f64 = 0.1;
+pub(super) const EXTRAPOLATION_DEVIATION: f64 = 0.1;
 
 /// Ratio of samples between first and last checkpoint that a prediction needs.
 const MIN_RANGE: f64 = 2.0;

@@ -12,6 +12,7 @@ use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::server::Server;
 use crate::stream::{DrainOrder, Epoch};
+use crate::study::data::FarmCost;
 use crate::study::format::{duration, percent, remaining, round_percent};
 use crate::study::prediction::time_reached;
 use crate::study::{ErrorTarget, Interval};
@@ -61,6 +62,12 @@ pub struct TrialSubject<'a> {
     pub setup: f64,
 }
 
+/// What each machine needs for the part of a picture of so many texels besides rendering, where scene and device take `setup` seconds.
+pub fn farm_cost(setup: f64, texels: f64, has_two_streams: bool) -> FarmCost {
+    let streams = if has_two_streams { 2.0 } else { 1.0 };
+    FarmCost { setup: setup + STATE * texels * streams, merge: MERGE * texels * streams }
+}
+
 impl Budget {
     /// Renders for `time` and tells from the error so far.
     ///
@@ -97,12 +104,9 @@ impl Budget {
         let predicted = state.prediction.filter(|said| said.target == target.error);
         let alone = reached.or(predicted.map(|said| said.seconds));
         let [width, height] = run.film.padded_extent().map(f64::from);
-        let streams = if run.integrator.is_bidirectional() { 2.0 } else { 1.0 };
-        let (setup, merge) = (setup + STATE * width * height * streams, MERGE * width * height * streams);
-        let on = |alone: Interval, machines: u32| {
-            let n = f64::from(machines);
-            MachineTime { machines, seconds: alone.map(|seconds| setup + seconds / n + merge * n) }
-        };
+        let cost = farm_cost(setup, width * height, run.integrator.is_bidirectional());
+        let FarmCost { setup, merge } = cost;
+        let on = |alone, machines| MachineTime { machines, seconds: cost.on(machines, alone) };
         Ok(Self {
             target: target.error,
             at: target.at.share(),

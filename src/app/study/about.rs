@@ -1,34 +1,80 @@
 //! What a study is about: its scene, its methods, its machine, and the parts that are still missing.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use miette::Result;
 
 use super::folder::{self, StudyFolder};
 use super::renderer::{StudyRenderer, cpu};
-use super::{PARTS, display, wanted};
+use super::{PARTS, StudySession, display, options, wanted};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
 use crate::app::args::study::Knob;
-use crate::app::run_spec::quoted;
+use crate::app::explain::farm_cost;
+use crate::app::method;
+use crate::app::run_spec::{ChoiceReport, quoted};
 use crate::gpu;
 use crate::scene::desc::IntegratorKind;
-use crate::study::data::{Machine, Study};
+use crate::study::data::{AutoChoice, DroppedMethod, Machine, Study};
 use crate::study::measurement::Measurement;
 
-pub fn methods(args: &StudyArgs) -> Result<Vec<IntegratorKind>> {
-    use IntegratorKind::{Auto, Bidirectional, Depth, Light, Path, Photon};
-    miette::ensure!(
-        !args.methods.contains(&Auto),
-        help = "name those that are to be compared, or leave --methods away",
-        "--methods auto is a choice among methods, not one of them"
-    );
+/// Lets `auto` choose, and keeps what it chooses with the time that this takes.
+pub fn choose(renderer: &mut StudyRenderer, folder: &mut StudyFolder) -> Result<ChoiceReport> {
+    let mut run = renderer.run(IntegratorKind::Auto, 1);
+    let start = Instant::now();
+    method::choose(&mut run, &renderer.scene, &renderer.camera, renderer.threads);
+    let seconds = start.elapsed().as_secs_f64();
+    let choice = run.auto.ok_or_else(|| miette::miette!("no method was chosen"))?;
+    let reason = choice.reason.rsplit_once(" — ").map_or_else(String::new, |(_, reason)| reason.to_string());
+    let auto = AutoChoice { method: choice.kind.name().to_string(), reason, seconds };
+    folder.keep(Measurement::Auto(auto))?;
+    Ok(choice)
+}
+
+/// The methods to compare: those that are asked for, or all that can show the picture. Why others are left out is kept.
+pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<IntegratorKind>> {
+    use IntegratorKind::{Auto, Bidirectional, Depth, Light, Path, Photon, Vcm};
     miette::ensure!(
         !args.methods.contains(&Depth),
         "--methods depth shows no light, so there is nothing to compare"
     );
-    let all = || vec![Path, Light, Bidirectional, Photon];
-    Ok(if args.methods.is_empty() { all() } else { args.methods.clone() })
+    let choice = session.choice.clone();
+    let mut methods: Vec<IntegratorKind> = Vec::new();
+    // `auto` is measured as the method that it chooses.
+    for kind in args.methods.iter().map(|kind| if *kind == Auto { choice.kind } else { *kind }) {
+        if !methods.contains(&kind) {
+            methods.push(kind);
+        }
+    }
+    if methods.iter().all(|kind| kind.has_photons()) && !methods.is_empty() && args.against.is_none() {
+        // Methods that blur cannot tell by how much.
+        methods.push(Bidirectional);
+    }
+    if !methods.is_empty() {
+        return Ok(methods);
+    }
+    for kind in [Path, Light, Bidirectional, Photon, Vcm] {
+        let tried = choice.candidates.iter().find(|tried| tried.method == kind.name());
+        let reason = match (kind, tried) {
+            (Vcm, None) => "is bidirectional where the picture shows no mirrors and no glass",
+            (Light, Some(tried)) if !tried.complete => "alone cannot show mirrors and glass",
+            (Path, Some(tried)) if !tried.complete => "cannot find light that leaves along normals only",
+            _ => {
+                methods.push(kind);
+                continue;
+            }
+        };
+        let dropped = DroppedMethod { method: kind.name().to_string(), reason: reason.to_string() };
+        session.folder.keep(Measurement::Dropped(dropped))?;
+    }
+    // The order counts where nothing has been measured yet.
+    let time = |kind: &IntegratorKind| {
+        let tried = choice.candidates.iter().find(|tried| tried.method == kind.name());
+        tried.and_then(|tried| tried.relative_time).unwrap_or(f64::INFINITY)
+    };
+    methods.sort_by(|a, b| time(a).total_cmp(&time(b)));
+    Ok(methods)
 }
 
 /// The options that name the scene, as other subcommands take them.
@@ -44,7 +90,7 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
         threads: args.threads,
         simd: args.simd,
         seed: 0,
-        filter: Some(args.filter),
+        filter: args.filter,
         device: args.device.clone(),
     }
 }
@@ -53,8 +99,9 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
 pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -> Study {
     let there = |knob: Knob| match knob {
         Knob::Methods => folder.has(|m| matches!(m, Measurement::Run(_))),
-        // Of this part it is measured last.
+        // Of these parts it is measured last.
         Knob::Effects => folder.has(|m| matches!(m, Measurement::Unused { .. })),
+        Knob::Options => options::is_complete(folder),
         Knob::Display => display::is_complete(folder),
         Knob::Numeric => folder.has(|m| matches!(m, Measurement::Numeric(_))),
         Knob::Replicates => folder.has(|m| matches!(m, Measurement::Scheme(_))),
@@ -67,6 +114,7 @@ pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -
         size: [spec.width, spec.height],
         machine: machine(renderer),
         load_seconds: renderer.load_seconds,
+        farm: farm_cost(renderer.load_seconds, renderer.texels(), true),
         missing: missing.map(|(.., name)| name.to_string()).collect(),
         ..Study::default()
     }

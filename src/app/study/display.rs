@@ -1,11 +1,13 @@
 //! Part 4: the cost of each display setting on the device, and its effect on the picture.
 
+use std::time::Instant;
+
 use miette::Result;
 
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear};
 use super::renderer::{RenderLimit, StudyRenderer};
-use super::{StudySession, TimeBudget, chosen};
+use super::{StudySession, TimeBudget};
 use crate::app::bench::{self, BenchJob};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
@@ -46,8 +48,11 @@ struct DisplaySetting {
 }
 
 pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
-    let StudySession { renderer, folder, reference } = session;
-    let run = chosen(renderer);
+    let run = session.chosen();
+    let StudySession { renderer, folder, judge, .. } = session;
+    let Some(reference) = judge.shown(renderer).cloned() else { return Ok(()) };
+    // The longest setting so far: there is no time for another one like it at the end.
+    let mut longest = 0.0f64;
     for samples in SAMPLES {
         let paths = (samples * renderer.texels()).round() as u64;
         let mut film = None;
@@ -56,15 +61,18 @@ pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
             if folder.has(|m| matches!(m, Measurement::Display(price) if same(price))) {
                 continue;
             }
-            if process::is_interrupted() || budget.left() < 0.0 {
-                return renderer.remake(renderer.run.film);
+            let start = Instant::now();
+            // A picture of more samples takes longer, too.
+            let expected =
+                longest.max(if film == Some(setting.spec) { 0.1 } else { 1.0 + 4e-6 * paths as f64 });
+            if process::is_interrupted() || budget.left() < expected {
+                return Ok(());
             }
+            let run = RunSpec { film: setting.spec, ..run.clone() };
             // Settings that read variances and splat filters need a film of their own.
             if film != Some(setting.spec) {
-                renderer.remake(setting.spec)?;
-                let run = RunSpec { film: setting.spec, ..run.clone() };
                 if renderer.trace(&run, RenderLimit::Paths(paths))?.driven.interrupted {
-                    return renderer.remake(renderer.run.film);
+                    return Ok(());
                 }
                 film = Some(setting.spec);
             }
@@ -77,14 +85,15 @@ pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
             };
             folder.keep(Measurement::Display(DisplayPrice {
                 milliseconds,
-                rel_mse: rel_mse(&shown, &reference.shown).ok().map(|error| error.whole),
-                flip: Some(difference(&shown, &reference.shown).0),
+                rel_mse: rel_mse(&shown, &reference).ok().map(|error| error.whole),
+                flip: Some(difference(&shown, &reference).0),
                 samples_per_pixel: samples,
                 ..setting.price
             }))?;
+            longest = longest.max(start.elapsed().as_secs_f64());
         }
     }
-    renderer.remake(renderer.run.film)
+    Ok(())
 }
 
 /// True if the last setting has been judged at the last number of samples.

@@ -29,7 +29,7 @@ struct FolderHeader {
     device: String,
 }
 
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 pub struct StudyFolder {
     path: PathBuf,
@@ -115,12 +115,27 @@ impl StudyFolder {
     }
 }
 
-/// Adds a measurement; a new reference discards what was measured against another.
+/// Adds a measurement in the place of an earlier one of the same. Another file as the reference discards what was measured against the
+/// last one.
 fn take(all: &mut Vec<Measurement>, new: Measurement) {
-    if matches!(new, Measurement::Reference(_)) {
+    let same = |old: &Measurement| match (old, &new) {
+        (Measurement::Reference(_), Measurement::Reference(_))
+        | (Measurement::Auto(_), Measurement::Auto(_)) => true,
+        (Measurement::Run(old), Measurement::Run(new)) => old.is_same(new),
+        (Measurement::Dropped(old), Measurement::Dropped(new)) => old.method == new.method,
+        _ => false,
+    };
+    let place = all.iter().position(same);
+    if let (Some(place), Measurement::Reference(new)) = (place, &new)
+        && let Measurement::Reference(old) = &all[place]
+        && old.file != new.file
+    {
         all.clear();
     }
-    all.push(new);
+    match place.filter(|place| *place < all.len()) {
+        Some(place) => all[place] = new,
+        None => all.push(new),
+    }
 }
 
 fn heading(renderer: &StudyRenderer) -> FolderHeader {

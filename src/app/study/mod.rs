@@ -5,44 +5,59 @@ mod converge;
 mod display;
 mod effects;
 mod folder;
+mod judge;
 mod numeric;
+mod options;
 mod pictures;
-mod reference;
+mod pools;
 mod renderer;
 mod schemes;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+mod tests;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
+use clap::ValueEnum;
 use miette::Result;
 
 use super::args::StudyArgs;
 use super::args::study::Knob;
-use super::run_spec::RunSpec;
-use super::{method, predictions, process, tell};
+use super::run_spec::{ChoiceReport, RunSpec};
+use super::{predictions, process, tell};
 use crate::scene::desc::IntegratorKind;
+use crate::study::data::Study;
 use crate::study::measurement::Measurement;
 use crate::study::{analysis, pages};
 use folder::StudyFolder;
-use reference::ReferencePicture;
+use judge::Judge;
 use renderer::StudyRenderer;
 
-/// Share of the budget for the reference.
-const REFERENCE: f64 = 0.2;
 /// Parts in their order, with shares of what is left of the budget, and what is missing without them.
-const PARTS: [(Knob, f64, &str); 5] = [
-    (Knob::Methods, 0.7, "convergence, prices, pictures, predictions, stability: --knobs methods"),
+const PARTS: [(Knob, f64, &str); 6] = [
+    (Knob::Methods, 0.65, "convergence, prices, pictures, predictions, stability: --knobs methods"),
     (Knob::Effects, 0.5, "effects: --knobs effects"),
+    (Knob::Options, 0.6, "options: --knobs options"),
     (Knob::Display, 0.6, "display: --knobs display"),
-    (Knob::Numeric, 0.1, "numeric choices: --knobs numeric"),
+    (Knob::Numeric, 0.2, "numeric choices: --knobs numeric"),
     (Knob::Replicates, 1.0, "replicates: --knobs replicates"),
 ];
+
+/// A study of fewer seconds gives this share of them to the methods.
+const BRIEF: f64 = 45.0;
+const BRIEF_SHARE: f64 = 0.8;
+
+/// Seconds that are kept for page, tables and charts.
+const PUBLISHING: f64 = 0.5;
 
 /// A study that is being measured.
 pub struct StudySession {
     renderer: StudyRenderer,
     folder: StudyFolder,
-    reference: ReferencePicture,
+    judge: Judge,
+    /// What `--integrator auto` chooses, and all that it has tried.
+    choice: ChoiceReport,
 }
 
 /// The time that a part of the study may take.
@@ -75,17 +90,19 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     }
     let Some(scene) = &args.scene else { return Ok(()) };
     process::listen_for_interrupt();
-    let budget = TimeBudget { start: Instant::now(), seconds: args.budget.as_secs_f64(), quiet: args.quiet };
+    let seconds = args.budget.as_secs_f64();
+    let seconds = seconds - PUBLISHING.min(0.1 * seconds);
+    let budget = TimeBudget { start: Instant::now(), seconds, quiet: args.quiet };
     let mut renderer = StudyRenderer::new(args, &about::source(args, scene.clone()))?;
     let path = args.output.clone().unwrap_or_else(|| {
         let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
         PathBuf::from(format!("study-{stem}"))
     });
     let mut folder = StudyFolder::open(&path, &renderer)?;
-    budget.say("the reference");
-    let given = args.against.as_deref();
-    let reference = ReferencePicture::find(&mut renderer, &mut folder, given, REFERENCE * budget.seconds)?;
-    let mut session = StudySession { renderer, folder, reference };
+    let judge = Judge::open(&renderer, &mut folder, args.against.as_deref())?;
+    budget.say("the trial of --integrator auto");
+    let choice = about::choose(&mut renderer, &mut folder)?;
+    let mut session = StudySession { renderer, folder, judge, choice };
     let outcome = measure(args, &mut session, &budget);
     let StudySession { renderer, mut folder, .. } = session;
     if folder.has_grown() {
@@ -103,24 +120,29 @@ pub fn study(args: &StudyArgs) -> Result<()> {
 
 /// Measures one part after another; each takes its share of what is left.
 fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
-    converge::peers(session, &args.peer)?;
-    let methods = about::methods(args)?;
+    let methods = about::methods(args, session)?;
     let last = PARTS.iter().rposition(|(knob, ..)| wanted(args, *knob));
     for (i, (knob, share, _)) in PARTS.into_iter().enumerate() {
-        if !wanted(args, knob) || process::is_interrupted() {
+        if !wanted(args, knob) || process::is_interrupted() || budget.left() <= 0.0 {
             continue;
         }
-        let share = if Some(i) == last { 1.0 } else { share };
+        let share = match knob {
+            _ if Some(i) == last => 1.0,
+            // Nothing is worth as much as the answer.
+            Knob::Methods if budget.seconds < BRIEF => BRIEF_SHARE,
+            _ => share,
+        };
         let part = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
         match knob {
-            Knob::Methods => converge::converge(session, &methods, &part)?,
+            Knob::Methods => converge::converge(session, methods.clone(), &part)?,
             Knob::Effects => effects::effects(session, &part)?,
+            Knob::Options => options::options(session, &part)?,
             Knob::Display => display::display(session, &part)?,
-            Knob::Numeric => numeric::numeric(session)?,
+            Knob::Numeric => numeric::numeric(session, &part)?,
             Knob::Replicates => schemes::schemes(session, &part)?,
         }
     }
-    Ok(())
+    converge::peers(session, &args.peer)
 }
 
 /// True if a part is asked for.
@@ -128,18 +150,23 @@ fn wanted(args: &StudyArgs, knob: Knob) -> bool {
     args.knobs.is_empty() || args.knobs.contains(&knob)
 }
 
-/// A run by the method that `auto` chooses, for measuring effects and display.
-fn chosen(renderer: &StudyRenderer) -> RunSpec {
-    let mut run = renderer.run(IntegratorKind::Auto, 1);
-    method::choose(&mut run, &renderer.scene, &renderer.camera, renderer.threads);
-    run
-}
-
-/// The same by an unbiased method: bidirectional path tracing in place of photon mapping.
-fn unbiased(renderer: &StudyRenderer) -> RunSpec {
-    let mut run = chosen(renderer);
-    if run.integrator.has_photons() {
-        run.integrator = IntegratorKind::Bidirectional;
+impl StudySession {
+    /// A run by the method that is fastest so far, or else the one that `auto` chooses, for measuring effects, options and display.
+    fn chosen(&self) -> RunSpec {
+        let film = &self.renderer.run.film;
+        let study = Study { size: [film.width, film.height], ..Study::default() };
+        let study = analysis::study(study, &self.folder.measurements);
+        let fastest = pages::fastest(&study);
+        let fastest = fastest.and_then(|name: String| IntegratorKind::from_str(&name, false).ok());
+        self.renderer.run(fastest.unwrap_or(self.choice.kind), 1)
     }
-    run
+
+    /// The same by an unbiased method: bidirectional path tracing in place of methods with photons.
+    fn unbiased(&self) -> RunSpec {
+        let mut run = self.chosen();
+        if run.integrator.has_photons() {
+            run.integrator = IntegratorKind::Bidirectional;
+        }
+        run
+    }
 }

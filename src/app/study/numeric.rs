@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use miette::Result;
 
-use super::StudySession;
 use super::renderer::StudyRenderer;
+use super::{StudySession, TimeBudget};
+use crate::scene::desc::IntegratorKind;
 use crate::study::Interval;
 use crate::study::data::NumericPrice;
 use crate::study::measurement::Measurement;
@@ -17,8 +18,11 @@ const TERMS: usize = 1 << 20;
 /// Sums that are compared.
 const SUMS: usize = 9;
 
-pub fn numeric(StudySession { renderer, folder, .. }: &mut StudySession) -> Result<()> {
-    if folder.has(|m| matches!(m, Measurement::Numeric(_))) {
+/// Seconds that it takes, about.
+const SECONDS: f64 = 1.0;
+
+pub fn numeric(StudySession { renderer, folder, .. }: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    if folder.has(|m| matches!(m, Measurement::Numeric(_))) || budget.left() < SECONDS {
         return Ok(());
     }
     let values = luminances(renderer);
@@ -92,7 +96,7 @@ fn compare(
 
 /// Luminances of the scene's samples, repeated as often as needed.
 fn luminances(renderer: &StudyRenderer) -> Vec<f32> {
-    let run = super::chosen(renderer);
+    let run = renderer.run(IntegratorKind::Path, 1);
     let samples =
         crate::app::explain::price::samples(&run, renderer.scene.clone(), renderer.camera.clone(), 1 << 14);
     let seen: Vec<f32> = samples.into_iter().filter(|y| *y > 0.0).collect();

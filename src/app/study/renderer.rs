@@ -1,33 +1,39 @@
 //! Renders the pictures of a study: one scene, one device and one set of threads, which stay warm from picture to picture.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::app::adaptive::{self, RenderStage, StagePart};
 use crate::app::args::StudyArgs;
 use crate::app::args::scene::SceneArgs;
 use crate::app::denoise::ViewFilter;
 use crate::app::device::Device;
 use crate::app::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use crate::app::filtered_picture::{FilteredPicture, HalfMeans};
+use crate::app::light_groups::GroupFilms;
 use crate::app::load::{self, Opened};
 use crate::app::method::{self, RenderOrder};
 use crate::app::observer::{Beside, Observer};
 use crate::app::progress::{Goal, Progress};
 use crate::app::report::Seconds;
 use crate::app::run_spec::{RunSpec, shown_variance};
+use crate::app::state::RenderGoal;
 use crate::client::{Denoise, DisplayImage, Film, FilmData, FilmSpec, Settings, develop};
 use crate::color::Profile;
 use crate::image::Grid;
 use crate::scene::SceneDesc;
 use crate::scene::desc::IntegratorKind;
+use crate::scene::light_groups::LightGroup;
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
+use crate::study::brightness::MeanLuminance;
 use crate::study::error::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Replicates};
+use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
 
 /// How long a picture is traced.
@@ -37,10 +43,21 @@ pub enum RenderLimit {
     Paths(u64),
 }
 
+/// Pixels of a trial, at least and at most: enough tiles for a quantile, and few enough that many samples per pixel take little time.
+const TRIAL_PIXELS: [f64; 2] = [12_000.0, 40_000.0];
+
+/// Pixels of a trial for each second of the study's budget, within these bounds.
+const PIXELS_PER_SECOND: f64 = 400.0;
+
+/// A picture with fewer times the pixels of a trial is its own trial.
+const WORTH_A_TRIAL: f64 = 2.5;
+
 /// A prepared scene and all that renders it.
 pub struct StudyRenderer {
     /// The specification of all runs, which differ in method and seed.
     pub run: RunSpec,
+    /// A smaller film of the same view, for trials; `None` where the picture is small itself.
+    pub trial: Option<FilmSpec>,
     pub scene: Arc<Scene>,
     pub camera: Camera,
     pub desc: SceneDesc,
@@ -52,24 +69,34 @@ pub struct StudyRenderer {
     pub threads: usize,
     /// Seconds to load and prepare the scene.
     pub load_seconds: f64,
-    client: Box<dyn Film>,
+    film: StudyFilm,
+    /// The film before, which may be wanted again.
+    spare: Option<StudyFilm>,
+    /// The noise filter of the view, and the size that it is for.
+    filter: Option<(FilmSpec, ViewFilter)>,
     server: Server,
     lanes: Lanes,
     epoch: Epoch,
+}
+
+/// A film and what it was made for.
+struct StudyFilm {
+    spec: FilmSpec,
+    kappa: Option<f32>,
+    client: Box<dyn Film>,
 }
 
 /// A picture and the record of its render.
 pub struct StudyRender {
     /// Linear Rec.709, unblurred.
     pub rgb: Grid<[f32; 3]>,
+    /// Every pixel has samples.
+    pub is_complete: bool,
     /// The sums.
     pub data: FilmData,
-    pub shown: DisplayImage,
     /// Time and end of the render.
     pub driven: DriveOutcome,
     pub stats: Stats,
-    /// Seconds from sums to displayed picture.
-    pub display_seconds: f64,
     /// The error that its replicates state; empty for an undivided run.
     pub state: Arc<ErrorStatus>,
     /// Its predictions and their outcomes.
@@ -84,6 +111,11 @@ impl StudyRender {
     /// The error that its replicates state, if it is known.
     pub fn estimate(&self) -> Option<ErrorEstimate> {
         self.state.checkpoints.last().map(|_| self.state.estimate)
+    }
+
+    /// The mean luminance of the picture by each replicate.
+    pub fn brightness(&self) -> Vec<MeanLuminance> {
+        self.replicates.iter().flat_map(Replicates::mean_luminances).flatten().collect()
     }
 }
 
@@ -106,10 +138,12 @@ impl StudyRenderer {
         let mut run = RunSpec::of(source, &input, device.name());
         run.film.variance = shown_variance(&settings);
         let threads = source.threads();
-        let client = device.client(run.film, threads, None)?;
+        let film = StudyFilm { spec: run.film, kappa: None, client: device.client(run.film, threads, None)? };
+        let trial = trial(run.film, args.budget.as_secs_f64());
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         Ok(Self {
             run,
+            trial,
             scene: Arc::new(scene),
             camera,
             desc: input.loaded.desc,
@@ -117,7 +151,9 @@ impl StudyRenderer {
             device,
             threads,
             load_seconds: seconds.load + seconds.prepare,
-            client,
+            film,
+            spare: None,
+            filter: None,
             server,
             lanes,
             epoch: Epoch(0),
@@ -126,8 +162,7 @@ impl StudyRenderer {
 
     /// Pixels of the film, overscan included.
     pub fn texels(&self) -> f64 {
-        let [width, height] = self.run.film.padded_extent().map(f64::from);
-        width * height
+        texels(&self.run.film)
     }
 
     /// The specification of a run by `kind` with this seed.
@@ -148,87 +183,170 @@ impl StudyRenderer {
         camera: Camera,
         limit: RenderLimit,
     ) -> Result<StudyRender> {
-        self.client.clear();
-        self.epoch = self.epoch.next();
-        let (range, time) = match limit {
-            RenderLimit::Time(time) => (0..u64::MAX, Some(time)),
-            RenderLimit::Paths(paths) => (0..paths, None),
+        self.trace_with(run, scene, camera, limit, None)
+    }
+
+    /// Renders a scene of groups of lights, with a picture for each.
+    pub fn trace_grouped(
+        &mut self,
+        run: &RunSpec,
+        scene: Arc<Scene>,
+        groups: Vec<LightGroup>,
+        limit: RenderLimit,
+    ) -> Result<StudyRender> {
+        let mut groups = GroupFilms::new(groups, run, &self.device, self.threads)?;
+        self.trace_with(run, scene, self.camera.clone(), limit, Some(&mut groups))
+    }
+
+    fn trace_with(
+        &mut self,
+        run: &RunSpec,
+        scene: Arc<Scene>,
+        camera: Camera,
+        limit: RenderLimit,
+        mut groups: Option<&mut GroupFilms>,
+    ) -> Result<StudyRender> {
+        self.use_film(run.film, run.reweighted)?;
+        self.film.client.clear();
+        let (goal, time) = match limit {
+            RenderLimit::Time(time) => {
+                (RenderGoal { indices: 0..u64::MAX, time: Some(time), error: None }, Some(time))
+            }
+            RenderLimit::Paths(paths) => (RenderGoal { indices: 0..paths, time: None, error: None }, None),
         };
-        let order = RenderOrder {
-            scene,
-            camera,
-            range,
-            window: run.film.window(),
-            epoch: self.epoch,
-            sampling: Default::default(),
-            check: None,
+        let stages = match run.adaptive {
+            true => adaptive::stages(run, &goal)?,
+            false => vec![RenderStage::even(goal.indices, time)],
         };
         let observer = run.replicated.then(|| Observer::start(run, None, Beside::Render)).transpose()?;
-        method::start(&self.server, run, order, &mut None)?;
         let bar = Progress::new(Goal::Error, true);
-        let plan = Drive {
-            epoch: self.epoch,
-            first_index: 0,
-            deterministic: false,
-            time,
-            texels: self.texels(),
-            quantity: ErrorQuantile::P95,
-        };
-        let onlookers = DriveObservers {
-            bar: &bar,
-            timings: &mut None,
-            observer: observer.as_ref(),
-            recorder: None,
-            live: None,
-            groups: None,
-        };
-        let driven = drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?;
+        let (mut driven, mut stats) = (DriveOutcome::new(false), Stats::default());
+        for RenderStage { part, indices, until } in stages {
+            let time = until.map(|until| until.saturating_sub(driven.wall));
+            if part != StagePart::Even && time == Some(Duration::ZERO) {
+                continue;
+            }
+            let sampling = match (part, &observer) {
+                (StagePart::Pilot, _) => ScreenSampling::Pilot,
+                (StagePart::Main, Some(observer)) => adaptive::sampling(run, observer).0,
+                _ => ScreenSampling::Even,
+            };
+            self.epoch = self.epoch.next();
+            // Stages of an adaptive render count indices, limits count paths.
+            let range = match run.adaptive {
+                true => method::as_paths(run.integrator, &indices),
+                false => indices.clone(),
+            };
+            let order = RenderOrder {
+                scene: scene.clone(),
+                camera: camera.clone(),
+                range,
+                window: run.film.window(),
+                epoch: self.epoch,
+                sampling,
+                check: None,
+            };
+            method::start(&self.server, run, order, &mut None)?;
+            let plan = Drive {
+                epoch: self.epoch,
+                first_index: indices.start,
+                deterministic: false,
+                time,
+                texels: texels(&run.film),
+                quantity: ErrorQuantile::P95,
+            };
+            let onlookers = DriveObservers {
+                bar: &bar,
+                timings: &mut None,
+                observer: observer.as_ref(),
+                recorder: None,
+                live: None,
+                groups: groups.as_deref_mut(),
+            };
+            let client = &mut *self.film.client;
+            driven.add(drive(plan, &self.server, &mut self.lanes, client, onlookers)?);
+            let done = self.server.stats();
+            stats.epoch = done.epoch;
+            stats.workers.extend(done.workers);
+            if driven.interrupted
+                || driven.panicked.is_some()
+                || (!driven.complete && part != StagePart::Pilot)
+            {
+                break;
+            }
+        }
         if let Some((index, message)) = &driven.panicked {
             miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
         }
         let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
         let replicates = observer.as_ref().and_then(Observer::replicates);
         let (state, predictions) = observer.as_ref().map(Observer::end).unwrap_or_default();
-        let stats = self.server.stats();
-        let start = Instant::now();
-        let shown = self.show(&self.settings.clone())?;
-        let display_seconds = start.elapsed().as_secs_f64();
-        let data = self.client.develop().into_diagnostic()?;
+        let data = self.film.client.develop().into_diagnostic()?;
         let [width, height] = [run.film.width, run.film.height].map(|side| side as usize);
         let rgb = Grid::from_rows(width, height, develop::linear_rgb(&data, &Profile::srgb()));
         let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
-        Ok(StudyRender {
-            rgb,
-            data,
-            shown,
-            driven,
-            stats,
-            display_seconds,
-            state,
-            predictions,
-            pixels,
-            replicates,
-        })
+        let is_complete = data.camera.iter().all(|sum| sum[3] > 0.0);
+        Ok(StudyRender { rgb, is_complete, data, driven, stats, state, predictions, pixels, replicates })
     }
 
-    /// A picture of this scene as it is displayed through the noise filter; `None` for an undivided run, and without memory.
-    pub fn filtered(&self, traced: &StudyRender) -> Result<Option<DisplayImage>> {
-        let picture = traced.replicates.as_ref().and_then(|replicates| {
-            let mut filter = ViewFilter::new(&self.scene, &self.camera, &self.run.film, &|| false)?;
-            let halves = HalfMeans::of(replicates).ok()?;
-            FilteredPicture::of(replicates, &halves, Some(&traced.data), &mut filter, Denoise::Wavelet).ok()
+    /// A picture of this scene as it is displayed through the noise filter, and its linear pixels; `None` for an undivided run, and without
+    /// memory.
+    pub fn filtered(
+        &mut self,
+        film: &FilmSpec,
+        traced: &StudyRender,
+    ) -> Result<Option<(DisplayImage, Vec<[f32; 3]>)>> {
+        if self.filter.as_ref().is_none_or(|(of, _)| of != film) {
+            let filter = ViewFilter::new(&self.scene, &self.camera, film, &|| false);
+            self.filter = filter.map(|filter| (*film, filter));
+        }
+        let (Some((_, filter)), Some(replicates)) = (&mut self.filter, &traced.replicates) else {
+            return Ok(None);
+        };
+        let picture = HalfMeans::of(replicates).and_then(|halves| {
+            FilteredPicture::of(replicates, &halves, Some(&traced.data), filter, Denoise::Wavelet)
         });
-        picture.map(|picture| picture.display(&self.settings)).transpose()
+        let Ok(picture) = picture else { return Ok(None) };
+        let from_xyz = Profile::srgb().from_xyz;
+        let linear = picture.xyz().pixels().iter().map(|xyz| (from_xyz * *xyz).to_array()).collect();
+        Ok(Some((picture.display(&self.settings)?, linear)))
     }
 
-    /// Replaces the film by an empty one.
-    pub fn remake(&mut self, spec: FilmSpec) -> Result<()> {
-        self.client = self.device.client(spec, self.threads, None)?;
+    /// Makes the film the one that is used now, empty or as it was left.
+    fn use_film(&mut self, spec: FilmSpec, kappa: Option<f32>) -> Result<()> {
+        let fits = |film: &StudyFilm| film.spec == spec && film.kappa == kappa;
+        if fits(&self.film) {
+            return Ok(());
+        }
+        let wanted = match self.spare.take().filter(fits) {
+            Some(film) => film,
+            None => StudyFilm { spec, kappa, client: self.device.client(spec, self.threads, kappa)? },
+        };
+        self.spare = Some(std::mem::replace(&mut self.film, wanted));
         Ok(())
     }
 
     /// Displays the last picture with some settings.
     pub fn show(&mut self, settings: &Settings) -> Result<DisplayImage> {
-        self.client.display(settings).into_diagnostic()
+        self.film.client.display(settings).into_diagnostic()
     }
+}
+
+fn texels(film: &FilmSpec) -> f64 {
+    let [width, height] = film.padded_extent().map(f64::from);
+    width * height
+}
+
+/// The film of a trial: the same view in fewer pixels.
+fn trial(film: FilmSpec, budget: f64) -> Option<FilmSpec> {
+    let [width, height] = [film.width, film.height].map(f64::from);
+    let pixels = (PIXELS_PER_SECOND * budget).clamp(TRIAL_PIXELS[0], TRIAL_PIXELS[1]);
+    let scale = (pixels / (width * height)).sqrt();
+    let side = |pixels: f64| (scale * pixels).round().max(1.0) as u32;
+    (width * height > WORTH_A_TRIAL * pixels).then(|| FilmSpec {
+        width: side(width),
+        height: side(height),
+        variance: None,
+        ..film
+    })
 }

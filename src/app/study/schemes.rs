@@ -2,8 +2,9 @@
 
 use miette::Result;
 
+use super::converge::runs;
 use super::renderer::RenderLimit;
-use super::{StudySession, TimeBudget, unbiased};
+use super::{StudySession, TimeBudget};
 use crate::app::process;
 use crate::app::run_spec::RunSpec;
 use crate::study::Interval;
@@ -15,11 +16,17 @@ const SAMPLES: f64 = 16.0;
 
 /// Measures pairs of pictures until the budget is spent, but at least three.
 pub fn schemes(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
-    let StudySession { renderer, folder, reference } = session;
-    if folder.has(|m| matches!(m, Measurement::Scheme(_))) || budget.left() <= 0.0 {
+    let run = session.unbiased();
+    let StudySession { renderer, folder, judge, .. } = session;
+    if folder.has(|m| matches!(m, Measurement::Scheme(_))) {
         return Ok(());
     }
-    let run = unbiased(renderer);
+    // Three pairs at least, at the speed of the methods so far.
+    let speeds = runs(folder).filter(|m| !m.peer && m.seconds > 0.1);
+    let speed = speeds.map(|m| m.paths as f64 / m.seconds).fold(0.0, f64::max);
+    if speed <= 0.0 || budget.left() < 6.5 * SAMPLES * renderer.texels() / speed {
+        return Ok(());
+    }
     let paths = RenderLimit::Paths((SAMPLES * renderer.texels()) as u64);
     let (mut ratios, mut stated) = (Vec::new(), Vec::new());
     for seed in 7000.. {
@@ -31,9 +38,10 @@ pub fn schemes(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
             if traced.driven.interrupted {
                 return Ok(());
             }
-            let run = reference.judge_run(renderer, &run, &traced, 0.0)?;
-            *error = run.rel_mse.value.sqrt();
-            stated.extend(run.noise.map(|noise| 0.5 * (noise.value / run.rel_mse.value).ln()));
+            let Some([_, found]) = judge.error_of(&traced.rgb) else { return Ok(()) };
+            *error = found.value.max(0.0).sqrt();
+            let own = traced.estimate().map(|own| own.rel_mse.value).filter(|own| *own > 0.0 && *error > 0.0);
+            stated.extend(own.map(|own| 0.5 * (own / found.value).ln()));
         }
         if errors.contains(&0.0) {
             return Ok(()); // black: there is nothing to know

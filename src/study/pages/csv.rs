@@ -105,15 +105,15 @@ fn method<'a>(text: &mut CsvText<'a>, m: &'a MethodResult) {
 fn point(p: &CurvePoint) -> [(&'static str, &'static str, Option<Interval>); 13] {
     let relative = |i: usize| p.relative.map(|r| r[i]);
     [
-        ("rel_mse", "1", Some(p.rel_mse)),
-        ("rel_mse_trimmed", "1", Some(p.rel_mse_trimmed)),
+        ("rel_mse", "1", p.rel_mse),
+        ("rel_mse_trimmed", "1", p.rel_mse_trimmed),
         ("noise", "1", p.noise),
         ("bias", "1", p.bias),
         ("relative_median", "1", relative(0)),
         ("relative_p95", "1", relative(1)),
         ("relative_p99", "1", relative(2)),
-        ("smape", "1", Some(p.smape)),
-        ("flip", "1", Some(p.flip)),
+        ("smape", "1", p.smape),
+        ("flip", "1", p.flip),
         ("flip_filtered", "1", p.flip_filtered),
         ("trace_seconds", "s", exact(p.trace_seconds)),
         ("splat_seconds", "s", exact(p.splat_seconds)),
@@ -128,6 +128,19 @@ fn costs<'a>(text: &mut CsvText<'a>, study: &'a Study) {
         let about = text.about("effect", &e.name, if e.on { "on" } else { "off" });
         text.add(&about, &[("time_ratio", "1", e.time), ("variance_share", "1", variance)]);
         text.add(&about, &[("flip_without", "1", loss)]);
+    }
+    for o in &study.options {
+        let about = CsvLine { seconds: number(o.seconds), ..text.about("option", &o.name, &o.method) };
+        let flip = o.flip.map(|[with, _]| Interval::exact(with));
+        text.add(
+            &about,
+            &[("paths_ratio", "1", o.paths.map(Interval::exact)), ("error_ratio", "1", o.error)],
+        );
+        text.add(&about, &[("flip", "1", flip)]);
+    }
+    if let Some(auto) = &study.auto {
+        let about = text.about("auto", &auto.method, "");
+        text.add(&about, &[("trial_seconds", "s", exact(auto.seconds))]);
     }
     let about = text.about("effect", "unused", "");
     text.add(&about, &[("speed_ratio", "1", study.unused_effects)]);

@@ -26,6 +26,7 @@ mod verdict;
 pub use csv::csv;
 pub use page::{html, index};
 pub use terminal::terminal;
+pub use verdict::fastest;
 
 use crate::study::data::Study;
 use chart::{ChartSize, Drawing};

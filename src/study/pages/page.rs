@@ -98,7 +98,7 @@ fn subtitle(study: &Study) -> String {
     }
     parts.extend([&m.device, &m.program, &m.date].into_iter().filter(|s| !s.is_empty()).cloned());
     if let Some(seconds) = verdict::shared_seconds(study) {
-        parts.push(format!("{} per method", seconds_of(seconds)));
+        parts.push(format!("up to {} per method", seconds_of(seconds)));
     }
     parts.join(" · ")
 }

@@ -25,13 +25,13 @@ fn method(name: &str, error: f64, slope: f64, per_second: f64) -> MethodResult {
             display_seconds: 0.012,
             samples_per_pixel: per_second * seconds,
             runs: 8,
-            rel_mse: near(rms * rms, 0.15),
-            rel_mse_trimmed: near(0.7 * rms * rms, 0.12),
+            rel_mse: Some(near(rms * rms, 0.15)),
+            rel_mse_trimmed: Some(near(0.7 * rms * rms, 0.12)),
             noise: Some(near(rms * rms, 0.2)),
             bias: Some(Interval { value: 0.0, low: -0.05 * rms * rms, high: 0.05 * rms * rms }),
             relative: Some([near(0.5 * rms, 0.05), near(1.2 * rms, 0.08), near(2.0 * rms, 0.15)]),
-            smape: near(0.4 * rms, 0.1),
-            flip: near(0.8 * rms, 0.1),
+            smape: Some(near(0.4 * rms, 0.1)),
+            flip: Some(near(0.8 * rms, 0.1)),
             flip_filtered: Some(near(0.5 * rms, 0.1)),
             picture: None,
         }
@@ -61,8 +61,8 @@ fn methods() -> Vec<MethodResult> {
     let mut photon = method("photon", 0.035, -0.33, 9.0);
     photon.flags = vec!["slope flatter than −0.4: heavy tail or bias".into()];
     for p in &mut photon.points {
-        p.bias = Some(near(0.7 * p.rel_mse.value, 0.3));
-        p.noise = Some(near(0.3 * p.rel_mse.value, 0.2));
+        p.bias = Some(near(0.7 * p.rel_mse.unwrap_or_default().value, 0.3));
+        p.noise = Some(near(0.3 * p.rel_mse.unwrap_or_default().value, 0.2));
     }
     if let Some(last) = photon.prices.last_mut() {
         (last.seconds, last.measured) = (None, false);
@@ -147,12 +147,14 @@ pub fn study() -> Study {
         paths: 41_943_040,
         rejected,
         energy: Some(Interval { value: 1.0004, low: 0.9991, high: 1.0017 }),
+        alarm: false,
+        biased: false,
     };
     let replay = "pointillist render scenes/cornell_spheres.xml --integrator bidirectional --first-index 1234567 --samples 1";
     let winners: Vec<usize> =
         (0..192).map(|i| if (i / 16 > 7 && i % 16 > 9) || i % 29 == 0 { 2 } else { 1 }).collect();
     Study {
-        format: 1,
+        format: 2,
         scene: "scenes/cornell_spheres.xml".into(),
         size: [512, 384],
         machine: Machine {
@@ -171,10 +173,31 @@ pub fn study() -> Study {
             made_by: "bidirectional".into(),
             seconds: 1800.0,
             samples_per_pixel: 32768.0,
+            luminance: 0.0,
             rel_mse: Some(1.2e-6),
             picture: PIXEL.into(),
         }),
         methods: methods(),
+        auto: Some(AutoChoice {
+            method: "path".into(),
+            reason: "camera paths are fastest".into(),
+            seconds: 0.4,
+        }),
+        dropped: vec![DroppedMethod {
+            method: "light".into(),
+            reason: "alone cannot show mirrors and glass".into(),
+        }],
+        trial_size: Some([192, 144]),
+        farm: FarmCost { setup: 0.5, merge: 0.05 },
+        options: vec![OptionPrice {
+            name: "--adaptive".into(),
+            method: "bidirectional".into(),
+            seconds: 5.0,
+            size: [192, 144],
+            paths: Some(0.9),
+            error: Some(near(0.8, 0.05)),
+            flip: Some([0.05, 0.06]),
+        }],
         regions: Some(RegionWinners {
             seconds: 32.0,
             grid: [16, 12],

@@ -1,7 +1,7 @@
 //! The summary for the terminal: one screen of at most 24 lines of 100 characters.
 
 use crate::study::Interval;
-use crate::study::data::{EffectPrice, MethodResult, Study};
+use crate::study::data::{EffectPrice, MethodResult, OptionPrice, Study};
 use crate::study::format::{
     FormattedInterval, factor, goal, increase, percent_interval, seconds, with_plain_spaces, with_unit,
 };
@@ -15,12 +15,15 @@ const WIDTH: usize = 100;
 /// Lines.
 const HEIGHT: usize = 24;
 
+/// Reasons below the headline.
+const REASONS: usize = 3;
+
 /// Answer, price list and one line for each further part.
 pub fn terminal(study: &Study) -> String {
-    let mut lines = vec![title(study), answer::headline(study)];
-    if let Some(runner) = answer::reasons(study).into_iter().find(|r| r.starts_with("Runner-up")) {
-        lines.push(runner);
-    }
+    let mut lines = vec![title(study)];
+    lines.extend(wrapped(&answer::headline(study)));
+    // Machines, the most expensive effect, the runner-up.
+    lines.extend(answer::reasons(study).iter().take(REASONS).flat_map(|reason| wrapped(reason)));
     lines.push(String::new());
     lines.extend(prices(study));
     lines.push(String::new());
@@ -34,6 +37,22 @@ pub fn terminal(study: &Study) -> String {
     }
     let line = |l: &String| shortened(with_plain_spaces(l).trim_end(), WIDTH) + "\n";
     lines.iter().map(line).collect()
+}
+
+/// A sentence in lines that fit.
+fn wrapped(sentence: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in with_plain_spaces(sentence).split(' ') {
+        let last = lines.len() - 1;
+        if !lines[last].is_empty() && lines[last].chars().count() + 1 + word.chars().count() > WIDTH {
+            lines.push(String::new());
+        }
+        let last = lines.len() - 1;
+        let space = if lines[last].is_empty() { "" } else { " " };
+        lines[last] += &format!("{space}{word}");
+    }
+    lines.truncate(3);
+    lines
 }
 
 fn title(study: &Study) -> String {
@@ -72,7 +91,7 @@ fn row(m: &MethodResult, errors: &[f64]) -> String {
         let text = match verdict::price(m, *error) {
             Some((p, time)) => format!("{}{}", if p.measured { "" } else { "≈ " }, seconds(&time).main),
             None if m.prices.is_empty() => "—".into(),
-            None => "beyond".into(),
+            None => "not known".into(),
         };
         line += &right(&text, 11);
     }
@@ -99,6 +118,15 @@ fn parts(study: &Study) -> Vec<String> {
         lines.push(format!("Effects      {}", list(&costs)));
         let what = "effects not used: specialised code";
         lines.push(format!("             {what} {unused} as fast as the general code"));
+    }
+    if let Some(auto) = &study.auto {
+        let trial = seconds(&Interval::exact(auto.seconds)).main;
+        lines.push(format!("Auto         takes {} after a trial of {trial}", auto.method));
+    }
+    let change = |o: &OptionPrice| Some(format!("{} error {}", o.name, factor(&o.error?).main));
+    let options: Vec<String> = study.options.iter().filter_map(change).collect();
+    if !options.is_empty() {
+        lines.push(format!("Options      {}", list(&options)));
     }
     let defaults = study.display.iter().filter(|d| d.default && !d.per_sample).filter_map(|d| d.milliseconds);
     if let Some(ms) = defaults.max_by(|a, b| a.value.total_cmp(&b.value)) {

@@ -9,11 +9,11 @@ use crate::study::method_curve::FLAT;
 pub struct Recommendation<'a> {
     /// The program's own method that reaches `error` first.
     pub method: &'a MethodResult,
-    /// The relative error at 95 % of the picture that decided: 1 % if any method reaches it, else the smallest that one reaches.
+    /// The relative error at 95 % of the picture that decided: 1 % if any time to it is known, else the smallest whose time is.
     pub error: f64,
     /// Its time to that error.
     pub seconds: Interval,
-    /// False if the time is extrapolated.
+    /// False if the time is predicted.
     pub measured: bool,
     /// The second-fastest of the program's methods and its time over the winner's; no ratio where it does not reach the error.
     pub second: Option<(&'a MethodResult, Option<Interval>)>,
@@ -67,7 +67,7 @@ type Timed<'a> = (&'a MethodResult, Option<(&'a TimeToError, Interval)>);
 
 /// The methods by their time to an error; those that do not reach it come last, by efficiency.
 pub fn ranked<'a>(methods: &[&'a MethodResult], error: f64) -> Vec<Timed<'a>> {
-    let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.value);
+    let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.expected());
     let efficiency = |m: &MethodResult| m.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value);
     let mut ranked: Vec<_> = methods.iter().map(|m| (*m, price(m, error))).collect();
     ranked
@@ -75,10 +75,14 @@ pub fn ranked<'a>(methods: &[&'a MethodResult], error: f64) -> Vec<Timed<'a>> {
     ranked
 }
 
+/// The name of the program's own method that is fastest.
+pub fn fastest(study: &Study) -> Option<String> {
+    recommend(study).map(|a| a.method.name.clone())
+}
+
 /// The error at which a method ended: that of 95 % of the picture if its replicates tell, else the root of relMSE.
 pub fn error_now(method: &MethodResult) -> Option<(Interval, f64)> {
-    let last = method.points.last()?;
-    Some((error_of(last)?, last.seconds))
+    method.points.iter().rev().find_map(|point| Some((error_of(point)?, point.seconds)))
 }
 
 /// Seconds that halving the error takes on top: from the second-lowest price to the lowest if these are a factor of two
@@ -131,10 +135,13 @@ pub fn name(study: &Study) -> String {
     if name.is_empty() { "unnamed scene".into() } else { name.into() }
 }
 
-/// The longest time that all of the program's own methods had.
+/// The longest time of pictures of full size that at least two of the program's own methods had, or the only one.
 pub fn shared_seconds(study: &Study) -> Option<f64> {
-    let ends = own(study).into_iter().filter_map(|m| Some(m.points.last()?.seconds));
-    ends.filter(|s| s.is_finite() && *s > 0.0).min_by(f64::total_cmp)
+    let last = |m: &MethodResult| m.points.iter().rev().find(|p| error_of(p).is_some()).map(|p| p.seconds);
+    let mut ends: Vec<f64> = own(study).into_iter().filter_map(last).collect();
+    ends.retain(|s| s.is_finite() && *s > 0.0);
+    ends.sort_by(|a, b| b.total_cmp(a));
+    ends.get(1).or(ends.first()).copied()
 }
 
 pub fn at_time(method: &MethodResult, seconds: f64) -> Option<&CurvePoint> {
@@ -145,7 +152,7 @@ pub fn at_time(method: &MethodResult, seconds: f64) -> Option<&CurvePoint> {
 
 /// The relative error of a point: that of 95 % of the picture if its replicates tell, else the root of relMSE.
 pub fn error_of(point: &CurvePoint) -> Option<Interval> {
-    point.relative.map_or_else(|| point.rel_mse.root(), |relative| relative[1].cleaned())
+    point.relative.map_or_else(|| point.rel_mse?.root(), |relative| relative[1].cleaned())
 }
 
 /// True where a curve is flatter than −0.4: a heavy tail, or bias.

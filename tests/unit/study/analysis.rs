@@ -1,7 +1,7 @@
 //! Tests of `study::analysis`.
 
 use pointillist::study::analysis::*;
-use pointillist::study::data::ReferenceImage;
+use pointillist::study::brightness::MeanLuminance;
 use pointillist::study::data::Study;
 use pointillist::study::interval::Interval;
 use pointillist::study::measurement::{Measurement, REGIONS, RenderMeasurement};
@@ -15,12 +15,16 @@ fn run(method: &str, seconds: f64, error: f64, seed: u32) -> Measurement {
         seconds,
         samples_per_pixel: 10.0 * seconds,
         paths: 1000,
-        rel_mse: interval.map(|e| e * e),
-        relative: [interval; 3],
+        size: [64, 64],
+        rel_mse: Some(interval.map(|e| e * e)),
+        relative: Some([interval; 3]),
         noise: Some(interval.map(|e| 0.9 * e * e)),
         regions: vec![error as f32; REGIONS[0] * REGIONS[1]],
         rejected: vec![("NaN".to_string(), 2, "render".to_string())],
-        energy: 1.0,
+        brightness: vec![
+            MeanLuminance { value: 1.0 + 1e-6 * f64::from(seed), paths: 500.0, largest: 1e-6 };
+            2
+        ],
         ..RenderMeasurement::default()
     }))
 }
@@ -42,7 +46,7 @@ fn curves_prices_and_winners_follow_from_the_runs() {
     assert!(path.flags.is_empty(), "{:?}", path.flags);
     assert_eq!(photon.flags.len(), 1);
     let bias = path.points[2].bias.expect("replicates");
-    assert!((bias.value / path.points[2].rel_mse.value - 0.1).abs() < 1e-6);
+    assert!((bias.value / path.points[2].rel_mse.unwrap_or_default().value - 0.1).abs() < 1e-6);
     // 5 % after 4 seconds, measured; 1 % after 100, extrapolated.
     let [five, _, one, _] = &path.prices[..] else { panic!("four prices") };
     assert!(five.measured && five.seconds.is_some_and(|s| (s.value / 4.0).ln().abs() < 0.2));
@@ -54,34 +58,59 @@ fn curves_prices_and_winners_follow_from_the_runs() {
     assert_eq!(study.stability[0].paths, 6000);
 }
 
-/// Bias falls differently from noise, and errors below the reference's own are not part of a curve: neither is extrapolated.
-#[test]
-fn neither_bias_nor_the_error_of_the_reference_is_extrapolated() {
-    let changed = |measured: Measurement, change: &dyn Fn(&mut RenderMeasurement)| match measured {
+fn changed(measured: Measurement, change: impl Fn(&mut RenderMeasurement)) -> Measurement {
+    match measured {
         Measurement::Run(mut run) => {
             change(&mut run);
             Measurement::Run(run)
         }
         other => other,
-    };
-    let curve = |change: &dyn Fn(&mut RenderMeasurement)| -> Vec<Measurement> {
-        let at = |t: f64| run("path", t, 0.1 * t.powf(-0.5), 0);
-        [0.1, 1.0, 10.0].map(|t| changed(at(t), change)).into()
-    };
-    let clean = study(Study::default(), &curve(&|_| {})).methods.remove(0);
-    assert!(!clean.biased && clean.prices[2].seconds.is_some());
-    let half = curve(&|run| run.noise = run.noise.map(|noise| noise.map(|e| 0.5 * e)));
-    let biased = study(Study::default(), &half).methods.remove(0);
-    assert!(biased.biased && biased.prices[0].seconds.is_some() && biased.prices[2].seconds.is_none());
-    let reference =
-        ReferenceImage { relative: [0.05; 3], rel_mse: Some(0.0025), ..ReferenceImage::default() };
-    let mut measured = vec![Measurement::Reference(reference)];
-    measured.extend(half);
-    let short = study(Study::default(), &measured).methods.remove(0);
-    // 10 s are below the reference's own 5 %: two points are left, and no bias is known of the third.
-    assert!(short.flags.iter().any(|flag| flag.contains("reference")), "{:?}", short.flags);
-    assert!(short.points[2].bias.is_none() && short.points[1].bias.is_some());
-    assert!(!short.prices[0].measured);
+    }
+}
+
+/// A trial of a quarter of the pixels tells the error at four times the samples per pixel in the same time; that its errors are a tenth
+/// smaller at equal samples is found from the pictures of full size.
+#[test]
+fn trials_tell_the_time_to_a_small_error() {
+    let mut measured = Vec::new();
+    for method in ["path", "bidirectional"] {
+        let slower = if method == "path" { 1.0 } else { 2.0 };
+        // The error of the picture is 0.5 / √samples per pixel.
+        let error = |samples: f64| 0.5 * slower / samples.sqrt();
+        for seconds in [1.0, 3.0] {
+            measured.push(run(method, seconds, error(10.0 * seconds), 1));
+        }
+        for seconds in [1.0, 3.0, 9.0, 27.0] {
+            let samples = 40.0 * seconds;
+            measured.push(changed(run(method, seconds, 0.9 * error(samples), 2), |run| {
+                (run.is_trial, run.size, run.samples_per_pixel) = (true, [32, 32], samples);
+            }));
+        }
+    }
+    let study = study(Study { size: [64, 64], ..Study::default() }, &measured);
+    assert_eq!(study.trial_size, Some([32, 32]));
+    let [path, bidirectional] = &study.methods[..] else { panic!("two methods") };
+    // 1 % after 2500 samples per pixel, at 10 in a second.
+    for (method, seconds) in [(path, 250.0), (bidirectional, 1000.0)] {
+        let one = method.prices[2].seconds.expect("a time");
+        assert!(one.holds(seconds) && one.high < 3.0 * one.low, "{one:?}");
+        assert!(!method.prices[2].measured && method.points.len() == 2);
+    }
+}
+
+/// A method of which nothing falls has no times, and pictures without samples in some pixels count by what is displayed alone.
+#[test]
+fn what_is_not_known_is_left_out() {
+    let flat: Vec<Measurement> = [0.1, 1.0, 10.0, 100.0].map(|t| run("path", t, 0.1 * t.powf(0.3), 0)).into();
+    let flat = study(Study::default(), &flat).methods.remove(0);
+    assert!(flat.prices[3].seconds.is_none(), "{:?}", flat.prices);
+    let holes = changed(run("path", 0.1, 0.1, 0), |run| {
+        (run.relative, run.rel_mse, run.noise, run.flip) = (None, None, None, Some(0.4));
+    });
+    let seen = study(Study::default(), &[holes, run("path", 1.0, 0.1, 0)]).methods.remove(0);
+    assert_eq!(seen.points[0].flip, Some(Interval::exact(0.4)));
+    assert!(seen.points[0].rel_mse.is_none() && seen.points[1].rel_mse.is_some());
+    assert!(seen.prices[0].seconds.is_some());
 }
 
 /// A method that has had longer shows the picture of the time that all methods share.

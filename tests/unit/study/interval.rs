@@ -30,3 +30,20 @@ fn means_and_maps() {
     assert_eq!(inverse, Interval { value: 0.5, low: 0.25, high: 1.0 });
     assert!(inverse.holds(0.25) && !inverse.holds(1.1));
 }
+
+#[test]
+fn quantiles_of_student_are_those_of_the_tables() {
+    for (tail, n, value) in [
+        (0.05, 1.0, 6.3138),
+        (0.05, 4.0, 2.1318),
+        (0.001, 5.0, 5.8934),
+        (0.0005, 10.0, 4.5869),
+        (0.05, 1e9, 1.6487),
+    ] {
+        let found = student(tail, n);
+        assert!((found / value - 1.0).abs() < 1e-3, "{tail} {n}: {found}");
+    }
+    for n in [3.0, 7.0, 20.0] {
+        assert!((student(0.05, n) / student_95(n) - 1.0).abs() < 0.01);
+    }
+}

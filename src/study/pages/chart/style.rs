@@ -42,7 +42,7 @@ const OWN: [MethodStyle; 8] = [
     own("m6", "", "M-1.2-.5H1.2V.5H-1.2Z"),
     own("m7", "7 5", "M0-1.2L1.1-.4L.7 1H-.7L-1.1-.4Z"),
 ];
-const NAMES: [&str; 4] = ["path", "bidirectional", "photon", "light"];
+const NAMES: [&str; 5] = ["path", "bidirectional", "photon", "light", "vcm"];
 
 /// Other programs in their order.
 const PEERS: [MethodStyle; 3] =

@@ -42,7 +42,7 @@ pub fn body(study: &Study) -> Markup {
         @if study.methods.iter().all(|m| m.points.is_empty()) { (missing(study, "Curves were", "convergence")) }
         @else {
             (curves(&at_95_percent(study), "Error against time, both axes logarithmic. Bands and bars: 90 % intervals. Dotted with hollow \
-                markers: the curve extrapolated to the errors of part 2."))
+                markers: the times of part 2 that are predicted."))
             (curves(&overall(study), "Root of relMSE, the one error that can be measured for every program; a few very bad pixels dominate \
                 it. Dotted: the fitted slope, extrapolated."))
             (curves(&by_samples(study), "The same against samples: the quality of a path, regardless of its cost."))
@@ -119,7 +119,7 @@ fn root_mean_square(
 ) -> CurveChart {
     let end = study.methods.iter().flat_map(|m| m.points.last()).map(x).fold(0.0, f64::max);
     let make = |(m, style): Styled<'_>| {
-        let mut c = curve((m, style), x, |p| p.rel_mse.root());
+        let mut c = curve((m, style), x, |p| p.rel_mse?.root());
         c.beyond = extension(&c.points, slope(m).filter(|_| !m.biased), further * end);
         c
     };
@@ -164,10 +164,10 @@ fn last_errors(study: &Study) -> Markup {
             ("50 % within", &|(.., p)| within(p, 0)),
             ("95 % within", &|(.., p)| within(p, 1)),
             ("99 % within", &|(.., p)| within(p, 2)),
-            ("RMS error", &|(.., p)| rms(Some(p.rel_mse))),
-            ("… without the worst 0.1 %", &|(.., p)| rms(Some(p.rel_mse_trimmed))),
-            ("FLIP", &|(.., p)| cell(with_unit(&p.flip, 1.0, ""))),
-            ("… filtered", &|(.., p)| maybe(p.flip_filtered.map(|flip| with_unit(&flip, 1.0, "")))),
+            ("RMS error", &|(.., p)| rms(p.rel_mse)),
+            ("RMS error, trimmed", &|(.., p)| rms(p.rel_mse_trimmed)),
+            ("FLIP", &|(.., p)| maybe(p.flip.map(|flip| with_unit(&flip, 1.0, "")))),
+            ("FLIP, filtered", &|(.., p)| maybe(p.flip_filtered.map(|flip| with_unit(&flip, 1.0, "")))),
         ],
     )
 }
@@ -198,14 +198,14 @@ fn every_point(study: &Study) -> Markup {
             ("time", &|(.., p)| cell(seconds_of(p.seconds))),
             ("samples/pixel", &|(.., p)| cell(count(p.samples_per_pixel))),
             ("runs", &|(.., p)| cell(p.runs)),
-            ("RMS error", &|(.., p)| rms(Some(p.rel_mse))),
-            ("trimmed", &|(.., p)| rms(Some(p.rel_mse_trimmed))),
+            ("RMS error", &|(.., p)| rms(p.rel_mse)),
+            ("RMS error, trimmed", &|(.., p)| rms(p.rel_mse_trimmed)),
             ("95 % within", &|(.., p)| within(p, 1)),
             ("noise", &|(.., p)| rms(p.noise)),
             ("bias", &|(.., p)| rms(p.bias)),
-            ("SMAPE", &|(.., p)| cell(with_unit(&p.smape, 1.0, ""))),
-            ("FLIP", &|(.., p)| cell(with_unit(&p.flip, 1.0, ""))),
-            ("… filtered", &|(.., p)| maybe(p.flip_filtered.map(|flip| with_unit(&flip, 1.0, "")))),
+            ("SMAPE", &|(.., p)| maybe(p.smape.map(|smape| with_unit(&smape, 1.0, "")))),
+            ("FLIP", &|(.., p)| maybe(p.flip.map(|flip| with_unit(&flip, 1.0, "")))),
+            ("FLIP, filtered", &|(.., p)| maybe(p.flip_filtered.map(|flip| with_unit(&flip, 1.0, "")))),
             ("tracing (CPU)", &|(.., p)| cell(seconds_of(p.trace_seconds))),
             ("splatting", &|(.., p)| cell(seconds_of(p.splat_seconds))),
             ("display", &|(.., p)| cell(seconds_of(p.display_seconds))),
@@ -229,12 +229,15 @@ fn how(study: &Study) -> String {
     let own = study.reference.as_ref().and_then(|r| r.rel_mse).filter(|e| e.is_finite() && *e >= 0.0);
     let own = own.map_or_else(String::new, |e| {
         let e = with_unit(&Interval::exact(e), 1.0, "").main;
-        format!(" The error of the reference itself (relMSE {e}) is subtracted.")
+        format!(
+            " The reference is made of all pictures by unbiased methods; each is judged by the others, and their known variance is subtracted \
+             (relMSE {e} of all of them). Where a picture is not clearly worse than its reference, its error is that of its replicates."
+        )
     });
     format!(
-        "relMSE = mean((x − ref)² / (ref_Y² + 0.01)) of the unblurred linear picture against the reference; the charts show its root.{own} \
-         “95 % within” is the relative standard error that 95 % of the picture, in tiles of 8×8 pixels, stays below. It comes from \
-         independent randomisations of the same index range ({runs} runs per point), never from the spread of neighbouring samples. Times \
+        "relMSE = mean((x − ref)² / (ref_Y² + 0.01)) of the unblurred linear picture against the reference; the charts show its root; trimmed is without the worst 0.1 % of pixels.{own} \
+         “95 % within” is the relative standard error that 95 % of the picture, in tiles of 8×8 pixels, stays below. It is known \
+         where every pixel has a sample; before, only what is displayed is judged. {runs} runs per point. Times \
          are wall-clock seconds of tracing and splatting; loading the scene and compiling shaders ({} here) is left out. Slopes are \
          least-squares fits of the logarithms; independent noise gives −0.5.",
         seconds_of(study.load_seconds)

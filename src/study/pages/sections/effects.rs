@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 
 use crate::study::Interval;
-use crate::study::data::{EffectPrice, Study};
-use crate::study::format::{factor, increase, percent_of, significant};
+use crate::study::data::{EffectPrice, OptionPrice, Study};
+use crate::study::format::{factor, increase, percent_of, seconds_of, significant};
 use crate::study::pages::chart::{
     BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, percent_label, tick_label,
 };
@@ -78,6 +78,7 @@ pub fn body(study: &Study) -> Markup {
         }
         (effect_table(study))
         (without_effects(study))
+        (options(study))
         @if !study.effects.is_empty() {
             (note("An effect is removed from the scene before the scene is prepared, together with its code. Time per path is measured with \
                 and without it in turn, and the ratio is taken pair by pair. Variance and loss are compared at equal numbers of paths; loss \
@@ -100,6 +101,33 @@ fn effect_table(study: &Study) -> Markup {
             ("reason", &|e| words(&e.reason)),
         ],
     )
+}
+
+/// Options of `render` against a render without them.
+fn options(study: &Study) -> Markup {
+    let first = study.options.first();
+    let flip = |o: &OptionPrice, i: usize| maybe(o.flip.map(|flip| significant(flip[i], 2)));
+    html! {
+        @if let Some(first) = first {
+            h3 {
+                "Options of a render: " (first.method) " at " (first.size[0]) "×" (first.size[1]) " for " (seconds_of(first.seconds))
+            }
+            (listing(
+                "Options of a render",
+                &study.options,
+                &[
+                    ("Option", &|o| cell(&o.name)),
+                    ("paths in the same time", &|o| maybe(o.paths.map(|p| factor(&Interval::exact(p))))),
+                    ("error, 95 % of the picture", &|o| maybe(o.error.as_ref().map(factor))),
+                    ("FLIP with it", &|o| flip(o, 0)),
+                    ("FLIP without", &|o| flip(o, 1)),
+                ],
+            ))
+            (note("A render with each option against one without, by the same method in the same time. The error of --adaptive is that of its \
+                replicates; the error of a denoised or reweighted picture contains its bias and is measured against the reference. \
+                --light-groups makes one picture for each emitter beside the picture of all, whose noise per path stays the same."))
+        }
+    }
 }
 
 fn without_effects(study: &Study) -> Markup {

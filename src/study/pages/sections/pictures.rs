@@ -19,7 +19,7 @@ pub fn html(study: &Study) -> Markup {
     });
     html! {
         (as_time_goes_on(study))
-        h3 { "Equal-time pictures" }
+        h3 { "Equal-time pictures" (size(study)) }
         @if let Some(text) = conclusion(study) { p { (text) } }
         @if shown.is_empty() { (missing(study, "Pictures of equal time were", "pictures")) }
         @else {
@@ -71,7 +71,7 @@ fn equal_time(study: &Study, m: &MethodResult, style: MethodStyle) -> Option<Mar
     let caption = html! {
         (method(&m.name, style))
         @if let Some((p, error)) = point.and_then(|p| Some((p, verdict::error_of(p)?))) {
-            " after " (seconds_of(p.seconds)) ": " (percent_interval(&error).main) ", FLIP " (significant(p.flip.value, 2))
+            " after " (seconds_of(p.seconds)) ": " (percent_interval(&error).main) (flip(p))
         }
     };
     Some(pictures(&all, &caption))
@@ -82,19 +82,22 @@ fn as_time_goes_on(study: &Study) -> Markup {
     let at = |m: &MethodResult, seconds: f64| {
         m.points.iter().position(|p| p.budget == seconds && p.picture.is_some())
     };
-    let snapshots = |m: &MethodResult| -> Vec<Markup> {
-        FIGURES.into_iter().filter_map(|s| snapshot(&m.name, s, &m.points[at(m, s)?])).collect()
+    // Every method has a cell for each time that any of them has, so that pictures of one time stand below one another.
+    let times: Vec<f64> =
+        FIGURES.into_iter().filter(|s| study.methods.iter().any(|m| at(m, *s).is_some())).collect();
+    let snapshots = |m: &MethodResult| -> Vec<Option<Markup>> {
+        times.iter().map(|&s| snapshot(&m.name, s, &m.points[at(m, s)?])).collect()
     };
     let mut rows: Vec<_> = styled(study).map(|(m, style)| (m, style, snapshots(m))).collect();
-    rows.retain(|(.., snapshots)| !snapshots.is_empty());
+    rows.retain(|(.., snapshots)| snapshots.iter().any(Option::is_some));
     let missing = FIGURES.into_iter().filter(|s| study.methods.iter().all(|m| at(m, *s).is_none()));
     let late: Vec<String> = missing.map(time_name).collect();
     html! {
         @if !rows.is_empty() {
-            h3 { "As time goes on" }
+            h3 { "As time goes on" (size(study)) }
             @for (m, style, cells) in &rows {
                 p.dim { (method(&m.name, *style)) }
-                div.snapshots { @for cell in cells { (cell) } }
+                div.snapshots style={ "--columns:" (times.len()) } { @for cell in cells { @match cell { Some(cell) => (cell), None => figure {} } } }
             }
             @let missing = if late.is_empty() { String::new() } else { format!(" {} did not fit into the budget.", list(&late)) };
             (note(&format!("The displayed picture, its error at 95{THIN}% of the picture, and its FLIP.{missing}")))
@@ -106,8 +109,19 @@ fn snapshot(of: &str, seconds: f64, point: &CurvePoint) -> Option<Markup> {
     let time = time_name(seconds);
     let error =
         verdict::error_of(point).map_or_else(String::new, |e| format!(": {}", percent_interval(&e).main));
-    let caption = html! { (time) (error) ", FLIP " (significant(point.flip.value, 2)) };
+    let caption = html! { (time) (error) (flip(point)) };
     Some(pictures(&[(embedded(point.picture.as_deref())?, format!("{of} after {time}"))], &caption))
+}
+
+/// The size of the pictures, for a heading: `, 512 × 512 pixels`.
+fn size(study: &Study) -> String {
+    let [width, height] = study.size;
+    if width == 0 { String::new() } else { format!(", {width}{THIN}×{THIN}{height} pixels") }
+}
+
+/// `, FLIP 0.12`.
+fn flip(point: &CurvePoint) -> String {
+    point.flip.map_or_else(String::new, |flip| format!(", FLIP {}", significant(flip.value, 2)))
 }
 
 /// `1/30 s`.

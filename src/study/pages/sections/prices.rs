@@ -13,7 +13,7 @@ pub fn conclusion(study: &Study) -> String {
     let Some(a) = verdict::recommend(study) else { return "No time to an error is known.".into() };
     let time = |(m, p): (&MethodResult, Option<(_, Interval)>)| match p {
         Some((_, time)) => format!("{} {}", m.name, seconds(&time).main),
-        None => format!("{} beyond its curve", m.name),
+        None => format!("{} not known", m.name),
     };
     let times: Vec<String> = verdict::ranked(&verdict::own(study), a.error).into_iter().map(time).collect();
     let halving = verdict::halving(a.method).map_or_else(String::new, |(error, more)| {
@@ -48,20 +48,29 @@ pub fn body(study: &Study) -> Markup {
     let chart = chart(study);
     html! {
         @if chart.is_empty() && study.methods.iter().any(|m| !m.prices.is_empty()) {
-            p { "The curves were measured, but none reaches any of these errors: they end far above, fall too slowly, or come down to the \
-                 error of the reference." }
+            p { "The curves were measured, but nothing tells when any of these errors is reached: they end far above, or fall too slowly." }
         } @else if chart.is_empty() { (missing(study, "Times to an error were", "prices")) }
         @else {
-            (bars(&chart, "Time to an error, with 90 % intervals. Hollow: extrapolated from the curve, not measured (other \
-                programs: grey)."))
+            (bars(&chart, "Time to an error, with 90 % intervals. Hollow: predicted, not measured (other programs: grey)."))
             (price_list(study))
-            (note("A time is the one at which the fitted curve of error against seconds meets the error; “95 % of the picture” counts \
-                tiles of 8×8 pixels. Times in italics lie beyond the measured part of the curve. “Beyond the curve” means that the line \
-                would have to be extended more than a thousandfold, or that the method has visible bias, which falls differently from \
-                noise. To halve: from the second-lowest error to the lowest, else by the slope from the end of the curve. Efficiency is \
-                1/(relMSE · second)."))
+            (note(&how(study)))
         }
     }
+}
+
+fn how(study: &Study) -> String {
+    let trials = study.trial_size.map_or_else(String::new, |[width, height]| {
+        format!(
+            " Trials of {width}×{height} pixels tell the error at more samples per pixel than pictures of full size get in the time; by how much \
+             the errors of both differ at equal samples is measured."
+        )
+    });
+    format!(
+        "The time at which the error of 95{THIN}% of the picture, in tiles of 8×8 pixels, comes down to the one stated: the error is fitted as a \
+         power law of samples, as it is predicted during a render. Times in italics lie beyond what was measured at full size.{trials} “Not \
+         known” means that the error does not fall, or that the interval would span a factor of a thousand. To halve: from the \
+         second-lowest error to the lowest, else by the slope from the end of the curve. Efficiency is 1/(relMSE · second)."
+    )
 }
 
 fn price_list(study: &Study) -> Markup {
@@ -92,6 +101,6 @@ pub fn price(m: &MethodResult, error: f64) -> Markup {
         Some((p, time)) if p.measured => cell(seconds(&time)),
         Some((_, time)) => html! { i { (seconds(&time)) } },
         None if m.prices.is_empty() => cell("—"),
-        None => html! { span.dim { "beyond the curve" } },
+        None => html! { span.dim { "not known" } },
     }
 }

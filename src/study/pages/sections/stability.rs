@@ -2,7 +2,6 @@
 
 use maud::{Markup, html};
 
-use crate::study::Interval;
 use crate::study::data::{Stability, Study};
 use crate::study::format::{THIN, count, factor};
 use crate::study::pages::chart::style_of;
@@ -18,14 +17,12 @@ pub fn conclusion(study: &Study) -> String {
         0 => format!("All samples of {} paths were finite.", count(paths as f64)),
         n => format!("{} of {} paths gave samples that were rejected.", count(n as f64), count(paths as f64)),
     };
-    let energies: Vec<(&Stability, Interval)> =
-        study.stability.iter().filter_map(|s| Some((s, s.energy?.cleaned()?))).collect();
-    let off = energies.iter().filter(|(_, e)| !e.holds(1.0));
-    let off: Vec<String> = off.map(|(s, e)| format!("{} {}", s.method, factor(e).prose())).collect();
+    let known = study.stability.iter().any(|s| s.energy.is_some());
+    let off: Vec<String> = study.stability.iter().filter(|s| s.alarm).map(|s| s.method.clone()).collect();
     if !off.is_empty() {
-        text += &format!(" The mean brightness differs from the reference's with {}.", list(&off));
-    } else if !energies.is_empty() {
-        text += " The mean brightness of every method agrees with the reference.";
+        text += &format!(" The mean brightness of {} differs by more than chance.", list(&off));
+    } else if known {
+        text += " The mean brightness of all unbiased methods agrees.";
     }
     text
 }
@@ -33,9 +30,11 @@ pub fn conclusion(study: &Study) -> String {
 /// The same in a few words.
 pub fn summary(study: &Study) -> String {
     let (bad, paths) = verdict::rejected(study);
-    let energies = study.stability.iter().filter_map(|s| s.energy?.cleaned());
+    let energies = study.stability.iter().filter(|s| !s.biased).filter_map(|s| s.energy?.cleaned());
     let most = energies.max_by(|a, b| (a.value - 1.0).abs().total_cmp(&(b.value - 1.0).abs()));
-    let energy = most.map_or_else(String::new, |e| format!("; brightness off most: {}", factor(&e)));
+    let agrees = if study.stability.iter().any(|s| s.alarm) { "differs" } else { "agrees" };
+    let energy =
+        most.map_or_else(String::new, |e| format!("; brightness {agrees}, at most {}", factor(&e).prose()));
     format!("{} of {} paths rejected{energy}", count(bad as f64), count(paths as f64))
 }
 
@@ -52,7 +51,14 @@ pub fn body(study: &Study) -> Markup {
             ("paths", &|s| cell(count(s.paths as f64))),
             ("rejected", &|s| cell(count(verdict::rejected_samples(s) as f64))),
             ("by cause", &|s| words(&causes(s))),
-            ("brightness over the reference's", &|s| maybe(s.energy.as_ref().map(factor))),
+            ("brightness over that of others", &|s| maybe(s.energy.as_ref().map(factor))),
+            ("", &|s| {
+                words(match (s.alarm, s.biased) {
+                    (true, _) => "differs by more than chance",
+                    (_, true) => "biased by design",
+                    _ => "",
+                })
+            }),
         ],
     );
     let replays = study.stability.iter().flat_map(|s| s.rejected.iter().map(move |r| (s, r)));
@@ -67,8 +73,9 @@ pub fn body(study: &Study) -> Markup {
                 @if !replay.is_empty() { (command(replay)) }
             }
             (note(&format!("Every sample is checked before it is added. One that is not finite is counted by its cause and left out. \
-                Brightness is the mean luminance of the picture over that of the reference, with its 90{THIN}% interval; a method that \
-                loses or creates light differs from 1.")))
+                Brightness is the mean luminance of all samples over that of the most precise other unbiased method, or of a given \
+                reference, with its 90{THIN}% interval; a method that loses or creates light differs from 1. The marked ones differ by \
+                more than chance would let one study in 100{THIN}000.")))
         }
     }
 }
