@@ -188,7 +188,7 @@ pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: u
 
 /// Paths that find light which the method of `run` may not; `None` where nothing finds more.
 pub fn witnesses(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<Witnesses> {
-    let context = trial_context(run, scene, camera);
+    let context = RenderContext { seed: run.seed, ..trial_context(run, scene, camera) };
     let all = match run.integrator {
         IntegratorKind::Path | IntegratorKind::Light => true,
         IntegratorKind::Bidirectional => false,

@@ -171,7 +171,7 @@ pub struct ErrorField {
 }
 
 /// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. It
-/// contains it less often where light is found late, which neither replicate can know of, and that of relMSE where light subpaths are
+/// contains it less often where light is found late, as far as no [witness](crate::study::witness) tells of it, and that of relMSE where light subpaths are
 /// shared over the picture: `tools/README.md` has how often, scene by scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorEstimate {
@@ -490,7 +490,10 @@ impl ErrorField {
         let count = HALF_SAMPLES as f64;
         let variance = |i: usize| ((squares[i] - sums[i] * sums[i] / count) / (count - 1.0)).max(0.0);
         let widened = half_interval() / Z90;
-        let of_unfound = |i: usize| if less[i] > 0.0 { 0.5 * (more[i] / less[i]).ln() } else { 0.0 };
+        let of_unfound = |i: usize| {
+            let less = less[i].max(0.1 * whole[i]);
+            if less > 0.0 { 0.5 * (more[i] / less).max(1.0).ln() } else { 0.0 }
+        };
         let interval = |i: usize| {
             Interval::of_log(whole[i], (widened * (2.0 * variance(i)).sqrt()).hypot(of_unfound(i)))
         };

@@ -6,7 +6,7 @@
 //! - **Witnesses**, a few paths of other methods ([`witness`](crate::study::witness)). What they find and the picture lacks is a part of the
 //!   stated error.
 //! - [`LargestShares`]: where one sample carries a noticeable part of the light of a region, others like it are yet to come. That warns, unless
-//!   witnesses have told how much they are.
+//!   witnesses have told of as much light as one of them carries.
 
 use serde::Serialize;
 
@@ -48,7 +48,8 @@ impl LateLight {
 
     /// Why the stated error cannot be trusted; `None` if nothing speaks against it.
     pub fn warning(&self) -> Option<String> {
-        let is_large = self.largest.large_in > WIDE && self.unfound().is_none();
+        let is_told = self.missing.is_some_and(|missing| missing >= self.largest.one);
+        let is_large = self.largest.large_in > WIDE && !is_told;
         is_large.then(|| {
             let one = percent(self.largest.one);
             format!(
@@ -74,10 +75,12 @@ mod tests {
                 .is_some_and(|text| text.ends_with(&format!("one sample carries {} of it", percent(0.2))))
         );
         // What witnesses have told is stated, so that there is nothing to warn of.
-        (late.missing, late.caustics) = (Some(0.14), 0.13);
+        (late.missing, late.caustics) = (Some(0.01), 0.0);
+        assert!(late.warning().is_some());
+        (late.missing, late.caustics) = (Some(0.24), 0.23);
         assert_eq!(late.warning(), None);
         assert!(
-            late.unfound().is_some_and(|text| text.contains(&percent(0.14)) && text.contains("caustics"))
+            late.unfound().is_some_and(|text| text.contains(&percent(0.24)) && text.contains("caustics"))
         );
     }
 }

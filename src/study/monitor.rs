@@ -294,8 +294,10 @@ impl ErrorMonitor {
         status.map = (field.grid()[0], field.map());
         if let Some(target) = self.target {
             let deciding = field.estimate(TileSubset::Deciding).relative[target.at.index()].value;
-            // Never at the first checkpoint: light that few paths find may be missing from it.
-            status.reached |= status.checkpoints.len() > 1 && deciding > 0.0 && deciding <= target.error;
+            // Never at the first checkpoint: light that few paths find may be missing from it. Nor while more is known to be missing.
+            let is_complete = status.late.missing.is_none_or(|missing| missing <= target.error);
+            status.reached |=
+                status.checkpoints.len() > 1 && deciding > 0.0 && deciding <= target.error && is_complete;
         }
         self.update_prediction(samples, error.value);
     }

@@ -34,8 +34,9 @@ pub type Witnesses = Box<dyn FnMut(u64, [u32; 2]) -> [Vec<WitnessedArea>; 2] + S
 /// Paths of the render for each one of the witnesses, which cost about twice as much.
 const PATHS_PER_WITNESS: f64 = 128.0;
 
-/// Least number of paths of the witnesses.
-const FIRST: f64 = 2048.0;
+/// Paths of the witnesses: the least, up to how many they have twice their share, and the most. The thread that watches the error traces them,
+/// and must not stand still for long.
+const WITNESS_PATHS: [f64; 3] = [256.0, 2048.0, 131_072.0];
 
 /// Growth of the render from one look at the witnesses to the next.
 const GROWTH: f64 = 1.5;
@@ -111,8 +112,10 @@ impl WitnessState {
     /// Has the witnesses go on where the `paths` of the render of a picture of `size` pixels have grown.
     pub(super) fn update(&mut self, paths: f64, size: [usize; 2]) {
         // What they have traced follows from the render's paths alone, so that a render that is resumed states the same.
-        let steps = (paths / PATHS_PER_WITNESS / FIRST).log(GROWTH).floor().max(0.0);
-        let wanted = (FIRST * GROWTH.powf(steps)).round();
+        let [least, enough, most] = WITNESS_PATHS;
+        let share = (paths / PATHS_PER_WITNESS).max((2.0 * paths / PATHS_PER_WITNESS).min(enough));
+        let steps = (share / least).log(GROWTH).floor().max(0.0);
+        let wanted = (least * GROWTH.powf(steps)).round().min(most);
         if wanted > self.paths {
             (self.paths, self.halves) = (wanted, (self.witnesses)(wanted as u64, size.map(|n| n as u32)));
         }
@@ -142,7 +145,7 @@ pub(super) fn unfound(
         .unfound(),
         None => UnfoundLight {
             light: vec![0.0; picture.len()],
-            brightness: picture.iter().map(|tile| tile.light).collect(),
+            brightness: picture.iter().map(|tile| tile.light - tile.rare).collect(),
             ..UnfoundLight::default()
         },
     };
@@ -157,15 +160,17 @@ fn scattered(picture: &[PictureTile], lacks: &[f64]) -> ScatteredLight {
     let [once, twice] = [1.0, 2.0].map(|n| met(n).count() as f64);
     let mut tiles: Vec<usize> =
         (0..picture.len()).filter(|&i| picture[i].count == 0.0 && lacks[i] == 0.0).collect();
-    let number = (once * (once - 1.0) / (2.0 * (twice + 1.0))).round().min(tiles.len() as f64);
-    if number < 1.0 {
+    let number = (once * (once - 1.0) / (2.0 * (twice + 1.0))).round();
+    // What witnesses tell of tiles that have met nothing is a part of it.
+    let known: f64 = (0..picture.len()).filter(|&i| picture[i].count == 0.0).map(|i| lacks[i]).sum();
+    let light = (met(1.0).map(|tile| tile.rare).sum::<f64>() - known) / number;
+    if number < 1.0 || light <= 0.0 {
         return ScatteredLight::default();
     }
     // Nobody knows which: any of them.
     tiles.sort_unstable_by_key(|&i| mix(i as u64));
     tiles.truncate(number as usize);
     tiles.sort_unstable();
-    let light = met(1.0).map(|tile| tile.rare).sum::<f64>() / number;
     // Two samples in one place bring four times the square of one, in two places twice.
     let [one, two] =
         [1.0, 2.0].map(|n| met(n).map(|tile| tile.peak).sum::<f64>() / met(n).count().max(1) as f64);
@@ -231,9 +236,12 @@ impl PictureTile {
             let samples = pixels * per_pixel;
             let (mut rare, mut count) = (0.0, 0.0);
             for sample in kept.iter().map(|sample| f64::from(*sample)) {
-                if sample > RARE * (light * samples - rare) {
-                    (rare, count) = (rare + sample, count + 1.0);
+                // The film's filter leaves a part of the largest to the tiles beside this one.
+                let rest = light * samples - rare;
+                if rest <= 0.0 || sample <= RARE * rest {
+                    break;
                 }
+                (rare, count) = (rare + sample, count + 1.0);
             }
             let variance = (difference / pixels).powi(2);
             let rare = (rare / samples).min(light.max(0.0));
@@ -438,11 +446,16 @@ impl WitnessComparison<'_> {
                 all += self.witnesses[1].sum(from, to);
                 let shown = self.pictures.sum(from, to);
                 // Both witnesses trace light paths for the same tiles.
+                if all.samples < SAMPLES {
+                    continue;
+                }
                 let [mean, variance] = all.mean();
                 let places = || (from[1]..to[1]).flat_map(|y| (from[0]..to[0]).map(move |x| y * columns + x));
                 let lacks = places().map(|i| light[i]).sum::<f64>() / shown.tiles;
                 let more = mean - shown.light / shown.tiles - lacks;
-                let noise = variance + shown.variance / (shown.tiles * shown.tiles);
+                // A few samples may be alike by chance.
+                let least = (0.05 * shown.light / shown.tiles).powi(2);
+                let noise = variance + shown.variance / (shown.tiles * shown.tiles) + least;
                 if more > SIGNIFICANT[0] * noise.sqrt()
                     || lacks > 0.0 && more < -SIGNIFICANT[0] * noise.sqrt()
                 {

@@ -5,8 +5,8 @@
 //! up what they find in the coarse areas of a grid over the picture: all light, and apart from it the caustics, which photons know with
 //! little noise. None of it enters the picture.
 //!
-//! All light is unbiased but for what photons show behind mirrors and glass, which is blurred over a lookup disc, as in
-//! [`VcmTracer`](super::integrator::VcmTracer).
+//! What photons show behind mirrors and glass is blurred over a lookup disc, as in [`VcmTracer`](super::integrator::VcmTracer). All other light is
+//! unbiased, but for single samples that are much brighter than the others of their area, such as highlights, which are left out.
 
 use crate::color::Xyz;
 use crate::math::bits::mix;
@@ -36,8 +36,11 @@ pub fn pair(
     }
 }
 
-/// A sample of more than so many times the mean of the others in its area is left out.
+/// A sample of more than so many times the mean of the others in its area is left out, where there are enough others.
 const RARE: f64 = 8.0;
+
+/// Enough others.
+const FEW: f64 = 7.0;
 
 /// One witness: its paths are independent of those of any render, and of other witnesses.
 #[derive(Debug)]
@@ -96,7 +99,7 @@ impl Witness {
             let mut area = WitnessedArea { light: [sum * scale, squares * scale * scale], ..*area };
             // A highlight that one sample has met would count for all of its area, and those that none has met for nothing.
             let (largest, others) = (self.largest[i], area.samples - 1.0);
-            if others >= 1.0 && largest > RARE * (area.camera[0] - largest) / others {
+            if others >= FEW && largest > RARE * (area.camera[0] - largest) / others {
                 area.camera = [area.camera[0] - largest, area.camera[1] - largest * largest];
                 area.samples = others;
             }

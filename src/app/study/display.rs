@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use miette::Result;
 
+use super::converge;
 use super::folder::StudyFolder;
 use super::pictures::{difference, linear};
 use super::renderer::{RenderLimit, StudyRenderer};
@@ -53,6 +54,7 @@ pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     let Some(reference) = judge.shown(renderer).cloned() else { return Ok(()) };
     // The longest setting so far: there is no time for another one like it at the end.
     let mut longest = 0.0f64;
+    let speed = converge::speed(folder, run.integrator);
     for samples in SAMPLES {
         let paths = (samples * renderer.texels()).round() as u64;
         let mut film = None;
@@ -63,8 +65,8 @@ pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
             }
             let start = Instant::now();
             // A picture of more samples takes longer, too.
-            let expected =
-                longest.max(if film == Some(setting.spec) { 0.1 } else { 1.0 + 4e-6 * paths as f64 });
+            let traced = if speed > 0.0 { paths as f64 / speed } else { 4e-6 * paths as f64 };
+            let expected = longest.max(if film == Some(setting.spec) { 0.1 } else { 1.0 + traced });
             if process::is_interrupted() || budget.left() < expected {
                 return Ok(());
             }

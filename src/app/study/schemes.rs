@@ -2,7 +2,7 @@
 
 use miette::Result;
 
-use super::converge::runs;
+use super::converge::speed;
 use super::renderer::RenderLimit;
 use super::{StudySession, TimeBudget};
 use crate::app::process;
@@ -21,9 +21,8 @@ pub fn schemes(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     if folder.has(|m| matches!(m, Measurement::Scheme(_))) {
         return Ok(());
     }
-    // Three pairs at least, at the speed of the methods so far.
-    let speeds = runs(folder).filter(|m| !m.peer && m.seconds > 0.1);
-    let speed = speeds.map(|m| m.paths as f64 / m.seconds).fold(0.0, f64::max);
+    // Three pairs at least, at the speed of the method so far.
+    let speed = speed(folder, run.integrator);
     if speed <= 0.0 || budget.left() < 6.5 * SAMPLES * renderer.texels() / speed {
         return Ok(());
     }

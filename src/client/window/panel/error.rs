@@ -30,8 +30,14 @@ const TIMES: [(f64, &str); 14] = [
 /// Colour of the curve of the picture that is compared with.
 const COMPARED: egui::Color32 = egui::Color32::from_rgb(110, 170, 220);
 
-/// Draws the section; the user chooses the target, and may choose another method.
-pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64, actions: &mut Vec<Action>) {
+/// Draws the section; the user chooses the target, and may choose another method than the `present` one.
+pub(super) fn show(
+    ui: &mut Ui,
+    error: Option<&ErrorSummary>,
+    target: &mut f64,
+    present: &str,
+    actions: &mut Vec<Action>,
+) {
     let Some(error) = error else {
         ui.colored_label(style::DIM, "Not known: one randomisation only (--replicates 1).");
         return;
@@ -52,7 +58,7 @@ pub(super) fn show(ui: &mut Ui, error: Option<&ErrorSummary>, target: &mut f64, 
     ui.colored_label(style::ACCENT, message);
     if let Some(UnfoundSummary { text, method }) = &error.unfound {
         ui.label(text);
-        if ui.button(format!("Find it by {method}")).clicked() {
+        if *method != present && ui.button(format!("Find it by {method}")).clicked() {
             actions.push(Action::SetMethod(Some(method)));
         }
     }

@@ -30,7 +30,7 @@ fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: 
     sections::picture_size(ui, data, actions);
     sections::region(ui, data.region.filter(|region| region.is_traced), actions);
     section(ui, "Error", true, |ui| {
-        error::show(ui, data.error.as_deref(), &mut controls.target, actions);
+        error::show(ui, data.error.as_deref(), &mut controls.target, data.method, actions);
     });
     section(ui, "Figures", true, |ui| figures::show(ui, &settled, actions));
     section(ui, "Effects", false, |ui| sections::effects(ui, &data.effects, data.costs, actions));
