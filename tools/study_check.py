@@ -79,9 +79,10 @@ def check(scene, arguments, options):
         if not points:
             continue
         curve = long_render(scene, method["name"], arguments.long, folder, options)
-        # Paths per second of the study, of a picture of as many paths per pixel as the render has.
+        # Paths per second of the study, over the renders that its own times rest on.
         pixels = told["size"][0] * told["size"][1]
-        rate = points[-1]["samples_per_pixel"] * pixels / points[-1]["seconds"]
+        points = [p for p in points if p["seconds"] >= 0.1 * points[-1]["seconds"]]
+        rate = sum(p["samples_per_pixel"] * p["runs"] for p in points) * pixels / sum(p["seconds"] * p["runs"] for p in points)
         for target in TARGETS:
             price = next((p for p in method["prices"] if abs(p["error"] - target) < 1e-9), None)
             interval = price and price["seconds"]

@@ -218,18 +218,25 @@ impl Contest<'_> {
         self.alive.iter().map(of).collect()
     }
 
-    /// The methods that are still measured, fastest first; in their order where nothing is known.
+    /// The methods that are still measured, fastest first. Those of which no error is known yet follow the fastest: on a busy machine a
+    /// short render may have had too few samples.
     fn ranked(&self) -> Vec<IntegratorKind> {
         let time = |prices: &[TimeToError]| {
             let known = prices.iter().filter_map(|price| price.seconds).map(|seconds| seconds.expected());
             // Times to several errors agree about who is fastest, but not all methods have all.
             let (sum, count) = known.fold((0.0, 0.0), |(sum, n), value| (sum + value.ln(), n + 1.0));
-            if count > 0.0 { sum / count } else { f64::INFINITY }
+            (count > 0.0).then_some(sum / count)
         };
-        let mut ranked: Vec<_> =
-            self.standings().iter().map(|(kind, prices)| (*kind, time(prices))).collect();
-        ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
-        ranked.into_iter().map(|(kind, _)| kind).collect()
+        let standings = self.standings();
+        let timed = standings.iter().filter_map(|(kind, prices)| Some((*kind, time(prices)?)));
+        let mut timed: Vec<(IntegratorKind, f64)> = timed.collect();
+        timed.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let is_timed = |kind: &IntegratorKind| timed.iter().any(|(other, _)| other == kind);
+        let unknown = self.alive.iter().copied().filter(|kind| !is_timed(kind));
+        let mut ranked: Vec<IntegratorKind> = timed.iter().take(1).map(|(kind, _)| *kind).collect();
+        ranked.extend(unknown);
+        ranked.extend(timed.iter().skip(1).map(|(kind, _)| *kind));
+        ranked
     }
 
     /// Ends the measurement of methods that are surely slower than another, to either of the errors that the answer names.

@@ -42,7 +42,8 @@ pub fn terminal(study: &Study) -> String {
 /// A sentence in lines that fit.
 fn wrapped(sentence: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
-    for word in with_plain_spaces(sentence).split(' ') {
+    // A number stays together with its unit.
+    for word in sentence.split(' ') {
         let last = lines.len() - 1;
         if !lines[last].is_empty() && lines[last].chars().count() + 1 + word.chars().count() > WIDTH {
             lines.push(String::new());
