@@ -91,6 +91,7 @@ pub mod prediction;
 mod regions;
 pub mod replicates;
 mod smooth;
+mod summed_areas;
 pub mod time_model;
 pub mod witness;
 

@@ -273,7 +273,7 @@ impl ErrorMonitor {
         let Some((pixels, _)) = self.pixels() else { return };
         let Some((mut field, largest)) = self.sums.error(&pixels) else { return };
         if let Some(witnesses) = &mut self.witnesses {
-            witnesses.update(samples, size);
+            witnesses.update(samples, size, self.target.is_some());
         }
         let (largest_samples, per_pixel) = (&self.sums.largest, self.sums.per_pixel());
         let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel);

@@ -26,6 +26,7 @@ use crate::math::bits::mix;
 use crate::stream::WitnessedArea;
 use crate::study::error::{ReplicatePixel, TILE};
 use crate::study::largest::{KEPT, LargestSamples};
+use crate::study::summed_areas::{Subtract, SummedAreas};
 
 /// Goes on to at least so many paths over a picture of this size in pixels; returns what two independent witnesses have found in each of
 /// its tiles of 8×8 pixels, row by row, since the render began.
@@ -43,6 +44,9 @@ const GROWTH: f64 = 1.5;
 
 /// Samples from which the means of a tile and its surroundings are taken.
 const SAMPLES: f64 = 32.0;
+
+/// Up to this share of two rare samples of a tile lie in one place by chance.
+const BY_CHANCE: f64 = 0.25;
 
 /// A sample that carries more than this share of the light of its tile is taken for a rare one.
 const RARE: f64 = 0.125;
@@ -109,11 +113,13 @@ impl WitnessState {
         self.witnesses
     }
 
-    /// Has the witnesses go on where the `paths` of the render of a picture of `size` pixels have grown.
-    pub(super) fn update(&mut self, paths: f64, size: [usize; 2]) {
+    /// Has the witnesses go on where the `paths` of the render of a picture of `size` pixels have grown. They are `thorough` where the
+    /// render is to stop by what they say: then they have enough paths from the beginning.
+    pub(super) fn update(&mut self, paths: f64, size: [usize; 2], thorough: bool) {
         // What they have traced follows from the render's paths alone, so that a render that is resumed states the same.
         let [least, enough, most] = WITNESS_PATHS;
-        let share = (paths / PATHS_PER_WITNESS).max((2.0 * paths / PATHS_PER_WITNESS).min(enough));
+        let first = if thorough { enough } else { (2.0 * paths / PATHS_PER_WITNESS).min(enough) };
+        let share = (paths / PATHS_PER_WITNESS).max(first);
         let steps = (share / least).log(GROWTH).floor().max(0.0);
         let wanted = (least * GROWTH.powf(steps)).round().min(most);
         if wanted > self.paths {
@@ -174,7 +180,8 @@ fn scattered(picture: &[PictureTile], lacks: &[f64]) -> ScatteredLight {
     // Two samples in one place bring four times the square of one, in two places twice.
     let [one, two] =
         [1.0, 2.0].map(|n| met(n).map(|tile| tile.peak).sum::<f64>() / met(n).count().max(1) as f64);
-    let points = if one > 0.0 { (2.0 * two / one - 1.0).clamp(0.0, 1.0) } else { 0.0 };
+    let points = if one > 0.0 { 2.0 * two / one - 1.0 } else { 0.0 };
+    let points = ((points - BY_CHANCE) / (1.0 - BY_CHANCE)).clamp(0.0, 1.0);
     let rms = light * (points * one + 1.0 - points).max(1.0).sqrt();
     ScatteredLight { tiles, light, rms, deviation: 1.0 / once.sqrt() }
 }
@@ -258,41 +265,6 @@ impl PictureTile {
         }
         tiles
     }
-}
-
-/// Sums over rectangles of tiles, by a summed-area table (Crow 1984).
-struct SummedAreas<T> {
-    columns: usize,
-    sums: Vec<T>,
-}
-
-impl<T: Copy + Default + AddAssign + Subtract> SummedAreas<T> {
-    fn new(tiles: &[T], [columns, rows]: [usize; 2]) -> Self {
-        let mut sums = vec![T::default(); (columns + 1) * (rows + 1)];
-        for y in 0..rows {
-            let mut row = T::default();
-            for x in 0..columns {
-                row += tiles[y * columns + x];
-                let mut sum = sums[y * (columns + 1) + x + 1];
-                sum += row;
-                sums[(y + 1) * (columns + 1) + x + 1] = sum;
-            }
-        }
-        Self { columns: columns + 1, sums }
-    }
-
-    /// The sum over the columns and rows from `from` up to `to`.
-    fn sum(&self, from: [usize; 2], to: [usize; 2]) -> T {
-        let at = |x: usize, y: usize| self.sums[y * self.columns + x];
-        let mut sum = at(to[0], to[1]).minus(at(from[0], to[1])).minus(at(to[0], from[1]));
-        sum += at(from[0], from[1]);
-        sum
-    }
-}
-
-/// The difference of sums.
-trait Subtract {
-    fn minus(self, other: Self) -> Self;
 }
 
 impl Subtract for WitnessedArea {

@@ -39,6 +39,9 @@ pub fn pair(
 /// A sample of more than so many times the mean of the others in its area is left out, where there are enough others.
 const RARE: f64 = 8.0;
 
+/// And where it carries at least this share of what they do.
+const SHARE: f64 = 0.125;
+
 /// Enough others.
 const FEW: f64 = 7.0;
 
@@ -99,7 +102,8 @@ impl Witness {
             let mut area = WitnessedArea { light: [sum * scale, squares * scale * scale], ..*area };
             // A highlight that one sample has met would count for all of its area, and those that none has met for nothing.
             let (largest, others) = (self.largest[i], area.samples - 1.0);
-            if others >= FEW && largest > RARE * (area.camera[0] - largest) / others {
+            let rest = area.camera[0] - largest;
+            if others >= FEW && largest > RARE * rest / others && largest > SHARE * rest {
                 area.camera = [area.camera[0] - largest, area.camera[1] - largest * largest];
                 area.samples = others;
             }

@@ -12,6 +12,10 @@ use super::{BidirectionalTracer, Integrator, PhotonScratch, PhotonTracer, Render
 /// Light paths of a generation of photons, and camera paths from one to the next: a witness has few of either.
 const GENERATION: u64 = 1024;
 
+/// Radius of the first discs over that of photon mapping. It may be small, since means over areas of the picture take the noise away, and what is
+/// blurred would be missing elsewhere.
+const RADIUS: f32 = 0.25;
+
 /// Traces the paths of a witness.
 #[derive(Clone, Debug)]
 pub struct CausticWitness {
@@ -39,9 +43,7 @@ impl CausticWitness {
         let photons = makes_caustics.then(|| {
             let tracer = PhotonTracer::for_merging(context.clone(), true);
             let (paths_per_generation, samples_per_generation) = (GENERATION, GENERATION);
-            // The first generation has fewer photons than usual: as many of them lie in a larger disc.
-            let scale = tracer.schedule.paths_per_generation as f32 / GENERATION as f32;
-            let radius = tracer.schedule.radius * scale.sqrt();
+            let radius = RADIUS * tracer.schedule.radius;
             let schedule =
                 Schedule { paths_per_generation, samples_per_generation, radius, ..tracer.schedule };
             tracer.with_schedule(schedule, super::photon::LIMIT)
