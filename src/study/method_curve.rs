@@ -5,6 +5,7 @@ use crate::study::data::{CurvePoint, MethodResult, TimeToError};
 use crate::study::error::ErrorEstimate;
 use crate::study::interval::Interval;
 use crate::study::measurement::{FIGURES, RenderMeasurement};
+use crate::study::pool::LACKING;
 use crate::study::time_model::{SizeTransfer, TimeModel};
 
 /// The errors whose times are stated.
@@ -15,9 +16,6 @@ pub const FLAT: f64 = -0.4;
 
 /// How far back a fit reaches, as a factor of time; it uses three points at least.
 const FIT_RANGE: f64 = 40.0;
-
-/// Share of the light that a method may lack before that is a warning.
-const LACKING: f64 = 0.005;
 
 /// The curve of one method from its renders, with picture and error map of the time that all methods share, or else of its longest.
 pub fn method(runs: &[&RenderMeasurement], transfer: &SizeTransfer, shared: Option<f64>) -> MethodResult {

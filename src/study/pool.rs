@@ -17,8 +17,8 @@ const BLOCKS: usize = 8;
 /// Number of standard errors from which a difference of the mean of a block counts.
 const SIGNIFICANT: f64 = 4.0;
 
-/// Share of the light that a method may lack before it is left out of the pool.
-const LACKING: f64 = 0.005;
+/// Share of the light that a method may lack before it is left out of the pool, its replicates are not trusted, and a warning says so.
+pub const LACKING: f64 = 0.005;
 
 /// A pixel of a reference: its mean and the variance of that, linear Rec.709.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

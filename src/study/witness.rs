@@ -11,7 +11,7 @@
 //!   knows where they are.
 //! - **Caustics.** Let T be all light that the witnesses find, C the light of caustics, and P that of the picture without
 //!   single samples that carry much of a tile's light. The share β of the caustics that the picture lacks is found by
-//!   regression of T − P on C over the picture, weighted by variances; T and C are of different halves of the witnesses, so that their noise
+//!   regression of T − P on C over the tiles of the picture; T and C are of different halves of the witnesses, so that their noise
 //!   does not look like light. A tile then lacks β C less the light of its few large samples.
 //! - **All other light.** Where T is above the picture by more than four standard errors, in squares from a sixteenth of the picture down to 2×2 tiles,
 //!   the difference is unfound.
@@ -52,9 +52,12 @@ const BY_CHANCE: f64 = 0.25;
 const RARE: f64 = 0.125;
 
 /// Number of standard errors from which other light counts, and at which β counts nothing.
-const SIGNIFICANT: [f64; 2] = [4.0, 3.0];
+const SIGNIFICANT: [f64; 2] = [4.0, 2.0];
 
-/// Parts of the picture along either side, for the deviation of β and as the largest squares.
+/// Tiles darker than this share of the mean luminance weigh as much as those that have it.
+const DARK: f64 = 0.1;
+
+/// The largest squares along either side of the picture.
 const BLOCKS: usize = 4;
 
 /// Tiles along a side of the smallest squares.
@@ -187,7 +190,7 @@ fn scattered(picture: &[PictureTile], lacks: &[f64]) -> ScatteredLight {
 }
 
 /// The first column and row, and those after the last, of the tiles around tile `i` of a grid.
-fn around(i: usize, [columns, rows]: [usize; 2], reach: usize) -> ([usize; 2], [usize; 2]) {
+fn tiles_around(i: usize, [columns, rows]: [usize; 2], reach: usize) -> ([usize; 2], [usize; 2]) {
     let (x, y) = (i % columns, i / columns);
     let from = [x.saturating_sub(reach), y.saturating_sub(reach)];
     (from, [(x + reach + 1).min(columns), (y + reach + 1).min(rows)])
@@ -301,14 +304,12 @@ struct WitnessComparison<'a> {
     witnesses: [SummedAreas<WitnessedArea>; 2],
 }
 
-/// Means around one tile.
+/// What is found around one tile.
 struct Around {
-    /// All light less that of the picture without rare samples, by either witness.
-    gap: [f64; 2],
-    /// Caustics, by either.
+    /// Mean luminance of caustics, by either witness.
     caustics: [f64; 2],
-    /// One over the variance of the gap.
-    weight: f64,
+    /// The variance of the mean luminance of one tile, by either.
+    variance: [f64; 2],
 }
 
 impl WitnessComparison<'_> {
@@ -354,7 +355,7 @@ impl WitnessComparison<'_> {
     /// Means around tile `i`, in the smallest square that has enough samples.
     fn around(&self, i: usize) -> Around {
         let most = self.grid[0].max(self.grid[1]);
-        let window = |reach: usize| around(i, self.grid, reach);
+        let window = |reach: usize| tiles_around(i, self.grid, reach);
         let found = |reach: usize| {
             let (from, to) = window(reach);
             self.witnesses.each_ref().map(|areas| areas.sum(from, to))
@@ -368,42 +369,38 @@ impl WitnessComparison<'_> {
         // A few samples may be alike by chance.
         let least = (0.05 * shown).powi(2) + f64::MIN_POSITIVE;
         Around {
-            gap: means.map(|[mean, _]| mean - shown),
             caustics: halves.each_ref().map(WitnessedArea::mean_caustics),
-            weight: 1.0 / (0.25 * (means[0][1] + means[1][1]) + least),
+            variance: means.map(|[_, variance]| halves[0].areas * variance + least),
         }
     }
 
-    /// The part of the picture that tile `i` lies in.
-    fn block(&self, i: usize) -> usize {
-        let [columns, rows] = self.grid;
-        i / columns * BLOCKS / rows * BLOCKS + i % columns * BLOCKS / columns
-    }
-
-    /// The share β of the caustics that the picture lacks, nearer to 0 where it is uncertain, and its relative standard deviation.
+    /// The share β of the caustics that the picture lacks, nearer to 0 where it is uncertain, and its relative standard deviation. It is that of
+    /// single tiles: a caustic may lie in few of them, where means of their surroundings would hide it.
     fn missing_caustics(&self, around: &[Around]) -> (f64, f64) {
-        let mut parts = [[0.0; 2]; BLOCKS * BLOCKS];
-        for (i, Around { gap, caustics, weight }) in around.iter().enumerate() {
-            let [above, below] = &mut parts[self.block(i)];
-            *above += weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
-            *below += weight * 2.0 * caustics[0] * caustics[1];
+        let mean = self.picture.iter().map(|tile| tile.light.abs()).sum::<f64>() / self.picture.len() as f64;
+        let (mut above, mut below, mut noise) = (0.0, 0.0, 0.0);
+        for (i, (around, tile)) in around.iter().zip(self.picture).enumerate() {
+            let (from, to) = tiles_around(i, self.grid, 0);
+            let halves = self.witnesses.each_ref().map(|areas| areas.sum(from, to));
+            if halves.iter().any(|half| half.samples < 1.0) {
+                continue;
+            }
+            let caustics = halves.each_ref().map(WitnessedArea::mean_caustics);
+            let shown = tile.light - tile.rare;
+            let (gap, variance) = (halves.map(|half| half.mean()[0] - shown), around.variance);
+            // By luminance, and not by variances: those are small where a witness has met nothing.
+            let weight = 1.0 / (shown.abs() + DARK * mean).powi(2).max(f64::MIN_POSITIVE);
+            above += weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
+            below += weight * 2.0 * caustics[0] * caustics[1];
+            let of = |a: usize, b: usize| caustics[a].powi(2) * variance[b];
+            noise += weight * weight * (of(0, 1) + of(1, 0));
         }
-        let sum = parts.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
-        if sum[1] <= 0.0 {
+        if above <= 0.0 || below <= 0.0 {
             return (0.0, 0.0);
         }
-        let beta = sum[0] / sum[1];
-        // The jackknife over parts of the picture.
-        let count = parts.len() as f64;
-        let without = |[above, below]: &[f64; 2]| {
-            let rest = sum[1] - below;
-            if rest > 0.0 { (sum[0] - above) / rest } else { 0.0 }
-        };
-        let variance =
-            parts.iter().map(|part| (without(part) - beta).powi(2)).sum::<f64>() * (count - 1.0) / count;
-        let noise = SIGNIFICANT[1].powi(2) * variance;
-        let shrunk = (beta - noise / beta).clamp(0.0, 1.0);
-        if beta > 0.0 && shrunk > 0.0 { (shrunk, variance.sqrt() / beta) } else { (0.0, 0.0) }
+        let (beta, variance) = (above / below, noise / (below * below));
+        let shrunk = (beta - SIGNIFICANT[1].powi(2) * variance / beta).clamp(0.0, 1.0);
+        if shrunk > 0.0 { (shrunk, variance.sqrt() / beta) } else { (0.0, 0.0) }
     }
 
     /// Adds to `light` what the witnesses find on top of it in squares that become smaller.

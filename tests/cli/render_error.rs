@@ -212,7 +212,7 @@ fn the_filter_fades_as_the_picture_converges() {
 }
 
 /// A point light shines through a ball of glass, beside an even sky. No path from the camera can hit it, so that the picture lacks the caustic
-/// for good: the stated error counts it.
+/// for good: the stated error counts it, and the render does not stop.
 #[test]
 fn a_caustic_that_paths_cannot_find_is_an_error() {
     let place = folder("caustic");
@@ -250,4 +250,6 @@ fn a_caustic_that_paths_cannot_find_is_an_error() {
     // Bidirectional tracing finds it on the floor, and has nothing to tell.
     let both = render("bidirectional", &["--spp", "64"]);
     assert!(both["light"]["missing"].as_f64().unwrap() < 0.5 * missing, "{both}");
+    let stopped = render("path", &["--error", "5%", "--error-at", "p99", "--time", "3"]);
+    assert_eq!(stopped["reached"].as_bool(), Some(false), "{stopped}");
 }

@@ -16,15 +16,12 @@ use crate::stream::Cause;
 use crate::study::data::ReferenceImage;
 use crate::study::error::ReplicatePixel;
 use crate::study::measurement::{FIGURES, Measurement, REGIONS, RenderMeasurement};
-use crate::study::pool::{NoisyPixel, PooledPicture, ReferencePool, error_against, own_error};
+use crate::study::pool::{LACKING, NoisyPixel, PooledPicture, ReferencePool, error_against, own_error};
 use crate::study::{ErrorField, Interval, TileSubset};
 
 /// A picture's difference to the reference tells its error where it is larger than the reference's own by this factor. Below, its
 /// replicates tell more.
 const CLEAR: f64 = 2.0;
-
-/// Share of the light that a method may lack before its replicates are not trusted.
-const LACKING: f64 = 0.005;
 
 /// Least samples per pixel of a picture whose linear error counts.
 const LEAST_SAMPLES: f64 = 1.0;
