@@ -69,13 +69,15 @@ pub fn charge(plan: &mut [PlannedEffect], subject: Subject<'_>, effort: Effort) 
 /// a path of the scene as it is. An effect that can neither be left out nor added has no turns.
 pub fn ratios(plan: &[PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<Vec<Vec<f64>>> {
     let (Subject { desc, scene, camera, run }, Effort { turn, turns }) = (subject, effort);
-    let mut now = runner(run, scene.clone(), camera.clone(), desc);
+    // The method of the run, which is not always that of the file.
+    let mut own = desc.clone();
+    own.integrator.kind = run.integrator;
+    let mut now = runner(run, scene.clone(), camera.clone(), &own);
     now(turn);
     let mut all = vec![Vec::new(); plan.len()];
     for (entry, measured) in plan.iter().zip(&mut all) {
         let Some(effect) = entry.effect.filter(|_| !process::is_interrupted()) else { continue };
-        let mut other = desc.clone();
-        other.integrator.kind = run.integrator;
+        let mut other = own.clone();
         let possible = match entry.on {
             true => effects::without(&mut other, effect).is_ok(),
             false => effects::with(&mut other, effect),
