@@ -18,6 +18,7 @@ import time
 
 PROGRAM = os.path.join(os.environ.get("CARGO_TARGET_DIR", "target"), "release", "pointillist")
 TARGETS = (0.05, 0.01)
+IN_TIME = 1.1  # A study may take so many times its budget.
 
 
 def study(scene, folder, budget, options):
@@ -61,7 +62,7 @@ def crossing(curve, target):
 
 
 def check(scene, arguments, options):
-    """Studies a scene and prints a line for each claim. Returns how many claims were checked and how many held."""
+    """Studies a scene and prints a line for each claim. Returns how many claims were checked, how many held, and whether it answered in time."""
     name = os.path.basename(os.path.dirname(scene)) if scene.endswith("/scene.xml") else os.path.basename(scene)[:-4]
     folder = os.path.join(arguments.output, name)
     os.makedirs(folder, exist_ok=True)
@@ -104,7 +105,8 @@ def check(scene, arguments, options):
         if (first, 0.01) in reached and (second, 0.01) in reached:
             ratio = reached[first, 0.01] / min(reached[first, 0.01], reached[second, 0.01])
             print(f"    {first} takes {ratio:.2f} times as long as the better of the two")
-    return checked, held
+    answered = len(lines) > 1 and lines[1].startswith("Use ")
+    return checked, held, answered and seconds <= IN_TIME * arguments.budget
 
 
 def rank(method):
@@ -125,11 +127,16 @@ def main():
     scenes = arguments.scenes or [f"scenes/{name}" for name in sorted(os.listdir("scenes")) if name.endswith(".xml")]
     options = ["--size", arguments.size] if arguments.size else []
     checked = held = 0
+    late = []
     for scene in scenes:
-        more, good = check(scene, arguments, options)
+        more, good, in_time = check(scene, arguments, options)
         checked, held = checked + more, held + good
+        if not in_time:
+            late.append(scene)
     if checked:
         print(f"{held} of {checked} intervals held: {100 * held / checked:.0f} %")
+    if late:
+        sys.exit(f"no recommendation within {IN_TIME} of the budget: {', '.join(late)}")
 
 
 main()

@@ -12,15 +12,18 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 
-use super::predictions;
 use super::run_spec::RunSpec;
+use super::{method, predictions};
 use crate::gpu::Region;
+use crate::scene::desc::IntegratorKind;
 use crate::server::{Priority, unpoisoned};
 use crate::stream::{PathCounts, Sample};
+use crate::study::blur::BlurSchedule;
 use crate::study::error::{OtherSamples, ReplicatePixel};
 use crate::study::prediction::PredictionOutcome;
 use crate::study::witness::Witnesses;
 use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, ExactReplicates, MonitorProgress, Replicates};
+use crate::tracer::integrator::{LAST_GENERATION, SAMPLES_PER_GENERATION};
 
 /// Upper bound on the samples in the queue: 64 MiB.
 const MOST: usize = (64 << 20) / size_of::<Sample>();
@@ -134,7 +137,7 @@ pub struct Observer {
 impl Observer {
     /// Watches a render of `run`, which must be divided into replicates, from now on.
     pub fn start(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> Result<Self> {
-        Self::start_with(watch(run, target), run, target, beside)
+        Self::start_with(watch(run, target, beside), run, target, beside)
     }
 
     /// Goes on watching a render without a window whose exact sums were kept.
@@ -144,7 +147,8 @@ impl Observer {
         sums: ExactReplicates,
         seen: MonitorProgress,
     ) -> Result<Self> {
-        Self::start_with(watch(run, target).exact(sums, seen), run, target, Beside::Render)
+        let watch = watch(run, target, Beside::Render).exact(sums, seen);
+        Self::start_with(watch, run, target, Beside::Render)
     }
 
     fn start_with(
@@ -186,7 +190,7 @@ impl Observer {
     pub fn begin(&mut self, run: &RunSpec, witnesses: Option<Witnesses>) {
         let ended = self.began.elapsed();
         self.began = Instant::now();
-        let mut watch = Box::new(watch(run, self.target));
+        let mut watch = Box::new(watch(run, self.target, self.beside));
         if let Some(witnesses) = witnesses {
             watch.set_witnesses(witnesses);
         }
@@ -195,7 +199,7 @@ impl Observer {
 
     /// The same render goes on in another picture, which is filled from its first sample on: another size, another filter.
     pub fn begin_again(&mut self, run: &RunSpec) {
-        let watch = Box::new(watch(run, self.target));
+        let watch = Box::new(watch(run, self.target, self.beside));
         self.forget(run, watch, self.began.elapsed(), true);
     }
 
@@ -418,10 +422,30 @@ impl Drop for Gone<'_> {
     }
 }
 
-fn watch(run: &RunSpec, target: Option<ErrorTarget>) -> ErrorMonitor {
+fn watch(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> ErrorMonitor {
     let watch = ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target)
         .with_coverage(run.film.coverage());
-    if run.adaptive { watch.with_density_weights() } else { watch }
+    let watch = if run.adaptive { watch.with_density_weights() } else { watch };
+    match blur(run, beside) {
+        Some(schedule) => watch.with_blur(schedule),
+        None => watch,
+    }
+}
+
+/// How the blur of this render shrinks; `None` without one, and where it may begin with the photons of the last render.
+fn blur(run: &RunSpec, beside: Beside) -> Option<BlurSchedule> {
+    let last_generation = match run.integrator {
+        IntegratorKind::Photon if run.deterministic || beside == Beside::Render => LAST_GENERATION,
+        // Few of its light paths leave photons.
+        IntegratorKind::Vcm if run.photons.caustics => u64::MAX,
+        _ => return None,
+    };
+    Some(BlurSchedule {
+        samples_per_generation: SAMPLES_PER_GENERATION,
+        samples_per_index: method::paths_per_index(run.integrator),
+        alpha: run.photons.alpha.unwrap_or(0.0),
+        last_generation,
+    })
 }
 
 /// The thread.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::run_spec::RunSpec;
 use super::tell;
 use crate::study::data::PredictionScore;
-use crate::study::prediction::{PredictionOutcome, score};
+use crate::study::prediction::{LightClass, PredictionOutcome, score};
 
 /// Size in bytes after which a new log begins; the last one stays beside it.
 const MAX_BYTES: u64 = 8 << 20;
@@ -108,8 +108,14 @@ pub fn print() -> Result<()> {
         "{:48} {:>6} {:>6} {:>7} {:>6}  stated/true\n",
         "predictions of 90 %", "known", "held", "", "open"
     );
+    let mut classes: BTreeMap<Option<LightClass>, Vec<PredictionOutcome>> = BTreeMap::new();
+    for line in &lines {
+        classes.entry(line.kept.light).or_default().push(line.kept);
+    }
+    let name = |light: Option<LightClass>| light.map_or("light of no known class", LightClass::name);
+    let classes = classes.into_iter().map(|(light, kept)| (name(light).to_string(), kept));
     let all = lines.iter().map(|line| line.kept).collect();
-    for (name, kept) in groups.into_iter().chain([("all".to_string(), all)]) {
+    for (name, kept) in groups.into_iter().chain(classes).chain([("all".to_string(), all)]) {
         let PredictionScore { known, held, open, ratio } = score(&kept);
         let share = match known {
             0 => "–".to_string(),

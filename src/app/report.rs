@@ -163,6 +163,9 @@ impl RenderReport {
     }
 }
 
+/// Share of the squared error from which it is worth telling that it is blur.
+const WORTH_TELLING: f64 = 0.01;
+
 /// The error of the unblurred picture, each figure with its 90 % interval. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct ErrorReport {
@@ -176,6 +179,9 @@ pub struct ErrorReport {
     pub rel_mse: Interval,
     /// How much of the light single samples carry, and what other methods find more.
     pub light: LateLight,
+    /// The share of the squared error that is the blur of photons, which the figures count; of the methods that blur, where it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub blur: Option<f64>,
     /// What the picture lacks and the figures count, if it is worth telling.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unfound: Option<String>,
@@ -221,11 +227,13 @@ impl ErrorReport {
             p99,
             rel_mse: state.held_out.rel_mse,
             light: state.late,
+            blur: state.blur,
             unfound: state.late.unfound(),
             warning: state.late.warning(),
             besides: match run.integrator {
                 _ if run.reweighted.is_some() => Some("the reweighting of fireflies"),
                 _ if filter != Denoise::Off => Some("the noise filter, of the picture without it"),
+                _ if state.blur.is_some() => None,
                 IntegratorKind::Photon => Some("the blur of photon mapping"),
                 IntegratorKind::Vcm if run.photons.caustics => Some("the blur of merged photons"),
                 _ => None,
@@ -254,6 +262,9 @@ impl ErrorReport {
             Some(_) if self.reached => text += ", as asked for",
             Some(target) => text += &format!(", not the {} that were asked for", round_percent(target)),
             None => {}
+        }
+        if let Some(blur) = self.blur.filter(|blur| *blur > WORTH_TELLING) {
+            text += &format!("; the blur of photons is {} of the mean squared error", percent(blur));
         }
         for more in self.unfound.iter().chain(&self.warning) {
             text += &format!("; {more}");

@@ -1,7 +1,7 @@
 //! Makes a study from single measurements.
 
 use crate::study::brightness::{Brightness, MethodMeans, audit};
-use crate::study::data::{RegionWinners, Stability, Study};
+use crate::study::data::{RegionWinners, Stability, StatedErrors, Study};
 use crate::study::interval::Interval;
 use crate::study::measurement::{Measurement, REGIONS, RenderMeasurement};
 use crate::study::method_curve::method;
@@ -33,14 +33,17 @@ pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
     commands.dedup();
     study.command = commands.join("\n");
     let methods = by_method(&runs);
-    let transfer = SizeTransfer::of(&methods, study.size);
     study.trial_size = runs.iter().rev().find(|run| run.is_trial).map(|run| run.size);
     study.regions = regions(&methods);
     let shared = study.regions.as_ref().map(|regions| regions.seconds);
-    study.methods = methods.iter().map(|runs| method(runs, &transfer, shared)).collect();
+    let result = |(i, runs): (usize, &Vec<&RenderMeasurement>)| {
+        method(runs, &SizeTransfer::for_method(i, &methods, study.size), shared)
+    };
+    study.methods = methods.iter().enumerate().map(result).collect();
     let given = study.reference.as_ref().map(|reference| reference.luminance).filter(|mean| *mean > 0.0);
     study.stability = stability(&methods, given);
     let kept: Vec<PredictionOutcome> = runs.iter().flat_map(|run| run.predictions.iter().copied()).collect();
+    study.stated = methods.iter().filter_map(|runs| stated(runs)).collect();
     study.predictions = (!kept.is_empty()).then(|| score(&kept));
     study
 }
@@ -94,6 +97,21 @@ fn regions(methods: &[Vec<&RenderMeasurement>]) -> Option<RegionWinners> {
         margin.push(rated.get(1).map_or(1.0, |second| second.0 / rated[0].0.max(1e-12)));
     }
     Some(RegionWinners { seconds: shared, grid: REGIONS, winner, margin })
+}
+
+/// How often the errors held that the renders of a method stated; `None` where no true error is known.
+fn stated(runs: &[&RenderMeasurement]) -> Option<StatedErrors> {
+    let known: Vec<([Interval; 3], [f64; 3])> =
+        runs.iter().filter_map(|run| Some((run.stated?, run.truth?))).collect();
+    let held = |i: usize| known.iter().filter(|(stated, truth)| stated[i].holds(truth[i])).count();
+    let logs: Vec<f64> = known.iter().map(|(stated, truth)| (stated[1].value / truth[1]).ln()).collect();
+    let mean = Interval::of_mean(&logs)?;
+    Some(StatedErrors {
+        method: runs[0].method.clone(),
+        pictures: known.len(),
+        held: [held(0), held(1), held(2)],
+        ratio: mean.map(f64::exp),
+    })
 }
 
 /// Rejected samples and brightness of the program's own methods.

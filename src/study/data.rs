@@ -51,6 +51,9 @@ pub struct Study {
     pub schemes: Vec<SchemePrice>,
     /// Part 6: how predictions held.
     pub predictions: Option<PredictionScore>,
+    /// How often stated errors held, by method.
+    #[serde(default)]
+    pub stated: Vec<StatedErrors>,
     /// Part 7: rejected samples and brightness.
     pub stability: Vec<Stability>,
     /// Parts that were requested but are missing, because the run was interrupted or its budget was spent.
@@ -338,6 +341,19 @@ pub struct PredictionScore {
     pub open: usize,
     /// Predicted over true time, geometric mean.
     pub ratio: f64,
+}
+
+/// How often the errors that the renders of one method stated held against the reference.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StatedErrors {
+    /// The method.
+    pub method: String,
+    /// Pictures whose true errors are known: those of the reference are much smaller.
+    pub pictures: usize,
+    /// Those whose 90 % interval held at median, p95 and p99 of the picture.
+    pub held: [usize; 3],
+    /// Stated over true error of 95 % of the picture, geometric mean.
+    pub ratio: Interval,
 }
 
 /// The samples of one method.

@@ -13,15 +13,12 @@
 
 use crate::image::compare::luminance;
 use crate::math::bits::mix;
+use crate::study::blur::Blur;
+use crate::study::error_tile::{BrightPixel, ErrorTile, PixelError, is_far_above, place_bright, quarter_of};
 use crate::study::interval::{Interval, Z90, student_95};
 use crate::study::witness::UnfoundLight;
 
-/// Width and height of a tile in pixels.
-pub const TILE: usize = 8;
-
-/// Errors are relative to a tile's mean luminance plus this share of the picture's, so that black tiles have a relative error
-/// too.
-pub const FLOOR: f64 = 0.01;
+pub use crate::study::error_tile::{FLOOR, TILE};
 
 /// Share of the pixels that both replicates must have reached before an error is stated.
 const MIN_COVERAGE: f64 = 0.9;
@@ -36,6 +33,9 @@ const HALF_SAMPLES: usize = 16;
 fn half_interval() -> f64 {
     student_95((HALF_SAMPLES - 1) as f64)
 }
+
+/// Standard deviation of the logarithm of relMSE on top of what its tiles say, where the mean of a quarter stands for the luminance of its pixels.
+const DIVISOR_DEVIATION: f64 = 0.05;
 
 /// The light of the largest samples is spread over so many tiles to each side.
 const SPREAD: usize = 2;
@@ -131,33 +131,6 @@ impl TileSubset {
     }
 }
 
-/// The error of one pixel.
-pub(super) struct PixelError {
-    /// The luminance that the error is relative to.
-    pub(super) luminance: f64,
-    /// Squared error by channel.
-    pub(super) squares: [f64; 3],
-    /// Squared error of luminance.
-    pub(super) square: f64,
-}
-
-/// Sums over the pixels of one quarter of a tile.
-#[derive(Clone, Copy, Debug, Default)]
-struct QuarterSums {
-    pixels: f64,
-    /// Squared error of luminance.
-    square: f64,
-    /// Squared error relative to squared luminance, as in relMSE.
-    relative: f64,
-}
-
-/// Sums of a tile of [`TILE`]² pixels.
-#[derive(Clone, Copy, Debug, Default)]
-struct ErrorTile {
-    quarters: [QuarterSums; 4],
-    luminance: f64,
-}
-
 /// The error of a picture, tile by tile; [`estimate`](Self::estimate) states it.
 #[derive(Clone, Debug)]
 pub struct ErrorField {
@@ -168,6 +141,9 @@ pub struct ErrorField {
     mean: f64,
     /// Light that witnesses have found and the picture has not.
     unfound: UnfoundLight,
+    /// The bias that both replicates share.
+    blur: Blur,
+    bright: Vec<BrightPixel>,
 }
 
 /// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. It
@@ -227,29 +203,54 @@ impl ErrorField {
     /// The error of a picture of `size` pixels. `None` while both replicates have reached too few of them.
     ///
     /// relMSE divides by the squared true luminance of a pixel. The noisy luminance in its place would hide the error of
-    /// exactly those pixels that are too bright, so the mean of a quarter of the tile stands for it.
+    /// exactly those pixels that are too bright, so the mean of a quarter of the tile stands for it, but for pixels far brighter than that (`error_tile.rs`).
     pub fn new(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Self> {
-        Self::of_replicates(pixels, quarter_means(pixels, size), size)
+        let near = quarter_means(pixels, size);
+        let mut field = Self::of_replicates(pixels, &near, |_| None, size)?;
+        for (i, pixel) in pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen) {
+            let (x, y) = (i % size[0], i / size[0]);
+            let place = [y / TILE * field.grid[0] + x / TILE, quarter_of(x, y)];
+            let quarter = &mut field.tiles[place[0]].quarters[place[1]];
+            let (mean, difference) = (luminance(pixel.mean), luminance(pixel.difference).abs());
+            // The factor does not tell which of both has more of the samples: this is the least that it can be.
+            let low = mean - (0.5 + (0.25 - f64::from(pixel.factor)).max(0.0).sqrt()) * difference;
+            let high = low + difference;
+            if is_far_above(high, quarter.least().max(0.0) + FLOOR * field.mean.abs()) {
+                let squares = pixel.difference.map(|d| f64::from(d).powi(2) * f64::from(pixel.factor));
+                let colors = squares.iter().sum::<f64>() / 3.0;
+                quarter.colors = (quarter.colors - colors).max(0.0);
+                field.bright.push(BrightPixel { place, mean, low, high, colors });
+            }
+        }
+        field.place_bright();
+        Some(field)
+    }
+
+    fn place_bright(&mut self) {
+        place_bright(&mut self.tiles, &self.bright, self.mean.abs());
     }
 
     /// The noise of a picture from its replicates, relative to the luminance of a reference: the part of the
     /// [true error](Self::against) that is not bias. Linear Rec.709, all of `size` pixels.
     pub fn noise(pixels: &[ReplicatePixel], reference: &[[f32; 3]], size: [usize; 2]) -> Option<Self> {
         let truth = |i: usize| luminance(reference[i]);
-        (reference.len() == pixels.len()).then(|| Self::of_replicates(pixels, truth, size)).flatten()
+        let is_whole = reference.len() == pixels.len();
+        is_whole.then(|| Self::of_replicates(pixels, truth, |i| Some(truth(i)), size)).flatten()
     }
 
-    /// The error of `pixels` relative to the luminance that `relative_to` knows of each.
+    /// The error of `pixels`: `near` and `relative_to` tell the [luminances](PixelError) of each.
     fn of_replicates(
         pixels: &[ReplicatePixel],
-        relative_to: impl Fn(usize) -> f64,
+        near: impl Fn(usize) -> f64,
+        relative_to: impl Fn(usize) -> Option<f64>,
         size: [usize; 2],
     ) -> Option<Self> {
         let error = |(i, pixel): (usize, &ReplicatePixel)| {
             let factor = f64::from(pixel.factor);
             let squares = pixel.difference.map(|d| f64::from(d).powi(2) * factor);
-            let square = luminance(pixel.difference).powi(2) * factor;
-            pixel.seen.then(|| PixelError { luminance: relative_to(i), squares, square })
+            let difference = luminance(pixel.difference);
+            let (luminance, relative_to, square) = (near(i), relative_to(i), difference.powi(2) * factor);
+            pixel.seen.then_some(PixelError { luminance, relative_to, difference, squares, square })
         };
         Self::of(pixels.iter().enumerate().map(error), size)
     }
@@ -259,7 +260,8 @@ impl ErrorField {
         let value = |(x, r): (&[f32; 3], &[f32; 3])| {
             let difference = [x[0] - r[0], x[1] - r[1], x[2] - r[2]];
             let squares = difference.map(|d| f64::from(d).powi(2));
-            Some(PixelError { luminance: luminance(*r), squares, square: luminance(difference).powi(2) })
+            let (own, square) = (luminance(*r), luminance(difference).powi(2));
+            Some(PixelError { luminance: own, relative_to: Some(own), difference: 0.0, squares, square })
         };
         (picture.len() == reference.len())
             .then(|| Self::of(picture.iter().zip(reference).map(value), size))
@@ -278,18 +280,25 @@ impl ErrorField {
             return None;
         }
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
-            let Some(Some(PixelError { luminance, squares, square })) = errors.next() else { continue };
+            let Some(Some(pixel)) = errors.next() else { continue };
+            let PixelError { luminance, relative_to, difference, squares, square } = pixel;
             let tile = &mut tiles[y / TILE * grid[0] + x / TILE];
-            let quarter = &mut tile.quarters[x % TILE / (TILE / 2) + 2 * (y % TILE / (TILE / 2))];
+            let quarter = &mut tile.quarters[quarter_of(x, y)];
             quarter.pixels += 1.0;
             quarter.square += square;
-            quarter.relative += squares.iter().sum::<f64>() / 3.0 / (luminance * luminance + 0.01);
+            quarter.luminance += luminance;
             tile.luminance += luminance;
+            quarter.difference += difference;
+            let colors = squares.iter().sum::<f64>() / 3.0;
+            match relative_to {
+                Some(own) => quarter.relative += colors / (own * own + 0.01),
+                None => quarter.colors += colors,
+            }
             (seen, sum) = (seen + 1, sum + luminance);
         }
         (seen as f64 >= MIN_COVERAGE * count as f64).then(|| {
-            let unfound = UnfoundLight::default();
-            Self { grid, tiles, mean: sum / seen as f64, unfound }
+            let (unfound, blur) = (UnfoundLight::default(), Blur::default());
+            Self { grid, tiles, mean: sum / seen as f64, unfound, blur, bright: Vec::new() }
         })
     }
 
@@ -306,32 +315,57 @@ impl ErrorField {
     /// are.
     pub fn spread(&mut self, excess: &[f64]) {
         let [columns, rows] = self.grid;
-        let pixels = |tile: &ErrorTile| tile.quarters.iter().map(|q| q.pixels).sum::<f64>();
-        let known =
-            |(tile, excess): (&ErrorTile, &f64)| [excess.clamp(0.0, tile.luminance.max(0.0)), pixels(tile)];
-        let known: Vec<[f64; 2]> = self.tiles.iter().zip(excess).map(known).collect();
-        if known.len() < self.tiles.len() {
+        if excess.len() < self.tiles.len() {
             return;
         }
+        let known = |(tile, excess): (&mut ErrorTile, &f64)| {
+            let excess = excess.clamp(0.0, tile.luminance.max(0.0));
+            [excess, tile.level(excess), tile.pixels()]
+        };
+        let known: Vec<[f64; 3]> = self.tiles.iter_mut().zip(excess).map(known).collect();
         let near = |i: usize, n: usize| i.saturating_sub(SPREAD)..(i + SPREAD + 1).min(n);
         for (i, tile) in self.tiles.iter_mut().enumerate() {
             let (x, y) = (i % columns, i / columns);
             let around =
                 near(y, rows).flat_map(|y| near(x, columns).map(move |x| y * columns + x)).map(|j| known[j]);
-            let [light, area] = around.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+            let [light, taken, area] = around.fold([0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
             if area > 0.0 {
-                tile.luminance += known[i][1] * light / area - known[i][0];
+                let [excess, _, pixels] = known[i];
+                tile.luminance += pixels * light / area - excess;
+                tile.brighten(pixels * taken / area);
             }
         }
+        self.place_bright();
     }
 
     /// Counts light that the picture lacks as an error of its tiles, and what they have and lack as their luminance.
     pub(super) fn add_unfound(&mut self, unfound: UnfoundLight) {
         for (tile, brightness) in self.tiles.iter_mut().zip(&unfound.brightness) {
-            let pixels: f64 = tile.quarters.iter().map(|quarter| quarter.pixels).sum();
-            tile.luminance = tile.luminance.max(brightness * pixels);
+            tile.luminance = tile.luminance.max(brightness * tile.pixels());
         }
         self.unfound = unfound;
+    }
+
+    /// Counts a bias that both replicates share. Returns which share of the squared relative error, summed over all tiles, it is.
+    pub(super) fn add_blur(&mut self, blur: Blur) -> f64 {
+        self.blur = blur;
+        let tiles = 0..self.tiles.len();
+        let all: f64 = self.map().iter().map(|relative| relative * relative).sum();
+        let blurred = |i| Some(self.blurred(i, 0.0) / self.divisor(i)?.powi(2));
+        if all > 0.0 { tiles.filter_map(blurred).sum::<f64>() / all } else { 0.0 }
+    }
+
+    /// What the relative error of this tile divides by; `None` where nothing has luminance.
+    fn divisor(&self, i: usize) -> Option<f64> {
+        let pixels = self.tiles[i].pixels();
+        let against = self.brightness(i, self.tiles[i].luminance / pixels).abs() + FLOOR * self.mean.abs();
+        (pixels > 0.0 && against > 0.0).then_some(against)
+    }
+
+    /// The mean square of a tile's blur, so many standard deviations from what is known of it.
+    fn blurred(&self, tile: usize, deviations: f64) -> f64 {
+        let square = self.blur.squares.get(tile).copied().unwrap_or_default();
+        square * (1.0 + deviations * self.blur.deviation).max(0.0)
     }
 
     /// Light that the pixels of the tile lack, root mean square of luminance, so many standard deviations from what is known of it.
@@ -387,7 +421,8 @@ impl ErrorField {
         let [mut square, mut pixels] = [0.0; 2];
         for (i, tile) in self.tiles.iter().enumerate() {
             for quarter in tile.quarters {
-                square += quarter.square + quarter.pixels * self.lacks(i, 0.0).powi(2);
+                let more = self.lacks(i, 0.0).powi(2) + self.blurred(i, 0.0);
+                square += quarter.square + quarter.pixels * more;
                 pixels += quarter.pixels;
             }
         }
@@ -416,13 +451,13 @@ impl ErrorField {
 
     fn relative(&self, i: usize, quarters: &[usize], deviations: f64) -> Option<f64> {
         let tile = &self.tiles[i];
-        let all: f64 = tile.quarters.iter().map(|q| q.pixels).sum();
         let pixels: f64 = quarters.iter().map(|&q| tile.quarters[q].pixels).sum();
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
-        let against = self.brightness(i, tile.luminance / all).abs() + FLOOR * self.mean.abs();
+        let against = self.divisor(i)?;
         // Below 0 where more noise of a reference is subtracted than there is.
-        let square = (square / pixels).max(0.0) + self.lacks(i, deviations).powi(2);
-        (pixels > 0.0 && against > 0.0).then(|| square.sqrt() / against)
+        let square =
+            (square / pixels).max(0.0) + self.lacks(i, deviations).powi(2) + self.blurred(i, deviations);
+        (pixels > 0.0).then(|| square.sqrt() / against)
     }
 
     /// Quantiles and relMSE of some tiles, from the first `count` of the quarters that `choose` orders for every tile, with the light that the
@@ -441,10 +476,11 @@ impl ErrorField {
         {
             let quarters = choose(i);
             errors.extend(self.relative(i, &quarters[..count], deviations));
-            let all: f64 = tile.quarters.iter().map(|q| q.pixels).sum();
-            let lacks = self.lacks_relative(i, tile.luminance / all.max(1.0), deviations);
+            let luminance = tile.luminance / tile.pixels().max(1.0);
+            let more = self.lacks_relative(i, luminance, deviations)
+                + self.blurred(i, deviations) / (luminance * luminance + 0.01);
             for &q in &quarters[..count] {
-                relative += tile.quarters[q].relative + tile.quarters[q].pixels * lacks;
+                relative += tile.quarters[q].relative() + tile.quarters[q].pixels * more;
                 pixels += tile.quarters[q].pixels;
             }
         }
@@ -464,7 +500,9 @@ impl ErrorField {
     pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4, 0.0);
-        let is_uncertain = self.unfound.deviation > 0.0 || !self.unfound.scattered.tiles.is_empty();
+        let is_uncertain = self.unfound.deviation > 0.0
+            || !self.unfound.scattered.tiles.is_empty()
+            || self.blur.deviation > 0.0;
         let [more, less] = [1.0, -1.0].map(|deviations| match is_uncertain {
             true => self.values(tiles, |_| [0, 1, 2, 3], 4, deviations),
             false => whole,
@@ -490,12 +528,16 @@ impl ErrorField {
         let count = HALF_SAMPLES as f64;
         let variance = |i: usize| ((squares[i] - sums[i] * sums[i] / count) / (count - 1.0)).max(0.0);
         let widened = half_interval() / Z90;
-        let of_unfound = |i: usize| {
+        let of_bias = |i: usize| {
             let less = less[i].max(0.1 * whole[i]);
             if less > 0.0 { 0.5 * (more[i] / less).max(1.0).ln() } else { 0.0 }
         };
+        let is_guessed =
+            self.tiles.iter().flat_map(|tile| &tile.quarters).any(|quarter| quarter.colors > 0.0);
         let interval = |i: usize| {
-            Interval::of_log(whole[i], (widened * (2.0 * variance(i)).sqrt()).hypot(of_unfound(i)))
+            let scatter = widened * (2.0 * variance(i)).sqrt();
+            let divisor = if i == 3 && is_guessed { DIVISOR_DEVIATION } else { 0.0 };
+            Interval::of_log(whole[i], scatter.hypot(of_bias(i)).hypot(divisor))
         };
         ErrorEstimate {
             relative: [interval(0), interval(1), interval(2)],

@@ -86,6 +86,9 @@ pub struct RenderMeasurement {
     pub noise: Option<Interval>,
     /// Relative errors that the replicates state.
     pub stated: Option<[Interval; 3]>,
+    /// The same figures against the reference, where its own errors are much smaller: what `stated` is to hold.
+    #[serde(default)]
+    pub truth: Option<[f64; 3]>,
     /// Share of the light that the method has not found, as far as other methods show it significantly.
     #[serde(default)]
     pub missing: f64,

@@ -30,8 +30,8 @@
 //! It is neither the standard error that the display steers its blur by (`client/pass/variance.rs`) nor a difference to
 //! another picture ([`image::compare`](crate::image::compare)).
 //!
-//! It is the error of the unblurred picture, as the EXR has it. It excludes the bias of photon mapping, which both
-//! replicates share, and light that neither samples nor witnesses have met. Where it is likely that much light is still being found, [`late`] says so.
+//! It is the error of the unblurred picture, as the EXR has it. Both replicates share the bias of photon mapping, of which their difference knows
+//! nothing: how it shrinks tells it ([`blur`]), once photons have become more. The error excludes light that neither samples nor witnesses have met. Where it is likely that much light is still being found, [`late`] says so.
 //!
 //! # Example
 //!
@@ -73,10 +73,12 @@
 //! - [`brightness`]: the audit of mean luminance, from sums of samples, with an alarm that clean studies do not raise.
 
 pub mod analysis;
+pub mod blur;
 pub mod brightness;
 pub mod curve;
 pub mod data;
 pub mod error;
+mod error_tile;
 pub mod exact_replicates;
 pub mod format;
 pub mod interval;

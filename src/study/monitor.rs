@@ -1,11 +1,14 @@
 //! Monitors the error of a picture while it is rendered: checkpoints, predictions, and whether the target is reached.
 
 use crate::stream::{PathCounts, Sample};
+use crate::study::blur::{BlurSchedule, BlurWatch};
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::error::{ErrorEstimate, OtherSamples, ReplicatePixel, TileSubset};
 use crate::study::exact_replicates::ExactReplicates;
 use crate::study::late::LateLight;
-use crate::study::prediction::{Prediction, PredictionOutcome, next_target, predict, time_reached};
+use crate::study::prediction::{
+    LightClass, Prediction, PredictionOutcome, next_target, predict, time_reached,
+};
 use crate::study::replicates::Replicates;
 use crate::study::witness::{WitnessState, Witnesses, unfound};
 
@@ -75,7 +78,25 @@ pub struct ErrorStatus {
     pub map: (usize, Vec<f64>),
     /// What is known of light that has not been found.
     pub late: LateLight,
+    /// The share of the squared relative error that is the blur of photons, which is part of all these errors; `None` where it is not known or
+    /// the method has none.
+    pub blur: Option<f64>,
 }
+
+impl ErrorStatus {
+    /// What the light of the picture is like.
+    pub fn light(&self) -> LightClass {
+        let is_late = self.late.unfound().is_some() || self.late.warning().is_some();
+        match self.blur {
+            Some(blur) if blur > BLURRED => LightClass::Blurred,
+            _ if is_late => LightClass::Late,
+            _ => LightClass::Ordinary,
+        }
+    }
+}
+
+/// A picture counts as blurred from this share of its squared error on.
+const BLURRED: f64 = 0.1;
 
 /// How far an [`ErrorMonitor`] has come, so that another one stops where it would have stopped.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -97,6 +118,7 @@ pub struct ErrorMonitor {
     status: ErrorStatus,
     predictions: Vec<Prediction>,
     witnesses: Option<WitnessState>,
+    blur: Option<BlurWatch>,
     /// What is shown is the mean of this render's picture and these.
     others: Vec<OtherSamples>,
     /// Paths of those among them that cover the whole picture.
@@ -119,6 +141,7 @@ impl ErrorMonitor {
             status: ErrorStatus::default(),
             predictions: Vec::new(),
             witnesses: None,
+            blur: None,
             others: Vec::new(),
             base: 0.0,
             coverage: 1.0,
@@ -132,11 +155,18 @@ impl ErrorMonitor {
         self
     }
 
+    /// The same for a method that blurs less and less: the error counts its blur.
+    pub fn with_blur(self, schedule: BlurSchedule) -> Self {
+        Self { blur: Some(BlurWatch::new(schedule)), ..self }
+    }
+
     /// The same with exact sums, which go on from what another monitor has seen.
     pub fn exact(self, sums: ExactReplicates, seen: MonitorProgress) -> Self {
         let MonitorProgress { checkpoints, due } = seen;
         let due = due.unwrap_or(self.due);
-        Self { exact: Some(sums), due, status: ErrorStatus { checkpoints, ..self.status }, ..self }
+        // A state does not hold the moments from which blur is known, and whoever goes on with it has to state the same error.
+        let blur = None;
+        Self { exact: Some(sums), blur, due, status: ErrorStatus { checkpoints, ..self.status }, ..self }
     }
 
     /// The exact sums, if there are any, and what it takes to go on with them in another monitor.
@@ -232,6 +262,9 @@ impl ErrorMonitor {
 
     /// Adds a block; see [`Replicates::add`].
     pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        if let Some(blur) = &mut self.blur {
+            blur.add(first_index, paths);
+        }
         match &mut self.exact {
             Some(exact) => exact.add(first_index, paths, samples),
             None => self.sums.add(first_index, paths, samples),
@@ -279,6 +312,10 @@ impl ErrorMonitor {
         let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel);
         self.status.late = LateLight { largest, missing: unfound.share, caustics: unfound.caustics };
         field.add_unfound(unfound);
+        // What is shown besides this render has another blur.
+        let own = self.blur.as_mut().filter(|_| self.others.is_empty());
+        let blur = own.and_then(|blur| blur.update(&self.sums));
+        self.status.blur = blur.map(|blur| field.add_blur(blur));
         let estimate = field.estimate(TileSubset::All);
         let error = estimate.relative[self.at.index()];
         // A picture that is still black has no small error.
@@ -328,6 +365,8 @@ impl ErrorMonitor {
             reached: stopped(&prediction)
                 .or_else(|| time_reached(checkpoints, prediction.target, prediction.at)),
             ended: seconds,
+            // While the blur of a method that blurs is not known, the light may be of any class.
+            light: (self.blur.is_none() || self.status.blur.is_some()).then(|| self.status.light()),
         };
         // One for each doubling of time: many predictions are made from nearly the same checkpoints.
         let mut scored: Vec<Prediction> = Vec::new();

@@ -9,7 +9,8 @@
 //! the pool of the other methods shows significantly more light in a part of the picture, the method is left out ([`PoolPart::missing`]).
 
 use crate::image::compare::luminance;
-use crate::study::error::{ErrorField, PixelError, ReplicatePixel, TileSubset};
+use crate::study::error::{ErrorField, ReplicatePixel, TileSubset};
+use crate::study::error_tile::PixelError;
 
 /// Columns and rows of the blocks in which the light of methods is compared.
 const BLOCKS: usize = 8;
@@ -247,7 +248,14 @@ fn variance(pixel: &ReplicatePixel) -> [f32; 4] {
 pub fn own_error(reference: &[NoisyPixel], size: [usize; 2]) -> [f64; 4] {
     let error = |pixel: &NoisyPixel| {
         let [r, g, b, y] = pixel.variance.map(f64::from);
-        Some(PixelError { luminance: luminance(pixel.mean), squares: [r, g, b], square: y })
+        let own = luminance(pixel.mean);
+        Some(PixelError {
+            luminance: own,
+            relative_to: Some(own),
+            difference: 0.0,
+            squares: [r, g, b],
+            square: y,
+        })
     };
     let estimate = ErrorField::of(reference.iter().map(error), size).map(|f| f.estimate(TileSubset::All));
     let [a, b, c] = estimate.unwrap_or_default().relative.map(|i| i.value);
@@ -261,7 +269,9 @@ pub fn error_against(rgb: &[[f32; 3]], reference: &[NoisyPixel], size: [usize; 2
         let [vr, vg, vb, vy] = r.variance.map(f64::from);
         let [dr, dg, db] = difference.map(|d| f64::from(d).powi(2));
         let square = luminance(difference).powi(2) - vy;
-        Some(PixelError { luminance: luminance(r.mean), squares: [dr - vr, dg - vg, db - vb], square })
+        let own = luminance(r.mean);
+        let squares = [dr - vr, dg - vg, db - vb];
+        Some(PixelError { luminance: own, relative_to: Some(own), difference: 0.0, squares, square })
     };
     (rgb.len() == reference.len())
         .then(|| ErrorField::of(rgb.iter().zip(reference).map(error), size))

@@ -40,6 +40,32 @@ pub struct PredictionOutcome {
     pub reached: Option<f64>,
     /// When the render ended.
     pub ended: f64,
+    /// What its light was like; `None` where that is not known.
+    #[serde(default)]
+    pub light: Option<LightClass>,
+}
+
+/// What the light of a picture is like, as far as it decides how well its error is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightClass {
+    /// Nearly all paths meet it.
+    Ordinary,
+    /// Much of it is found late, or not yet.
+    Late,
+    /// A part of the error is blur.
+    Blurred,
+}
+
+impl LightClass {
+    /// It in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            LightClass::Ordinary => "ordinary light",
+            LightClass::Late => "light that is found late",
+            LightClass::Blurred => "light that is blurred",
+        }
+    }
 }
 
 /// The next of the [round errors](LADDER) below this one.
@@ -122,7 +148,7 @@ pub fn time_reached(checkpoints: &[Checkpoint], target: f64, since: f64) -> Opti
 pub fn score(outcomes: &[PredictionOutcome]) -> PredictionScore {
     let mut score = PredictionScore::default();
     let (mut logs, mut timed) = (0.0, 0.0);
-    for PredictionOutcome { prediction, reached, ended } in outcomes {
+    for PredictionOutcome { prediction, reached, ended, .. } in outcomes {
         let over = prediction.seconds.high <= *ended;
         let stopped = reached.is_some_and(|at| at >= 0.999 * ended);
         if !over && !stopped {

@@ -242,12 +242,12 @@ impl Replicates {
 
 impl ReplicateSums {
     /// The factor that makes the sums of the light stream a picture of `size` pixels; 0 without light paths.
-    fn light_scale(&self, size: [usize; 2]) -> f32 {
+    pub(super) fn light_scale(&self, size: [usize; 2]) -> f32 {
         if self.paths.light == 0 { 0.0 } else { (size[0] * size[1]) as f32 / self.paths.light as f32 }
     }
 
     /// X, Y, Z and the weight of the camera stream in the pixels of these rows, of sums of `size` pixels.
-    fn xyz(
+    pub(super) fn xyz(
         &self,
         size: [usize; 2],
         kernel: &SmoothingKernel,

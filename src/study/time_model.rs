@@ -41,6 +41,9 @@ const USUAL_SLOPE: f64 = 0.55;
 /// Errors at samples that differ by a larger factor are not compared.
 const COMPARABLE: f64 = 3.0;
 
+/// Points count up to so many times the samples of the first that has reached an error.
+const BEYOND: f64 = 4.0;
+
 /// The error of one picture.
 #[derive(Clone, Copy, Debug)]
 struct ModelPoint {
@@ -90,18 +93,19 @@ fn points(runs: &[&RenderMeasurement]) -> Vec<ModelPoint> {
 }
 
 impl SizeTransfer {
-    /// What the pictures of all methods tell of one of this width and height, before those of one method.
-    pub fn of(methods: &[Vec<&RenderMeasurement>], size: [u32; 2]) -> Self {
+    /// What the pictures of all other methods tell of one of this width and height; those of the method itself are added by the
+    /// [`TimeModel`].
+    pub fn for_method(method: usize, methods: &[Vec<&RenderMeasurement>], size: [u32; 2]) -> Self {
         let pixels = f64::from(size[0]) * f64::from(size[1]);
         let pixels = methods.iter().flatten().map(|run| self::pixels(run)).fold(pixels, f64::max);
         let none = Self { pixels, log_ratio: 0.0, deviation: SIZE_DEVIATION };
-        methods.iter().filter(|runs| !runs[0].peer && !runs[0].biased).fold(
-            none,
-            |known, runs| match compared(&points(runs)) {
+        let others = methods.iter().enumerate().filter(|(i, _)| *i != method).map(|(_, runs)| runs);
+        others.filter(|runs| !runs[0].peer && !runs[0].biased).fold(none, |known, runs| {
+            match compared(&points(runs)) {
                 Some((ratio, deviation)) => known.updated(ratio, deviation.hypot(METHOD_DEVIATION)),
                 None => known,
-            },
-        )
+            }
+        })
     }
 
     /// The same for one method, with its own pictures.
@@ -183,9 +187,13 @@ impl TimeModel {
     /// or the interval would say nothing.
     pub fn time_to(&self, error: f64) -> Option<(Interval, bool)> {
         let reached = self.points.iter().position(|point| point.error <= error);
-        let used = &self.points[..reached.map_or(self.points.len(), |at| at + 1)];
+        // The first point below may be there by luck: those beyond it count as well.
+        let beyond = |at: usize| {
+            self.points.partition_point(|point| point.samples <= BEYOND * self.points[at].samples)
+        };
+        let used = &self.points[..reached.map_or(self.points.len(), beyond)];
         let bracketed =
-            reached.is_some_and(|at| at > 0 && used[at - 1..].iter().all(|point| !point.is_trial));
+            reached.is_some_and(|at| at > 0 && self.points[at - 1..=at].iter().all(|point| !point.is_trial));
         let checkpoint = |point: &ModelPoint| Checkpoint {
             seconds: point.samples / self.rate,
             samples: point.samples,

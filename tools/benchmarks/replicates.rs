@@ -1,7 +1,9 @@
 //! How true the stated errors of replicates are, and what they cost.
 //!
 //! Every scene is rendered again and again, each time with another seed, undivided and divided into two replicates. The reference
-//! of each picture is the mean of all others. With a Gaussian filter there are divided runs and the first table only.
+//! of each picture is the mean of all others, or with `--reference METHOD` a picture by another method, whose own error, as halves of its
+//! runs differ, is taken off: it shows the bias of photon mapping, and what a method does not find. With a Gaussian filter, or a reference, there are divided
+//! runs and the first table only.
 //!
 //! First table: stated over true error, half a 90 % interval's logarithm as stated and as the runs scatter, and how often the
 //! intervals held the picture's true error.
@@ -10,7 +12,8 @@
 //! much, by as much as the quarters are better together than alone.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use pointillist::client::SplatFilter;
@@ -19,14 +22,17 @@ use pointillist::image::compare::luminance;
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
+use pointillist::study::blur::BlurSchedule;
 use pointillist::study::error::TILE;
 use pointillist::study::interval::Z90;
 use pointillist::study::{ErrorField, ErrorMonitor, Interval, TileSubset};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated, VcmTracer,
+    BidirectionalTracer, CAMERA_SUBPATHS, LAST_GENERATION, ParticleTracer, PathTracer, PhotonTracer,
+    RenderContext, Replicated, SAMPLES_PER_GENERATION, VcmTracer,
 };
 use pointillist::tracer::witness;
 use pointillist::tracer::{Camera, Integrator, Scene};
+use rayon::prelude::*;
 
 use super::common::Outcome;
 
@@ -48,6 +54,12 @@ pub struct Arguments {
     /// The pixel filter
     #[arg(long, value_enum, default_value = "box")]
     filter: Filter,
+    /// The method of a reference for all runs, instead of the mean of the others
+    #[arg(long, value_name = "METHOD")]
+    reference: Option<String>,
+    /// Samples per pixel of that reference
+    #[arg(long, default_value_t = 2048)]
+    reference_spp: u64,
     /// State errors without witnesses of light that is found late
     #[arg(long)]
     no_witnesses: bool,
@@ -68,6 +80,8 @@ struct Options {
     filter: SplatFilter,
     /// Witnesses tell what has not been found: of caustics behind mirrors and glass, or of all.
     witnesses: Option<bool>,
+    /// How the blur of the method shrinks, if it has any.
+    blur: Option<BlurSchedule>,
 }
 
 /// One run at some number of samples.
@@ -77,6 +91,8 @@ struct Level {
     picture: Vec<[f32; 3]>,
     /// Median, p95, p99, relMSE, as the replicates state them.
     stated: Option<[Interval; 4]>,
+    /// Share of the squared error that is stated to be blur.
+    blur: Option<f64>,
     /// Variance of the mean luminance, as aligned quarters of the run have it; of undivided runs.
     quarters: Option<Vec<f64>>,
 }
@@ -95,50 +111,54 @@ pub fn run(arguments: &Arguments) -> Outcome {
         runs: arguments.runs,
         filter,
         witnesses: (!arguments.no_witnesses).then_some(false),
+        blur: None,
     };
+    let mut last = None;
     let usual = [
         ["scenes/cornell.xml", "path"],
         ["scenes/cornell_spheres.xml", "bidirectional"],
         ["scenes/veach_plates.xml", "path"],
     ];
     if arguments.scenes.is_empty() {
-        return usual.iter().try_for_each(|[scene, method]| study(scene.as_ref(), method, options));
+        return usual
+            .iter()
+            .try_for_each(|[scene, method]| study(scene.as_ref(), method, arguments, options, &mut last));
     }
     let (pairs, []) = arguments.scenes.as_chunks::<2>() else {
         return Err("every scene takes a method: SCENE METHOD".into());
     };
-    pairs.iter().try_for_each(|[scene, method]| study(scene.as_ref(), method, options))
+    pairs.iter().try_for_each(|[scene, method]| study(scene.as_ref(), method, arguments, options, &mut last))
 }
 
-fn study(path: &Path, method: &str, options: Options) -> Outcome {
+fn kind_of(method: &str) -> Result<IntegratorKind, String> {
+    match method {
+        "path" => Ok(IntegratorKind::Path),
+        "light" => Ok(IntegratorKind::Light),
+        "bidirectional" => Ok(IntegratorKind::Bidirectional),
+        "photon" => Ok(IntegratorKind::Photon),
+        "vcm" => Ok(IntegratorKind::Vcm),
+        _ => Err(format!("{method}: the methods are path, light, bidirectional, photon and vcm")),
+    }
+}
+
+/// The reference of the last scene: pairs that follow share it.
+type LastReference = Option<(PathBuf, Rc<Reference>)>;
+
+fn study(
+    path: &Path,
+    method: &str,
+    arguments: &Arguments,
+    options: Options,
+    last: &mut LastReference,
+) -> Outcome {
     let mut desc = load(path, &[])?.desc;
     (desc.film.width, desc.film.height, desc.film.crop) = (options.side, options.side, None);
-    let kinds = [
-        ("path", IntegratorKind::Path),
-        ("light", IntegratorKind::Light),
-        ("bidirectional", IntegratorKind::Bidirectional),
-        ("photon", IntegratorKind::Photon),
-        ("vcm", IntegratorKind::Vcm),
-    ];
-    desc.integrator.kind = kinds
-        .into_iter()
-        .find(|(name, _)| *name == method)
-        .ok_or("the methods are path, light, bidirectional, photon and vcm")?
-        .1;
-    let options = Options {
-        witnesses: options.witnesses.and(match desc.integrator.kind {
-            IntegratorKind::Path | IntegratorKind::Light => Some(true),
-            IntegratorKind::Bidirectional => Some(false),
-            _ => None,
-        }),
-        ..options
-    };
     let (scene, camera) = (Arc::new(Scene::prepare(&desc)?), Camera::of(&desc)?);
-    let run = |seed: u32, divided: bool| {
+    let run = |kind: IntegratorKind, options: Options, seed: u32, divided: bool| {
         let context =
             RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
         let context = context.of_size([options.side; 2]);
-        match desc.integrator.kind {
+        match kind {
             IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => {
                 trace::<PathTracer>(&context, divided, options)
             }
@@ -148,20 +168,99 @@ fn study(path: &Path, method: &str, options: Options) -> Outcome {
             IntegratorKind::Vcm => trace::<VcmTracer>(&context, divided, options),
         }
     };
-    let all = |divided: bool| -> Vec<Run> {
+    let all = |kind: IntegratorKind, options: Options, divided: bool| -> Vec<Run> {
         let first = if divided { 0 } else { 1 << 20 };
-        let part = |odd| (0..options.runs).filter(move |n| n % 2 == odd).map(|n| run(first + n, divided));
-        std::thread::scope(|scope| {
-            let other = scope.spawn(|| part(1).collect::<Vec<Run>>());
-            let mut mine: Vec<Run> = part(0).collect();
-            mine.extend(other.join().unwrap_or_default());
-            mine
+        (0..options.runs).into_par_iter().map(|n| run(kind, options, first + n, divided)).collect()
+    };
+    let own = kind_of(method)?;
+    let blur = |last_generation| {
+        let alpha = desc.integrator.photons.alpha.unwrap_or(0.0);
+        let samples_per_index = if own == IntegratorKind::Vcm { CAMERA_SUBPATHS } else { 1 };
+        Some(BlurSchedule {
+            samples_per_generation: SAMPLES_PER_GENERATION,
+            samples_per_index,
+            alpha,
+            last_generation,
         })
     };
+    let options = Options {
+        witnesses: options.witnesses.and(match own {
+            IntegratorKind::Path | IntegratorKind::Light => Some(true),
+            IntegratorKind::Bidirectional => Some(false),
+            _ => None,
+        }),
+        blur: match own {
+            IntegratorKind::Photon => blur(LAST_GENERATION),
+            IntegratorKind::Vcm => blur(u64::MAX),
+            _ => None,
+        },
+        ..options
+    };
+    let other = match &arguments.reference {
+        Some(_) if last.as_ref().is_some_and(|(scene, _)| scene == path) => {
+            last.as_ref().map(|last| last.1.clone())
+        }
+        Some(method) => {
+            if !arguments.reference_spp.is_power_of_two()
+                || arguments.reference_spp < 2 * u64::from(REFERENCES)
+            {
+                return Err(format!("--reference-spp takes a power of two from {} on", 2 * REFERENCES).into());
+            }
+            let parts = Options {
+                spp: arguments.reference_spp / u64::from(REFERENCES),
+                runs: REFERENCES,
+                witnesses: None,
+                blur: None,
+                ..options
+            };
+            // Seeds that no run has.
+            let kind = kind_of(method)?;
+            let seeds = (0..REFERENCES).into_par_iter().map(|n| run(kind, parts, (1 << 21) + n, true));
+            let reference = Rc::new(Reference::of(&seeds.collect::<Vec<Run>>(), options.side)?);
+            Some(last.insert((path.to_path_buf(), reference)).1.clone())
+        }
+        None => None,
+    };
     // Undivided runs have the box filter: they are no reference for another.
-    let whole = if options.filter == SplatFilter::Box { all(false) } else { Vec::new() };
-    Report::new(options, whole, all(true)).print(&format!("{} {method}", path.display()));
+    let whole = match options.filter {
+        SplatFilter::Box if other.is_none() => all(own, options, false),
+        _ => Vec::new(),
+    };
+    let divided = all(own, options, true);
+    Report::new(options, whole, divided, other).print(&format!("{} {method}", path.display()));
     Ok(())
+}
+
+fn mean_of(pictures: &[&[[f32; 3]]]) -> Vec<[f32; 3]> {
+    let pixels = pictures.first().map_or(0, |picture| picture.len());
+    let mean = |i: usize, c: usize| {
+        pictures.iter().map(|picture| f64::from(picture[i][c])).sum::<f64>() / pictures.len() as f64
+    };
+    (0..pixels).map(|i| [0, 1, 2].map(|c| mean(i, c) as f32)).collect()
+}
+
+/// Independent runs whose mean is a reference.
+const REFERENCES: u32 = 16;
+
+/// A picture by another method.
+struct Reference {
+    /// Linear RGB.
+    picture: Vec<[f32; 3]>,
+    /// Its own median, p95 and p99, and its relMSE.
+    own: [f64; 4],
+}
+
+impl Reference {
+    /// The mean of some runs. What it has of error follows from how they differ.
+    fn of(runs: &[Run], side: u32) -> Result<Self, String> {
+        let lasts: Vec<&[[f32; 3]]> =
+            runs.iter().filter_map(|run| run.last()).map(|last| last.picture.as_slice()).collect();
+        let (first, second) = lasts.split_at(lasts.len() / 2);
+        let halves = ErrorField::against(&mean_of(first), &mean_of(second), [side as usize; 2]);
+        let apart = halves.ok_or("the reference has no error")?.estimate(TileSubset::All);
+        let [a, b, c] = apart.relative.map(|i| 0.5 * i.value);
+        Ok(Self { picture: mean_of(&lasts), own: [a, b, c, 0.25 * apart.rel_mse.value] })
+    }
 }
 
 /// Traces and takes stock at every doubling.
@@ -175,6 +274,9 @@ fn trace<I: Integrator + From<RenderContext>>(
     let per = integrator.paths_per_index();
     let each = per.camera.max(per.light);
     let mut monitor = ErrorMonitor::new([options.side; 2], options.filter.energy(), None);
+    if let Some(schedule) = options.blur {
+        monitor = monitor.with_blur(schedule);
+    }
     if let Some(all) = options.witnesses {
         monitor.set_witnesses(Box::new(witness::pair(context.clone(), TILE as u32, all)));
     }
@@ -216,7 +318,13 @@ fn stated(spp: u64, monitor: &mut ErrorMonitor) -> Level {
     let is_known = status.checkpoints.last().is_some_and(|last| last.seconds == spp as f64);
     let f = status.estimate;
     let stated = is_known.then_some([f.relative[0], f.relative[1], f.relative[2], f.rel_mse]);
-    Level { spp, picture: known.iter().map(|pixel| pixel.mean).collect(), stated, quarters: None }
+    Level {
+        spp,
+        picture: known.iter().map(|pixel| pixel.mean).collect(),
+        stated,
+        blur: status.blur,
+        quarters: None,
+    }
 }
 
 /// Sums and light paths after so many half samples per pixel.
@@ -248,7 +356,7 @@ fn whole(spp: u64, snapshots: &Snapshots) -> Level {
         y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / 12.0
     };
     let quarters = Some((0..picture.len()).map(variance).collect());
-    Level { spp, picture, stated: None, quarters }
+    Level { spp, picture, stated: None, blur: None, quarters }
 }
 
 /// What all runs say together.
@@ -258,22 +366,33 @@ struct Report {
     divided: Vec<Run>,
     /// Sum of the last level of all runs.
     sum: Vec<[f64; 3]>,
+    other: Option<Rc<Reference>>,
 }
 
 impl Report {
-    fn new(options: Options, whole: Vec<Run>, divided: Vec<Run>) -> Self {
+    fn new(options: Options, whole: Vec<Run>, divided: Vec<Run>, other: Option<Rc<Reference>>) -> Self {
         let mut sum = vec![[0.0; 3]; (options.side as usize).pow(2)];
         for last in whole.iter().chain(&divided).filter_map(|run| run.last()) {
             for (sum, x) in sum.iter_mut().zip(&last.picture) {
                 *sum = std::array::from_fn(|c| sum[c] + f64::from(x[c]));
             }
         }
-        Self { options, whole, divided, sum }
+        Self { options, whole, divided, sum, other }
     }
 
-    /// True figures of a run at a level, against the mean of the others, whose own error is taken off.
+    /// True figures of a run at a level, against the mean of the others or the reference, whose own error is taken off.
     fn truth(&self, run: &Run, level: usize) -> [f64; 4] {
         let (Some(last), size) = (run.last(), [self.options.side as usize; 2]) else { return [0.0; 4] };
+        if let Some(reference) = &self.other {
+            let Reference { picture, own } = reference.as_ref();
+            let Some(field) = ErrorField::against(&run[level].picture, picture, size) else {
+                return [0.0; 4];
+            };
+            let figures = field.estimate(TileSubset::All);
+            let [a, b, c] =
+                [0, 1, 2].map(|i| (figures.relative[i].value.powi(2) - own[i].powi(2)).max(0.0).sqrt());
+            return [a, b, c, (figures.rel_mse.value - own[3]).max(0.0)];
+        }
         let others = (self.whole.len() + self.divided.len()) as f64 - 1.0;
         let without =
             |(s, x): (&[f64; 3], &[f32; 3])| [0, 1, 2].map(|c| ((s[c] - f64::from(x[c])) / others) as f32);
@@ -302,7 +421,12 @@ impl Report {
             let cells: Vec<String> = (0..4).map(|figure| self.held(level, figure, &truths)).collect();
             println!("{:6}  {}", self.divided[0][level].spp, cells.join("    "));
         }
-        if filter != SplatFilter::Box {
+        if let Some(reference) = self.other.as_ref().filter(|_| self.divided.len() > 1) {
+            (0..count).for_each(|level| {
+                println!("{:6}  {}", self.divided[0][level].spp, self.bias(level, reference))
+            });
+        }
+        if self.whole.is_empty() {
             return;
         }
         let curve: Vec<(f64, f64)> = (0..count)
@@ -328,6 +452,28 @@ impl Report {
                 self.quarters(level)
             );
         }
+    }
+
+    /// Which share of the relMSE all runs have in common, and which share of the squared relative error is stated to be blur.
+    fn bias(&self, level: usize, reference: &Reference) -> String {
+        let runs = self.divided.len() as f64;
+        let pictures: Vec<&[[f32; 3]]> =
+            self.divided.iter().map(|run| run[level].picture.as_slice()).collect();
+        let size = [self.options.side as usize; 2];
+        let Some(field) = ErrorField::against(&mean_of(&pictures), &reference.picture, size) else {
+            return String::new();
+        };
+        let all = self.error(&self.divided, level);
+        let common = field.estimate(TileSubset::All).rel_mse.value - reference.own[3];
+        let bias = (common - all / runs) / (1.0 - 1.0 / runs) / all;
+        let known: Vec<f64> = self.divided.iter().filter_map(|run| run[level].blur).collect();
+        let stated = known.iter().sum::<f64>() / known.len().max(1) as f64;
+        format!(
+            "bias {:.1} % of relMSE; stated in {} runs: {:.1} %",
+            100.0 * bias,
+            known.len(),
+            100.0 * stated
+        )
     }
 
     /// One figure of the replicates: stated over true; half the logarithm of its 90 % interval, as stated and (in brackets) as the

@@ -54,8 +54,8 @@ pub enum CliCommand {
     /// Every render consists of two independent randomisations. Half their squared difference is an unbiased estimate of the
     /// variance of their mean, which is the picture, so that its error is known without a reference. The stated error is the
     /// relative error (root mean square of luminance over 8×8 pixels, by their mean luminance and 1 % of the picture's) that
-    /// 50, 95 or 99 % of the picture stay below, with a 90 % interval. The estimate excludes light that has not been sampled
-    /// yet, and the bias of photons.
+    /// 50, 95 or 99 % of the picture stay below, with a 90 % interval. It counts light that a few paths of other methods find and
+    /// the picture lacks, and the blur of photons once they have become more. It excludes light that none of them has met.
     Render(Box<RenderArgs>),
 
     /// Render one part of a picture into a state, which `merge` adds to others.

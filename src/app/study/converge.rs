@@ -213,10 +213,11 @@ impl Contest<'_> {
         let runs: Vec<&RenderMeasurement> = self.runs().filter(|run| !run.peer).collect();
         let methods = by_method(&runs);
         let film = &self.session.renderer.run.film;
-        let transfer = SizeTransfer::of(&methods, [film.width, film.height]);
+        let priced =
+            |i: usize| prices(&methods[i], &SizeTransfer::for_method(i, &methods, [film.width, film.height]));
         let of = |kind: &IntegratorKind| {
-            let runs = methods.iter().find(|runs| runs[0].method == kind.name());
-            (*kind, runs.map(|runs| prices(runs, &transfer)).unwrap_or_default())
+            let own = methods.iter().position(|runs| runs[0].method == kind.name());
+            (*kind, own.map(priced).unwrap_or_default())
         };
         self.alive.iter().map(of).collect()
     }

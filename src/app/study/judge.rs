@@ -14,7 +14,7 @@ use crate::image::Grid;
 use crate::image::compare::{Picture, luminance, rel_mse, smape};
 use crate::stream::Cause;
 use crate::study::data::ReferenceImage;
-use crate::study::error::ReplicatePixel;
+use crate::study::error::{ErrorEstimate, ReplicatePixel};
 use crate::study::measurement::{FIGURES, Measurement, REGIONS, RenderMeasurement};
 use crate::study::pool::{LACKING, NoisyPixel, PooledPicture, ReferencePool, error_against, own_error};
 use crate::study::{ErrorField, Interval, TileSubset};
@@ -247,6 +247,11 @@ impl Judge {
         // The error of the reference itself is subtracted, but never more than half.
         let trimmed = rel_mse(&judged.rgb, &reference).into_diagnostic()?.trimmed;
         let run = &mut judged.run;
+        let is_known = |found: &ErrorEstimate| (0..3).all(|i| found.relative[i].value >= CLEAR * own[i]);
+        // How far a given reference is off is not known.
+        run.truth = found
+            .filter(|found| given.is_none() && is_known(found))
+            .map(|found| found.relative.map(|error| error.value));
         run.trimmed = Some((trimmed - own[3]).max(0.5 * trimmed));
         run.smape = Some(smape(&judged.rgb, &reference).into_diagnostic()?.mean);
         run.relative = figures.map(|figures| figures.relative);

@@ -36,6 +36,9 @@ use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Replicates};
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
 
+/// Renders of at least this time have witnesses.
+const WITNESSED: Duration = Duration::from_secs(1);
+
 /// How long a picture is traced.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderLimit {
@@ -219,6 +222,12 @@ impl StudyRenderer {
             false => vec![RenderStage::even(goal.indices, time)],
         };
         let observer = run.replicated.then(|| Observer::start(run, None, Beside::Render)).transpose()?;
+        // What a user gets states its error with witnesses; in less time they would cost too much of it.
+        let has_witnesses = time.is_some_and(|time| time >= WITNESSED);
+        let witnesses = has_witnesses.then(|| method::witnesses(run, &scene, &camera)).flatten();
+        if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
+            observer.call(witnesses);
+        }
         let bar = Progress::new(Goal::Error, true);
         let (mut driven, mut stats) = (DriveOutcome::new(false), Stats::default());
         for RenderStage { part, indices, until } in stages {

@@ -170,6 +170,15 @@ fn outcomes<'a>(text: &mut CsvText<'a>, study: &'a Study) {
         text.add(&about, &[("known", "1", known), ("held", "1", held), ("open", "1", open)]);
         text.add(&about, &[("predicted_over_true", "1", exact(p.ratio))]);
     }
+    for s in &study.stated {
+        let about = text.about("stated", &s.method, "");
+        let [median, p95, p99] = s.held.map(|n| exact(n as f64));
+        text.add(
+            &about,
+            &[("pictures", "1", exact(s.pictures as f64)), ("stated_over_true", "1", Some(s.ratio))],
+        );
+        text.add(&about, &[("held_median", "1", median), ("held_p95", "1", p95), ("held_p99", "1", p99)]);
+    }
     for s in &study.stability {
         let about = text.about("stability", &s.method, "");
         text.add(&about, &[("paths", "1", exact(s.paths as f64)), ("energy_ratio", "1", s.energy)]);

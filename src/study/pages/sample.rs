@@ -215,6 +215,10 @@ pub fn study() -> Study {
             scheme("2 independent randomisations", true, 1.04, 1.01),
             scheme("8 independent randomisations", false, 1.31, 1.0),
         ],
+        stated: vec![
+            StatedErrors { method: "path".into(), pictures: 12, held: [11, 11, 10], ratio: near(0.99, 0.04) },
+            StatedErrors { method: "photon".into(), pictures: 9, held: [5, 8, 7], ratio: near(1.1, 0.1) },
+        ],
         predictions: Some(PredictionScore { known: 57, held: 52, open: 3, ratio: 1.04 }),
         stability: vec![
             stability("path", vec![]),

@@ -136,12 +136,20 @@ fn parts(study: &Study) -> Vec<String> {
     if !study.numeric.is_empty() {
         lines.push(format!("Arithmetic   {}", numeric::summary(study)));
     }
-    if let Some(p) = &study.predictions {
-        let rate = match Interval::of_share(p.held, p.known).as_ref().map(percent_interval) {
-            Some(share) => format!("{} of {} intervals held, {share}; 90 % are stated", p.held, p.known),
-            None => predictions::conclusion(study),
-        };
-        lines.push(format!("Predictions  {rate}"));
+    let pictures: usize = study.stated.iter().map(|s| s.pictures).sum();
+    let errors: usize = study.stated.iter().map(|s| s.held[1]).sum();
+    let predicted = study.predictions.as_ref().map_or([0; 2], |p| [p.held, p.known]);
+    let held = |[held, known]: [usize; 2], what: &str| {
+        let share = Interval::of_share(held, known).as_ref().map(percent_interval)?;
+        Some(format!("{held} of {known} {what}, {share}"))
+    };
+    let all = [held(predicted, "predictions"), held([errors, pictures], "stated errors")];
+    let all: Vec<String> = all.into_iter().flatten().collect();
+    if study.predictions.as_ref().is_some_and(|p| p.known == 0) {
+        lines.push(format!("Predictions  {}", predictions::conclusion(study)));
+    }
+    if !all.is_empty() {
+        lines.push(format!("90 % held    {}", list(&all)));
     }
     if !study.stability.is_empty() {
         lines.push(format!("Stability    {}", stability::summary(study)));

@@ -249,7 +249,7 @@ fn the_terminal_has_the_answer_and_the_prices() {
         "Without transmission",
         "Runner-up: photon",
         "≈ 52 s",
-        "Predictions  52 of 57",
+        "90 % held    52 of 57 predictions",
         "! photon: slope",
         "transmission +31 %",
     ] {

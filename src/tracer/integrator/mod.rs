@@ -60,7 +60,7 @@ pub use context::RenderContext;
 pub use depth::DepthTracer;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
-pub use photon::{PhotonScratch, PhotonTracer, SeesPhotons};
+pub use photon::{LAST_GENERATION, PhotonScratch, PhotonTracer, SAMPLES_PER_GENERATION, SeesPhotons};
 pub use vcm::{VcmScratch, VcmTracer};
 
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate};

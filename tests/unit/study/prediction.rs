@@ -22,9 +22,19 @@ fn predictions_hold_where_the_error_is_a_power_law() {
     let was = time_reached(&checkpoints, target, now.seconds).expect("it is the last");
     assert!((was - checkpoints[11].seconds).abs() < 1e-9);
     let score = score(&[
-        PredictionOutcome { prediction: said, reached: Some(was), ended: was },
-        PredictionOutcome { prediction: said, reached: None, ended: now.seconds },
-        PredictionOutcome { prediction: said, reached: None, ended: 1e6 },
+        PredictionOutcome {
+            prediction: said,
+            reached: Some(was),
+            ended: was,
+            light: Some(LightClass::Ordinary),
+        },
+        PredictionOutcome {
+            prediction: said,
+            reached: None,
+            ended: now.seconds,
+            light: Some(LightClass::Ordinary),
+        },
+        PredictionOutcome { prediction: said, reached: None, ended: 1e6, light: Some(LightClass::Ordinary) },
     ]);
     assert_eq!((score.known, score.held, score.open), (2, 1, 1));
     assert!((score.ratio - 1.0).abs() < 0.1);

@@ -1,11 +1,12 @@
-//! Part 6: whether predictions came true, and what it costs to know the error.
+//! Part 6: whether predictions came true, whether stated errors held, and what it costs to know the error.
 
 use maud::{Markup, html};
 
 use crate::study::Interval;
-use crate::study::data::{PredictionScore, Study};
+use crate::study::data::{PredictionScore, StatedErrors, Study};
 use crate::study::format::{THIN, factor, percent_interval, significant};
-use crate::study::pages::parts::{cell, listing, maybe, missing, note};
+use crate::study::pages::chart::style_of;
+use crate::study::pages::parts::{cell, listing, maybe, method, missing, note};
 
 /// The share of outcomes that an interval should contain.
 const STATED: f64 = 0.9;
@@ -29,6 +30,10 @@ pub fn body(study: &Study) -> Markup {
         @match &study.predictions {
             None => (missing(study, "Predictions were", "predictions")),
             Some(p) => (score(p)),
+        }
+        @if !study.stated.is_empty() {
+            h3 { "How often stated errors held" }
+            (stated(study))
         }
         @if !study.schemes.is_empty() {
             h3 { "What it costs to know the error" }
@@ -56,6 +61,34 @@ fn score(p: &PredictionScore) -> Markup {
             ("not due yet", &|p| cell(p.open)),
         ],
     )
+}
+
+fn stated(study: &Study) -> Markup {
+    let held = |s: &StatedErrors, i: usize| {
+        let share = Interval::of_share(s.held[i], s.pictures);
+        maybe(share.as_ref().map(percent_interval))
+    };
+    let table = listing(
+        "How often stated errors held",
+        &study.stated,
+        &[
+            ("Method", &|s| method(&s.method, style_of(study, &s.method))),
+            ("pictures", &|s| cell(s.pictures)),
+            ("held in half of the picture", &|s| held(s, 0)),
+            ("95\u{202f}% of it", &|s| held(s, 1)),
+            ("99\u{202f}% of it", &|s| held(s, 2)),
+            ("stated over true error", &|s| cell(factor(&s.ratio))),
+        ],
+    );
+    html! {
+        (table)
+        p.dim {
+            "Every render states its error without a reference, each with a 90" (THIN) "% interval. Here it is compared with the error "
+            "against the reference, of pictures whose error is at least twice the reference's own; others are not counted. The last column is of 95" (THIN) "% of "
+            "the picture, a geometric mean: below 1 too little is stated. Pictures by one method share no samples with each other, but light that "
+            "no method of this study has found is missing from the reference too."
+        }
+    }
 }
 
 fn schemes(study: &Study) -> Markup {

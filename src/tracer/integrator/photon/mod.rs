@@ -52,7 +52,7 @@ use extent::photon_box;
 const PATHS: u64 = 4096;
 
 /// Samples per generation: four per light path.
-const SAMPLES: u64 = 16_384;
+pub const SAMPLES_PER_GENERATION: u64 = 16_384;
 
 /// Number of photons of a lookup in the global layer.
 const NEIGHBOURS: usize = 12;
@@ -60,6 +60,9 @@ const NEIGHBOURS: usize = 12;
 /// Photons at which a map stops growing: 1.3 GB, and up to 2.5 times as much in all while its largest trees are merged. From
 /// there on noise goes on shrinking and blur does not.
 pub(super) const LIMIT: usize = 1 << 25;
+
+/// About the generation of the last photons, where a light path leaves two.
+pub const LAST_GENERATION: u64 = LIMIT as u64 / (2 * PATHS);
 
 /// How far light paths go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -243,7 +246,7 @@ fn schedule(min: Vec3, max: Vec3, desc: &PhotonDesc) -> Schedule {
     let radius = radius.max(1e-3 * side.max_element()).max(f32::MIN_POSITIVE);
     Schedule {
         paths_per_generation: PATHS,
-        samples_per_generation: SAMPLES,
+        samples_per_generation: SAMPLES_PER_GENERATION,
         radius: desc.initial_radius.unwrap_or(radius),
         alpha: desc.alpha.unwrap_or(0.0),
         neighbours,

@@ -1,0 +1,467 @@
+//! The bias of methods that blur less and less: photon mapping, and the caustics that vertex merging gathers.
+//!
+//! Both replicates of such a picture are blurred alike, so that their difference does not show it. But the blur shrinks while photons
+//! become more: the area that a sample gathers from falls as g^(α − 1) with the generations g of the photon map, and with it the bias of smoothly
+//! lit surfaces; that of edges falls with the radius, the root of that (`tracer/integrator/photon`). So the first samples of a render are blurred
+//! more than the last ones, by an amount that the schedule of the photons tells. [`BlurWatch`] keeps the sums of a moment in the middle of the
+//! render. With E the picture of the samples before it and L that of the samples after it, E − L is the bias of the whole times a known number,
+//! and noise. Both replicates have photon maps of their own, so that the noise of E₁ − L₁ and that of E₂ − L₂ are independent, and
+//! (E₁ − L₁)(E₂ − L₂) is an unbiased estimate of the square of what they have in common. It is averaged over neighbouring tiles and pictures.
+
+use crate::stream::{PathCounts, REPLICATES, replicate};
+use crate::study::error::{FLOOR, TILE};
+use crate::study::interval::Z90;
+use crate::study::replicates::{ReplicateSums, Replicates};
+
+/// How the blur of a method shrinks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlurSchedule {
+    /// Camera samples of one replicate from one generation of photons to the next.
+    pub samples_per_generation: u64,
+    /// Camera samples of one index.
+    pub samples_per_index: u64,
+    /// Exponent α of the area, which falls as g^(α − 1) with the generations g.
+    pub alpha: f64,
+    /// The generation from which on photons do not become more.
+    pub last_generation: u64,
+}
+
+/// The bias of a picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Blur {
+    /// Mean square over the pixels of each tile, of luminance, row by row.
+    pub squares: Vec<f64>,
+    /// The deviation of their sum, as a share of it.
+    pub deviation: f64,
+}
+
+/// Watches how the blur of a render shrinks.
+#[derive(Clone, Debug)]
+pub struct BlurWatch {
+    schedule: BlurSchedule,
+    blurred: BlurredSamples,
+    moment: Option<Moment>,
+    known: Option<KnownBlur>,
+}
+
+/// Samples, and the sums of the areas and of the radii that they gathered from, relative to those of the first generation.
+#[derive(Clone, Copy, Debug, Default)]
+struct BlurredSamples {
+    samples: f64,
+    areas: f64,
+    radii: f64,
+}
+
+/// Sums of luminance at one moment of a render.
+#[derive(Clone, Debug)]
+struct Moment {
+    paths: u64,
+    blurred: BlurredSamples,
+    parts: [LuminanceSums; REPLICATES],
+}
+
+/// Those of one replicate: of the camera stream with their weights, and of the light stream.
+#[derive(Clone, Debug)]
+struct LuminanceSums {
+    camera: Vec<[f32; 2]>,
+    light: Vec<f32>,
+    paths: PathCounts,
+}
+
+/// What is known of the blur, as of these samples.
+#[derive(Clone, Debug)]
+struct KnownBlur {
+    blurred: BlurredSamples,
+    /// Squared bias of each tile over the square of what errors are relative to.
+    relative: Vec<f64>,
+    deviation: f64,
+}
+
+/// The blur is computed from so many times the paths of the kept moment on.
+const COMPARED: f64 = 1.5;
+
+/// From so many times the paths of the kept moment on another one is kept, and what is found decides: before, late samples are too few to
+/// refute what was known.
+const RENEWED: f64 = 3.0;
+
+/// Beyond this ratio of the bias to the difference of early and late samples, the difference tells nothing.
+const LARGEST_RATIO: f64 = 3.0;
+
+/// The squared bias of a tile is averaged over so many tiles to each side.
+const NEAR: usize = 2;
+
+impl BlurSchedule {
+    /// Some samples from this index of a replicate on, which see about the same photons.
+    fn samples(&self, index: u64, samples: u64) -> BlurredSamples {
+        let generation = 1 + index.saturating_mul(self.samples_per_index) / self.samples_per_generation;
+        let area = (generation.min(self.last_generation) as f64).powf(self.alpha - 1.0);
+        let samples = samples as f64;
+        BlurredSamples { samples, areas: samples * area, radii: samples * area.sqrt() }
+    }
+}
+
+impl BlurredSamples {
+    fn plus(&self, other: &Self, times: f64) -> Self {
+        Self {
+            samples: self.samples + times * other.samples,
+            areas: self.areas + times * other.areas,
+            radii: self.radii + times * other.radii,
+        }
+    }
+
+    /// The means of areas and radii, to which the biases of smoothly lit surfaces and of edges are proportional.
+    fn means(&self) -> [f64; 2] {
+        [self.areas, self.radii].map(|sum| sum / self.samples.max(1.0))
+    }
+
+    /// The squared bias of all samples over the squared difference of those before and after a moment, by both laws.
+    fn of_whole(&self, moment: &Self) -> [f64; 2] {
+        let ([whole, early], late) = ([self, moment].map(Self::means), self.plus(moment, -1.0).means());
+        [0, 1].map(|law| (whole[law] / (early[law] - late[law]).max(f64::MIN_POSITIVE)).powi(2))
+    }
+
+    /// The squared bias of all samples over that of the first of them, mean of both laws.
+    fn over(&self, before: &Self) -> f64 {
+        let [now, then] = [self, before].map(Self::means);
+        0.5 * [0, 1].map(|law| (now[law] / then[law]).powi(2)).iter().sum::<f64>()
+    }
+}
+
+impl BlurWatch {
+    /// Nothing is known yet.
+    pub fn new(schedule: BlurSchedule) -> Self {
+        Self { schedule, blurred: BlurredSamples::default(), moment: None, known: None }
+    }
+
+    /// A block that begins at this index is added to the sums.
+    pub(super) fn add(&mut self, first_index: u64, paths: PathCounts) {
+        let (_, index) = replicate(first_index);
+        self.blurred = self.blurred.plus(&self.schedule.samples(index, paths.camera), 1.0);
+    }
+
+    /// The blur of the picture of these sums; `None` while too little is known of it, or nothing.
+    pub(super) fn update(&mut self, sums: &Replicates) -> Option<Blur> {
+        let paths = sums.paths();
+        let since = self.moment.as_ref().map_or(f64::INFINITY, |moment| paths as f64 / moment.paths as f64);
+        if let Some(moment) = self.moment.as_ref().filter(|_| since >= COMPARED) {
+            let found = self.found(sums, moment);
+            let known = self.known.as_ref();
+            let is_clearer =
+                found.as_ref().is_some_and(|found| known.is_none_or(|k| found.deviation < k.deviation));
+            if is_clearer || since >= RENEWED {
+                self.known = found;
+            }
+        }
+        if since >= RENEWED {
+            self.moment = Some(Moment::of(sums, self.blurred));
+        }
+        let KnownBlur { blurred, relative, deviation } = self.known.as_ref()?;
+        let later = self.blurred.over(blurred);
+        let against = brightness(sums)?;
+        let squares =
+            relative.iter().zip(against).map(|(square, against)| square * later * against * against);
+        Some(Blur { squares: squares.collect(), deviation: *deviation })
+    }
+
+    /// What the samples before and after the moment tell.
+    fn found(&self, sums: &Replicates, moment: &Moment) -> Option<KnownBlur> {
+        let [areas, radii] = self.blurred.of_whole(&moment.blurred);
+        let ratio = 0.5 * (areas + radii);
+        if ratio.is_nan() || ratio > LARGEST_RATIO * LARGEST_RATIO {
+            return None;
+        }
+        // Nobody knows how much of the blur follows which law.
+        let apart = 0.5 * (areas - radii).abs() / ratio;
+        let (relative, deviation) = compare(sums, moment)?;
+        Some(KnownBlur {
+            blurred: self.blurred,
+            relative: relative.into_iter().map(|square| square * ratio).collect(),
+            deviation: deviation.hypot(apart).min(1.0),
+        })
+    }
+}
+
+impl Moment {
+    fn of(sums: &Replicates, blurred: BlurredSamples) -> Self {
+        let luminances = |part: &ReplicateSums| LuminanceSums {
+            camera: part.camera.iter().map(|[_, y, _, w]| [*y, *w]).collect(),
+            light: part.light.iter().map(|[_, y, ..]| *y).collect(),
+            paths: part.paths,
+        };
+        Self { paths: sums.paths().max(1), blurred, parts: sums.parts.each_ref().map(luminances) }
+    }
+}
+
+impl LuminanceSums {
+    fn at(&self, pixel: usize) -> ([f32; 2], f32) {
+        let camera = self.camera.get(pixel).copied().unwrap_or_default();
+        (camera, self.light.get(pixel).copied().unwrap_or_default())
+    }
+
+    /// The sums before this moment, as sums of samples of which luminance alone is known; as large as those of `now`.
+    fn early(&self, now: &ReplicateSums) -> ReplicateSums {
+        let seen = |i: usize| self.at(i).0;
+        ReplicateSums {
+            camera: (0..now.camera.len()).map(seen).map(|[y, w]| [0.0, y, 0.0, w]).collect(),
+            light: (0..now.light.len()).map(|i| [0.0, self.at(i).1, 0.0, 0.0]).collect(),
+            paths: self.paths,
+        }
+    }
+
+    /// The sums after this moment up to `now`.
+    fn late(&self, now: &ReplicateSums) -> ReplicateSums {
+        let seen = |(i, [_, y, _, w]): (usize, &[f32; 4])| {
+            let ([before, weight], _) = self.at(i);
+            [0.0, y - before, 0.0, w - weight]
+        };
+        let arrived = |(i, [_, y, ..]): (usize, &[f32; 4])| [0.0, y - self.at(i).1, 0.0, 0.0];
+        ReplicateSums {
+            camera: now.camera.iter().enumerate().map(seen).collect(),
+            light: now.light.iter().enumerate().map(arrived).collect(),
+            paths: PathCounts {
+                camera: now.paths.camera.saturating_sub(self.paths.camera),
+                light: now.paths.light.saturating_sub(self.paths.light),
+            },
+        }
+    }
+}
+
+/// What relative errors divide by, tile by tile; `None` where there is no picture yet.
+fn brightness(sums: &Replicates) -> Option<Vec<f64>> {
+    let [width, height] = sums.size();
+    let mut tiles = Tiles::new([width, height]);
+    for (i, [_, y, _, w]) in sums.whole(0..height).into_iter().enumerate() {
+        if w > 0.0 {
+            tiles.add(i, f64::from(y));
+        }
+    }
+    let tiles: Vec<Option<f64>> = tiles.means().into_iter().map(|tile| tile.map(|tile| tile.value)).collect();
+    let (sum, count) =
+        tiles.iter().flatten().fold((0.0, 0.0), |(sum, count), tile| (sum + tile, count + 1.0));
+    let mean: f64 = if count > 0.0 { sum / count } else { return None };
+    Some(tiles.iter().map(|tile| tile.unwrap_or(mean).abs() + FLOOR * mean.abs()).collect())
+}
+
+/// The square of the difference of early and late samples that both replicates have in common, tile by tile, relative to brightness, and the
+/// deviation of their sum as a share of it. `None` where that is no more than noise may be.
+fn compare(sums: &Replicates, moment: &Moment) -> Option<(Vec<f64>, f64)> {
+    let size @ [_, height] = sums.size();
+    // Luminance of each pixel that has samples.
+    let picture = |part: ReplicateSums| -> Vec<Option<f32>> {
+        let scale = part.light_scale(size);
+        let pixels = part.xyz(size, sums.kernel(), 0..height, scale);
+        pixels.into_iter().map(|[_, y, _, w]| (w > 0.0).then_some(y)).collect()
+    };
+    let difference = |(now, before): (&ReplicateSums, &LuminanceSums)| -> Vec<Option<f32>> {
+        let early = picture(before.early(now));
+        early.into_iter().zip(picture(before.late(now))).map(|(e, l)| Some(e? - l?)).collect()
+    };
+    let [first, second] = std::array::from_fn(|r| difference((&sums.parts[r], &moment.parts[r])));
+    let mut tiles = Tiles::new(size);
+    for (i, pair) in first.iter().zip(&second).enumerate() {
+        if let (Some(a), Some(b)) = pair {
+            tiles.add(i, f64::from(*a) * f64::from(*b));
+        }
+    }
+    let against = brightness(sums)?;
+    let relative = |(tile, against): (Option<Noisy>, &f64)| {
+        let Noisy { value, variance } = tile?;
+        let divisor = against * against;
+        Some(Noisy { value: value / divisor, variance: variance / (divisor * divisor) })
+    };
+    let relative: Vec<Option<Noisy>> = tiles.means().into_iter().zip(&against).map(relative).collect();
+    let known: Vec<Noisy> = relative.iter().copied().flatten().collect();
+    if known.len() < 2 {
+        return None;
+    }
+    let total: f64 = known.iter().map(|tile| tile.value).sum();
+    let variance: f64 = known.iter().map(|tile| tile.variance).sum();
+    let deviation = variance.sqrt() / total;
+    (total > 0.0 && deviation * Z90 < 1.0).then(|| (placed(&tiles.clearest(&relative), total), deviation))
+}
+
+/// The values by soft thresholding, none of them negative and all of them together of this sum: the threshold is the same multiple of the deviation of
+/// each, so that where there is noise alone nearly nothing is left.
+fn placed(values: &[Noisy], total: f64) -> Vec<f64> {
+    let left = |multiple: f64| {
+        values.iter().map(move |Noisy { value, variance }| (value - multiple * variance.sqrt()).max(0.0))
+    };
+    let [mut low, mut high] = [0.0, 1e3];
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if left(middle).sum::<f64>() > total { low = middle } else { high = middle }
+    }
+    left(high).collect()
+}
+
+/// A mean and the variance that its parts say it has.
+#[derive(Clone, Copy, Debug)]
+struct Noisy {
+    value: f64,
+    variance: f64,
+}
+
+impl Noisy {
+    /// How clearly it is more than nothing.
+    fn clarity(&self) -> f64 {
+        self.value / self.variance.sqrt().max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Sums over the quarters of tiles of 8×8 pixels.
+struct Tiles {
+    width: usize,
+    grid: [usize; 2],
+    quarters: Vec<[[f64; 2]; 4]>,
+}
+
+impl Tiles {
+    fn new([width, height]: [usize; 2]) -> Self {
+        let grid = [width.div_ceil(TILE), height.div_ceil(TILE)];
+        Self { width, grid, quarters: vec![[[0.0; 2]; 4]; grid[0] * grid[1]] }
+    }
+
+    /// Adds what one pixel has.
+    fn add(&mut self, pixel: usize, value: f64) {
+        let (x, y) = (pixel % self.width, pixel / self.width);
+        let half = |at: usize| at % TILE / (TILE / 2);
+        let [sum, count] = &mut self.quarters[y / TILE * self.grid[0] + x / TILE][half(x) + 2 * half(y)];
+        (*sum, *count) = (*sum + value, *count + 1.0);
+    }
+
+    /// The mean of each tile; `None` where nothing was added.
+    fn means(&self) -> Vec<Option<Noisy>> {
+        let mean = |quarters: &[[f64; 2]; 4]| {
+            let seen = || quarters.iter().filter(|[_, count]| *count > 0.0);
+            let (parts, count) = (seen().count() as f64, seen().map(|[_, count]| count).sum::<f64>());
+            let value = seen().map(|[sum, _]| sum).sum::<f64>() / count;
+            let squares: f64 = seen().map(|[sum, count]| (sum / count - value).powi(2)).sum();
+            (parts > 0.0).then(|| Noisy { value, variance: squares / (parts - 1.0).max(1.0) / parts })
+        };
+        self.quarters.iter().map(mean).collect()
+    }
+
+    /// For each tile the mean of itself alone, or with its neighbours, or with theirs too: that which is most clearly more than nothing.
+    fn clearest(&self, tiles: &[Option<Noisy>]) -> Vec<Noisy> {
+        let [columns, rows] = self.grid;
+        let mean = |i: usize, reach: usize| {
+            let near = |at: usize, len: usize| at.saturating_sub(reach)..(at + reach + 1).min(len);
+            let (x, y) = (i % columns, i / columns);
+            let known = near(y, rows)
+                .flat_map(|y| near(x, columns).map(move |x| y * columns + x))
+                .filter_map(|j| tiles[j]);
+            let (value, variance, count) = known
+                .fold((0.0, 0.0, 0.0f64), |(value, variance, count), tile| {
+                    (value + tile.value, variance + tile.variance, count + 1.0)
+                });
+            let count = count.max(1.0);
+            Noisy { value: value / count, variance: variance / (count * count) }
+        };
+        let clearest = |i: usize| {
+            let neighbours = mean(i, 1);
+            // Four quarters say little of their own variance.
+            let alone = tiles[i].map(|tile| Noisy { value: tile.value, variance: 9.0 * neighbours.variance });
+            let candidates = [Some(mean(i, NEAR)), Some(neighbours), alone];
+            let best = candidates.into_iter().flatten().max_by(|a, b| a.clarity().total_cmp(&b.clarity()));
+            best.unwrap_or(neighbours)
+        };
+        (0..tiles.len()).map(clearest).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+    use super::*;
+    use crate::color::Xyz;
+    use crate::math::random::Random;
+    use crate::stream::{CHUNK, Sample};
+
+    const SIDE: usize = 64;
+    const SCHEDULE: BlurSchedule = BlurSchedule {
+        samples_per_generation: 4 * CHUNK,
+        samples_per_index: 1,
+        alpha: 0.0,
+        last_generation: u64::MAX,
+    };
+
+    /// Tells of a picture of luminance 1 that is too bright in its left half, by `bias` over the generations of photons to the power `law`, with
+    /// noise of 50 % in every sample: what is known of its blur, and the mean of its true square.
+    fn watched(seed: u64, bias: f64, law: f64, per_pixel: u64) -> (Option<Blur>, f64) {
+        let (mut sums, mut random) = (Replicates::new([SIDE as u32; 2], 1.0), Random(seed));
+        let mut watch = BlurWatch::new(SCHEDULE);
+        let chunks = per_pixel * (SIDE * SIDE) as u64 / CHUNK;
+        let (mut known, mut brighter) = (None, 0.0);
+        for chunk in 0..chunks {
+            let (_, own) = replicate(chunk * CHUNK);
+            let generation = 1 + own / SCHEDULE.samples_per_generation;
+            let excess = bias * (generation as f64).powf(-law);
+            brighter += excess / chunks as f64;
+            let sample = |random: &mut Random| {
+                let uv = [random.f32(), random.f32()];
+                let bias = if uv[0] < 0.5 { excess as f32 } else { 0.0 };
+                let y = 1.0 + bias + 1.732 * (random.f32() - 0.5);
+                Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
+            };
+            let samples: Vec<Sample> = (0..CHUNK).map(|_| sample(&mut random)).collect();
+            let paths = PathCounts { camera: CHUNK, light: 0 };
+            sums.add(chunk * CHUNK, paths, &samples);
+            watch.add(chunk * CHUNK, paths);
+            if (chunk + 1).is_power_of_two() && chunk + 1 >= chunks / 16 {
+                known = watch.update(&sums);
+            }
+        }
+        (known, 0.5 * brighter * brighter)
+    }
+
+    fn mean(blur: &Blur) -> f64 {
+        blur.squares.iter().sum::<f64>() / blur.squares.len() as f64
+    }
+
+    #[test]
+    fn blur_is_told_by_how_it_shrinks_and_where_it_is() {
+        for law in [1.0, 0.5] {
+            let (mut held, mut logs) = (0, 0.0);
+            for seed in 0..20 {
+                let (blur, truth) = watched(seed, 0.5, law, 32);
+                let blur = blur.unwrap();
+                let of_truth = mean(&blur) / truth;
+                held += usize::from((of_truth - 1.0).abs() <= 1.645 * blur.deviation * of_truth);
+                logs += of_truth.ln() / 20.0;
+                // Means over neighbours reach a little beyond the edge.
+                let left = |i: &usize| i % (SIDE / TILE) < SIDE / TILE / 2;
+                let there: f64 = (0..blur.squares.len()).filter(left).map(|i| blur.squares[i]).sum();
+                assert!(there > 0.7 * blur.squares.iter().sum::<f64>(), "law {law}, seed {seed}: {blur:?}");
+            }
+            assert!(held >= 17, "law {law}: {held} of 20 intervals held");
+            // Their difference alone does not tell which law it follows; either is taken for the mean of both.
+            assert!(logs.abs() < 1.2, "law {law}: stated over true square {}", logs.exp());
+        }
+    }
+
+    #[test]
+    fn without_blur_hardly_ever_any_is_told() {
+        let told = (0..40).filter(|seed| watched(100 + seed, 0.0, 1.0, 32).0.is_some()).count();
+        // One in twenty by design; 7 or more of 40 would be one in 300.
+        assert!(told < 7, "in {told} of 40 pictures noise is taken for blur");
+    }
+
+    #[test]
+    fn before_photons_have_become_more_nothing_is_known() {
+        let (mut sums, mut random) = (Replicates::new([SIDE as u32; 2], 1.0), Random(1));
+        let schedule = BlurSchedule { samples_per_generation: 1 << 30, ..SCHEDULE };
+        let mut watch = BlurWatch::new(schedule);
+        for chunk in 0..64 {
+            let sample = |random: &mut Random| {
+                let (uv, y) = ([random.f32(), random.f32()], random.f32());
+                Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
+            };
+            let samples: Vec<Sample> = (0..CHUNK).map(|_| sample(&mut random)).collect();
+            let paths = PathCounts { camera: CHUNK, light: 0 };
+            sums.add(chunk * CHUNK, paths, &samples);
+            watch.add(chunk * CHUNK, paths);
+            assert_eq!(watch.update(&sums), None);
+        }
+    }
+}
