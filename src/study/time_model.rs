@@ -41,9 +41,6 @@ const USUAL_SLOPE: f64 = 0.55;
 /// Errors at samples that differ by a larger factor are not compared.
 const COMPARABLE: f64 = 3.0;
 
-/// Points count up to so many times the samples of the first that has reached an error.
-const BEYOND: f64 = 4.0;
-
 /// The error of one picture.
 #[derive(Clone, Copy, Debug)]
 struct ModelPoint {
@@ -187,13 +184,9 @@ impl TimeModel {
     /// or the interval would say nothing.
     pub fn time_to(&self, error: f64) -> Option<(Interval, bool)> {
         let reached = self.points.iter().position(|point| point.error <= error);
-        // The first point below may be there by luck: those beyond it count as well.
-        let beyond = |at: usize| {
-            self.points.partition_point(|point| point.samples <= BEYOND * self.points[at].samples)
-        };
-        let used = &self.points[..reached.map_or(self.points.len(), beyond)];
+        let used = &self.points[..reached.map_or(self.points.len(), |at| at + 1)];
         let bracketed =
-            reached.is_some_and(|at| at > 0 && self.points[at - 1..=at].iter().all(|point| !point.is_trial));
+            reached.is_some_and(|at| at > 0 && used[at - 1..].iter().all(|point| !point.is_trial));
         let checkpoint = |point: &ModelPoint| Checkpoint {
             seconds: point.samples / self.rate,
             samples: point.samples,
