@@ -49,6 +49,8 @@ struct Judged {
     rgb: Grid<[f32; 3]>,
     is_complete: bool,
     replicates: Vec<ReplicatePixel>,
+    /// The error as the render stated it.
+    stated: Option<ErrorEstimate>,
     shown: Option<DisplayImage>,
     filtered: Option<DisplayImage>,
 }
@@ -127,9 +129,10 @@ impl Judge {
             // The filter takes about as long as a short picture.
             filtered = if budget >= 1.0 { renderer.filtered(&run.film, &traced)?.map(|f| f.0) } else { None };
         }
+        let stated = traced.estimate();
         let StudyRender { rgb, is_complete, pixels: replicates, .. } = traced;
         let is_complete = is_complete && measured.samples_per_pixel >= LEAST_SAMPLES;
-        let mut judged = Judged { run: measured, rgb, is_complete, replicates, shown, filtered };
+        let mut judged = Judged { run: measured, rgb, is_complete, replicates, stated, shown, filtered };
         if is_complete && !judged.run.biased {
             self.pools.of(is_trial).add(&judged.run.method, judged.pooled());
         }
@@ -242,7 +245,13 @@ impl Judge {
         let (stated, found) = (estimate(&noise), estimate(&against));
         let clear = found.is_some_and(|found| found.relative[1].value >= CLEAR * own[1]);
         let trusts = !run.biased && missing <= LACKING && !clear;
-        let figures = if trusts { stated.or(found) } else { found };
+        // A reference of less precise pictures tells nothing of a better one that blurs; that states its own blur.
+        let is_hidden = run.biased && !clear;
+        let figures = match (trusts, is_hidden) {
+            (true, _) => stated.or(found),
+            (_, true) => judged.stated.or(found),
+            _ => found,
+        };
         let reference = Grid::from_rows(size[0], size[1], rgb).unwrap_or_default();
         // The error of the reference itself is subtracted, but never more than half.
         let trimmed = rel_mse(&judged.rgb, &reference).into_diagnostic()?.trimmed;
@@ -259,7 +268,7 @@ impl Judge {
         run.noise = stated.map(|stated| stated.rel_mse);
         run.missing = missing;
         if !run.is_trial {
-            let field = if trusts { noise.or(against) } else { against };
+            let field = if trusts || is_hidden { noise.or(against) } else { against };
             run.regions = field.map(|field| field.coarse(REGIONS)).unwrap_or_default();
         }
         Ok(())
@@ -303,6 +312,7 @@ impl Judge {
             rgb: rgb.clone(),
             is_complete: true,
             replicates: Vec::new(),
+            stated: None,
             shown: None,
             filtered: None,
         };
