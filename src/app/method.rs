@@ -189,12 +189,7 @@ pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: u
 /// Paths that find light which the method of `run` may not; `None` where nothing finds more.
 pub fn witnesses(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<Witnesses> {
     let context = RenderContext { seed: run.seed, ..trial_context(run, scene, camera) };
-    let all = match run.integrator {
-        IntegratorKind::Path | IntegratorKind::Light => true,
-        IntegratorKind::Bidirectional => false,
-        _ => return None,
-    };
-    Some(Box::new(witness::pair(context, TILE as u32, all)))
+    witness::pair(context, TILE as u32, run.integrator).map(|witnesses| Box::new(witnesses) as Witnesses)
 }
 
 /// The context of the trials. It has a seed of its own, so that the choice does not depend on the run's.

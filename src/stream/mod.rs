@@ -112,4 +112,4 @@ pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes
 pub use rejections::{Cause, Fault, FaultyValue, Rejected, Rejections};
 pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed, tracer_seed};
 pub use sample::{MAX_VALUE, PathCounts, Sample, SampleSink, UvWindow};
-pub use witnessed::WitnessedArea;
+pub use witnessed::{Highlight, Witnessed, WitnessedArea};

@@ -1,6 +1,29 @@
 //! What witnesses have found in an area of the picture: how the tracer tells it to those who state the error.
 
 use std::ops::AddAssign;
+use std::sync::Arc;
+
+/// What two independent witnesses have found in all areas of a picture, row by row, and the highlights in it.
+#[derive(Clone, Debug, Default)]
+pub struct Witnessed {
+    /// By each witness; empty where none is needed.
+    pub areas: [Vec<WitnessedArea>; 2],
+    /// Lamps that only chance finds.
+    pub highlights: Arc<[Highlight]>,
+}
+
+/// A lamp that the camera sees over mirrors and glass alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Highlight {
+    /// The number of the area that it lies in.
+    pub area: usize,
+    /// Its luminance, summed over pixels.
+    pub light: f64,
+    /// The pixels that it covers.
+    pub pixels: f64,
+    /// How many samples meet it in expectation, where each pixel has one.
+    pub chance: f64,
+}
 
 /// What was found in one area of the picture, or in several.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -15,6 +15,7 @@ use crate::image::compare::luminance;
 use crate::math::bits::mix;
 use crate::study::blur::Blur;
 use crate::study::error_tile::{BrightPixel, ErrorTile, PixelError, is_far_above, place_bright, quarter_of};
+use crate::study::highlights::HIGHLIGHT_DEVIATION;
 use crate::study::interval::{Interval, Z90, student_95};
 use crate::study::witness::UnfoundLight;
 
@@ -364,28 +365,33 @@ impl ErrorField {
 
     /// The mean square of a tile's blur, so many standard deviations from what is known of it.
     fn blurred(&self, tile: usize, deviations: f64) -> f64 {
-        let square = self.blur.squares.get(tile).copied().unwrap_or_default();
-        square * (1.0 + deviations * self.blur.deviation).max(0.0)
+        let Blur { squares, deviation, unclear } = &self.blur;
+        let square = squares.get(tile).copied().unwrap_or_default();
+        let unclear = unclear.get(tile).copied().unwrap_or_default();
+        square * (1.0 + deviations * deviation).max(0.0) + unclear * deviations.max(0.0)
     }
 
-    /// Light that the pixels of the tile lack, root mean square of luminance, so many standard deviations from what is known of it.
+    /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
     fn lacks(&self, tile: usize, deviations: f64) -> f64 {
-        let UnfoundLight { light, deviation, scattered, .. } = &self.unfound;
+        let UnfoundLight { light, deviation, highlights, scattered, .. } = &self.unfound;
         let known = light.get(tile).map_or(0.0, |light| light * (1.0 + deviations * deviation));
         let more = if self.is_scattered(tile) {
             scattered.rms * (1.0 + deviations * scattered.deviation)
         } else {
             0.0
         };
-        (known + more).max(0.0)
+        let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.square);
+        (known + more).max(0.0).powi(2) + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION)
     }
 
     /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
     fn lacks_relative(&self, tile: usize, luminance: f64, deviations: f64) -> f64 {
-        let UnfoundLight { light, deviation, scattered, .. } = &self.unfound;
+        let UnfoundLight { light, deviation, highlights, scattered, .. } = &self.unfound;
         let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
         let known =
             light.get(tile).map_or(0.0, |light| square(light * (1.0 + deviations * deviation), luminance));
+        let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);
+        let known = known + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION);
         if !self.is_scattered(tile) || scattered.light <= 0.0 {
             return known;
         }
@@ -421,7 +427,7 @@ impl ErrorField {
         let [mut square, mut pixels] = [0.0; 2];
         for (i, tile) in self.tiles.iter().enumerate() {
             for quarter in tile.quarters {
-                let more = self.lacks(i, 0.0).powi(2) + self.blurred(i, 0.0);
+                let more = self.lacks(i, 0.0) + self.blurred(i, 0.0);
                 square += quarter.square + quarter.pixels * more;
                 pixels += quarter.pixels;
             }
@@ -455,8 +461,7 @@ impl ErrorField {
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
         let against = self.divisor(i)?;
         // Below 0 where more noise of a reference is subtracted than there is.
-        let square =
-            (square / pixels).max(0.0) + self.lacks(i, deviations).powi(2) + self.blurred(i, deviations);
+        let square = (square / pixels).max(0.0) + self.lacks(i, deviations) + self.blurred(i, deviations);
         (pixels > 0.0).then(|| square.sqrt() / against)
     }
 
@@ -501,8 +506,9 @@ impl ErrorField {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4, 0.0);
         let is_uncertain = self.unfound.deviation > 0.0
+            || !self.unfound.highlights.is_empty()
             || !self.unfound.scattered.tiles.is_empty()
-            || self.blur.deviation > 0.0;
+            || !self.blur.squares.is_empty();
         let [more, less] = [1.0, -1.0].map(|deviations| match is_uncertain {
             true => self.values(tiles, |_| [0, 1, 2, 3], 4, deviations),
             false => whole,

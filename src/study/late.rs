@@ -28,22 +28,41 @@ pub struct LateLight {
     pub missing: Option<f64>,
     /// The part of it that is caustics.
     pub caustics: f64,
+    /// The part of it that is highlights: small lamps in mirrors and glass.
+    pub highlights: f64,
+}
+
+/// A kind of light that is missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MissingLight {
+    /// Light that arrives over mirrors and glass alone where it is spread.
+    Caustics,
+    /// Lamps that the camera sees over mirrors and glass alone.
+    Highlights,
+    /// Any other.
+    Other,
 }
 
 impl LateLight {
     /// What the picture lacks and its stated error counts; `None` where that is not worth telling.
     pub fn unfound(&self) -> Option<String> {
         let missing = self.missing.filter(|missing| *missing > WORTH_TELLING)?;
-        let what = match self.is_caustics() {
-            true => "caustics, which photons show",
-            false => "which paths from both ends find",
+        let what = match self.kind()? {
+            MissingLight::Caustics => "caustics, which photons show",
+            MissingLight::Highlights => "small lamps in mirrors and glass, which paths meet by chance",
+            MissingLight::Other => "which paths from both ends find",
         };
         Some(format!("not yet found: {} of the light, {what}; the stated error counts it", percent(missing)))
     }
 
-    /// Most of what is missing is caustics.
-    pub fn is_caustics(&self) -> bool {
-        self.missing.is_some_and(|missing| self.caustics > 0.5 * missing)
+    /// What most of the light is that is missing; `None` where none is known to be.
+    pub fn kind(&self) -> Option<MissingLight> {
+        let missing = self.missing.filter(|missing| *missing > 0.0)?;
+        Some(match self {
+            _ if self.caustics > 0.5 * missing => MissingLight::Caustics,
+            _ if self.highlights > 0.5 * missing => MissingLight::Highlights,
+            _ => MissingLight::Other,
+        })
     }
 
     /// Why the stated error cannot be trusted; `None` if nothing speaks against it.

@@ -309,8 +309,14 @@ impl ErrorMonitor {
             witnesses.update(samples, size, self.target.is_some());
         }
         let (largest_samples, per_pixel) = (&self.sums.largest, self.sums.per_pixel());
-        let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel);
-        self.status.late = LateLight { largest, missing: unfound.share, caustics: unfound.caustics };
+        let energy = self.sums.kernel().energy();
+        let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel, energy);
+        self.status.late = LateLight {
+            largest,
+            missing: unfound.share,
+            caustics: unfound.caustics,
+            highlights: unfound.in_highlights,
+        };
         field.add_unfound(unfound);
         // What is shown besides this render has another blur.
         let own = self.blur.as_mut().filter(|_| self.others.is_empty());

@@ -9,6 +9,12 @@ pub struct SmoothingKernel {
 }
 
 impl SmoothingKernel {
+    /// The share of the variance of a pixel that it leaves: the sum of its squares.
+    pub fn energy(&self) -> f64 {
+        let [c, a, b] = self.weights.map(f64::from);
+        (c * c + 2.0 * (a * a + b * b)).powi(2)
+    }
+
     /// The Gaussian row whose squares sum up to the root of `energy`, the share of a pixel's variance that a splat filter leaves over
     /// both axes. The row is narrower than the filter, because samples within a pixel have lost their positions already.
     pub fn of_energy(energy: f32) -> Self {

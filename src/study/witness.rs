@@ -13,24 +13,25 @@
 //!   single samples that carry much of a tile's light. The share β of the caustics that the picture lacks is found by
 //!   regression of T − P on C over the tiles of the picture; T and C are of different halves of the witnesses, so that their noise
 //!   does not look like light. A tile then lacks β C less the light of its few large samples.
+//! - **Highlights** ([`highlights`](crate::study::highlights)): small lamps in mirrors and glass.
 //! - **All other light.** Where T is above the picture by more than four standard errors, in squares from a sixteenth of the picture down to 2×2 tiles,
 //!   the difference is unfound.
 //!
 //! In a pixel that has not met a light of mean luminance u the error is u, so that u² adds to the mean square error that the replicates state.
 
 use std::fmt;
-use std::ops::AddAssign;
 
-use crate::image::compare::luminance;
 use crate::math::bits::mix;
-use crate::stream::WitnessedArea;
+use crate::stream::{Witnessed, WitnessedArea};
 use crate::study::error::{ReplicatePixel, TILE};
-use crate::study::largest::{KEPT, LargestSamples};
+use crate::study::highlights::{LackedHighlights, lacked_highlights};
+use crate::study::largest::LargestSamples;
+use crate::study::picture_tile::PictureTile;
 use crate::study::summed_areas::{Subtract, SummedAreas};
 
 /// Goes on to at least so many paths over a picture of this size in pixels; returns what two independent witnesses have found in each of
-/// its tiles of 8×8 pixels, row by row, since the render began.
-pub type Witnesses = Box<dyn FnMut(u64, [u32; 2]) -> [Vec<WitnessedArea>; 2] + Send>;
+/// its tiles of 8×8 pixels since the render began.
+pub type Witnesses = Box<dyn FnMut(u64, [u32; 2]) -> Witnessed + Send>;
 
 /// Paths of the render for each one of the witnesses, which cost about twice as much.
 const PATHS_PER_WITNESS: f64 = 128.0;
@@ -47,9 +48,6 @@ const SAMPLES: f64 = 32.0;
 
 /// Up to this share of two rare samples of a tile lie in one place by chance.
 const BY_CHANCE: f64 = 0.25;
-
-/// A sample that carries more than this share of the light of its tile is taken for a rare one.
-const RARE: f64 = 0.125;
 
 /// Number of standard errors from which other light counts, and at which β counts nothing.
 const SIGNIFICANT: [f64; 2] = [4.0, 2.0];
@@ -85,19 +83,23 @@ pub struct UnfoundLight {
     pub brightness: Vec<f64>,
     /// Relative standard deviation of `light`.
     pub deviation: f64,
-    /// What some of the tiles lack on top of it.
+    /// Highlights that each tile lacks on top of it; empty where there are none.
+    pub highlights: Vec<LackedHighlights>,
+    /// What some of the tiles lack on top of that.
     pub scattered: ScatteredLight,
     /// What witnesses have found and the picture lacks, as a share of all light; `None` without witnesses.
     pub share: Option<f64>,
     /// The part of it that is caustics.
     pub caustics: f64,
+    /// The part of it that is highlights.
+    pub in_highlights: f64,
 }
 
 /// [`Witnesses`] and what they have found.
 pub(super) struct WitnessState {
     witnesses: Witnesses,
     paths: f64,
-    halves: [Vec<WitnessedArea>; 2],
+    found: Witnessed,
 }
 
 impl fmt::Debug for WitnessState {
@@ -108,7 +110,7 @@ impl fmt::Debug for WitnessState {
 
 impl WitnessState {
     pub(super) fn new(witnesses: Witnesses) -> Self {
-        Self { witnesses, paths: 0.0, halves: Default::default() }
+        Self { witnesses, paths: 0.0, found: Witnessed::default() }
     }
 
     /// The witnesses, for another picture of the same render.
@@ -126,28 +128,30 @@ impl WitnessState {
         let steps = (share / least).log(GROWTH).floor().max(0.0);
         let wanted = (least * GROWTH.powf(steps)).round().min(most);
         if wanted > self.paths {
-            (self.paths, self.halves) = (wanted, (self.witnesses)(wanted as u64, size.map(|n| n as u32)));
+            (self.paths, self.found) = (wanted, (self.witnesses)(wanted as u64, size.map(|n| n as u32)));
         }
     }
 }
 
-/// What a picture lacks that has `per_pixel` samples in each pixel.
+/// What a picture lacks that has `per_pixel` samples in each pixel, on a film whose filter has this energy.
 pub(super) fn unfound(
     witnesses: Option<&WitnessState>,
     pixels: &[ReplicatePixel],
     size: [usize; 2],
     largest: &LargestSamples,
     per_pixel: f64,
+    energy: f64,
 ) -> UnfoundLight {
     let picture = PictureTile::all(pixels, size, largest, per_pixel);
     let grid = size.map(|n| n.div_ceil(TILE));
     let pictures = SummedAreas::new(&picture, grid);
-    let found =
-        witnesses.filter(|w| !picture.is_empty() && w.halves.iter().all(|h| h.len() == picture.len()));
-    let mut unfound = match found {
-        Some(found) => WitnessComparison {
+    let found = witnesses.map(|w| &w.found);
+    let areas = found.map(|found| &found.areas);
+    let areas = areas.filter(|halves| !picture.is_empty() && halves.iter().all(|h| h.len() == picture.len()));
+    let mut unfound = match areas {
+        Some(halves) => WitnessComparison {
             grid,
-            witnesses: found.halves.each_ref().map(|h| SummedAreas::new(h, grid)),
+            witnesses: halves.each_ref().map(|h| SummedAreas::new(h, grid)),
             picture: &picture,
             pictures: &pictures,
         }
@@ -158,20 +162,46 @@ pub(super) fn unfound(
             ..UnfoundLight::default()
         },
     };
-    unfound.scattered = scattered(&picture, &unfound.light);
+    if let Some(Witnessed { highlights, .. }) = found {
+        unfound.add_highlights(lacked_highlights(highlights, &picture, size, per_pixel, energy), &picture);
+    }
+    unfound.scattered = scattered(&picture, &unfound);
     unfound
+}
+
+impl UnfoundLight {
+    fn add_highlights(&mut self, highlights: Vec<LackedHighlights>, picture: &[PictureTile]) {
+        for (brightness, lacked) in self.brightness.iter_mut().zip(&highlights) {
+            *brightness += lacked.light;
+        }
+        let light: f64 = highlights.iter().map(|lacked| lacked.light).sum();
+        let known: f64 = self.light.iter().sum();
+        let shown: f64 = picture.iter().map(|tile| tile.light).sum();
+        if light > 0.0 && shown > 0.0 {
+            let before = if known > 0.0 { self.caustics * (shown + known) } else { 0.0 };
+            let all = shown + known + light;
+            self.share = Some((known + light) / all);
+            (self.caustics, self.in_highlights) = (before / all, light / all);
+        }
+        self.highlights = highlights;
+    }
+
+    /// Mean luminance that a tile is known to lack.
+    fn known(&self, tile: usize) -> f64 {
+        self.light[tile] + self.highlights.get(tile).map_or(0.0, |lacked| lacked.light)
+    }
 }
 
 /// Light that an unknown part of the tiles lacks, by what was found in exactly one sample (Good 1953): in expectation, as much is not found at
 /// all. The number of these tiles is that of Chao (1984).
-fn scattered(picture: &[PictureTile], lacks: &[f64]) -> ScatteredLight {
+fn scattered(picture: &[PictureTile], unfound: &UnfoundLight) -> ScatteredLight {
     let met = |n: f64| picture.iter().filter(move |tile| tile.count == n);
     let [once, twice] = [1.0, 2.0].map(|n| met(n).count() as f64);
     let mut tiles: Vec<usize> =
-        (0..picture.len()).filter(|&i| picture[i].count == 0.0 && lacks[i] == 0.0).collect();
+        (0..picture.len()).filter(|&i| picture[i].count == 0.0 && unfound.known(i) == 0.0).collect();
     let number = (once * (once - 1.0) / (2.0 * (twice + 1.0))).round();
     // What witnesses tell of tiles that have met nothing is a part of it.
-    let known: f64 = (0..picture.len()).filter(|&i| picture[i].count == 0.0).map(|i| lacks[i]).sum();
+    let known: f64 = (0..picture.len()).filter(|&i| picture[i].count == 0.0).map(|i| unfound.known(i)).sum();
     let light = (met(1.0).map(|tile| tile.rare).sum::<f64>() - known) / number;
     if number < 1.0 || light <= 0.0 {
         return ScatteredLight::default();
@@ -196,80 +226,6 @@ fn tiles_around(i: usize, [columns, rows]: [usize; 2], reach: usize) -> ([usize;
     (from, [(x + reach + 1).min(columns), (y + reach + 1).min(rows)])
 }
 
-/// What the picture shows in one tile, or sums over several.
-#[derive(Clone, Copy, Debug, Default)]
-struct PictureTile {
-    tiles: f64,
-    /// Luminance.
-    light: f64,
-    /// The part of it that single samples carry, and their number.
-    rare: f64,
-    count: f64,
-    /// Mean square over the pixels of what they have more than the tile without rare samples, over that of `rare`.
-    peak: f64,
-    /// Variance of the luminance.
-    variance: f64,
-}
-
-impl AddAssign for PictureTile {
-    fn add_assign(&mut self, other: Self) {
-        self.tiles += other.tiles;
-        self.light += other.light;
-        self.rare += other.rare;
-        self.count += other.count;
-        self.peak += other.peak;
-        self.variance += other.variance;
-    }
-}
-
-impl PictureTile {
-    fn all(
-        pixels: &[ReplicatePixel],
-        size: [usize; 2],
-        largest: &LargestSamples,
-        per_pixel: f64,
-    ) -> Vec<Self> {
-        let [columns, rows] = size.map(|n| n.div_ceil(TILE));
-        let place = |i: usize| i / size[0] / TILE * columns + i % size[0] / TILE;
-        let mut sums = vec![[0.0; 3]; columns * rows];
-        for (i, pixel) in pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen) {
-            let sum = &mut sums[place(i)];
-            let difference = luminance(pixel.difference) * f64::from(pixel.factor).sqrt();
-            for (sum, value) in sum.iter_mut().zip([1.0, luminance(pixel.mean), difference]) {
-                *sum += value;
-            }
-        }
-        let tile = |([n, light, difference], kept): (&[f64; 3], &[f32; KEPT])| {
-            let pixels = n.max(1.0);
-            let light = light / pixels;
-            // In sums over samples; from the largest on, as long as one carries much of what the others leave.
-            let samples = pixels * per_pixel;
-            let (mut rare, mut count) = (0.0, 0.0);
-            for sample in kept.iter().map(|sample| f64::from(*sample)) {
-                // The film's filter leaves a part of the largest to the tiles beside this one.
-                let rest = light * samples - rare;
-                if rest <= 0.0 || sample <= RARE * rest {
-                    break;
-                }
-                (rare, count) = (rare + sample, count + 1.0);
-            }
-            let variance = (difference / pixels).powi(2);
-            let rare = (rare / samples).min(light.max(0.0));
-            Self { tiles: 1.0, light, rare, count, peak: 0.0, variance }
-        };
-        let mut tiles: Vec<Self> = sums.iter().zip(largest.tiles()).map(tile).collect();
-        for (i, pixel) in pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen) {
-            let at = place(i);
-            let tile = &mut tiles[at];
-            if tile.rare > 0.0 {
-                let more = (luminance(pixel.mean) - (tile.light - tile.rare)) / tile.rare;
-                tile.peak += more * more / sums[at][0];
-            }
-        }
-        tiles
-    }
-}
-
 impl Subtract for WitnessedArea {
     fn minus(self, other: Self) -> Self {
         let pair = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
@@ -279,19 +235,6 @@ impl Subtract for WitnessedArea {
             camera: pair(self.camera, other.camera),
             light: pair(self.light, other.light),
             caustics: self.caustics - other.caustics,
-        }
-    }
-}
-
-impl Subtract for PictureTile {
-    fn minus(self, other: Self) -> Self {
-        Self {
-            tiles: self.tiles - other.tiles,
-            light: self.light - other.light,
-            rare: self.rare - other.rare,
-            count: self.count - other.count,
-            peak: self.peak - other.peak,
-            variance: self.variance - other.variance,
         }
     }
 }
@@ -346,9 +289,9 @@ impl WitnessComparison<'_> {
             deviation: (deviation.powi(2) + noise).sqrt().min(1.0),
             share: Some(share(total(&light))),
             caustics: share(caustics),
-            scattered: ScatteredLight::default(),
             brightness,
             light,
+            ..UnfoundLight::default()
         }
     }
 
@@ -440,6 +383,7 @@ impl WitnessComparison<'_> {
 mod tests {
     use super::*;
     use crate::math::random::Random;
+    use crate::stream::Highlight;
 
     const SIZE: [usize; 2] = [128, 96];
     const SAMPLES_PER_PIXEL: f64 = 16.0;
@@ -493,8 +437,9 @@ mod tests {
         let mut random = Random(seed);
         let halves = witnesses(&mut random, samples);
         let pixels = picture(&mut random, found);
-        let state = WitnessState { halves, ..WitnessState::new(Box::new(|_, _| Default::default())) };
-        super::unfound(Some(&state), &pixels, SIZE, largest, SAMPLES_PER_PIXEL)
+        let found = Witnessed { areas: halves, ..Witnessed::default() };
+        let state = WitnessState { found, ..WitnessState::new(Box::new(|_, _| Default::default())) };
+        super::unfound(Some(&state), &pixels, SIZE, largest, SAMPLES_PER_PIXEL, 1.0)
     }
 
     #[test]
@@ -542,6 +487,40 @@ mod tests {
     }
 
     #[test]
+    fn highlights_that_no_sample_has_met_are_unfound() {
+        let nothing = LargestSamples::new(SIZE);
+        let mut random = Random(6);
+        let pixels = picture(&mut random, |_| 0.0);
+        // As many samples as meet one of them once, twice, and a tenth of that.
+        let (once, tile) = (1.0 / SAMPLES_PER_PIXEL, 40);
+        let of = |area, chance| Highlight { area, light: 32.0, pixels: 0.01, chance };
+        let highlights = [of(tile, once), of(tile + 1, 2.0 * once), of(tile + 2, 0.1 * once)];
+        let found = Witnessed { highlights: highlights.to_vec().into(), ..Witnessed::default() };
+        let state = WitnessState { found, ..WitnessState::new(Box::new(|_, _| Default::default())) };
+        let lacks = |largest: &LargestSamples| {
+            super::unfound(Some(&state), &pixels, SIZE, largest, SAMPLES_PER_PIXEL, 0.25)
+        };
+        let unfound = lacks(&nothing);
+        let area = (TILE * TILE) as f64;
+        for (i, met) in [1.0, 2.0, 0.1f64].into_iter().enumerate() {
+            let LackedHighlights { light, square, relative } = unfound.highlights[tile + i];
+            let part = (-met).exp();
+            assert!((light - part * 32.0 / area).abs() < 1e-9, "{light}");
+            // The filter spreads it over four pixels, 8 in each.
+            assert!((square - part * 4.0 * 64.0 / area).abs() < 1e-9, "{square}");
+            // The picture has about 1 there.
+            assert!((relative - part * 4.0 * 64.0 / 81.0 / area).abs() < 0.1 * relative, "{relative}");
+        }
+        let share = unfound.share.expect("highlights are known");
+        assert!(share > 0.0 && (unfound.in_highlights - share).abs() < 1e-12 && unfound.caustics == 0.0);
+        // A tile that has met one lacks nothing.
+        let mut largest = nothing;
+        largest.add([tile % 16 * TILE, tile / 16 * TILE], (area * SAMPLES_PER_PIXEL) as f32);
+        assert_eq!(lacks(&largest).highlights[tile], LackedHighlights::default());
+        assert!(lacks(&largest).highlights[tile + 1].light > 0.0);
+    }
+
+    #[test]
     fn what_was_met_once_tells_what_was_not_met() {
         // Each of 100 tiles meets .7 rare samples on average.
         let (mut largest, mut random) = (LargestSamples::new(SIZE), Random(5));
@@ -560,7 +539,7 @@ mod tests {
             .map(|(i, p)| ReplicatePixel { mean: p.mean.map(|y| y + 0.5 * met[pixel(i)] as f32), ..*p })
             .collect();
         let UnfoundLight { light, share, scattered, .. } =
-            super::unfound(None, &pixels, SIZE, &largest, SAMPLES_PER_PIXEL);
+            super::unfound(None, &pixels, SIZE, &largest, SAMPLES_PER_PIXEL, 1.0);
         let unmet = met[..100].iter().filter(|n| **n == 0).count() as f64;
         assert!(share.is_none() && light.iter().all(|y| *y == 0.0));
         let ratio = scattered.tiles.len() as f64 / unmet;

@@ -34,7 +34,7 @@
 //!   tells what a path met, for `pointillist replay` and for audits.
 //! - **Lamps seen in mirrors and through glass** are looked for along what a path does not choose, too: [`specular_chain`].
 //! - **Where camera paths begin** on the screen, evenly or where the picture needs them: [`screen`].
-//! - **What a method may not find**, as other methods know it: [`witness`].
+//! - **What a method may not find**, as other methods know it: [`witness`]; small lamps in mirrors and glass: `highlights`.
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;
@@ -47,6 +47,7 @@ pub mod curve;
 pub mod effects;
 mod faces;
 pub mod features;
+mod highlights;
 pub mod integrator;
 pub mod interaction;
 pub mod light;

@@ -50,6 +50,12 @@ impl ChainBounds {
     }
 }
 
+/// Whether every path that meets the first vertex of a chain of this value also looks along it.
+#[inline]
+pub(super) fn is_always_followed(value: f32) -> bool {
+    value >= LEAST_VALUE
+}
+
 /// What a camera path has met so far, as far as it decides how a lamp that it hits next is counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpecularChain {
@@ -76,7 +82,7 @@ impl SpecularChain {
         let Self::Followed { steps, value, probability } = self else { return self };
         let value = value * (lobe.weight.max_element() * lobe.eta2);
         // False for NaN.
-        let is_followed = steps < LONGEST_CHAIN && value >= LEAST_VALUE && !lobe.hero_only;
+        let is_followed = steps < LONGEST_CHAIN && is_always_followed(value) && !lobe.hero_only;
         let next = Self::Followed { steps: steps + 1, value, probability: probability * chosen };
         if is_followed { next } else { Self::PathAlone }
     }

@@ -3,36 +3,91 @@
 //! A method knows nothing of the light that its own paths have not met yet. Others do: subpaths from both ends meet what arrives around corners
 //! and the caustics that shine on what is seen, and photons find caustics also behind mirrors and glass. [`Witness`] traces a few of both and sums
 //! up what they find in the coarse areas of a grid over the picture: all light, and apart from it the caustics, which photons know with
-//! little noise. None of it enters the picture.
+//! little noise. [`highlights`](super::highlights) are found without chance. None of it enters the picture.
 //!
 //! What photons show behind mirrors and glass is blurred over a lookup disc, as in [`VcmTracer`](super::integrator::VcmTracer). All other light is
 //! unbiased, but for single samples that are much brighter than the others of their area, such as highlights, which are left out.
 
+use std::sync::Arc;
+
 use crate::color::Xyz;
 use crate::math::bits::mix;
-use crate::stream::{PathCounts, SampleSink, UvWindow, WitnessedArea};
+use crate::scene::desc::IntegratorKind;
+use crate::stream::{Highlight, PathCounts, SampleSink, UvWindow, Witnessed, WitnessedArea};
+use crate::tracer::MaterialClass;
+use crate::tracer::highlights::HighlightFinder;
 use crate::tracer::integrator::{CausticWitness, RenderContext, WitnessScratch};
 
-/// Two independent witnesses of the view of `context`, as [`Witness::new`] makes them: what each has found of a picture of some size once both
-/// have traced so many paths together. They are made when they are called first, and anew for another size.
+/// Cells in which highlights are looked for, for each path of the witnesses.
+const CELLS_PER_PATH: f64 = 4.0;
+
+/// Most cells in which highlights are looked for, which are not to take longer than the paths of witnesses; and most along a side of an area.
+const CELLS: f64 = 131_072.0;
+const MOST_PER_SIDE: f64 = 32.0;
+
+/// Two independent witnesses of the view of `context`, in areas of `side` pixels squared: what both have found of a picture of some size once they
+/// have traced so many paths together, and the highlights in it. They are made when they are called first, and anew for another size. They look for
+/// what this method finds late, if at all; `None` where that is nothing.
 pub fn pair(
     context: RenderContext,
     side: u32,
-    all: bool,
-) -> impl FnMut(u64, [u32; 2]) -> [Vec<WitnessedArea>; 2] + Send + 'static {
+    method: IntegratorKind,
+) -> Option<impl FnMut(u64, [u32; 2]) -> Witnessed + Send + 'static> {
+    let all = match method {
+        IntegratorKind::Path | IntegratorKind::Light => Some(true),
+        IntegratorKind::Bidirectional => Some(false),
+        // Photons find all but highlights.
+        IntegratorKind::Photon | IntegratorKind::Vcm => None,
+        IntegratorKind::Auto | IntegratorKind::Depth => return None,
+    };
+    let context = RenderContext { window: UvWindow::PICTURE, ..context };
+    let has_mirrors = context.scene.material_class() != MaterialClass::Diffuse;
     let mut made: Option<[Witness; 2]> = None;
-    move |paths, size| {
-        let make = |number| {
-            let seed = mix(u64::from(context.seed) << 32 | number) as u32;
-            let context = RenderContext { seed, window: UvWindow::PICTURE, ..context.clone() };
-            Witness::new(&context, size, side, all)
-        };
-        let known = made.take().filter(|both| both[0].grid.size == size);
-        let both = made.insert(known.unwrap_or_else(|| [0, 1].map(make)));
-        both.each_mut().map(|witness| {
-            witness.trace(paths / 2);
-            witness.areas()
-        })
+    let mut highlights: Option<KnownHighlights> = None;
+    Some(move |paths: u64, size: [u32; 2]| {
+        let areas = all.map(|all| {
+            let make = |number| {
+                let seed = mix(u64::from(context.seed) << 32 | number) as u32;
+                Witness::new(&RenderContext { seed, ..context.clone() }, size, side, all)
+            };
+            let known = made.take().filter(|both| both[0].grid.size == size);
+            let both = made.insert(known.unwrap_or_else(|| [0, 1].map(make)));
+            both.each_mut().map(|witness| {
+                witness.trace(paths / 2);
+                witness.areas()
+            })
+        });
+        let highlights = has_mirrors.then(|| {
+            let known = highlights.take().filter(|known| known.finder.size() == size);
+            let none = || KnownHighlights::none(&context, size, side);
+            highlights.insert(known.unwrap_or_else(none)).at_least(paths)
+        });
+        Witnessed { areas: areas.unwrap_or_default(), highlights: highlights.unwrap_or_default() }
+    })
+}
+
+/// Highlights of a picture, which were looked for in so many cells along a side of each area.
+struct KnownHighlights {
+    finder: HighlightFinder,
+    cells: u32,
+    found: Arc<[Highlight]>,
+}
+
+impl KnownHighlights {
+    /// Nothing is known yet of this picture.
+    fn none(context: &RenderContext, size: [u32; 2], side: u32) -> Self {
+        Self { finder: HighlightFinder::new(context.clone(), size, side), cells: 0, found: Arc::default() }
+    }
+
+    /// Those in as many cells as so many paths of witnesses are worth.
+    fn at_least(&mut self, paths: u64) -> Arc<[Highlight]> {
+        let per_area = (paths as f64 * CELLS_PER_PATH).min(CELLS) / self.finder.areas().max(1) as f64;
+        let cells = per_area.sqrt().clamp(1.0, MOST_PER_SIDE) as u32;
+        // Each time there are at least twice as many.
+        if cells * cells >= 2 * self.cells * self.cells {
+            (self.cells, self.found) = (cells, self.finder.find(cells).into());
+        }
+        self.found.clone()
     }
 }
 

@@ -1,14 +1,17 @@
-//! Witnesses: all light is what the picture has, and the caustics told apart are what no other path shows there.
+//! Witnesses: all light is what the picture has, the caustics told apart are what no other path shows there, and highlights are what paths meet.
 
 use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
 
 use crate::support::agreement::{Method, Plan, measure};
 use crate::support::scenes::*;
 use pointillist::image::compare::{Measured, z_test};
 use pointillist::scene::desc::*;
+use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::{UvWindow, WitnessedArea};
 use pointillist::tracer::integrator::RenderContext;
-use pointillist::tracer::witness::Witness;
+use pointillist::tracer::witness::{Witness, pair};
 use pointillist::tracer::{Camera, Scene};
 
 /// Pixels along a side of the picture, and of an area.
@@ -95,4 +98,64 @@ fn caustics_are_what_mirrors_and_glass_bring() {
     assert_eq!(total("cornell.xml", true), 0.0);
     let (behind, all) = (total("cornell_spheres.xml", false), total("cornell_spheres.xml", true));
     assert!(behind > 0.0 && all > 1.5 * behind, "{behind} {all}");
+}
+
+/// A ball of glass in the dark and a small lamp beside the camera: all that the camera sees are highlights, by reflection on the front and on the
+/// back of the ball.
+fn ball_in_the_dark() -> SceneDesc {
+    let mut desc = empty();
+    desc.camera = look(DVec3::new(0.0, -5.0, 0.5), DVec3::new(0.0, 5.0, -0.5), 30.0);
+    (desc.film.width, desc.film.height) = (SIDE, SIDE);
+    let clear = material(&mut desc, glass(Ior::Constant(1.5)));
+    let black = material(&mut desc, grey(0.0));
+    shape(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, clear, 0.0);
+    shape(&mut desc, sphere(DVec3::new(2.0, -3.5, 1.5), 0.1), DAffine3::IDENTITY, black, 100.0);
+    desc
+}
+
+#[test]
+fn highlights_are_the_lamps_that_paths_meet() {
+    let desc = ball_in_the_dark();
+    let (scene, camera) = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
+    let found: Vec<Vec<f64>> = (0..16)
+        .map(|seed| {
+            let context =
+                RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
+            let mut witnesses =
+                pair(context, AREA, IntegratorKind::Vcm).expect("paths alone find highlights");
+            let highlights = witnesses(PATHS, [SIDE; 2]).highlights;
+            let mut light = vec![0.0; COUNT];
+            for highlight in highlights.iter() {
+                light[highlight.area] += highlight.light / f64::from(AREA * AREA);
+                // The lamp is as bright as it is: what it covers of the picture follows from its light.
+                let luminance = highlight.light / highlight.pixels;
+                assert!(luminance < 150.0 && highlight.chance > 0.0, "{highlight:?}");
+            }
+            light
+        })
+        .collect();
+    let total = |areas: &Vec<f64>| areas.iter().sum::<f64>();
+    let totals: Vec<f64> = found.iter().map(total).collect();
+    let mean = totals.iter().sum::<f64>() / totals.len() as f64;
+    let variance =
+        totals.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (totals.len() * (totals.len() - 1)) as f64;
+    let shown = picture(&desc, Method::Path);
+    let truth: f64 = shown.mean.iter().sum();
+    let deviation = (variance + shown.variance.iter().sum::<f64>()).sqrt();
+    println!("{mean} of {truth} ± {deviation}");
+    assert!(
+        truth > 0.0 && (mean - truth).abs() < 4.0 * deviation + 0.1 * truth,
+        "{mean} of {truth} ± {deviation}"
+    );
+}
+
+/// Where nothing is mirrored no lamp is.
+#[test]
+fn without_mirrors_there_are_no_highlights() {
+    let desc = scene("cornell.xml");
+    let (scene, camera) = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
+    let context = RenderContext::new(scene, camera, &desc.integrator, 1, UvWindow::PICTURE);
+    let mut witnesses = pair(context, AREA, IntegratorKind::Vcm).expect("paths alone find highlights");
+    let found = witnesses(PATHS, [SIDE; 2]);
+    assert!(found.highlights.is_empty() && found.areas.iter().all(Vec::is_empty));
 }

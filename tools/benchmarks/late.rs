@@ -8,6 +8,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::desc::SceneDesc;
 use pointillist::scene::load;
 use pointillist::stream::UvWindow;
@@ -130,14 +131,16 @@ fn study(path: &Path, arguments: &Arguments, score: &mut Score) -> Outcome {
     let size = [side as usize; 2];
     let subject = Subject::open(path, side)?;
     let reference = subject.reference(arguments.reference);
-    let methods: [(&str, Tracing<'_>); 2] =
-        [("path", &trace::<PathTracer>), ("bidirectional", &trace::<BidirectionalTracer>)];
+    let methods: [(IntegratorKind, Tracing<'_>); 2] = [
+        (IntegratorKind::Path, &trace::<PathTracer>),
+        (IntegratorKind::Bidirectional, &trace::<BidirectionalTracer>),
+    ];
     let spp: Vec<u64> = (1..).map(|k| 1 << (2 * k)).take_while(|spp| *spp <= arguments.spp).collect();
     for (method, trace) in methods {
         let run = |seed: u32| {
             let mut levels = Vec::new();
             let context = subject.context(seed);
-            let mut witnesses = Some(witness::pair(context.clone(), TILE as u32, method == "path"));
+            let mut witnesses = witness::pair(context.clone(), TILE as u32, method);
             trace(&context, &spp, side, &mut |spp, monitor| {
                 if let Some(witnesses) = witnesses.take() {
                     monitor.set_witnesses(Box::new(witnesses));
@@ -178,8 +181,9 @@ fn study(path: &Path, arguments: &Arguments, score: &mut Score) -> Outcome {
             score[usize::from(!wanted)] += warned;
             score[2 + usize::from(!wanted)] += at.len() - warned;
             println!(
-                "{}, {method}, {spp}: {:.2}, {:.2}, {:.2}; {:.4}; {:.3}; {warned} of {}{}",
+                "{}, {}, {spp}: {:.2}, {:.2}, {:.2}; {:.4}; {:.3}; {warned} of {}{}",
                 path.display(),
+                method.name(),
                 ratios[0],
                 ratios[1],
                 ratios[2],

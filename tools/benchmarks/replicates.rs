@@ -78,8 +78,8 @@ struct Options {
     spp: u64,
     runs: u32,
     filter: SplatFilter,
-    /// Witnesses tell what has not been found: of caustics behind mirrors and glass, or of all.
-    witnesses: Option<bool>,
+    /// Witnesses tell what this method has not found.
+    witnesses: Option<IntegratorKind>,
     /// How the blur of the method shrinks, if it has any.
     blur: Option<BlurSchedule>,
 }
@@ -110,7 +110,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         spp: arguments.spp,
         runs: arguments.runs,
         filter,
-        witnesses: (!arguments.no_witnesses).then_some(false),
+        witnesses: None,
         blur: None,
     };
     let mut last = None;
@@ -184,11 +184,7 @@ fn study(
         })
     };
     let options = Options {
-        witnesses: options.witnesses.and(match own {
-            IntegratorKind::Path | IntegratorKind::Light => Some(true),
-            IntegratorKind::Bidirectional => Some(false),
-            _ => None,
-        }),
+        witnesses: (!arguments.no_witnesses).then_some(own),
         blur: match own {
             IntegratorKind::Photon => blur(LAST_GENERATION),
             IntegratorKind::Vcm => blur(u64::MAX),
@@ -277,8 +273,9 @@ fn trace<I: Integrator + From<RenderContext>>(
     if let Some(schedule) = options.blur {
         monitor = monitor.with_blur(schedule);
     }
-    if let Some(all) = options.witnesses {
-        monitor.set_witnesses(Box::new(witness::pair(context.clone(), TILE as u32, all)));
+    let witnesses = options.witnesses.and_then(|method| witness::pair(context.clone(), TILE as u32, method));
+    if let Some(witnesses) = witnesses {
+        monitor.set_witnesses(Box::new(witnesses));
     }
     let (mut scratch, mut sink) = (Default::default(), Sink::new(options.side as usize));
     let (mut levels, mut index, mut snapshots) = (Run::new(), 0, BTreeMap::new());

@@ -13,7 +13,7 @@ use crate::server::{COST_CELLS, CostMap};
 use crate::study::error::TILE;
 use crate::study::format::{duration, percent, remaining, round_percent};
 use crate::study::prediction::predicted_curve;
-use crate::study::{ErrorQuantile, ErrorStatus, Interval};
+use crate::study::{ErrorQuantile, ErrorStatus, Interval, MissingLight};
 
 /// The map of costs is made anew this often: each time is a texture to be sent.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -118,10 +118,11 @@ fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> Error
         message,
         unfound: state.late.unfound().map(|text| UnfoundSummary {
             text,
-            method: match state.late.is_caustics() {
-                true => IntegratorKind::Vcm.name(),
-                false => IntegratorKind::Bidirectional.name(),
-            },
+            method: state.late.kind().and_then(|kind| match kind {
+                MissingLight::Caustics => Some(IntegratorKind::Vcm.name()),
+                MissingLight::Highlights => None,
+                MissingLight::Other => Some(IntegratorKind::Bidirectional.name()),
+            }),
         }),
         warning: state.late.warning(),
         seconds,

@@ -128,7 +128,7 @@ impl RenderContext {
 
     /// The wavelengths of a path: drawn by the number `u`, or where nothing has a colour those of the one white.
     #[inline]
-    pub(super) fn wavelengths(&self, u: f32) -> SampledWavelengths {
+    pub(in crate::tracer) fn wavelengths(&self, u: f32) -> SampledWavelengths {
         self.white().unwrap_or_else(|| SampledWavelengths::sample(u))
     }
 
@@ -139,7 +139,7 @@ impl RenderContext {
     }
 
     /// Longest path in segments.
-    pub(super) fn longest(&self) -> u32 {
+    pub(in crate::tracer) fn longest(&self) -> u32 {
         self.max_depth.unwrap_or(u32::MAX)
     }
 

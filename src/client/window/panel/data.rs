@@ -278,8 +278,8 @@ pub struct ErrorSummary {
 pub struct UnfoundSummary {
     /// How much, and of what kind.
     pub text: String,
-    /// Name of the method that finds it.
-    pub method: &'static str,
+    /// Name of the method that finds it, if one does.
+    pub method: Option<&'static str>,
 }
 
 /// The map that the user wants to see over the picture.

@@ -58,7 +58,9 @@ pub(super) fn show(
     ui.colored_label(style::ACCENT, message);
     if let Some(UnfoundSummary { text, method }) = &error.unfound {
         ui.label(text);
-        if *method != present && ui.button(format!("Find it by {method}")).clicked() {
+        if let Some(method) = method.filter(|method| *method != present)
+            && ui.button(format!("Find it by {method}")).clicked()
+        {
             actions.push(Action::SetMethod(Some(method)));
         }
     }
