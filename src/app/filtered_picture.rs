@@ -14,7 +14,8 @@ use crate::client::wavelet::{Filtered, HalfPicture, out_of_memory};
 use crate::client::{ClientError, Denoise, DisplayImage, FilmData, FilmSpec, Settings};
 use crate::color::Profile;
 use crate::image::Grid;
-use crate::study::{Replicates, SmoothingKernel};
+use crate::study::denoised::FilteredHalves;
+use crate::study::{ErrorEstimate, Replicates, SmoothingKernel};
 use crate::tracer::{Camera, Scene};
 
 /// Means X, Y, Z of the samples in each pixel, with their number, of both randomisations.
@@ -43,7 +44,8 @@ pub struct FilteredView<'a> {
 }
 
 impl FilteredView<'_> {
-    /// Traces the features and filters the picture of these sums.
+    /// Traces the features and filters the picture of these sums. Where each replicate is also there alone, in `divided`, the error of the filtered
+    /// picture is known.
     ///
     /// # Errors
     ///
@@ -51,14 +53,36 @@ impl FilteredView<'_> {
     pub fn filter(
         &self,
         replicates: &Replicates,
+        divided: Option<&[Replicates; 2]>,
         data: &FilmData,
         kind: Denoise,
         oidn: OidnOptions,
-    ) -> Result<FilteredPicture, ClientError> {
+    ) -> Result<(FilteredPicture, Option<ErrorEstimate>), ClientError> {
         let filter = ViewFilter::new(self.scene, self.camera, self.film, &|| false);
         let mut filter = filter.ok_or_else(|| out_of_memory(replicates.size()))?.with_oidn(oidn);
-        FilteredPicture::of(replicates, &HalfMeans::of(replicates)?, Some(data), &mut filter, kind)
+        let picture =
+            FilteredPicture::of(replicates, &HalfMeans::of(replicates)?, Some(data), &mut filter, kind)?;
+        let Some([a, b]) = divided else { return Ok((picture, None)) };
+        let mut alone = |half: &Replicates| -> Result<Vec<[f32; 3]>, ClientError> {
+            let filtered = FilteredPicture::of(half, &HalfMeans::of(half)?, None, &mut filter, kind)?;
+            Ok(filtered.xyz().pixels().iter().map(|xyz| linear_rgb(*xyz)).collect())
+        };
+        let filtered = [alone(a)?, alone(b)?];
+        let size @ [_, height] = replicates.size();
+        let film = [0, 1].map(|half| -> Vec<[f32; 3]> {
+            let pixels = replicates.half_on_film(half, 0..height);
+            pixels.into_iter().map(|[x, y, z, _]| linear_rgb(Vec3::new(x, y, z))).collect()
+        });
+        let halves = FilteredHalves {
+            film: film.each_ref().map(Vec::as_slice),
+            filtered: filtered.each_ref().map(Vec::as_slice),
+        };
+        Ok((picture, halves.error(size)))
     }
+}
+
+fn linear_rgb(xyz: Vec3) -> [f32; 3] {
+    (Profile::srgb().from_xyz * xyz).to_array()
 }
 
 /// A filtered picture, scene-linear XYZ.

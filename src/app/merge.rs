@@ -338,7 +338,7 @@ impl Merged {
                 rejections.total() - samples
             )
         });
-        end.describe(status, args.error_at);
+        end.describe(status, None, args.error_at);
         let settings = Settings { denoise: args.denoise, ..args.display.settings() };
         let mut extras = Extras::default();
         let wants_layers = outputs.writes_exr() && !run.aovs.is_empty();
@@ -358,8 +358,9 @@ impl Merged {
                 let oidn = OidnOptions { threads, quality: OidnQuality::High };
                 let data = self.state.film.develop().into_diagnostic()?;
                 let view = FilteredView { scene: &scene, camera: &camera, film: &run.film };
-                let filtered = view.filter(&replicates.rounded(), &data, args.denoise, oidn);
-                extras.denoised = Some(filtered.into_diagnostic()?);
+                let filtered = view.filter(&replicates.rounded(), None, &data, args.denoise, oidn);
+                let (picture, _) = filtered.into_diagnostic()?;
+                extras.denoised = Some(picture);
             }
         }
         outputs.write(&mut self.state.film, &run, &end, &settings, extras, &mut Seconds::default())

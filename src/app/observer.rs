@@ -75,6 +75,10 @@ enum Message {
     Pixels(Sender<Vec<ReplicatePixel>>),
     /// Answers with the sums of the replicates.
     Replicates(Sender<Option<Replicates>>),
+    /// Keeps half of the samples of each replicate apart.
+    KeepApart,
+    /// Answers with each replicate alone, if samples are kept apart.
+    Divided(Sender<Option<[Replicates; 2]>>),
     /// Answers with the exact sums, if there are any, and what goes with them.
     Progress(Sender<Option<(ExactReplicates, MonitorProgress)>>),
     /// Takes a last checkpoint and answers with the outcomes of the predictions.
@@ -309,6 +313,16 @@ impl Observer {
         self.ask(Message::Replicates)
     }
 
+    /// From now on half of the samples of each replicate are kept apart as well.
+    pub fn keep_apart(&self) {
+        self.send(Message::KeepApart, false);
+    }
+
+    /// Each replicate as a picture of its own, which has two replicates; `None` where no samples are kept apart.
+    pub fn divided(&self) -> Option<[Replicates; 2]> {
+        self.ask(Message::Divided)
+    }
+
     /// The exact sums of the replicates so far, and what it takes to go on with them; `None` where none are kept.
     pub fn progress(&self) -> Option<(ExactReplicates, MonitorProgress)> {
         self.ask(Message::Progress)
@@ -497,6 +511,10 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
             }
             Message::Replicates(answer) => {
                 let _ = answer.send(Some(watch.replicates().clone()));
+            }
+            Message::KeepApart => watch.keep_apart(),
+            Message::Divided(answer) => {
+                let _ = answer.send(watch.divided());
             }
             Message::Progress(answer) => {
                 let _ = answer.send(watch.progress());

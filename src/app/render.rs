@@ -36,7 +36,7 @@ use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorStatus, ExactReplicates, Replicates};
+use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates, Replicates};
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
@@ -132,6 +132,8 @@ struct BatchRender<'a> {
     lanes: Lanes,
     timings: Option<TimingCapture>,
     seconds: Seconds,
+    /// The error of the picture through the noise filter, once it is known.
+    filtered_error: Option<ErrorEstimate>,
 }
 
 /// The outcome of tracing, apart from the film.
@@ -142,8 +144,9 @@ struct Traced {
     tally: Option<Arc<PlanCheckTally>>,
     /// The error of the picture and the predictions that were made of it; `None` for one randomisation alone.
     error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
-    /// The sums of both randomisations, for the noise filter.
+    /// The sums of both randomisations, for the noise filter; and each alone, which tells the filter's error.
     replicates: Option<Replicates>,
+    divided: Option<[Replicates; 2]>,
     adaptive: Option<AdaptiveReport>,
 }
 
@@ -242,12 +245,15 @@ impl<'a> BatchRender<'a> {
             lanes,
             timings,
             seconds,
+            filtered_error: None,
         })
     }
 
     /// Traces until the sample count, the time, the error or Ctrl-C.
     fn trace(&mut self, outputs: &Outputs) -> Result<Traced> {
         let (args, run, goal) = (self.args, &self.run, &self.goal);
+        // What was kept apart of the samples of an earlier part is not known any more.
+        let is_whole = self.replicates.as_ref().is_none_or(|sums| sums.paths() == 0);
         let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
             (Some(sums), Some(recorder)) => {
                 Observer::resume(run, goal.error, sums, recorder.about().progress.clone())
@@ -255,6 +261,10 @@ impl<'a> BatchRender<'a> {
             _ => Observer::start(run, goal.error, Beside::Render),
         });
         let observer = observer.transpose()?;
+        let filters = self.settings.denoise != Denoise::Off;
+        if let Some(observer) = observer.as_ref().filter(|_| filters && is_whole) {
+            observer.keep_apart();
+        }
         let witnesses = method::witnesses(run, &self.scene, &self.camera);
         if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
             observer.call(witnesses);
@@ -352,8 +362,9 @@ impl<'a> BatchRender<'a> {
             );
         }
         self.server.term();
-        let filters = self.settings.denoise != Denoise::Off;
-        let replicates = observer.as_ref().filter(|_| filters).and_then(Observer::replicates);
+        let filtered = observer.as_ref().filter(|_| filters);
+        let (replicates, divided) =
+            (filtered.and_then(Observer::replicates), filtered.and_then(Observer::divided));
         let error = observer.map(|observer| observer.end());
         if let Some((_, predictions)) = &error {
             predictions::log(run, predictions);
@@ -367,7 +378,7 @@ impl<'a> BatchRender<'a> {
         self.seconds.render = driven.wall.as_secs_f64();
         self.seconds.rasterise = driven.rasterise.as_secs_f64();
         self.seconds.trace = tracing_time(&stats).as_secs_f64();
-        Ok(Traced { driven, stats, tally, error, replicates, adaptive })
+        Ok(Traced { driven, stats, tally, error, replicates, divided, adaptive })
     }
 
     /// The check that `--check-plan` asks for.
@@ -403,13 +414,17 @@ impl<'a> BatchRender<'a> {
                 let data = self.client.develop().into_diagnostic()?;
                 let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
                 let view = FilteredView { scene: &self.scene, camera: &self.camera, film: &self.run.film };
-                Some(view.filter(replicates, &data, self.settings.denoise, oidn).into_diagnostic()?)
+                let kind = self.settings.denoise;
+                let filtered = view.filter(replicates, traced.divided.as_ref(), &data, kind, oidn);
+                let (picture, error) = filtered.into_diagnostic()?;
+                self.filtered_error = error;
+                Some(picture)
             }
             None => None,
         };
         self.seconds.denoise = start_filter.elapsed().as_secs_f64();
         if let Some((state, _)) = &traced.error {
-            outcome.describe(state, self.args.error_at);
+            outcome.describe(state, self.filtered_error.as_ref(), self.args.error_at);
         }
         let (client, seconds) = (&mut *self.client, &mut self.seconds);
         let written =
@@ -486,6 +501,7 @@ impl<'a> BatchRender<'a> {
             seconds: self.seconds,
             error: error.and_then(|(state, _)| {
                 ErrorReport::new(state, run, target, at, driven.reached, self.settings.denoise)
+                    .map(|report| report.with_filtered(self.filtered_error.as_ref()))
             }),
             withheld: self.client.withheld(),
             rejected: self.rejected(&traced.stats),

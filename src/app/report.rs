@@ -19,7 +19,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
 use crate::study::prediction::Prediction;
-use crate::study::{ErrorQuantile, ErrorStatus, ErrorTarget, Interval, LateLight};
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, ErrorTarget, Interval, LateLight};
 
 /// Everything that is said about a finished run. The names of the fields are the keys in JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -188,6 +188,9 @@ pub struct ErrorReport {
     /// Why the figures cannot be trusted, if light is still being found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warning: Option<String>,
+    /// The error of the picture through the noise filter, if it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoised: Option<DenoisedError>,
     /// What these figures do not contain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub besides: Option<&'static str>,
@@ -206,6 +209,15 @@ pub struct ErrorReport {
     pub slope: Option<Interval>,
     /// Seconds, paths and error of every checkpoint.
     pub curve: Vec<[f64; 3]>,
+}
+
+/// The error of the picture through the noise filter, as in [`ErrorReport`].
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct DenoisedError {
+    pub median: Interval,
+    pub p95: Interval,
+    pub p99: Interval,
+    pub rel_mse: Interval,
 }
 
 impl ErrorReport {
@@ -228,6 +240,7 @@ impl ErrorReport {
             rel_mse: state.held_out.rel_mse,
             light: state.late,
             blur: state.blur,
+            denoised: None,
             unfound: state.late.unfound(),
             warning: state.late.warning(),
             besides: match run.integrator {
@@ -248,6 +261,15 @@ impl ErrorReport {
         })
     }
 
+    /// The same with the error of the picture through the noise filter.
+    pub fn with_filtered(self, filtered: Option<&ErrorEstimate>) -> Self {
+        let denoised = |error: &ErrorEstimate| {
+            let [median, p95, p99] = error.relative;
+            DenoisedError { median, p95, p99, rel_mse: error.rel_mse }
+        };
+        Self { denoised: filtered.map(denoised), ..self }
+    }
+
     /// The part of the summary of a run that tells the error.
     pub fn summary(&self) -> String {
         let Interval { value, low, high } = [self.median, self.p95, self.p99][self.at.index()];
@@ -257,6 +279,12 @@ impl ErrorReport {
             format!("; error {value} or less in {} of the picture (90 %: {low}–{high})", self.quantile);
         if let Some(besides) = self.besides {
             text += &format!(" besides {besides}");
+        }
+        if let Some(denoised) = &self.denoised {
+            let Interval { value, low, high } =
+                [denoised.median, denoised.p95, denoised.p99][self.at.index()];
+            let [value, low, high] = [value, low, high].map(percent);
+            text += &format!(", {value} through it (90 %: {}–{high})", low.trim_end_matches(" %"));
         }
         match self.target {
             Some(_) if self.reached => text += ", as asked for",

@@ -15,6 +15,7 @@
 
 use crate::stream::{PathCounts, REPLICATES, replicate};
 use crate::study::error::{FLOOR, TILE};
+use crate::study::placing::placed;
 use crate::study::replicates::{ReplicateSums, Replicates};
 
 /// How the blur of a method shrinks.
@@ -94,9 +95,6 @@ const RENEWED: f64 = 3.0;
 
 /// Beyond this ratio of the bias to the difference of early and late samples, the difference tells nothing.
 const LARGEST_RATIO: f64 = 3.0;
-
-/// The squared bias of a tile is averaged over so many tiles to each side.
-const NEAR: usize = 2;
 
 impl BlurSchedule {
     /// Some samples from this index of a replicate on, which see about the same photons.
@@ -319,11 +317,7 @@ fn compare(sums: &Replicates, moment: &Moment) -> Option<CommonDifference> {
         tiles.iter().zip(&against).map(|(tile, against)| tile.noise() / (against * against)).collect();
     let part = unclear.sqrt() / noise.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     Some(CommonDifference {
-        squares: if total > 0.0 {
-            placed(&clearest(&with_variances(&known, &noise), grid), total)
-        } else {
-            vec![0.0; known.len()]
-        },
+        squares: if total > 0.0 { placed(&known, &noise, grid) } else { vec![0.0; known.len()] },
         deviation: if total > 0.0 { variance.sqrt() / total } else { 0.0 },
         unclear: noise.into_iter().map(|noise| noise * part).collect(),
     })
@@ -378,63 +372,6 @@ impl PixelPairs {
             pixels.fold(([0.0; 2], 0.0), |([a, b], count), pair| ([a + pair[0], b + pair[1]], count + 1.0));
         (count > 0.0).then(|| ([a / count, b / count], count))
     }
-}
-
-/// The values by soft thresholding, none of them negative and all of them together of this sum: the threshold is the same multiple of the deviation of
-/// each, so that where there is noise alone nearly nothing is left.
-fn placed(values: &[Noisy], total: f64) -> Vec<f64> {
-    let left = |multiple: f64| {
-        values.iter().map(move |Noisy { value, variance }| (value - multiple * variance.sqrt()).max(0.0))
-    };
-    let [mut low, mut high] = [0.0, 1e3];
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        if left(middle).sum::<f64>() > total { low = middle } else { high = middle }
-    }
-    left(high).collect()
-}
-
-/// A mean and its variance.
-#[derive(Clone, Copy, Debug)]
-struct Noisy {
-    value: f64,
-    variance: f64,
-}
-
-impl Noisy {
-    /// How clearly it is more than nothing.
-    fn clarity(&self) -> f64 {
-        self.value / self.variance.sqrt().max(f64::MIN_POSITIVE)
-    }
-}
-
-/// The values of tiles whose deviations are about proportional to their noise: the sum of all variances is that of the squares of all values.
-fn with_variances(values: &[f64], noise: &[f64]) -> Vec<Noisy> {
-    let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
-    let scale = square(values) / square(noise).max(f64::MIN_POSITIVE);
-    values
-        .iter()
-        .zip(noise)
-        .map(|(value, noise)| Noisy { value: *value, variance: scale * noise * noise })
-        .collect()
-}
-
-/// For each tile of a grid the mean of itself alone, or with its neighbours, or with theirs too: that which is most clearly more than nothing.
-fn clearest(tiles: &[Noisy], [columns, rows]: [usize; 2]) -> Vec<Noisy> {
-    let mean = |i: usize, reach: usize| {
-        let near = |at: usize, len: usize| at.saturating_sub(reach)..(at + reach + 1).min(len);
-        let (x, y) = (i % columns, i / columns);
-        let around = near(y, rows).flat_map(|y| near(x, columns).map(move |x| y * columns + x));
-        let [value, variance, count] = around.fold([0.0; 3], |[value, variance, count], j| {
-            [value + tiles[j].value, variance + tiles[j].variance, count + 1.0]
-        });
-        Noisy { value: value / count, variance: variance / (count * count) }
-    };
-    let clearest = |i: usize| {
-        let candidates = (0..=NEAR).map(|reach| mean(i, reach));
-        candidates.max_by(|a, b| a.clarity().total_cmp(&b.clarity()))
-    };
-    (0..tiles.len()).filter_map(clearest).collect()
 }
 
 #[cfg(test)]

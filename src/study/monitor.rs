@@ -1,6 +1,7 @@
 //! Monitors the error of a picture while it is rendered: checkpoints, predictions, and whether the target is reached.
 
-use crate::stream::{PathCounts, Sample};
+use crate::math::bits::mix;
+use crate::stream::{CHUNK, PathCounts, Sample};
 use crate::study::blur::{BlurSchedule, BlurWatch};
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::error::{ErrorEstimate, OtherSamples, ReplicatePixel, TileSubset};
@@ -119,6 +120,8 @@ pub struct ErrorMonitor {
     predictions: Vec<Prediction>,
     witnesses: Option<WitnessState>,
     blur: Option<BlurWatch>,
+    /// Half of the samples of each replicate, where they are kept apart.
+    apart: Option<Replicates>,
     /// What is shown is the mean of this render's picture and these.
     others: Vec<OtherSamples>,
     /// Paths of those among them that cover the whole picture.
@@ -142,6 +145,7 @@ impl ErrorMonitor {
             predictions: Vec::new(),
             witnesses: None,
             blur: None,
+            apart: None,
             others: Vec::new(),
             base: 0.0,
             coverage: 1.0,
@@ -158,6 +162,17 @@ impl ErrorMonitor {
     /// The same for a method that blurs less and less: the error counts its blur.
     pub fn with_blur(self, schedule: BlurSchedule) -> Self {
         Self { blur: Some(BlurWatch::new(schedule)), ..self }
+    }
+
+    /// From now on half of the samples of each replicate are kept apart as well.
+    pub fn keep_apart(&mut self) {
+        self.apart = Some(self.sums.empty());
+    }
+
+    /// Each replicate as a picture of its own, which has two replicates; `None` where no samples are kept apart.
+    pub fn divided(&mut self) -> Option<[Replicates; 2]> {
+        self.round();
+        Some(self.sums.divided(self.apart.as_ref()?))
     }
 
     /// The same with exact sums, which go on from what another monitor has seen.
@@ -264,6 +279,10 @@ impl ErrorMonitor {
     pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
         if let Some(blur) = &mut self.blur {
             blur.add(first_index, paths);
+        }
+        // Which half that is has nothing to do with places in the picture, as the chunk's number may have.
+        if let Some(apart) = self.apart.as_mut().filter(|_| mix(first_index / CHUNK) & 1 == 0) {
+            apart.add(first_index, paths, samples);
         }
         match &mut self.exact {
             Some(exact) => exact.add(first_index, paths, samples),

@@ -68,6 +68,20 @@ impl Replicates {
         self.parts.iter().map(|part| part.paths.camera.max(part.paths.light)).sum()
     }
 
+    /// No samples of the same picture.
+    pub(super) fn empty(&self) -> Self {
+        Self { parts: Default::default(), largest: LargestSamples::new(self.size), ..*self }
+    }
+
+    /// Each replicate as a picture of its own, whose replicates are the samples that `some` of its samples are and the others: `some` has
+    /// been added some of the blocks of this one.
+    pub(super) fn divided(&self, some: &Self) -> [Self; REPLICATES] {
+        std::array::from_fn(|r| {
+            let (all, some) = (&self.parts[r], &some.parts[r]);
+            Self { parts: [some.clone(), all.without(some)], ..self.empty() }
+        })
+    }
+
     /// Clears all sums.
     pub fn clear(&mut self) {
         self.parts = Default::default();
@@ -241,6 +255,23 @@ impl Replicates {
 }
 
 impl ReplicateSums {
+    /// These sums without some of their samples.
+    fn without(&self, some: &Self) -> Self {
+        let rest = |all: &[[f32; 4]], some: &[[f32; 4]]| -> Vec<[f32; 4]> {
+            let some = some.iter().copied().chain(std::iter::repeat([0.0; 4]));
+            let pixel = |(all, some): (&[f32; 4], [f32; 4])| std::array::from_fn(|i| all[i] - some[i]);
+            all.iter().zip(some).map(pixel).collect()
+        };
+        Self {
+            camera: rest(&self.camera, &some.camera),
+            light: rest(&self.light, &some.light),
+            paths: PathCounts {
+                camera: self.paths.camera.saturating_sub(some.paths.camera),
+                light: self.paths.light.saturating_sub(some.paths.light),
+            },
+        }
+    }
+
     /// The factor that makes the sums of the light stream a picture of `size` pixels; 0 without light paths.
     pub(super) fn light_scale(&self, size: [usize; 2]) -> f32 {
         if self.paths.light == 0 { 0.0 } else { (size[0] * size[1]) as f32 / self.paths.light as f32 }

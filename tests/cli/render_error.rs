@@ -177,14 +177,18 @@ fn noise_is_filtered_on_request() {
 fn the_filter_fades_as_the_picture_converges() {
     let place = folder("converged");
     let pixels = |file: &str, layer| Picture::read(Path::new(file), layer).unwrap().rgb.into_pixels();
+    let stated = std::cell::RefCell::new(Vec::new());
     let render = |spp: &str| {
         ["1", "2", "3", "4"].map(|seed| {
             let file = place.join(format!("{spp}-{seed}.exr")).display().to_string();
-            json(&place, &with(&["--spp", spp, "--seed", seed, "--denoise", "wavelet", "-o", &file]));
+            let report =
+                json(&place, &with(&["--spp", spp, "--seed", seed, "--denoise", "wavelet", "-o", &file]));
+            stated.borrow_mut().push(report["error"]["denoised"]["rel_mse"]["value"].as_f64());
             [pixels(&file, None), pixels(&file, Some("denoised"))]
         })
     };
     let converged = render("400");
+    stated.borrow_mut().clear();
     let weights: Vec<[f64; 3]> = (0..converged[0][0].len())
         .map(|i| {
             [0, 1, 2].map(|c| {
@@ -199,6 +203,16 @@ fn the_filter_fades_as_the_picture_converges() {
         };
         a.iter().zip(b).zip(&weights).map(relative).sum()
     };
+    // What is stated of its error, against the mean of the converged pictures.
+    let reference: Vec<[f32; 3]> = (0..weights.len())
+        .map(|i| [0, 1, 2].map(|c| converged.iter().map(|layers| layers[0][i][c]).sum::<f32>() / 4.0))
+        .collect();
+    let some = render("16");
+    let said: f64 = stated.borrow().iter().map(|stated| stated.expect("it is large enough")).sum();
+    let truth = some.iter().map(|layers| difference(&layers[1], &reference)).sum::<f64>();
+    let ratio = said / (truth / (3 * weights.len()) as f64);
+    println!("stated over true relMSE of filtered pictures: {ratio:.3}");
+    assert!((0.5..2.0).contains(&ratio), "{ratio}");
     for (rendered, most) in [(render("1"), 0.8), (converged.clone(), 1.1)] {
         let pairs = || (0..4).flat_map(|a| (0..4).map(move |b| (a, b))).filter(|(a, b)| a != b);
         let sum = |layer: usize| -> f64 {
