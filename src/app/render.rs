@@ -417,7 +417,11 @@ impl<'a> BatchRender<'a> {
                 let kind = self.settings.denoise;
                 let filtered = view.filter(replicates, traced.divided.as_ref(), &data, kind, oidn);
                 let (picture, error) = filtered.into_diagnostic()?;
-                self.filtered_error = error;
+                // Of bias that both randomisations share it knows nothing.
+                let state = traced.error.as_ref().map(|(state, _)| state);
+                let is_biased = self.run.is_blurred()
+                    || state.is_none_or(|s| s.late.unfound().is_some() || s.late.warning().is_some());
+                self.filtered_error = error.filter(|_| !is_biased);
                 Some(picture)
             }
             None => None,

@@ -211,7 +211,7 @@ pub struct ErrorReport {
     pub curve: Vec<[f64; 3]>,
 }
 
-/// The error of the picture through the noise filter, as in [`ErrorReport`].
+/// The error of the picture through the noise filter, as in [`ErrorReport`], but for bias that both randomisations share: it is not stated where there is some.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DenoisedError {
     pub median: Interval,
@@ -284,7 +284,8 @@ impl ErrorReport {
             let Interval { value, low, high } =
                 [denoised.median, denoised.p95, denoised.p99][self.at.index()];
             let [value, low, high] = [value, low, high].map(percent);
-            text += &format!(", {value} through it (90 %: {}–{high})", low.trim_end_matches(" %"));
+            text +=
+                &format!(", {value} through the noise filter (90 %: {}–{high})", low.trim_end_matches(" %"));
         }
         match self.target {
             Some(_) if self.reached => text += ", as asked for",

@@ -149,6 +149,15 @@ pub const LIGHT_GROUPS: &str = "lightGroups";
 const DEFAULT_SPP: u64 = 16;
 
 impl RunSpec {
+    /// Photons blur what its method shows.
+    pub fn is_blurred(&self) -> bool {
+        match self.integrator {
+            IntegratorKind::Photon => true,
+            IntegratorKind::Vcm => self.photons.caustics,
+            _ => false,
+        }
+    }
+
     /// The run that options and scene ask for. It begins at index 0 and is rasterised in any order.
     pub fn of(source: &SceneArgs, input: &SceneInput, device: String) -> Self {
         let SceneInput { loaded, forced, .. } = input;

@@ -8,7 +8,9 @@
 //! where half of (a − b)² stands for the variance. This is what held-out samples tell in cross-validation. Let S be the error of F(a) and F(b), mean of both.
 //! That of the mean of F(a) and F(b) is M = S − (F(a) − F(b))²/4: their noise is halved, and their bias is not. The picture that is shown is filtered
 //! from all samples at once. There the filter has half the noise to take away. One that adapts to it halves its bias as well, so that S/2 is left; one that
-//! does not leaves M. What is stated is the geometric mean of both, and the interval holds either.
+//! does not leaves M. What is stated is the geometric mean of both; either lies well within the interval.
+//!
+//! Bias that both replicates share, as the blur of photons and light that no sample has met, is no part of it.
 //!
 //! One pixel says nearly nothing of it, and noise remains in the sum over a tile: over the whole picture the estimate is without bias. Over the tiles it is
 //! spread as the noise of the unfiltered picture is, but where they clearly say otherwise (James and Stein 1961).
@@ -16,7 +18,6 @@
 use crate::image::compare::luminance;
 use crate::study::error::{ErrorEstimate, FLOOR, QUANTILES, TILE};
 use crate::study::interval::Interval;
-use crate::study::placing::{Noisy, clearest};
 
 /// The pictures of both replicates, linear Rec.709, row by row.
 pub struct FilteredHalves<'a> {
@@ -59,8 +60,10 @@ impl SquaredError {
     /// That of the picture which is filtered from all samples, as a factor on that of the mean, and the logarithm of what it may be more or
     /// less; `None` where there is too little to tell.
     fn of_all(self) -> Option<(f64, f64)> {
-        let most = (2.0 * self.mean / self.single).max(1.0).sqrt();
-        (self.mean > 0.0 && self.single > 0.0).then(|| (1.0 / most, most.ln()))
+        // Never less, but for noise.
+        let mean = self.mean.max(0.5 * self.single);
+        let most = (2.0 * mean / self.single).sqrt();
+        (self.mean > 0.0 && self.single > 0.0).then(|| (mean / self.mean / most, most.ln()))
     }
 }
 
@@ -140,10 +143,50 @@ fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     let noisy = |(value, noise): (&f64, &f64)| Noisy { value: *value, variance: scale * noise * noise };
     let more: Vec<Noisy> = more.iter().zip(noise).map(noisy).collect();
     let known = |(usual, more): (f64, Noisy)| (usual + more.value * more.clearly()).max(0.0);
-    let known: Vec<f64> =
-        usual.into_iter().zip(clearest(&more, grid, |more| more.clarity().abs())).map(known).collect();
+    let known: Vec<f64> = usual.into_iter().zip(clearest(&more, grid)).map(known).collect();
     let sum: f64 = known.iter().sum();
     known.into_iter().map(|value| if sum > 0.0 { value * total / sum } else { 0.0 }).collect()
+}
+
+/// A tile is averaged with so many tiles to each side.
+const NEAR: usize = 2;
+
+/// A mean and its variance.
+#[derive(Clone, Copy, Debug)]
+struct Noisy {
+    value: f64,
+    variance: f64,
+}
+
+impl Noisy {
+    /// How many deviations it is from nothing.
+    fn clarity(&self) -> f64 {
+        self.value.abs() / self.variance.sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    /// The factor by which it counts as more than noise: 0 up to two deviations.
+    fn clearly(&self) -> f64 {
+        let deviations = self.clarity();
+        if deviations > 2.0 { 1.0 - 4.0 / (deviations * deviations) } else { 0.0 }
+    }
+}
+
+/// For each tile of a grid the mean of itself alone, or with its neighbours, or with theirs too: that which is most clearly something.
+fn clearest(tiles: &[Noisy], [columns, rows]: [usize; 2]) -> Vec<Noisy> {
+    let mean = |i: usize, reach: usize| {
+        let near = |at: usize, len: usize| at.saturating_sub(reach)..(at + reach + 1).min(len);
+        let (x, y) = (i % columns, i / columns);
+        let around = near(y, rows).flat_map(|y| near(x, columns).map(move |x| y * columns + x));
+        let [value, variance, count] = around.fold([0.0; 3], |[value, variance, count], j| {
+            [value + tiles[j].value, variance + tiles[j].variance, count + 1.0]
+        });
+        Noisy { value: value / count, variance: variance / (count * count) }
+    };
+    let clearest = |i: usize| {
+        let candidates = (0..=NEAR).map(|reach| mean(i, reach));
+        candidates.max_by(|a, b| a.clarity().total_cmp(&b.clarity()))
+    };
+    (0..tiles.len()).filter_map(clearest).collect()
 }
 
 /// The standard deviation of a sum of independent values, about, over the sum.

@@ -370,10 +370,8 @@ impl ErrorField {
 
     /// The mean square of a tile's blur, so many standard deviations from what is known of it.
     fn blurred(&self, tile: usize, deviations: f64) -> f64 {
-        let Blur { squares, deviation, unclear } = &self.blur;
-        let square = squares.get(tile).copied().unwrap_or_default();
-        let unclear = unclear.get(tile).copied().unwrap_or_default();
-        square * (1.0 + deviations * deviation).max(0.0) + unclear * deviations.max(0.0)
+        let square = self.blur.squares.get(tile).copied().unwrap_or_default();
+        square * (1.0 + deviations * self.blur.deviation).max(0.0)
     }
 
     /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
@@ -501,15 +499,15 @@ impl ErrorField {
         [a, b, c, if pixels > 0.0 { relative / pixels } else { 0.0 }]
     }
 
-    /// The share of one tile in the squared relative error of all.
-    fn largest_share(&self, subset: TileSubset) -> f64 {
+    /// The largest part of relMSE that one tile has.
+    fn largest_of_sum(&self, subset: TileSubset) -> f64 {
         let of_tile = |(i, tile): (usize, &ErrorTile)| {
             let counts = subset.contains(i % self.grid[0], i / self.grid[0]);
-            counts.then(|| tile.quarters.iter().map(QuarterSums::relative).sum::<f64>())
+            counts.then(|| (tile.quarters.iter().map(QuarterSums::relative).sum::<f64>(), tile.pixels()))
         };
         let all = || self.tiles.iter().enumerate().filter_map(of_tile);
-        let total: f64 = all().sum();
-        if total > 0.0 { all().fold(0.0, f64::max) / total } else { 0.0 }
+        let pixels: f64 = all().map(|(_, pixels)| pixels).sum();
+        all().map(|(relative, _)| relative).fold(0.0, f64::max) / pixels.max(1.0)
     }
 
     /// States the error of some tiles (of all in a tiny picture) with its intervals. Errors are 0 where nothing has luminance.
@@ -527,7 +525,7 @@ impl ErrorField {
         let is_uncertain = self.unfound.deviation > 0.0
             || !self.unfound.highlights.is_empty()
             || !self.unfound.scattered.tiles.is_empty()
-            || !self.blur.squares.is_empty();
+            || self.blur.deviation > 0.0;
         let [more, less] = [1.0, -1.0].map(|deviations| match is_uncertain {
             true => self.values(tiles, |_| [0, 1, 2, 3], 4, deviations),
             false => whole,
@@ -565,7 +563,7 @@ impl ErrorField {
                 return Interval::of_log(whole[i], scatter.hypot(of_bias(i)));
             }
             let mut of_sum = Interval::of_log(whole[i], scatter.hypot(of_bias(i)).hypot(DIVISOR_DEVIATION));
-            of_sum.high *= 1.0 + UNMET * self.largest_share(tiles);
+            of_sum.high += UNMET * self.largest_of_sum(tiles);
             of_sum
         };
         ErrorEstimate {
@@ -581,7 +579,7 @@ impl ErrorEstimate {
     /// fit.
     pub fn log_deviation(interval: &Interval) -> f64 {
         if interval.value > 0.0 {
-            (interval.high / interval.value).ln() / half_interval() / std::f64::consts::SQRT_2
+            (interval.value / interval.low).ln() / half_interval() / std::f64::consts::SQRT_2
         } else {
             0.0
         }

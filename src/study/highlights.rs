@@ -19,6 +19,9 @@ pub struct LackedHighlights {
     pub relative: f64,
 }
 
+/// A highlight of which less has not been met is known.
+const HARDLY: f64 = 1e-3;
+
 /// Relative deviation of [`LackedHighlights`]: few chains find a highlight, and cones blur it.
 pub(super) const HIGHLIGHT_DEVIATION: f64 = 0.5;
 
@@ -42,6 +45,9 @@ pub(super) fn lacked_highlights(
         let [x, y] = [highlight.area % columns * TILE, highlight.area / columns * TILE];
         let pixels = ((width - x).min(TILE) * (height - y).min(TILE)) as f64;
         let unmet = (-per_pixel * highlight.chance).exp() / pixels;
+        if unmet * pixels < HARDLY {
+            continue;
+        }
         // The film's filter spreads what lies in one pixel.
         let covered = highlight.pixels.max(1.0 / energy).min(pixels);
         let level = highlight.light / covered;

@@ -91,7 +91,6 @@ pub mod method_curve;
 mod monitor;
 pub mod pages;
 mod picture_tile;
-mod placing;
 pub mod pool;
 pub mod prediction;
 mod regions;

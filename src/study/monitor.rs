@@ -169,10 +169,10 @@ impl ErrorMonitor {
         self.apart = Some(self.sums.empty());
     }
 
-    /// Each replicate as a picture of its own, which has two replicates; `None` where no samples are kept apart.
+    /// Each replicate as a picture of its own, which has two replicates; `None` where no samples are kept apart, as from now on.
     pub fn divided(&mut self) -> Option<[Replicates; 2]> {
         self.round();
-        Some(self.sums.divided(self.apart.as_ref()?))
+        Some(self.sums.divided(&self.apart.take()?))
     }
 
     /// The same with exact sums, which go on from what another monitor has seen.

@@ -183,6 +183,7 @@ impl UnfoundLight {
             self.share = Some((known + light) / all);
             (self.caustics, self.in_highlights) = (before / all, light / all);
         }
+        self.share = self.share.or(Some(0.0));
         self.highlights = highlights;
     }
 

@@ -4,7 +4,7 @@
 //! through that pixel; photons and connections do not, because a delta allows no other direction. What no sample has met, no estimate from samples
 //! knows. But about where it is, and how bright, follows from a few chains of deltas if the last direction of each stands for all directions in a cone
 //! around it (path space regularization, Kaplanyan and Dachsbacher 2013): a lamp that the cone holds is seen in the share of the cell of the picture that
-//! its solid angle has of the cone's. The cone is as wide as the direction changes over a pixel, which two chains from places close by tell (Igehy
+//! its solid angle has of the cone's. Half the angle of the cone is by how much the direction changes over a pixel, which two chains from places close by tell (Igehy
 //! 1999, *Tracing Ray Differentials*), so that the highlight is blurred by about a pixel, whether the mirror is flat or a small ball.
 //!
 //! What is blurred already is not found: the chains are those through the middle of the lens, and rough surfaces have none.
@@ -23,7 +23,7 @@ use super::bsdf::{Bsdf, ScatteringModel};
 use super::integrator::RenderContext;
 use super::interaction::{SurfaceInteraction, SurfaceVertex};
 use super::light::{LightSample, LightSampleContext};
-use super::specular_chain::is_always_followed;
+use super::specular_chain::is_followed;
 
 /// Most deltas of a chain.
 const LONGEST: u32 = 12;
@@ -41,8 +41,8 @@ const BESIDE: f64 = 1.0 / 16.0;
 /// the chain the lamp may be hidden, or seen in another area.
 const CONE: [f32; 2] = [1e-3, 0.45];
 
-/// Cells along a side of each area at first: those in which no chain begins, nor in the areas around them, are looked at no more.
-const FIRST_CELLS: u32 = 4;
+/// Places in all areas together, about, that are looked at first: areas in which no chain begins, nor in those around them, are looked at no more.
+const FIRST_PLACES: usize = 131_072;
 
 /// Most samples of lamps for each chain.
 const MOST_LAMPS: usize = 4;
@@ -59,8 +59,6 @@ pub(super) struct HighlightFinder {
     side: u32,
     /// The areas in which chains may begin.
     areas: Vec<usize>,
-    /// How many lights each source of light consists of: a mesh has one for each triangle.
-    parts: Vec<f32>,
     /// Samples of lamps for each chain.
     lamps: usize,
 }
@@ -94,10 +92,12 @@ struct SampledLamp {
     sample: LightSample,
 }
 
-/// What the chains of one kind show in one area.
+/// What the chains of one kind show of one source of light in one area.
 struct ShownLamp {
     area: usize,
     way: u64,
+    /// The number of the source of light.
+    source: u32,
     highlight: Highlight,
 }
 
@@ -105,13 +105,9 @@ impl HighlightFinder {
     /// Looks for highlights in the picture of `context`, of `size` pixels, in areas of `side` pixels squared.
     pub fn new(context: RenderContext, size: [u32; 2], side: u32) -> Self {
         let lights = context.scene.lights();
-        let sources: Vec<usize> =
-            (0..lights.len() as u32).map(|light| lights.source(light) as usize).collect();
-        let mut parts = vec![0.0; sources.iter().max().map_or(0, |last| last + 1)];
-        sources.into_iter().for_each(|source| parts[source] += 1.0);
         let lamps = lights.len().min(MOST_LAMPS);
         let lambda = context.wavelengths(WAVELENGTHS);
-        let mut finder = Self { context, lambda, size, side, areas: Vec::new(), parts, lamps };
+        let mut finder = Self { context, lambda, size, side, areas: Vec::new(), lamps };
         finder.areas = finder.areas_with_chains();
         finder
     }
@@ -128,9 +124,13 @@ impl HighlightFinder {
 
     fn areas_with_chains(&self) -> Vec<usize> {
         let [columns, rows] = self.size.map(|n| n.div_ceil(self.side) as usize);
+        if self.lamps == 0 {
+            return Vec::new();
+        }
+        let cells = ((FIRST_PLACES / (columns * rows).max(1)).isqrt() as u32).clamp(1, self.side / 2);
         let (mut random, mut ends) = (Random(0), Vec::new());
         let mut has_chains = |area: &usize| {
-            self.places(*area, FIRST_CELLS, &mut random).into_iter().any(|place| {
+            self.places(*area, cells, &mut random).into_iter().any(|place| {
                 ends.clear();
                 self.chains_from(place, &mut ends);
                 !ends.is_empty()
@@ -173,7 +173,7 @@ impl HighlightFinder {
                 self.chains_from(place, &mut ends);
                 for end in &ends {
                     for number in 0..self.lamps {
-                        let Some((lamp, at)) = self.lamp_near(end, number, &mut random) else { continue };
+                        let Some(lamp) = self.lamp_near(end, number, &mut random) else { continue };
                         if right.is_empty() && below.is_empty() {
                             self.chains_from([place[0] + BESIDE, place[1]], &mut right);
                             self.chains_from([place[0], place[1] + BESIDE], &mut below);
@@ -183,14 +183,15 @@ impl HighlightFinder {
                             same.map_or(f32::INFINITY, |other| other.wi.distance(end.wi)) / BESIDE as f32
                         };
                         let cone = turn(&right).hypot(turn(&below)).clamp(CONE[0], CONE[1]);
-                        let highlight = self.highlight(end, cone, lamp, at, cell);
-                        let shown = |highlight| ShownLamp { area, way: end.way, highlight };
+                        let source = self.context.scene.lights().source(lamp.light);
+                        let highlight = self.highlight(end, cone, lamp, cell);
+                        let shown = |highlight| ShownLamp { area, way: end.way, source, highlight };
                         found.extend(highlight.map(shown));
                     }
                 }
             }
         }
-        found.sort_by_key(|shown| (shown.area, shown.way));
+        found.sort_by_key(|shown| (shown.area, shown.way, shown.source));
         let sum = |all: &[ShownLamp]| {
             let mut sum = Highlight { area: all[0].area, ..Highlight::default() };
             for Highlight { light, pixels, chance, .. } in all.iter().map(|shown| &shown.highlight) {
@@ -199,7 +200,8 @@ impl HighlightFinder {
             }
             sum
         };
-        found.chunk_by(|a, b| (a.area, a.way) == (b.area, b.way)).map(sum).collect()
+        let is_same = |a: &ShownLamp, b: &ShownLamp| (a.area, a.way, a.source) == (b.area, b.way, b.source);
+        found.chunk_by(is_same).map(sum).collect()
     }
 
     /// Adds the ends of all chains from a place in the picture, in pixels.
@@ -232,7 +234,7 @@ impl HighlightFinder {
             let counts = next.eye_value >= LEAST_VALUE && vertex.hit.sides_agree(wi, lobe.transmitted);
             if counts {
                 let ChainStart { way, value, eye_value, .. } = next;
-                let chance = if is_always_followed(eye_value) { 1.0 } else { eye_value };
+                let chance = if is_followed(chain.steps, eye_value, lobe) { 1.0 } else { eye_value };
                 ends.push(ChainEnd { way, hit, wi, value, chance });
                 self.follow(&hit.spawn(wi), &next, ends);
             }
@@ -240,19 +242,14 @@ impl HighlightFinder {
     }
 
     /// A point of a lamp in the largest cone around the end of a chain, which stands for all that `number` chooses among.
-    fn lamp_near(
-        &self,
-        end: &ChainEnd,
-        number: usize,
-        random: &mut Random,
-    ) -> Option<(SampledLamp, LightSampleContext)> {
+    fn lamp_near(&self, end: &ChainEnd, number: usize, random: &mut Random) -> Option<SampledLamp> {
         let n = if end.hit.n.dot(end.wi) < 0.0 { -end.hit.n } else { end.hit.n };
         let at = LightSampleContext { p: end.hit.point.p, n, through: false, glossy: false };
         let choice = (number as f64 + random.f64()) / self.lamps as f64;
         let (light, sample) = self.context.scene.lights().sample(at, choice, [random.f32(), random.f32()])?;
         // False for NaN.
         let is_near = !sample.delta && sample.pdf.0 > 0.0 && sample.wi.dot(end.wi) > CONE[1].cos();
-        is_near.then_some((SampledLamp { light, sample }, at))
+        is_near.then_some(SampledLamp { light, sample })
     }
 
     /// What the chain shows of a lamp in a cell of so many pixels, if a cone of this half angle around its end holds the sample of it.
@@ -261,7 +258,6 @@ impl HighlightFinder {
         end: &ChainEnd,
         cone: f32,
         SampledLamp { light, sample }: SampledLamp,
-        at: LightSampleContext,
         cell: f64,
     ) -> Option<Highlight> {
         if sample.wi.dot(end.wi) <= cone.cos() {
@@ -275,8 +271,8 @@ impl HighlightFinder {
         let density = cell / (TAU * 2.0 * (0.5 * f64::from(cone)).sin().powi(2));
         let pdf = f64::from(sample.pdf.0);
         let seen = f64::from(radiance.y) * density / (pdf * self.lamps as f64);
-        let lamp = lights.probability(light, at) * self.parts[lights.source(light) as usize];
-        let pixels = f64::from(lamp) * density / pdf;
+        // All samples of a lamp cover it together.
+        let pixels = density / (pdf * self.lamps as f64);
         let chance = pixels * f64::from(end.chance);
         (seen > 0.0 && seen.is_finite()).then_some(Highlight { area: 0, light: seen, pixels, chance })
     }

@@ -50,10 +50,10 @@ impl ChainBounds {
     }
 }
 
-/// Whether every path that meets the first vertex of a chain of this value also looks along it.
+/// Whether every path looks along a chain of so many steps and one more by this lobe, which then has this value. False for NaN.
 #[inline]
-pub(super) fn is_always_followed(value: f32) -> bool {
-    value >= LEAST_VALUE
+pub(super) fn is_followed(steps: u32, value: f32, lobe: &BsdfSample) -> bool {
+    steps < LONGEST_CHAIN && value >= LEAST_VALUE && !lobe.hero_only
 }
 
 /// What a camera path has met so far, as far as it decides how a lamp that it hits next is counted.
@@ -81,10 +81,8 @@ impl SpecularChain {
     pub(super) fn step(self, lobe: &BsdfSample, chosen: f32) -> Self {
         let Self::Followed { steps, value, probability } = self else { return self };
         let value = value * (lobe.weight.max_element() * lobe.eta2);
-        // False for NaN.
-        let is_followed = steps < LONGEST_CHAIN && is_always_followed(value) && !lobe.hero_only;
         let next = Self::Followed { steps: steps + 1, value, probability: probability * chosen };
-        if is_followed { next } else { Self::PathAlone }
+        if is_followed(steps, value, lobe) { next } else { Self::PathAlone }
     }
 
     /// This chain and one step more, by the sample `s` of a vertex with the deltas `lobes`.

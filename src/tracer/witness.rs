@@ -3,7 +3,7 @@
 //! A method knows nothing of the light that its own paths have not met yet. Others do: subpaths from both ends meet what arrives around corners
 //! and the caustics that shine on what is seen, and photons find caustics also behind mirrors and glass. [`Witness`] traces a few of both and sums
 //! up what they find in the coarse areas of a grid over the picture: all light, and apart from it the caustics, which photons know with
-//! little noise. [`highlights`](super::highlights) are found without chance. None of it enters the picture.
+//! little noise. [`highlights`](super::highlights) are found one by one. None of it enters the picture.
 //!
 //! What photons show behind mirrors and glass is blurred over a lookup disc, as in [`VcmTracer`](super::integrator::VcmTracer). All other light is
 //! unbiased, but for single samples that are much brighter than the others of their area, such as highlights, which are left out.
@@ -21,9 +21,11 @@ use crate::tracer::integrator::{CausticWitness, RenderContext, WitnessScratch};
 /// Cells in which highlights are looked for, for each path of the witnesses.
 const CELLS_PER_PATH: f64 = 4.0;
 
-/// Most cells in which highlights are looked for, which are not to take longer than the paths of witnesses; and most along a side of an area.
+/// Most cells in which highlights are looked for, but one in each area.
 const CELLS: f64 = 131_072.0;
-const MOST_PER_SIDE: f64 = 32.0;
+
+/// Cells along a side of an area.
+const CELLS_PER_SIDE: [u32; 10] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32];
 
 /// Two independent witnesses of the view of `context`, in areas of `side` pixels squared: what both have found of a picture of some size once they
 /// have traced so many paths together, and the highlights in it. They are made when they are called first, and anew for another size. They look for
@@ -36,12 +38,14 @@ pub fn pair(
     let all = match method {
         IntegratorKind::Path | IntegratorKind::Light => Some(true),
         IntegratorKind::Bidirectional => Some(false),
-        // Photons find all but highlights.
+        // What these find late are highlights alone.
         IntegratorKind::Photon | IntegratorKind::Vcm => None,
         IntegratorKind::Auto | IntegratorKind::Depth => return None,
     };
     let context = RenderContext { window: UvWindow::PICTURE, ..context };
-    let has_mirrors = context.scene.material_class() != MaterialClass::Diffuse;
+    // Those of particle tracing are black.
+    let has_mirrors =
+        context.scene.material_class() != MaterialClass::Diffuse && method != IntegratorKind::Light;
     let mut made: Option<[Witness; 2]> = None;
     let mut highlights: Option<KnownHighlights> = None;
     Some(move |paths: u64, size: [u32; 2]| {
@@ -82,9 +86,10 @@ impl KnownHighlights {
     /// Those in as many cells as so many paths of witnesses are worth.
     fn at_least(&mut self, paths: u64) -> Arc<[Highlight]> {
         let per_area = (paths as f64 * CELLS_PER_PATH).min(CELLS) / self.finder.areas().max(1) as f64;
-        let cells = per_area.sqrt().clamp(1.0, MOST_PER_SIDE) as u32;
-        // Each time there are at least twice as many.
-        if cells * cells >= 2 * self.cells * self.cells {
+        // As many as the paths tell, so that a render that is resumed states the same; each time about twice as many.
+        let enough = |cells: &&u32| f64::from(**cells * **cells) <= per_area;
+        let cells = CELLS_PER_SIDE.iter().rfind(enough).copied().unwrap_or(1);
+        if cells != self.cells {
             (self.cells, self.found) = (cells, self.finder.find(cells).into());
         }
         self.found.clone()

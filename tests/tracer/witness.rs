@@ -102,51 +102,71 @@ fn caustics_are_what_mirrors_and_glass_bring() {
 
 /// A ball of glass in the dark and a small lamp beside the camera: all that the camera sees are highlights, by reflection on the front and on the
 /// back of the ball.
-fn ball_in_the_dark() -> SceneDesc {
+fn ball_in_the_dark(lamp: ShapeKind) -> SceneDesc {
     let mut desc = empty();
     desc.camera = look(DVec3::new(0.0, -5.0, 0.5), DVec3::new(0.0, 5.0, -0.5), 30.0);
     (desc.film.width, desc.film.height) = (SIDE, SIDE);
     let clear = material(&mut desc, glass(Ior::Constant(1.5)));
     let black = material(&mut desc, grey(0.0));
     shape(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, clear, 0.0);
-    shape(&mut desc, sphere(DVec3::new(2.0, -3.5, 1.5), 0.1), DAffine3::IDENTITY, black, 100.0);
+    let place =
+        DAffine3::from_translation(DVec3::new(2.0, -3.5, 1.5)) * DAffine3::from_scale(DVec3::splat(0.1));
+    shape(&mut desc, lamp, place, black, 100.0);
     desc
 }
 
-#[test]
-fn highlights_are_the_lamps_that_paths_meet() {
-    let desc = ball_in_the_dark();
-    let (scene, camera) = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
-    let found: Vec<Vec<f64>> = (0..16)
+/// Light and pixels of all highlights of a scene, mean over seeds, and the variance of the former.
+fn highlights(desc: &SceneDesc) -> ([f64; 2], f64) {
+    const SEEDS: u32 = 16;
+    let (scene, camera) = (Arc::new(Scene::prepare(desc).unwrap()), Camera::of(desc).unwrap());
+    let sums: Vec<[f64; 2]> = (0..SEEDS)
         .map(|seed| {
             let context =
                 RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
             let mut witnesses =
                 pair(context, AREA, IntegratorKind::Vcm).expect("paths alone find highlights");
-            let highlights = witnesses(PATHS, [SIDE; 2]).highlights;
-            let mut light = vec![0.0; COUNT];
-            for highlight in highlights.iter() {
-                light[highlight.area] += highlight.light / f64::from(AREA * AREA);
-                // The lamp is as bright as it is: what it covers of the picture follows from its light.
-                let luminance = highlight.light / highlight.pixels;
-                assert!(luminance < 150.0 && highlight.chance > 0.0, "{highlight:?}");
-            }
-            light
+            let found = witnesses(PATHS, [SIDE; 2]).highlights;
+            found.iter().fold([0.0; 2], |sum, found| [sum[0] + found.light, sum[1] + found.pixels])
         })
         .collect();
-    let total = |areas: &Vec<f64>| areas.iter().sum::<f64>();
-    let totals: Vec<f64> = found.iter().map(total).collect();
-    let mean = totals.iter().sum::<f64>() / totals.len() as f64;
-    let variance =
-        totals.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (totals.len() * (totals.len() - 1)) as f64;
+    let n = f64::from(SEEDS);
+    let mean = [0, 1].map(|i| sums.iter().map(|sum| sum[i]).sum::<f64>() / n);
+    let variance = sums.iter().map(|sum| (sum[0] - mean[0]).powi(2)).sum::<f64>() / (n * (n - 1.0));
+    (mean, variance)
+}
+
+#[test]
+fn highlights_are_the_lamps_that_paths_meet() {
+    let desc = ball_in_the_dark(sphere(DVec3::ZERO, 1.0));
+    let ([light, _], variance) = highlights(&desc);
     let shown = picture(&desc, Method::Path);
-    let truth: f64 = shown.mean.iter().sum();
-    let deviation = (variance + shown.variance.iter().sum::<f64>()).sqrt();
-    println!("{mean} of {truth} ± {deviation}");
+    let scale = f64::from(AREA * AREA);
+    let truth = shown.mean.iter().sum::<f64>() * scale;
+    let deviation = (variance + shown.variance.iter().sum::<f64>() * scale * scale).sqrt();
+    println!("{light} of {truth} ± {deviation}");
     assert!(
-        truth > 0.0 && (mean - truth).abs() < 4.0 * deviation + 0.1 * truth,
-        "{mean} of {truth} ± {deviation}"
+        truth > 0.0 && (light - truth).abs() < 4.0 * deviation + 0.1 * truth,
+        "{light} of {truth} ± {deviation}"
     );
+}
+
+/// What a lamp covers of the picture follows from its light, whether it is one light or twelve triangles, and with another lamp beside it.
+#[test]
+fn highlights_cover_what_their_lamps_do() {
+    let one = ball_in_the_dark(sphere(DVec3::ZERO, 1.0));
+    let many = ball_in_the_dark(ShapeKind::Cube);
+    let mut two = one.clone();
+    let black = two.shapes[1].bsdf;
+    let place =
+        DAffine3::from_translation(DVec3::new(-2.0, -3.5, 1.5)) * DAffine3::from_scale(DVec3::splat(0.1));
+    shape(&mut two, sphere(DVec3::ZERO, 1.0), place, black, 100.0);
+    let luminance = |desc: &SceneDesc| {
+        let ([light, pixels], _) = highlights(desc);
+        light / pixels
+    };
+    let [one, many, two] = [&one, &many, &two].map(luminance);
+    println!("{one} {many} {two}");
+    assert!((many / one).ln().abs() < 0.3 && (two / one).ln().abs() < 0.3, "{one} {many} {two}");
 }
 
 /// Where nothing is mirrored no lamp is.

@@ -88,8 +88,9 @@ pub struct RenderArgs {
     )]
     pub reweight_fireflies: Option<f32>,
 
-    /// Filter noise out of the displayed picture: PNG files, and the layer `denoised` of EXR files; samples, sums and stated error stay
-    /// those of the picture without.
+    /// Filter noise out of the displayed picture: PNG files, and the layer `denoised` of EXR files; samples and sums stay those of the
+    /// picture without. Its error is stated beside that of the picture without, unless both randomisations may share some: while light is missing, by
+    /// methods with photons, and after a render was resumed.
     ///
     /// `oidn` is Intel's Open Image Denoise and needs its library: the file that the environment variable OIDN_LIBRARY names, or else
     /// libOpenImageDenoise where the system looks for libraries. `pointillist devices` says whether it is there, and where it can be had.
