@@ -140,9 +140,9 @@ fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     let more: Vec<f64> = values.iter().zip(&usual).map(|(value, usual)| value - usual).collect();
     let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
     let scale = square(&more) / square(noise).max(f64::MIN_POSITIVE);
-    let noisy = |(value, noise): (&f64, &f64)| Noisy { value: *value, variance: scale * noise * noise };
-    let more: Vec<Noisy> = more.iter().zip(noise).map(noisy).collect();
-    let known = |(usual, more): (f64, Noisy)| (usual + more.value * more.clearly()).max(0.0);
+    let excess = |(value, noise): (&f64, &f64)| TileExcess { value: *value, variance: scale * noise * noise };
+    let more: Vec<TileExcess> = more.iter().zip(noise).map(excess).collect();
+    let known = |(usual, more): (f64, TileExcess)| (usual + more.value * more.clearly()).max(0.0);
     let known: Vec<f64> = usual.into_iter().zip(clearest(&more, grid)).map(known).collect();
     let sum: f64 = known.iter().sum();
     known.into_iter().map(|value| if sum > 0.0 { value * total / sum } else { 0.0 }).collect()
@@ -153,12 +153,12 @@ const NEAR: usize = 2;
 
 /// A mean and its variance.
 #[derive(Clone, Copy, Debug)]
-struct Noisy {
+struct TileExcess {
     value: f64,
     variance: f64,
 }
 
-impl Noisy {
+impl TileExcess {
     /// How many deviations it is from nothing.
     fn clarity(&self) -> f64 {
         self.value.abs() / self.variance.sqrt().max(f64::MIN_POSITIVE)
@@ -172,7 +172,7 @@ impl Noisy {
 }
 
 /// For each tile of a grid the mean of itself alone, or with its neighbours, or with theirs too: that which is most clearly something.
-fn clearest(tiles: &[Noisy], [columns, rows]: [usize; 2]) -> Vec<Noisy> {
+fn clearest(tiles: &[TileExcess], [columns, rows]: [usize; 2]) -> Vec<TileExcess> {
     let mean = |i: usize, reach: usize| {
         let near = |at: usize, len: usize| at.saturating_sub(reach)..(at + reach + 1).min(len);
         let (x, y) = (i % columns, i / columns);
@@ -180,7 +180,7 @@ fn clearest(tiles: &[Noisy], [columns, rows]: [usize; 2]) -> Vec<Noisy> {
         let [value, variance, count] = around.fold([0.0; 3], |[value, variance, count], j| {
             [value + tiles[j].value, variance + tiles[j].variance, count + 1.0]
         });
-        Noisy { value: value / count, variance: variance / (count * count) }
+        TileExcess { value: value / count, variance: variance / (count * count) }
     };
     let clearest = |i: usize| {
         let candidates = (0..=NEAR).map(|reach| mean(i, reach));
