@@ -11,6 +11,7 @@
 use crate::stream::{PathCounts, REPLICATES, replicate};
 use crate::study::error::{FLOOR, TILE};
 use crate::study::interval::Z90;
+use crate::study::noisy::Noisy;
 use crate::study::replicates::{ReplicateSums, Replicates};
 
 /// How the blur of a method shrinks.
@@ -294,20 +295,6 @@ fn placed(values: &[Noisy], total: f64) -> Vec<f64> {
     left(high).collect()
 }
 
-/// A mean and the variance that its parts say it has.
-#[derive(Clone, Copy, Debug)]
-struct Noisy {
-    value: f64,
-    variance: f64,
-}
-
-impl Noisy {
-    /// How clearly it is more than nothing.
-    fn clarity(&self) -> f64 {
-        self.value / self.variance.sqrt().max(f64::MIN_POSITIVE)
-    }
-}
-
 /// Sums over the quarters of tiles of 8×8 pixels.
 struct Tiles {
     width: usize,
@@ -343,26 +330,14 @@ impl Tiles {
 
     /// For each tile the mean of itself alone, or with its neighbours, or with theirs too: that which is most clearly more than nothing.
     fn clearest(&self, tiles: &[Option<Noisy>]) -> Vec<Noisy> {
-        let [columns, rows] = self.grid;
-        let mean = |i: usize, reach: usize| {
-            let near = |at: usize, len: usize| at.saturating_sub(reach)..(at + reach + 1).min(len);
-            let (x, y) = (i % columns, i / columns);
-            let known = near(y, rows)
-                .flat_map(|y| near(x, columns).map(move |x| y * columns + x))
-                .filter_map(|j| tiles[j]);
-            let (value, variance, count) = known
-                .fold((0.0, 0.0, 0.0f64), |(value, variance, count), tile| {
-                    (value + tile.value, variance + tile.variance, count + 1.0)
-                });
-            let count = count.max(1.0);
-            Noisy { value: value / count, variance: variance / (count * count) }
-        };
+        let mean = |i: usize, reach: usize| Noisy::mean_around(tiles, self.grid, i, reach);
         let clearest = |i: usize| {
             let neighbours = mean(i, 1);
             // Four quarters say little of their own variance.
             let alone = tiles[i].map(|tile| Noisy { value: tile.value, variance: 9.0 * neighbours.variance });
             let candidates = [Some(mean(i, NEAR)), Some(neighbours), alone];
-            let best = candidates.into_iter().flatten().max_by(|a, b| a.clarity().total_cmp(&b.clarity()));
+            let best =
+                candidates.into_iter().flatten().max_by(|a, b| a.deviations().total_cmp(&b.deviations()));
             best.unwrap_or(neighbours)
         };
         (0..tiles.len()).map(clearest).collect()

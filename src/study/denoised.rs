@@ -18,6 +18,7 @@
 use crate::image::compare::luminance;
 use crate::study::error::{ErrorEstimate, FLOOR, QUANTILES, TILE};
 use crate::study::interval::Interval;
+use crate::study::noisy::Noisy;
 
 /// The pictures of both replicates, linear Rec.709, row by row.
 pub struct FilteredHalves<'a> {
@@ -60,10 +61,11 @@ impl SquaredError {
     /// That of the picture which is filtered from all samples, as a factor on that of the mean, and the logarithm of what it may be more or
     /// less; `None` where there is too little to tell.
     fn of_all(self) -> Option<(f64, f64)> {
-        // Never less, but for noise.
-        let mean = self.mean.max(0.5 * self.single);
-        let most = (2.0 * mean / self.single).sqrt();
-        (self.mean > 0.0 && self.single > 0.0).then(|| (mean / self.mean / most, most.ln()))
+        let least = 0.5 * self.single;
+        // But for noise it is never less.
+        let most = self.mean.max(least);
+        (self.mean > 0.0 && least > 0.0)
+            .then(|| ((least * most).sqrt() / self.mean, 0.5 * (most / least).ln()))
     }
 }
 
@@ -132,7 +134,14 @@ impl FilteredHalves<'_> {
     }
 }
 
-/// Values of tiles that have the sum of these, and none of which is negative: in proportion to `noise`, but where they are clearly otherwise.
+/// A tile is averaged with so many tiles to each side, at most.
+const NEAR: usize = 2;
+
+/// Up to so many standard deviations a tile has what its noise lets expect.
+const CLEAR: f64 = 2.0;
+
+/// Values of tiles that have the sum of these, and none of which is negative: in proportion to `noise`, but where they, or their means over
+/// neighbouring tiles, are clearly otherwise.
 fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     let total: f64 = values.iter().sum();
     let all: f64 = noise.iter().sum();
@@ -140,53 +149,21 @@ fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     let more: Vec<f64> = values.iter().zip(&usual).map(|(value, usual)| value - usual).collect();
     let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
     let scale = square(&more) / square(noise).max(f64::MIN_POSITIVE);
-    let excess = |(value, noise): (&f64, &f64)| TileExcess { value: *value, variance: scale * noise * noise };
-    let more: Vec<TileExcess> = more.iter().zip(noise).map(excess).collect();
-    let known = |(usual, more): (f64, TileExcess)| (usual + more.value * more.clearly()).max(0.0);
-    let known: Vec<f64> = usual.into_iter().zip(clearest(&more, grid)).map(known).collect();
+    let excess =
+        |(value, noise): (&f64, &f64)| Some(Noisy { value: *value, variance: scale * noise * noise });
+    let more: Vec<Option<Noisy>> = more.iter().zip(noise).map(excess).collect();
+    let clearest = |i: usize| {
+        let means = (0..=NEAR).map(|reach| Noisy::mean_around(&more, grid, i, reach));
+        means.max_by(|a, b| a.deviations().abs().total_cmp(&b.deviations().abs()))
+    };
+    let known = |(i, usual): (usize, f64)| {
+        let more =
+            clearest(i).map_or(0.0, |more| more.value * (1.0 - (CLEAR / more.deviations()).powi(2)).max(0.0));
+        (usual + more).max(0.0)
+    };
+    let known: Vec<f64> = usual.into_iter().enumerate().map(known).collect();
     let sum: f64 = known.iter().sum();
     known.into_iter().map(|value| if sum > 0.0 { value * total / sum } else { 0.0 }).collect()
-}
-
-/// A tile is averaged with so many tiles to each side.
-const NEAR: usize = 2;
-
-/// A mean and its variance.
-#[derive(Clone, Copy, Debug)]
-struct TileExcess {
-    value: f64,
-    variance: f64,
-}
-
-impl TileExcess {
-    /// How many deviations it is from nothing.
-    fn clarity(&self) -> f64 {
-        self.value.abs() / self.variance.sqrt().max(f64::MIN_POSITIVE)
-    }
-
-    /// The factor by which it counts as more than noise: 0 up to two deviations.
-    fn clearly(&self) -> f64 {
-        let deviations = self.clarity();
-        if deviations > 2.0 { 1.0 - 4.0 / (deviations * deviations) } else { 0.0 }
-    }
-}
-
-/// For each tile of a grid the mean of itself alone, or with its neighbours, or with theirs too: that which is most clearly something.
-fn clearest(tiles: &[TileExcess], [columns, rows]: [usize; 2]) -> Vec<TileExcess> {
-    let mean = |i: usize, reach: usize| {
-        let near = |at: usize, len: usize| at.saturating_sub(reach)..(at + reach + 1).min(len);
-        let (x, y) = (i % columns, i / columns);
-        let around = near(y, rows).flat_map(|y| near(x, columns).map(move |x| y * columns + x));
-        let [value, variance, count] = around.fold([0.0; 3], |[value, variance, count], j| {
-            [value + tiles[j].value, variance + tiles[j].variance, count + 1.0]
-        });
-        TileExcess { value: value / count, variance: variance / (count * count) }
-    };
-    let clearest = |i: usize| {
-        let candidates = (0..=NEAR).map(|reach| mean(i, reach));
-        candidates.max_by(|a, b| a.clarity().total_cmp(&b.clarity()))
-    };
-    (0..tiles.len()).filter_map(clearest).collect()
 }
 
 /// The standard deviation of a sum of independent values, about, over the sum.

@@ -89,6 +89,7 @@ pub mod late;
 pub mod measurement;
 pub mod method_curve;
 mod monitor;
+mod noisy;
 pub mod pages;
 mod picture_tile;
 pub mod pool;

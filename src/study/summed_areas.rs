@@ -37,3 +37,10 @@ impl<T: Copy + Default + AddAssign + Subtract> SummedAreas<T> {
 pub(super) trait Subtract {
     fn minus(self, other: Self) -> Self;
 }
+
+/// The first column and row, and those after the last, of the tiles around tile `i` of a grid.
+pub(super) fn tiles_around(i: usize, [columns, rows]: [usize; 2], reach: usize) -> ([usize; 2], [usize; 2]) {
+    let (x, y) = (i % columns, i / columns);
+    let from = [x.saturating_sub(reach), y.saturating_sub(reach)];
+    (from, [(x + reach + 1).min(columns), (y + reach + 1).min(rows)])
+}

@@ -27,7 +27,7 @@ use crate::study::error::{ReplicatePixel, TILE};
 use crate::study::highlights::{LackedHighlights, lacked_highlights};
 use crate::study::largest::LargestSamples;
 use crate::study::picture_tile::PictureTile;
-use crate::study::summed_areas::{Subtract, SummedAreas};
+use crate::study::summed_areas::{Subtract, SummedAreas, tiles_around};
 
 /// Goes on to at least so many paths over a picture of this size in pixels; returns what two independent witnesses have found in each of
 /// its tiles of 8×8 pixels since the render began.
@@ -218,13 +218,6 @@ fn scattered(picture: &[PictureTile], unfound: &UnfoundLight) -> ScatteredLight 
     let points = ((points - BY_CHANCE) / (1.0 - BY_CHANCE)).clamp(0.0, 1.0);
     let rms = light * (points * one + 1.0 - points).max(1.0).sqrt();
     ScatteredLight { tiles, light, rms, deviation: 1.0 / once.sqrt() }
-}
-
-/// The first column and row, and those after the last, of the tiles around tile `i` of a grid.
-fn tiles_around(i: usize, [columns, rows]: [usize; 2], reach: usize) -> ([usize; 2], [usize; 2]) {
-    let (x, y) = (i % columns, i / columns);
-    let from = [x.saturating_sub(reach), y.saturating_sub(reach)];
-    (from, [(x + reach + 1).min(columns), (y + reach + 1).min(rows)])
 }
 
 impl Subtract for WitnessedArea {

@@ -4,8 +4,9 @@
 //! through that pixel; photons and connections do not, because a delta allows no other direction. What no sample has met, no estimate from samples
 //! knows. But about where it is, and how bright, follows from a few chains of deltas if the last direction of each stands for all directions in a cone
 //! around it (path space regularization, Kaplanyan and Dachsbacher 2013): a lamp that the cone holds is seen in the share of the cell of the picture that
-//! its solid angle has of the cone's. Half the angle of the cone is by how much the direction changes over a pixel, which two chains from places close by tell (Igehy
-//! 1999, *Tracing Ray Differentials*), so that the highlight is blurred by about a pixel, whether the mirror is flat or a small ball.
+//! its solid angle has of the cone's. Half the angle of the cone is by how much the direction
+//! changes over a cell, or over a pixel where cells are smaller, as two chains from places close by tell (Igehy 1999, *Tracing Ray Differentials*). So
+//! the highlight is blurred by about that, whether the mirror is flat or a small ball.
 //!
 //! What is blurred already is not found: the chains are those through the middle of the lens, and rough surfaces have none.
 
@@ -65,7 +66,8 @@ pub(super) struct HighlightFinder {
 
 /// A chain on its way.
 struct ChainStart {
-    way: u64,
+    /// A number for the surfaces that it has met and what it did there.
+    chain: u64,
     steps: u32,
     value: SampledSpectrum,
     /// The same as the eye sees it, without what refraction does to radiance.
@@ -75,14 +77,14 @@ struct ChainStart {
 /// Where a chain leaves its last vertex.
 #[derive(Clone, Copy)]
 struct ChainEnd {
-    /// A number for the surfaces that it has met and what it did there.
-    way: u64,
+    /// The number of the chain: the same surfaces, met in the same way, have the same.
+    chain: u64,
     hit: SurfaceInteraction,
     /// Unit direction.
     wi: Vec3,
     /// The share of the light from there that reaches the camera.
     value: SampledSpectrum,
-    /// The probability that a path goes this way.
+    /// The probability that a path follows this chain.
     chance: f32,
 }
 
@@ -92,10 +94,11 @@ struct SampledLamp {
     sample: LightSample,
 }
 
-/// What the chains of one kind show of one source of light in one area.
+/// What chains over the same surfaces show of one source of light in one area.
 struct ShownLamp {
     area: usize,
-    way: u64,
+    /// The number of the chains.
+    chain: u64,
     /// The number of the source of light.
     source: u32,
     highlight: Highlight,
@@ -128,13 +131,10 @@ impl HighlightFinder {
             return Vec::new();
         }
         let cells = ((FIRST_PLACES / (columns * rows).max(1)).isqrt() as u32).clamp(1, self.side / 2);
-        let (mut random, mut ends) = (Random(0), Vec::new());
+        let mut random = Random(0);
         let mut has_chains = |area: &usize| {
-            self.places(*area, cells, &mut random).into_iter().any(|place| {
-                ends.clear();
-                self.chains_from(place, &mut ends);
-                !ends.is_empty()
-            })
+            let places = self.places(*area, cells, &mut random);
+            places.into_iter().any(|place| !self.chains_from(place).is_empty())
         };
         let mut is_near = vec![false; columns * rows];
         for area in (0..columns * rows).filter(&mut has_chains) {
@@ -161,37 +161,15 @@ impl HighlightFinder {
 
     /// All highlights, from chains that begin at one place in each of `cells`² cells of every area.
     pub fn find(&self, cells: u32) -> Vec<Highlight> {
-        let (mut random, mut found) =
-            (Random(u64::from(self.context.seed) << 32 | u64::from(cells)), Vec::new());
-        let [mut ends, mut right, mut below] = [const { Vec::new() }; 3];
-        let cell = (f64::from(self.side) / f64::from(cells)).powi(2);
+        let mut random = Random(u64::from(self.context.seed) << 32 | u64::from(cells));
+        let cell = f64::from(self.side) / f64::from(cells);
+        let mut found = Vec::new();
         for &area in &self.areas {
             for place in self.places(area, cells, &mut random) {
-                for ends in [&mut ends, &mut right, &mut below] {
-                    ends.clear();
-                }
-                self.chains_from(place, &mut ends);
-                for end in &ends {
-                    for number in 0..self.lamps {
-                        let Some(lamp) = self.lamp_near(end, number, &mut random) else { continue };
-                        if right.is_empty() && below.is_empty() {
-                            self.chains_from([place[0] + BESIDE, place[1]], &mut right);
-                            self.chains_from([place[0], place[1] + BESIDE], &mut below);
-                        }
-                        let turn = |ends: &[ChainEnd]| {
-                            let same = ends.iter().find(|other| other.way == end.way);
-                            same.map_or(f32::INFINITY, |other| other.wi.distance(end.wi)) / BESIDE as f32
-                        };
-                        let cone = turn(&right).hypot(turn(&below)).clamp(CONE[0], CONE[1]);
-                        let source = self.context.scene.lights().source(lamp.light);
-                        let highlight = self.highlight(end, cone, lamp, cell);
-                        let shown = |highlight| ShownLamp { area, way: end.way, source, highlight };
-                        found.extend(highlight.map(shown));
-                    }
-                }
+                self.add_shown(place, cell, area, &mut random, &mut found);
             }
         }
-        found.sort_by_key(|shown| (shown.area, shown.way, shown.source));
+        found.sort_by_key(|shown| (shown.area, shown.chain, shown.source));
         let sum = |all: &[ShownLamp]| {
             let mut sum = Highlight { area: all[0].area, ..Highlight::default() };
             for Highlight { light, pixels, chance, .. } in all.iter().map(|shown| &shown.highlight) {
@@ -200,16 +178,57 @@ impl HighlightFinder {
             }
             sum
         };
-        let is_same = |a: &ShownLamp, b: &ShownLamp| (a.area, a.way, a.source) == (b.area, b.way, b.source);
+        let is_same =
+            |a: &ShownLamp, b: &ShownLamp| (a.area, a.chain, a.source) == (b.area, b.chain, b.source);
         found.chunk_by(is_same).map(sum).collect()
     }
 
-    /// Adds the ends of all chains from a place in the picture, in pixels.
-    fn chains_from(&self, place: [f64; 2], ends: &mut Vec<ChainEnd>) {
+    /// Adds the lamps that chains from a place show, in pixels, which stands for a cell of so many pixels to a side.
+    fn add_shown(
+        &self,
+        place: [f64; 2],
+        cell: f64,
+        area: usize,
+        random: &mut Random,
+        found: &mut Vec<ShownLamp>,
+    ) {
+        // The chains from the places beside it are traced where one of them may show a lamp.
+        let mut beside: Option<[Vec<ChainEnd>; 2]> = None;
+        for end in &self.chains_from(place) {
+            for number in 0..self.lamps {
+                let Some(lamp) = self.lamp_near(end, number, random) else { continue };
+                let beside = beside.get_or_insert_with(|| {
+                    [[BESIDE, 0.0], [0.0, BESIDE]]
+                        .map(|[x, y]| self.chains_from([place[0] + x, place[1] + y]))
+                });
+                let turn = |ends: &Vec<ChainEnd>| {
+                    let same = ends.iter().find(|other| other.chain == end.chain);
+                    same.map_or(f32::INFINITY, |other| other.wi.distance(end.wi) / BESIDE as f32)
+                };
+                // A cone of a pixel would miss what is seen elsewhere in a larger cell.
+                let over_cell = turn(&beside[0]).hypot(turn(&beside[1])) * cell.max(1.0) as f32;
+                let cone = over_cell.clamp(CONE[0], CONE[1]);
+                let source = self.context.scene.lights().source(lamp.light);
+                let highlight = self.highlight(end, cone, lamp, cell * cell);
+                let shown = |highlight| ShownLamp {
+                    area,
+                    chain: end.chain,
+                    source,
+                    highlight: Highlight { area, ..highlight },
+                };
+                found.extend(highlight.map(shown));
+            }
+        }
+    }
+
+    /// The ends of all chains from a place in the picture, in pixels.
+    fn chains_from(&self, place: [f64; 2]) -> Vec<ChainEnd> {
         let uv = [place[0] / f64::from(self.size[0]), place[1] / f64::from(self.size[1])];
         let ray = self.context.camera.ray(uv, [0.5; 2]);
-        let start = ChainStart { way: 0, steps: 0, value: SampledSpectrum::splat(1.0), eye_value: 1.0 };
-        self.follow(&ray, &start, ends);
+        let start = ChainStart { chain: 0, steps: 0, value: SampledSpectrum::splat(1.0), eye_value: 1.0 };
+        let mut ends = Vec::new();
+        self.follow(&ray, &start, &mut ends);
+        ends
     }
 
     /// Adds the ends of all chains along `ray`.
@@ -224,7 +243,7 @@ impl HighlightFinder {
         for lobe in vertex.bsdf.delta_lobes(vertex.wo).iter().flatten() {
             let wi = vertex.frame.to_world(lobe.wi);
             let next = ChainStart {
-                way: (chain.way ^ u64::from(hit.surface) << 1 ^ u64::from(lobe.transmitted))
+                chain: (chain.chain ^ u64::from(hit.surface) << 1 ^ u64::from(lobe.transmitted))
                     .wrapping_mul(0x9e37_79b9_7f4a_7c15),
                 steps: chain.steps + 1,
                 value: chain.value * lobe.weight,
@@ -233,9 +252,9 @@ impl HighlightFinder {
             // False for NaN.
             let counts = next.eye_value >= LEAST_VALUE && vertex.hit.sides_agree(wi, lobe.transmitted);
             if counts {
-                let ChainStart { way, value, eye_value, .. } = next;
+                let ChainStart { chain: number, value, eye_value, .. } = next;
                 let chance = if is_followed(chain.steps, eye_value, lobe) { 1.0 } else { eye_value };
-                ends.push(ChainEnd { way, hit, wi, value, chance });
+                ends.push(ChainEnd { chain: number, hit, wi, value, chance });
                 self.follow(&hit.spawn(wi), &next, ends);
             }
         }
@@ -269,10 +288,9 @@ impl HighlightFinder {
         let radiance = self.lambda.to_xyz(end.value * emitted * (open * sample.scale));
         // Pixels for each steradian of the lamp; 1 − cos without cancellation.
         let density = cell / (TAU * 2.0 * (0.5 * f64::from(cone)).sin().powi(2));
-        let pdf = f64::from(sample.pdf.0);
-        let seen = f64::from(radiance.y) * density / (pdf * self.lamps as f64);
-        // All samples of a lamp cover it together.
-        let pixels = density / (pdf * self.lamps as f64);
+        // All samples of a lamp cover together what it does.
+        let pixels = density / (f64::from(sample.pdf.0) * self.lamps as f64);
+        let seen = f64::from(radiance.y) * pixels;
         let chance = pixels * f64::from(end.chance);
         (seen > 0.0 && seen.is_finite()).then_some(Highlight { area: 0, light: seen, pixels, chance })
     }

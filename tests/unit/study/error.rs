@@ -98,3 +98,24 @@ fn both_halves_of_a_picture_say_the_same() {
     assert!((a / b - 1.0).abs() < 0.05 && a != b, "{a} {b}");
     assert_eq!(field.coarse([4, 4]).len(), 16);
 }
+
+/// If one tile alone has met what makes its error, three others may be about to (the rule of three). Where all tiles are alike, three more of them
+/// are next to nothing.
+#[test]
+fn the_upper_end_of_rel_mse_allows_for_three_more_tiles_like_the_largest() {
+    let side = 128;
+    let even = noisy(side, 1);
+    let alone: Vec<ReplicatePixel> = (0..side * side)
+        .map(|i| match i % side < TILE && i / side < TILE {
+            true => even[i],
+            false => ReplicatePixel { mean: [1.0; 3], difference: [0.0; 3], ..even[i] },
+        })
+        .collect();
+    let upper = |pixels: &[ReplicatePixel]| {
+        let field = ErrorField::new(pixels, [side; 2]).expect("every pixel was seen");
+        let rel_mse = field.estimate(TileSubset::All).rel_mse;
+        rel_mse.high / rel_mse.value
+    };
+    let [even, alone] = [upper(&even), upper(&alone)];
+    assert!(even < 1.25 && alone >= 4.0, "{even} {alone}");
+}
