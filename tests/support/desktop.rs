@@ -35,12 +35,13 @@ impl Desktop {
         Self { _server: server, display, connection, root }
     }
 
-    /// The window whose title contains `title`, once there is one; it may not be on the screen yet.
+    /// The window whose title contains `title`, once it is on the screen: its pixels cannot be read before.
     pub fn find(&self, title: &str, timeout: Duration) -> Option<xproto::Window> {
         let start = Instant::now();
         while start.elapsed() < timeout {
             let tree = self.connection.query_tree(self.root).ok()?.reply().ok()?;
-            if let Some(window) = tree.children.into_iter().find(|w| self.title(*w).contains(title)) {
+            let found = tree.children.into_iter().find(|w| self.title(*w).contains(title));
+            if let Some(window) = found.filter(|w| self.is_shown(*w)) {
                 return Some(window);
             }
             std::thread::sleep(Duration::from_millis(20));
@@ -193,5 +194,14 @@ impl Desktop {
             .and_then(|cookie| cookie.reply().ok())
             .map(|r| String::from_utf8_lossy(&r.value).into_owned())
             .unwrap_or_default()
+    }
+
+    /// True when the server shows the window; one that is not mapped yet has no pixels.
+    fn is_shown(&self, window: xproto::Window) -> bool {
+        let attributes = self.connection.get_window_attributes(window);
+        attributes
+            .ok()
+            .and_then(|cookie| cookie.reply().ok())
+            .is_some_and(|r| r.map_state == xproto::MapState::VIEWABLE)
     }
 }
