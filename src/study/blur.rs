@@ -30,10 +30,22 @@ pub struct BlurSchedule {
 /// The bias of a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blur {
-    /// Mean square over the pixels of each tile, of luminance, row by row.
+    /// Mean square over the pixels of each tile, of luminance, row by row; of what it may be where it is not [significant](Self::is_significant).
     pub squares: Vec<f64>,
     /// The deviation of their sum, as a share of it.
     pub deviation: f64,
+    /// It is more than noise may be.
+    pub is_significant: bool,
+}
+
+impl Blur {
+    /// The mean square of a tile's blur, so many standard deviations from what is known of it. What may as well be noise counts as none, but
+    /// may be there.
+    pub fn square(&self, tile: usize, deviations: f64) -> f64 {
+        let square = self.squares.get(tile).copied().unwrap_or_default();
+        let middle = if self.is_significant { 1.0 } else { 0.0 };
+        square * (middle + deviations * self.deviation).max(0.0)
+    }
 }
 
 /// Watches how the blur of a render shrinks.
@@ -73,9 +85,27 @@ struct LuminanceSums {
 #[derive(Clone, Debug)]
 struct KnownBlur {
     blurred: BlurredSamples,
-    /// Squared bias of each tile over the square of what errors are relative to.
+    /// Squared bias of each tile over the square of what errors are relative to, as in [`Blur`].
     relative: Vec<f64>,
     deviation: f64,
+    is_significant: bool,
+    /// The deviation of the mean of `relative` that noise makes.
+    noise: f64,
+}
+
+/// The square of the difference of early and late samples that both replicates have in common.
+struct CommonDifference {
+    /// Of each tile, relative to brightness; where it may be noise alone, the least and one deviation.
+    relative: Vec<f64>,
+    /// Mean over all tiles, and its deviation.
+    mean: f64,
+    deviation: f64,
+}
+
+impl CommonDifference {
+    fn is_significant(&self) -> bool {
+        self.mean > Z90 * self.deviation
+    }
 }
 
 /// The blur is computed from so many times the paths of the kept moment on.
@@ -146,9 +176,10 @@ impl BlurWatch {
         let since = self.moment.as_ref().map_or(f64::INFINITY, |moment| paths as f64 / moment.paths as f64);
         if let Some(moment) = self.moment.as_ref().filter(|_| since >= COMPARED) {
             let found = self.found(sums, moment);
-            let known = self.known.as_ref();
-            let is_clearer =
-                found.as_ref().is_some_and(|found| known.is_none_or(|k| found.deviation < k.deviation));
+            let less_noise = |found: &KnownBlur| {
+                self.known.as_ref().is_none_or(|k| found.noise < k.noise * found.blurred.over(&k.blurred))
+            };
+            let is_clearer = found.as_ref().is_some_and(less_noise);
             if is_clearer || since >= RENEWED {
                 self.known = found;
             }
@@ -156,12 +187,12 @@ impl BlurWatch {
         if since >= RENEWED {
             self.moment = Some(Moment::of(sums, self.blurred));
         }
-        let KnownBlur { blurred, relative, deviation } = self.known.as_ref()?;
+        let KnownBlur { blurred, relative, deviation, is_significant, .. } = self.known.as_ref()?;
         let later = self.blurred.over(blurred);
         let against = brightness(sums)?;
         let squares =
             relative.iter().zip(against).map(|(square, against)| square * later * against * against);
-        Some(Blur { squares: squares.collect(), deviation: *deviation })
+        Some(Blur { squares: squares.collect(), deviation: *deviation, is_significant: *is_significant })
     }
 
     /// What the samples before and after the moment tell.
@@ -173,11 +204,17 @@ impl BlurWatch {
         }
         // Nobody knows how much of the blur follows which law.
         let apart = 0.5 * (areas - radii).abs() / ratio;
-        let (relative, deviation) = compare(sums, moment)?;
+        let common = compare(sums, moment)?;
+        let is_significant = common.is_significant();
         Some(KnownBlur {
             blurred: self.blurred,
-            relative: relative.into_iter().map(|square| square * ratio).collect(),
-            deviation: deviation.hypot(apart).min(1.0),
+            deviation: match is_significant {
+                true => (common.deviation / common.mean).hypot(apart).min(1.0),
+                false => 1.0,
+            },
+            is_significant,
+            noise: common.deviation * ratio,
+            relative: common.relative.into_iter().map(|square| square * ratio).collect(),
         })
     }
 }
@@ -243,9 +280,8 @@ fn brightness(sums: &Replicates) -> Option<Vec<f64>> {
     Some(tiles.iter().map(|tile| tile.unwrap_or(mean).abs() + FLOOR * mean.abs()).collect())
 }
 
-/// The square of the difference of early and late samples that both replicates have in common, tile by tile, relative to brightness, and the
-/// deviation of their sum as a share of it. `None` where that is no more than noise may be.
-fn compare(sums: &Replicates, moment: &Moment) -> Option<(Vec<f64>, f64)> {
+/// What both replicates have in common of the difference of early and late samples. `None` where too few tiles have both.
+fn compare(sums: &Replicates, moment: &Moment) -> Option<CommonDifference> {
     let size @ [_, height] = sums.size();
     // Luminance of each pixel that has samples.
     let picture = |part: ReplicateSums| -> Vec<Option<f32>> {
@@ -275,10 +311,13 @@ fn compare(sums: &Replicates, moment: &Moment) -> Option<(Vec<f64>, f64)> {
     if known.len() < 2 {
         return None;
     }
-    let total: f64 = known.iter().map(|tile| tile.value).sum();
-    let variance: f64 = known.iter().map(|tile| tile.variance).sum();
-    let deviation = variance.sqrt() / total;
-    (total > 0.0 && deviation * Z90 < 1.0).then(|| (placed(&tiles.clearest(&relative), total), deviation))
+    let count = known.len() as f64;
+    let mean = known.iter().map(|tile| tile.value).sum::<f64>() / count;
+    let deviation = known.iter().map(|tile| tile.variance).sum::<f64>().sqrt() / count;
+    let mut common = CommonDifference { relative: Vec::new(), mean, deviation };
+    let placed_mean = if common.is_significant() { mean } else { mean.max(0.0) + deviation };
+    common.relative = placed(&tiles.clearest(&relative), placed_mean * count);
+    Some(common)
 }
 
 /// The values by soft thresholding, none of them negative and all of them together of this sum: the threshold is the same multiple of the deviation of
@@ -417,9 +456,29 @@ mod tests {
 
     #[test]
     fn without_blur_hardly_ever_any_is_told() {
-        let told = (0..40).filter(|seed| watched(100 + seed, 0.0, 1.0, 32).0.is_some()).count();
+        let told = |seed: &u64| watched(100 + seed, 0.0, 1.0, 32).0.is_some_and(|blur| blur.is_significant);
+        let told = (0..40).filter(told).count();
         // One in twenty by design; 7 or more of 40 would be one in 300.
         assert!(told < 7, "in {told} of 40 pictures noise is taken for blur");
+    }
+
+    #[test]
+    fn blur_that_may_be_noise_counts_upwards_alone() {
+        // So little that it is hardly ever significant.
+        let (bias, mut held, mut uncertain) = (0.15, 0, 0);
+        for seed in 0..40 {
+            let (blur, truth) = watched(200 + seed, bias, 1.0, 8);
+            let Some(blur) = blur.filter(|blur| !blur.is_significant) else { continue };
+            let at = |deviations: f64| {
+                let tiles = blur.squares.len();
+                (0..tiles).map(|i| blur.square(i, deviations)).sum::<f64>() / tiles as f64
+            };
+            assert_eq!((at(0.0), at(-1.0)), (0.0, 0.0));
+            uncertain += 1;
+            held += usize::from(truth < at(Z90));
+        }
+        assert!(uncertain > 10, "{uncertain} of 40 are not significant");
+        assert!(10 * held >= 9 * uncertain, "the upper end held in {held} of {uncertain}");
     }
 
     #[test]

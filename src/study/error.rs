@@ -357,7 +357,7 @@ impl ErrorField {
         self.blur = blur;
         let tiles = 0..self.tiles.len();
         let all: f64 = self.map().iter().map(|relative| relative * relative).sum();
-        let blurred = |i| Some(self.blurred(i, 0.0) / self.divisor(i)?.powi(2));
+        let blurred = |i| Some(self.blur.square(i, 0.0) / self.divisor(i)?.powi(2));
         if all > 0.0 { tiles.filter_map(blurred).sum::<f64>() / all } else { 0.0 }
     }
 
@@ -368,16 +368,17 @@ impl ErrorField {
         (pixels > 0.0 && against > 0.0).then_some(against)
     }
 
-    /// The mean square of a tile's blur, so many standard deviations from what is known of it.
-    fn blurred(&self, tile: usize, deviations: f64) -> f64 {
-        let square = self.blur.squares.get(tile).copied().unwrap_or_default();
-        square * (1.0 + deviations * self.blur.deviation).max(0.0)
+    /// Mean luminance that the tile lacks as witnesses know it, so many standard deviations from what they know.
+    fn known_to_lack(&self, tile: usize, deviations: f64) -> f64 {
+        let UnfoundLight { light, deviation, possible, .. } = &self.unfound;
+        let known = light.get(tile).map_or(0.0, |light| light * (1.0 + deviations * deviation));
+        known.max(deviations * possible.get(tile).copied().unwrap_or_default())
     }
 
     /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
     fn lacks(&self, tile: usize, deviations: f64) -> f64 {
-        let UnfoundLight { light, deviation, highlights, scattered, .. } = &self.unfound;
-        let known = light.get(tile).map_or(0.0, |light| light * (1.0 + deviations * deviation));
+        let UnfoundLight { highlights, scattered, .. } = &self.unfound;
+        let known = self.known_to_lack(tile, deviations);
         let more = if self.is_scattered(tile) {
             scattered.rms * (1.0 + deviations * scattered.deviation)
         } else {
@@ -389,10 +390,9 @@ impl ErrorField {
 
     /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
     fn lacks_relative(&self, tile: usize, luminance: f64, deviations: f64) -> f64 {
-        let UnfoundLight { light, deviation, highlights, scattered, .. } = &self.unfound;
+        let UnfoundLight { highlights, scattered, .. } = &self.unfound;
         let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
-        let known =
-            light.get(tile).map_or(0.0, |light| square(light * (1.0 + deviations * deviation), luminance));
+        let known = square(self.known_to_lack(tile, deviations), luminance);
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);
         let known = known + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION);
         if !self.is_scattered(tile) || scattered.light <= 0.0 {
@@ -430,7 +430,7 @@ impl ErrorField {
         let [mut square, mut pixels] = [0.0; 2];
         for (i, tile) in self.tiles.iter().enumerate() {
             for quarter in tile.quarters {
-                let more = self.lacks(i, 0.0) + self.blurred(i, 0.0);
+                let more = self.lacks(i, 0.0) + self.blur.square(i, 0.0);
                 square += quarter.square + quarter.pixels * more;
                 pixels += quarter.pixels;
             }
@@ -464,7 +464,7 @@ impl ErrorField {
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
         let against = self.divisor(i)?;
         // Below 0 where more noise of a reference is subtracted than there is.
-        let square = (square / pixels).max(0.0) + self.lacks(i, deviations) + self.blurred(i, deviations);
+        let square = (square / pixels).max(0.0) + self.lacks(i, deviations) + self.blur.square(i, deviations);
         (pixels > 0.0).then(|| square.sqrt() / against)
     }
 
@@ -486,7 +486,7 @@ impl ErrorField {
             errors.extend(self.relative(i, &quarters[..count], deviations));
             let luminance = tile.luminance / tile.pixels().max(1.0);
             let more = self.lacks_relative(i, luminance, deviations)
-                + self.blurred(i, deviations) / (luminance * luminance + 0.01);
+                + self.blur.square(i, deviations) / (luminance * luminance + 0.01);
             for &q in &quarters[..count] {
                 relative += tile.quarters[q].relative() + tile.quarters[q].pixels * more;
                 pixels += tile.quarters[q].pixels;
@@ -523,6 +523,7 @@ impl ErrorField {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4, 0.0);
         let is_uncertain = self.unfound.deviation > 0.0
+            || !self.unfound.possible.is_empty()
             || !self.unfound.highlights.is_empty()
             || !self.unfound.scattered.tiles.is_empty()
             || self.blur.deviation > 0.0;
@@ -551,18 +552,21 @@ impl ErrorField {
         let count = HALF_SAMPLES as f64;
         let variance = |i: usize| ((squares[i] - sums[i] * sums[i] / count) / (count - 1.0)).max(0.0);
         let widened = half_interval() / Z90;
+        // Upwards and downwards.
         let of_bias = |i: usize| {
-            let less = less[i].max(0.1 * whole[i]);
-            if less > 0.0 { 0.5 * (more[i] / less).max(1.0).ln() } else { 0.0 }
+            let whole = whole[i];
+            let log = |ratio: f64| if whole > 0.0 { ratio.max(1.0).ln() } else { 0.0 };
+            [log(more[i] / whole), log(whole / less[i].max(0.1 * whole))]
         };
         let is_guessed =
             self.tiles.iter().flat_map(|tile| &tile.quarters).any(|quarter| quarter.colors > 0.0);
         let interval = |i: usize| {
             let scatter = widened * (2.0 * variance(i)).sqrt();
             if i < 3 || !is_guessed {
-                return Interval::of_log(whole[i], scatter.hypot(of_bias(i)));
+                return Interval::of_logs(whole[i], of_bias(i).map(|bias| scatter.hypot(bias)));
             }
-            let mut of_sum = Interval::of_log(whole[i], scatter.hypot(of_bias(i)).hypot(DIVISOR_DEVIATION));
+            let deviations = of_bias(i).map(|bias| scatter.hypot(bias).hypot(DIVISOR_DEVIATION));
+            let mut of_sum = Interval::of_logs(whole[i], deviations);
             of_sum.high += UNMET * self.largest_of_sum(tiles);
             of_sum
         };

@@ -27,8 +27,13 @@ impl Interval {
 
     /// `value` with a standard deviation of its logarithm: `value · exp(±1.645 σ)`.
     pub fn of_log(value: f64, sigma: f64) -> Self {
-        let factor = (Z90 * sigma).exp();
-        Self { value, low: value / factor, high: value * factor }
+        Self::of_logs(value, [sigma; 2])
+    }
+
+    /// The same with one standard deviation upwards and another downwards.
+    pub fn of_logs(value: f64, sigmas: [f64; 2]) -> Self {
+        let [up, down] = sigmas.map(|sigma| (Z90 * sigma).exp());
+        Self { value, low: value / down, high: value * up }
     }
 
     /// Mean and interval of independent numbers by Student's t; one number alone counts as exact. `None` without numbers.

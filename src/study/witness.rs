@@ -49,8 +49,11 @@ const SAMPLES: f64 = 32.0;
 /// Up to this share of two rare samples of a tile lie in one place by chance.
 const BY_CHANCE: f64 = 0.25;
 
-/// Number of standard errors from which other light counts, and at which β counts nothing.
-const SIGNIFICANT: [f64; 2] = [4.0, 2.0];
+/// Number of standard errors from which other light counts.
+const SIGNIFICANT: f64 = 4.0;
+
+/// Up to the first number of standard errors β counts as 0, from the second on as what it is.
+const SIGNIFICANT_SHARE: [f64; 2] = [2.0, 3.0];
 
 /// Tiles darker than this share of the mean luminance weigh as much as those that have it.
 const DARK: f64 = 0.1;
@@ -83,6 +86,8 @@ pub struct UnfoundLight {
     pub brightness: Vec<f64>,
     /// Relative standard deviation of `light`.
     pub deviation: f64,
+    /// Caustics that each tile may lack, mean luminance at one standard deviation, also where they are not significant; empty without witnesses.
+    pub possible: Vec<f64>,
     /// Highlights that each tile lacks on top of it; empty where there are none.
     pub highlights: Vec<LackedHighlights>,
     /// What some of the tiles lack on top of that.
@@ -241,6 +246,17 @@ struct WitnessComparison<'a> {
     witnesses: [SummedAreas<WitnessedArea>; 2],
 }
 
+/// The share of the caustics that a picture lacks.
+#[derive(Clone, Copy, Debug, Default)]
+struct MissingShare {
+    /// 0 where it may be noise.
+    share: f64,
+    /// Its relative standard deviation.
+    deviation: f64,
+    /// One standard deviation above what it is.
+    most: f64,
+}
+
 /// What is found around one tile.
 struct Around {
     /// Mean luminance of caustics, by either witness.
@@ -252,13 +268,13 @@ struct Around {
 impl WitnessComparison<'_> {
     fn unfound(&self) -> UnfoundLight {
         let around: Vec<Around> = (0..self.picture.len()).map(|i| self.around(i)).collect();
-        let (beta, deviation) = self.missing_caustics(&around);
+        let MissingShare { share: beta, deviation, most } = self.missing_caustics(&around);
         let mean = |around: &Around| 0.5 * (around.caustics[0] + around.caustics[1]);
-        let mut light: Vec<f64> = around
-            .iter()
-            .zip(self.picture)
-            .map(|(around, tile)| (beta * mean(around) - tile.rare).max(0.0))
-            .collect();
+        let lacks = |beta: f64| -> Vec<f64> {
+            let tiles = around.iter().zip(self.picture);
+            tiles.map(|(around, tile)| (beta * mean(around) - tile.rare).max(0.0)).collect()
+        };
+        let (mut light, possible) = (lacks(beta), lacks(most));
         let total = |light: &[f64]| light.iter().sum::<f64>();
         let caustics = total(&light);
         self.add_other_light(&mut light);
@@ -285,6 +301,7 @@ impl WitnessComparison<'_> {
             caustics: share(caustics),
             brightness,
             light,
+            possible,
             ..UnfoundLight::default()
         }
     }
@@ -311,9 +328,9 @@ impl WitnessComparison<'_> {
         }
     }
 
-    /// The share β of the caustics that the picture lacks, nearer to 0 where it is uncertain, and its relative standard deviation. It is that of
-    /// single tiles: a caustic may lie in few of them, where means of their surroundings would hide it.
-    fn missing_caustics(&self, around: &[Around]) -> (f64, f64) {
+    /// The share β of the caustics that the picture lacks. It is that of single tiles: a caustic may lie in few of them, where means of their
+    /// surroundings would hide it.
+    fn missing_caustics(&self, around: &[Around]) -> MissingShare {
         let mean = self.picture.iter().map(|tile| tile.light.abs()).sum::<f64>() / self.picture.len() as f64;
         let (mut above, mut below, mut noise) = (0.0, 0.0, 0.0);
         for (i, (around, tile)) in around.iter().zip(self.picture).enumerate() {
@@ -332,12 +349,17 @@ impl WitnessComparison<'_> {
             let of = |a: usize, b: usize| caustics[a].powi(2) * variance[b];
             noise += weight * weight * (of(0, 1) + of(1, 0));
         }
-        if above <= 0.0 || below <= 0.0 {
-            return (0.0, 0.0);
+        if below <= 0.0 {
+            return MissingShare::default();
         }
-        let (beta, variance) = (above / below, noise / (below * below));
-        let shrunk = (beta - SIGNIFICANT[1].powi(2) * variance / beta).clamp(0.0, 1.0);
-        if shrunk > 0.0 { (shrunk, variance.sqrt() / beta) } else { (0.0, 0.0) }
+        let (beta, sigma) = (above / below, noise.sqrt() / below);
+        let most = (beta.max(0.0) + sigma).min(1.0);
+        let [none, all] = SIGNIFICANT_SHARE;
+        let counts = ((beta / sigma - none) / (all - none)).clamp(0.0, 1.0);
+        match counts > 0.0 {
+            true => MissingShare { share: (beta * counts).min(1.0), deviation: sigma / beta, most },
+            false => MissingShare { most, ..MissingShare::default() },
+        }
     }
 
     /// Adds to `light` what the witnesses find on top of it in squares that become smaller.
@@ -362,9 +384,7 @@ impl WitnessComparison<'_> {
                 // A few samples may be alike by chance.
                 let least = (0.05 * shown.light / shown.tiles).powi(2);
                 let noise = variance + shown.variance / (shown.tiles * shown.tiles) + least;
-                if more > SIGNIFICANT[0] * noise.sqrt()
-                    || lacks > 0.0 && more < -SIGNIFICANT[0] * noise.sqrt()
-                {
+                if more > SIGNIFICANT * noise.sqrt() || lacks > 0.0 && more < -SIGNIFICANT * noise.sqrt() {
                     places().for_each(|i| light[i] = (light[i] + more).max(0.0));
                 }
             }
@@ -455,6 +475,25 @@ mod tests {
         assert!(brightness[5 * 16 + 7] > 1.3 && deviation > 0.0 && deviation < 0.5, "{deviation}");
         // Far from the caustic nothing is missing.
         assert!(light[0] < 0.05 && light[tiles() - 1] < 0.05);
+    }
+
+    #[test]
+    fn caustics_that_few_paths_cannot_judge_may_be_missing() {
+        let nothing = LargestSamples::new(SIZE);
+        let here = |tile: &usize| caustic(*tile) > 0.0;
+        let mean = |of: &[f64]| {
+            let inside: Vec<f64> = (0..tiles()).filter(here).map(|tile| of[tile]).collect();
+            inside.iter().sum::<f64>() / inside.len() as f64
+        };
+        // With one sample in a tile nobody knows whether the picture has them; with many it is known to have them.
+        let few = unfound(7, 1, |_| 1.0, &nothing);
+        let many = unfound(7, 64, |_| 1.0, &nothing);
+        assert!(mean(&few.possible) > 2.0 * mean(&many.possible), "{few:?}, {many:?}");
+        assert!(mean(&many.possible) < 0.1 && few.light.iter().all(|lacks| *lacks < 0.25));
+        // Where they are missing for sure, that is what may be missing, or a little more.
+        let missing = unfound(7, 64, |_| 0.0, &nothing);
+        let ratio = mean(&missing.possible) / mean(&missing.light);
+        assert!((1.0..1.2).contains(&ratio), "{ratio}");
     }
 
     #[test]
