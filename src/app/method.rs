@@ -15,7 +15,9 @@ use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
 use crate::study::error::TILE;
+use crate::study::format::percent;
 use crate::study::witness::Witnesses;
+use crate::study::{LateLight, MissingLight};
 use crate::tracer::choice::{self, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
@@ -24,6 +26,9 @@ use crate::tracer::integrator::{
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::witness;
 use crate::tracer::{Camera, Integrator, Scene};
+
+/// Share of the light from which on the method is changed for what it has not found: it costs the samples so far.
+const CHANGES_OVER: f64 = 0.02;
 
 /// The tracers of photon mapping. The next render may reuse their photons.
 pub type Photons = Replicated<PhotonTracer>;
@@ -260,6 +265,32 @@ impl Chooser {
     }
 }
 
+/// The method that finds light which others find late; `None` where none finds it better.
+pub fn that_finds(light: MissingLight) -> Option<IntegratorKind> {
+    match light {
+        MissingLight::Caustics => Some(IntegratorKind::Vcm),
+        MissingLight::Highlights => None,
+        MissingLight::Other => Some(IntegratorKind::Bidirectional),
+    }
+}
+
+/// Where the method of `run` is the program's choice, changes over to the one that finds what its picture lacks, if that is a good part of the
+/// light. Returns whether it has: a method that finds more is never left for one that finds less.
+pub fn change_over(run: &mut RunSpec, late: &LateLight) -> bool {
+    let missing = late.missing.filter(|missing| *missing > CHANGES_OVER);
+    let Some((missing, kind)) = missing.zip(late.kind().and_then(that_finds)) else { return false };
+    let Some(choice) = run.auto.as_mut().filter(|_| run.integrator != kind) else { return false };
+    choice.kind = kind;
+    choice.reason = format!(
+        "auto: {} — witnesses have found {} of the light that {} has not",
+        kind.name(),
+        percent(missing),
+        run.integrator.name()
+    );
+    run.integrator = kind;
+    true
+}
+
 /// Says on standard error which method was chosen and why, if one was.
 pub fn tell_choice(run: &RunSpec) {
     if let Some(chosen) = &run.auto {
@@ -296,5 +327,30 @@ mod tests {
         let (scene, camera) = (Scene::prepare(&desc).unwrap(), Camera::of(&desc).unwrap());
         let context = render_context(&run, Arc::new(scene), camera, UvWindow::PICTURE);
         assert_eq!(context.photons.initial_radius, Some(2.0));
+    }
+
+    #[test]
+    fn the_program_leaves_its_method_for_one_that_finds_missing_light() {
+        let source = SceneWords::try_parse_from(["render", "scenes/cornell.xml"]).unwrap().source;
+        let input = load::load(&source).unwrap();
+        let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+        run.integrator = IntegratorKind::Path;
+        let missing = |missing: f64, caustics: f64| LateLight {
+            missing: Some(missing),
+            caustics,
+            ..LateLight::default()
+        };
+        // A method that somebody asked for stays.
+        assert!(!change_over(&mut run, &missing(0.3, 0.3)));
+        let choice = |kind| ChoiceReport { kind, reason: String::new(), candidates: Vec::new() };
+        run.auto = Some(choice(IntegratorKind::Path));
+        assert!(!change_over(&mut run, &missing(0.01, 0.01)), "it is little");
+        assert!(change_over(&mut run, &missing(0.3, 0.0)));
+        assert_eq!(run.integrator, IntegratorKind::Bidirectional);
+        assert!(change_over(&mut run, &missing(0.14, 0.13)));
+        let chosen = run.auto.as_ref().unwrap();
+        assert_eq!((run.integrator, chosen.kind), (IntegratorKind::Vcm, IntegratorKind::Vcm));
+        assert!(chosen.reason.contains("vcm") && chosen.reason.contains("bidirectional"), "{}", chosen.reason);
+        assert!(!change_over(&mut run, &missing(0.14, 0.13)), "it is the present one");
     }
 }

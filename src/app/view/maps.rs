@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::app::method;
 use crate::app::observer::Observer;
 use crate::app::view::session::RenderSession;
 use crate::client::window::panel::{
@@ -13,7 +14,7 @@ use crate::server::{COST_CELLS, CostMap};
 use crate::study::error::TILE;
 use crate::study::format::{duration, percent, remaining, round_percent};
 use crate::study::prediction::predicted_curve;
-use crate::study::{ErrorQuantile, ErrorStatus, Interval, MissingLight};
+use crate::study::{ErrorQuantile, ErrorStatus, Interval};
 
 /// The map of costs is made anew this often: each time is a texture to be sent.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -118,11 +119,7 @@ fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> Error
         message,
         unfound: state.late.unfound().map(|text| UnfoundSummary {
             text,
-            method: state.late.kind().and_then(|kind| match kind {
-                MissingLight::Caustics => Some(IntegratorKind::Vcm.name()),
-                MissingLight::Highlights => None,
-                MissingLight::Other => Some(IntegratorKind::Bidirectional.name()),
-            }),
+            method: state.late.kind().and_then(method::that_finds).map(IntegratorKind::name),
         }),
         warning: state.late.warning(),
         seconds,

@@ -18,6 +18,7 @@ use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::remote::{Health, TracerStatus};
 use crate::scene::light_groups::{self, LightGroup};
 use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, Rejections, UvWindow};
+use crate::study::LateLight;
 use crate::tracer::choice::CANDIDATES;
 use crate::tracer::{Camera, Scene};
 
@@ -222,6 +223,17 @@ impl RenderSession {
             self.chooser.begin(&self.run, &editor.scene(), &camera);
         }
         Ok(made)
+    }
+
+    /// Changes over to the method that finds the light which the picture lacks, where the method is the program's choice. Returns whether it
+    /// has; the next epoch begins with it.
+    pub fn change_over(&mut self, late: &LateLight) -> bool {
+        let changes = self.chooser.wanted && method::change_over(&mut self.run, late);
+        if changes {
+            self.stale = true;
+            method::tell_choice(&self.run);
+        }
+        changes
     }
 
     /// Begins the next epoch at once, with the editor's scene and camera. Blocks of the last one will be dropped on arrival.
