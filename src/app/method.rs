@@ -350,7 +350,11 @@ mod tests {
         assert!(change_over(&mut run, &missing(0.14, 0.13)));
         let chosen = run.auto.as_ref().unwrap();
         assert_eq!((run.integrator, chosen.kind), (IntegratorKind::Vcm, IntegratorKind::Vcm));
-        assert!(chosen.reason.contains("vcm") && chosen.reason.contains("bidirectional"), "{}", chosen.reason);
+        assert!(
+            chosen.reason.contains("vcm") && chosen.reason.contains("bidirectional"),
+            "{}",
+            chosen.reason
+        );
         assert!(!change_over(&mut run, &missing(0.14, 0.13)), "it is the present one");
     }
 }

@@ -38,6 +38,8 @@ pub struct WitnessedArea {
     pub light: [f64; 2],
     /// Sum of the luminance of caustics at the samples of camera paths, as photons show it.
     pub caustics: f64,
+    /// Sums over the same samples of the square of that luminance, and of the mean square of its linear Rec.709 components.
+    pub caustic_squares: [f64; 2],
 }
 
 impl AddAssign for WitnessedArea {
@@ -48,6 +50,7 @@ impl AddAssign for WitnessedArea {
         for i in 0..2 {
             self.camera[i] += other.camera[i];
             self.light[i] += other.light[i];
+            self.caustic_squares[i] += other.caustic_squares[i];
         }
     }
 }

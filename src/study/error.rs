@@ -19,7 +19,7 @@ use crate::study::error_tile::{
 };
 use crate::study::highlights::HIGHLIGHT_DEVIATION;
 use crate::study::interval::{Interval, Z90, student_95};
-use crate::study::witness::UnfoundLight;
+use crate::study::unfound::{CausticSpots, UnfoundLight};
 
 pub use crate::study::error_tile::{FLOOR, TILE};
 
@@ -390,9 +390,13 @@ impl ErrorField {
 
     /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
     fn lacks_relative(&self, tile: usize, luminance: f64, deviations: f64) -> f64 {
-        let UnfoundLight { highlights, scattered, .. } = &self.unfound;
+        let UnfoundLight { highlights, scattered, spots, .. } = &self.unfound;
         let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
-        let known = square(self.known_to_lack(tile, deviations), luminance);
+        let known = self.known_to_lack(tile, deviations);
+        let CausticSpots { part, colors } =
+            spots.get(tile).copied().unwrap_or(CausticSpots { part: 1.0, colors: 1.0 });
+        // It lies in a part of the pixels, which are brighter by as much.
+        let known = part * colors * square(known / part, (luminance - known).max(0.0) + known / part);
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);
         let known = known + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION);
         if !self.is_scattered(tile) || scattered.light <= 0.0 {

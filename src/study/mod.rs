@@ -99,7 +99,9 @@ pub mod replicates;
 mod smooth;
 mod summed_areas;
 pub mod time_model;
+pub mod unfound;
 pub mod witness;
+mod witness_comparison;
 
 pub use error::{ErrorEstimate, ErrorField, TileSubset};
 pub use exact_replicates::{ExactPixel, ExactReplicates};

@@ -21,13 +21,14 @@
 
 use std::fmt;
 
-use crate::math::bits::mix;
-use crate::stream::{Witnessed, WitnessedArea};
+use crate::stream::Witnessed;
 use crate::study::error::{ReplicatePixel, TILE};
-use crate::study::highlights::{LackedHighlights, lacked_highlights};
+use crate::study::highlights::lacked_highlights;
 use crate::study::largest::LargestSamples;
 use crate::study::picture_tile::PictureTile;
-use crate::study::summed_areas::{Subtract, SummedAreas, tiles_around};
+use crate::study::summed_areas::SummedAreas;
+use crate::study::unfound::UnfoundLight;
+use crate::study::witness_comparison::WitnessComparison;
 
 /// Goes on to at least so many paths over a picture of this size in pixels; returns what two independent witnesses have found in each of
 /// its tiles of 8×8 pixels since the render began.
@@ -42,63 +43,6 @@ const WITNESS_PATHS: [f64; 3] = [256.0, 2048.0, 131_072.0];
 
 /// Growth of the render from one look at the witnesses to the next.
 const GROWTH: f64 = 1.5;
-
-/// Samples from which the means of a tile and its surroundings are taken.
-const SAMPLES: f64 = 32.0;
-
-/// Up to this share of two rare samples of a tile lie in one place by chance.
-const BY_CHANCE: f64 = 0.25;
-
-/// Number of standard errors from which other light counts.
-const SIGNIFICANT: f64 = 4.0;
-
-/// Up to the first number of standard errors β counts as 0, from the second on as what it is.
-const SIGNIFICANT_SHARE: [f64; 2] = [2.0, 3.0];
-
-/// Tiles darker than this share of the mean luminance weigh as much as those that have it.
-const DARK: f64 = 0.1;
-
-/// The largest squares along either side of the picture.
-const BLOCKS: usize = 4;
-
-/// Tiles along a side of the smallest squares.
-const SMALLEST: usize = 2;
-
-/// Light that some tiles lack, nobody knows which.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ScatteredLight {
-    /// As many tiles as lack it, ascending; any that have met no rare sample.
-    pub tiles: Vec<usize>,
-    /// Mean luminance that each of them lacks.
-    pub light: f64,
-    /// Root mean square of the luminance that its pixels lack: more than the mean where all of it belongs into few of them, as highlights do.
-    pub rms: f64,
-    /// Relative standard deviation of both.
-    pub deviation: f64,
-}
-
-/// Light that a picture lacks.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct UnfoundLight {
-    /// Mean luminance that each tile lacks, row by row.
-    pub light: Vec<f64>,
-    /// Luminance that each tile has and lacks.
-    pub brightness: Vec<f64>,
-    /// Relative standard deviation of `light`.
-    pub deviation: f64,
-    /// Caustics that each tile may lack, mean luminance at one standard deviation, also where they are not significant; empty without witnesses.
-    pub possible: Vec<f64>,
-    /// Highlights that each tile lacks on top of it; empty where there are none.
-    pub highlights: Vec<LackedHighlights>,
-    /// What some of the tiles lack on top of that.
-    pub scattered: ScatteredLight,
-    /// What witnesses have found and the picture lacks, as a share of all light; `None` without witnesses.
-    pub share: Option<f64>,
-    /// The part of it that is caustics.
-    pub caustics: f64,
-    /// The part of it that is highlights.
-    pub in_highlights: f64,
-}
 
 /// [`Witnesses`] and what they have found.
 pub(super) struct WitnessState {
@@ -170,234 +114,18 @@ pub(super) fn unfound(
     if let Some(Witnessed { highlights, .. }) = found {
         unfound.add_highlights(lacked_highlights(highlights, &picture, size, per_pixel, energy), &picture);
     }
-    unfound.scattered = scattered(&picture, &unfound);
+    unfound.add_scattered(&picture);
     unfound
-}
-
-impl UnfoundLight {
-    fn add_highlights(&mut self, highlights: Vec<LackedHighlights>, picture: &[PictureTile]) {
-        for (brightness, lacked) in self.brightness.iter_mut().zip(&highlights) {
-            *brightness += lacked.light;
-        }
-        let light: f64 = highlights.iter().map(|lacked| lacked.light).sum();
-        let known: f64 = self.light.iter().sum();
-        let shown: f64 = picture.iter().map(|tile| tile.light).sum();
-        if light > 0.0 && shown > 0.0 {
-            let before = if known > 0.0 { self.caustics * (shown + known) } else { 0.0 };
-            let all = shown + known + light;
-            self.share = Some((known + light) / all);
-            (self.caustics, self.in_highlights) = (before / all, light / all);
-        }
-        self.share = self.share.or(Some(0.0));
-        self.highlights = highlights;
-    }
-
-    /// Mean luminance that a tile is known to lack.
-    fn known(&self, tile: usize) -> f64 {
-        self.light[tile] + self.highlights.get(tile).map_or(0.0, |lacked| lacked.light)
-    }
-}
-
-/// Light that an unknown part of the tiles lacks, by what was found in exactly one sample (Good 1953): in expectation, as much is not found at
-/// all. The number of these tiles is that of Chao (1984).
-fn scattered(picture: &[PictureTile], unfound: &UnfoundLight) -> ScatteredLight {
-    let met = |n: f64| picture.iter().filter(move |tile| tile.count == n);
-    let [once, twice] = [1.0, 2.0].map(|n| met(n).count() as f64);
-    let mut tiles: Vec<usize> =
-        (0..picture.len()).filter(|&i| picture[i].count == 0.0 && unfound.known(i) == 0.0).collect();
-    let number = (once * (once - 1.0) / (2.0 * (twice + 1.0))).round();
-    // What witnesses tell of tiles that have met nothing is a part of it.
-    let known: f64 = (0..picture.len()).filter(|&i| picture[i].count == 0.0).map(|i| unfound.known(i)).sum();
-    let light = (met(1.0).map(|tile| tile.rare).sum::<f64>() - known) / number;
-    if number < 1.0 || light <= 0.0 {
-        return ScatteredLight::default();
-    }
-    // Nobody knows which: any of them.
-    tiles.sort_unstable_by_key(|&i| mix(i as u64));
-    tiles.truncate(number as usize);
-    tiles.sort_unstable();
-    // Two samples in one place bring four times the square of one, in two places twice.
-    let [one, two] =
-        [1.0, 2.0].map(|n| met(n).map(|tile| tile.peak).sum::<f64>() / met(n).count().max(1) as f64);
-    let points = if one > 0.0 { 2.0 * two / one - 1.0 } else { 0.0 };
-    let points = ((points - BY_CHANCE) / (1.0 - BY_CHANCE)).clamp(0.0, 1.0);
-    let rms = light * (points * one + 1.0 - points).max(1.0).sqrt();
-    ScatteredLight { tiles, light, rms, deviation: 1.0 / once.sqrt() }
-}
-
-impl Subtract for WitnessedArea {
-    fn minus(self, other: Self) -> Self {
-        let pair = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
-        Self {
-            areas: self.areas - other.areas,
-            samples: self.samples - other.samples,
-            camera: pair(self.camera, other.camera),
-            light: pair(self.light, other.light),
-            caustics: self.caustics - other.caustics,
-        }
-    }
-}
-
-/// The witnesses beside the picture.
-struct WitnessComparison<'a> {
-    grid: [usize; 2],
-    picture: &'a [PictureTile],
-    pictures: &'a SummedAreas<PictureTile>,
-    witnesses: [SummedAreas<WitnessedArea>; 2],
-}
-
-/// The share of the caustics that a picture lacks.
-#[derive(Clone, Copy, Debug, Default)]
-struct MissingShare {
-    /// 0 where it may be noise.
-    share: f64,
-    /// Its relative standard deviation.
-    deviation: f64,
-    /// One standard deviation above what it is.
-    most: f64,
-}
-
-/// What is found around one tile.
-struct Around {
-    /// Mean luminance of caustics, by either witness.
-    caustics: [f64; 2],
-    /// The variance of the mean luminance of one tile, by either.
-    variance: [f64; 2],
-}
-
-impl WitnessComparison<'_> {
-    fn unfound(&self) -> UnfoundLight {
-        let around: Vec<Around> = (0..self.picture.len()).map(|i| self.around(i)).collect();
-        let MissingShare { share: beta, deviation, most } = self.missing_caustics(&around);
-        let mean = |around: &Around| 0.5 * (around.caustics[0] + around.caustics[1]);
-        let lacks = |beta: f64| -> Vec<f64> {
-            let tiles = around.iter().zip(self.picture);
-            tiles.map(|(around, tile)| (beta * mean(around) - tile.rare).max(0.0)).collect()
-        };
-        let (mut light, possible) = (lacks(beta), lacks(most));
-        let total = |light: &[f64]| light.iter().sum::<f64>();
-        let caustics = total(&light);
-        self.add_other_light(&mut light);
-        let brightness = around
-            .iter()
-            .zip(self.picture)
-            .zip(&light)
-            .map(|((around, tile), lacks)| {
-                (tile.light - tile.rare + beta * mean(around)).max(tile.light.min(*lacks))
-            })
-            .collect();
-        // Photons of the two witnesses scatter independently.
-        let [mut scatter, mut square] = [0.0; 2];
-        for around in &around {
-            scatter += (around.caustics[0] - around.caustics[1]).powi(2) / 4.0;
-            square += mean(around).powi(2);
-        }
-        let noise = if square > 0.0 { scatter / square } else { 0.0 };
-        let all = total(&light) + self.picture.iter().map(|tile| tile.light).sum::<f64>();
-        let share = |light: f64| if all > 0.0 { light / all } else { 0.0 };
-        UnfoundLight {
-            deviation: (deviation.powi(2) + noise).sqrt().min(1.0),
-            share: Some(share(total(&light))),
-            caustics: share(caustics),
-            brightness,
-            light,
-            possible,
-            ..UnfoundLight::default()
-        }
-    }
-
-    /// Means around tile `i`, in the smallest square that has enough samples.
-    fn around(&self, i: usize) -> Around {
-        let most = self.grid[0].max(self.grid[1]);
-        let window = |reach: usize| tiles_around(i, self.grid, reach);
-        let found = |reach: usize| {
-            let (from, to) = window(reach);
-            self.witnesses.each_ref().map(|areas| areas.sum(from, to))
-        };
-        let enough = |reach: &usize| found(*reach).iter().all(|half| 2.0 * half.samples >= SAMPLES);
-        let reach = (0..most).find(enough).unwrap_or(most);
-        let (halves, (from, to)) = (found(reach), window(reach));
-        let shown = self.pictures.sum(from, to);
-        let shown = (shown.light - shown.rare) / shown.tiles.max(1.0);
-        let means = halves.each_ref().map(WitnessedArea::mean);
-        // A few samples may be alike by chance.
-        let least = (0.05 * shown).powi(2) + f64::MIN_POSITIVE;
-        Around {
-            caustics: halves.each_ref().map(WitnessedArea::mean_caustics),
-            variance: means.map(|[_, variance]| halves[0].areas * variance + least),
-        }
-    }
-
-    /// The share β of the caustics that the picture lacks. It is that of single tiles: a caustic may lie in few of them, where means of their
-    /// surroundings would hide it.
-    fn missing_caustics(&self, around: &[Around]) -> MissingShare {
-        let mean = self.picture.iter().map(|tile| tile.light.abs()).sum::<f64>() / self.picture.len() as f64;
-        let (mut above, mut below, mut noise) = (0.0, 0.0, 0.0);
-        for (i, (around, tile)) in around.iter().zip(self.picture).enumerate() {
-            let (from, to) = tiles_around(i, self.grid, 0);
-            let halves = self.witnesses.each_ref().map(|areas| areas.sum(from, to));
-            if halves.iter().any(|half| half.samples < 1.0) {
-                continue;
-            }
-            let caustics = halves.each_ref().map(WitnessedArea::mean_caustics);
-            let shown = tile.light - tile.rare;
-            let (gap, variance) = (halves.map(|half| half.mean()[0] - shown), around.variance);
-            // By luminance, and not by variances: those are small where a witness has met nothing.
-            let weight = 1.0 / (shown.abs() + DARK * mean).powi(2).max(f64::MIN_POSITIVE);
-            above += weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
-            below += weight * 2.0 * caustics[0] * caustics[1];
-            let of = |a: usize, b: usize| caustics[a].powi(2) * variance[b];
-            noise += weight * weight * (of(0, 1) + of(1, 0));
-        }
-        if below <= 0.0 {
-            return MissingShare::default();
-        }
-        let (beta, sigma) = (above / below, noise.sqrt() / below);
-        let most = (beta.max(0.0) + sigma).min(1.0);
-        let [none, all] = SIGNIFICANT_SHARE;
-        let counts = ((beta / sigma - none) / (all - none)).clamp(0.0, 1.0);
-        match counts > 0.0 {
-            true => MissingShare { share: (beta * counts).min(1.0), deviation: sigma / beta, most },
-            false => MissingShare { most, ..MissingShare::default() },
-        }
-    }
-
-    /// Adds to `light` what the witnesses find on top of it in squares that become smaller.
-    fn add_other_light(&self, light: &mut [f64]) {
-        let [columns, rows] = self.grid;
-        let mut parts = BLOCKS;
-        while columns / parts >= SMALLEST && rows / parts >= SMALLEST {
-            for (row, column) in (0..parts).flat_map(|row| (0..parts).map(move |column| (row, column))) {
-                let from = [column * columns / parts, row * rows / parts];
-                let to = [(column + 1) * columns / parts, (row + 1) * rows / parts];
-                let mut all = self.witnesses[0].sum(from, to);
-                all += self.witnesses[1].sum(from, to);
-                let shown = self.pictures.sum(from, to);
-                // Both witnesses trace light paths for the same tiles.
-                if all.samples < SAMPLES {
-                    continue;
-                }
-                let [mean, variance] = all.mean();
-                let places = || (from[1]..to[1]).flat_map(|y| (from[0]..to[0]).map(move |x| y * columns + x));
-                let lacks = places().map(|i| light[i]).sum::<f64>() / shown.tiles;
-                let more = mean - shown.light / shown.tiles - lacks;
-                // A few samples may be alike by chance.
-                let least = (0.05 * shown.light / shown.tiles).powi(2);
-                let noise = variance + shown.variance / (shown.tiles * shown.tiles) + least;
-                if more > SIGNIFICANT * noise.sqrt() || lacks > 0.0 && more < -SIGNIFICANT * noise.sqrt() {
-                    places().for_each(|i| light[i] = (light[i] + more).max(0.0));
-                }
-            }
-            parts *= 2;
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::random::Random;
-    use crate::stream::Highlight;
+    use crate::stream::{Highlight, WitnessedArea};
+    use crate::study::highlights::LackedHighlights;
+    use crate::study::unfound::CausticSpots;
+    use crate::study::{ErrorField, TileSubset};
 
     const SIZE: [usize; 2] = [128, 96];
     const SAMPLES_PER_PIXEL: f64 = 16.0;
@@ -424,6 +152,7 @@ mod tests {
                     let y = spread(random) + shown;
                     area.camera = [area.camera[0] + y, area.camera[1] + y * y];
                     area.caustics += shown;
+                    area.caustic_squares = area.caustic_squares.map(|square| square + shown * shown);
                 }
                 area
             };
@@ -494,6 +223,36 @@ mod tests {
         let missing = unfound(7, 64, |_| 0.0, &nothing);
         let ratio = mean(&missing.possible) / mean(&missing.light);
         assert!((1.0..1.2).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn relmse_counts_missing_caustics_where_they_lie_and_by_their_colours() {
+        // One sample in four shows four times the luminance, in a saturated colour.
+        let mut area = WitnessedArea { areas: 1.0, samples: 400.0, ..Default::default() };
+        for _ in 0..100 {
+            area.caustics += 2.0;
+            area.caustic_squares = [area.caustic_squares[0] + 4.0, area.caustic_squares[1] + 12.0];
+        }
+        let spots = CausticSpots::of(&area);
+        assert_eq!((spots.part, spots.colors), (0.25, 3.0));
+        let none = CausticSpots::of(&WitnessedArea { samples: 8.0, ..Default::default() });
+        assert_eq!((none.part, none.colors), (1.0, 1.0));
+        let same = ReplicatePixel { mean: [1.0; 3], difference: [0.0; 3], factor: 0.25, seen: true };
+        let stated = |spots: CausticSpots| {
+            let mut field = ErrorField::new(&vec![same; SIZE[0] * SIZE[1]], SIZE).expect("all are seen");
+            let of_all = |value: f64| vec![value; tiles()];
+            field.add_unfound(UnfoundLight {
+                light: of_all(0.5),
+                brightness: of_all(1.5),
+                spots: vec![spots; tiles()],
+                ..UnfoundLight::default()
+            });
+            field.estimate(TileSubset::All).rel_mse.value
+        };
+        // A quarter of the pixels has 1 of 3; or all of them .5 of 1.5.
+        let [in_spots, even] = [spots, none].map(stated);
+        assert!((in_spots - 0.25 * 3.0 * 4.0 / 9.01).abs() < 1e-6, "{in_spots}");
+        assert!((even - 0.25 / 2.26).abs() < 1e-6, "{even}");
     }
 
     #[test]

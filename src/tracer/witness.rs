@@ -10,7 +10,10 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::color::Xyz;
+use crate::color::profile::rec709_from_xyz;
 use crate::math::bits::mix;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{Highlight, PathCounts, SampleSink, UvWindow, Witnessed, WitnessedArea};
@@ -143,9 +146,13 @@ impl Witness {
         let mut found = AreaSink { grid: self.grid, areas: &mut self.areas, largest: &mut self.largest };
         for index in self.next..end {
             self.tracer.trace(index, &mut self.scratch, &mut found);
-            for (uv, y) in self.scratch.caustics.drain(..) {
+            for (uv, color) in self.scratch.caustics.drain(..) {
                 if let Some(i) = found.at(uv) {
-                    found.areas[i].caustics += y;
+                    let rgb = rec709_from_xyz() * Vec3::new(color.x, color.y, color.z);
+                    let squares = [f64::from(color.y).powi(2), f64::from(rgb.length_squared()) / 3.0];
+                    let area = &mut found.areas[i];
+                    area.caustics += f64::from(color.y);
+                    area.caustic_squares = [0, 1].map(|k| area.caustic_squares[k] + squares[k]);
                 }
             }
         }

@@ -435,7 +435,8 @@ impl Viewer {
         }
         let is_chosen = self.session.choose(&self.editor, self.picture.since_edit() > REST)?;
         // What is known of the last picture says nothing of the next one.
-        let late = self.picture.observer.as_ref().filter(|_| !self.session.is_stale()).map(|o| o.state().late);
+        let late =
+            self.picture.observer.as_ref().filter(|_| !self.session.is_stale()).map(|o| o.state().late);
         if is_chosen || late.is_some_and(|late| self.session.change_over(&late)) {
             self.refresh();
         }

@@ -1,6 +1,7 @@
 //! The paths of a witness ([`Witness`](crate::tracer::witness::Witness)): those of bidirectional path tracing with merging, which tell apart what
 //! light arrives over mirrors and glass alone where it is spread, so that photons show it.
 
+use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::light_groups::GroupColors;
 use crate::tracer::photon_map::Schedule;
@@ -31,8 +32,8 @@ pub struct CausticWitness {
 pub struct WitnessScratch {
     bidirectional: Scratch,
     photons: PhotonScratch,
-    /// The place on the screen of every sample that shows a caustic, and the luminance of that.
-    pub caustics: Vec<([f32; 2], f64)>,
+    /// The place on the screen of every sample that shows a caustic, and the colour of that.
+    pub caustics: Vec<([f32; 2], Xyz)>,
 }
 
 impl CausticWitness {
@@ -62,14 +63,14 @@ impl CausticWitness {
         };
         let wavelength = BidirectionalTracer::wavelength_number(index, context);
         let place = |sampler: &Sampler| context.place(sampler.camera().screen).map(|c| c as f32);
-        let mut keep = |sampler: &Sampler, y: f32| {
-            if y > 0.0 && y.is_finite() {
-                caustics.push((place(sampler), f64::from(y)));
+        let mut keep = |sampler: &Sampler, color: Xyz| {
+            if color.y > 0.0 && color.is_finite() {
+                caustics.push((place(sampler), color));
             }
         };
         let mut merge = |sampler: &Sampler, colors: &mut GroupColors| {
             let merged = tracer.merge(&snapshot, photons, sampler, wavelength, colors);
-            keep(sampler, merged.y);
+            keep(sampler, merged);
             merged
         };
         self.bidirectional.trace_merging(index, bidirectional, Some(&mut merge), out);
@@ -77,7 +78,7 @@ impl CausticWitness {
             for number in 0..CAMERA_SUBPATHS {
                 let start = context.screen.start(first.wrapping_add(number));
                 let sampler = context.sampler(start.index);
-                keep(&sampler, tracer.seen(&snapshot, photons, &sampler, wavelength).y);
+                keep(&sampler, tracer.seen(&snapshot, photons, &sampler, wavelength));
             }
         }
         photons.keep(snapshot);

@@ -1,0 +1,125 @@
+//! Light that a picture lacks, as the stated error counts it.
+
+use crate::math::bits::mix;
+use crate::stream::WitnessedArea;
+use crate::study::highlights::LackedHighlights;
+use crate::study::picture_tile::PictureTile;
+
+/// Up to this share of two rare samples of a tile lie in one place by chance.
+const BY_CHANCE: f64 = 0.25;
+
+/// Light that some tiles lack, nobody knows which.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ScatteredLight {
+    /// As many tiles as lack it, ascending; any that have met no rare sample.
+    pub tiles: Vec<usize>,
+    /// Mean luminance that each of them lacks.
+    pub light: f64,
+    /// Root mean square of the luminance that its pixels lack: more than the mean where all of it belongs into few of them, as highlights do.
+    pub rms: f64,
+    /// Relative standard deviation of both.
+    pub deviation: f64,
+}
+
+/// How the light of caustics is spread over the pixels of a tile, and its colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CausticSpots {
+    /// The part of the pixels that has it, if it is the same in all of these.
+    pub part: f64,
+    /// Mean square of linear Rec.709 over squared luminance: 1 for grey.
+    pub colors: f64,
+}
+
+impl CausticSpots {
+    /// Those of what witnesses have found.
+    pub(super) fn of(area: &WitnessedArea) -> Self {
+        let [luminance, colors] = area.caustic_squares;
+        if luminance <= 0.0 {
+            return Self { part: 1.0, colors: 1.0 };
+        }
+        let part = area.caustics * area.caustics / (luminance * area.samples.max(1.0));
+        Self { part: part.clamp(f64::MIN_POSITIVE, 1.0), colors: colors / luminance }
+    }
+}
+
+/// Light that a picture lacks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UnfoundLight {
+    /// Mean luminance that each tile lacks, row by row.
+    pub light: Vec<f64>,
+    /// Luminance that each tile has and lacks.
+    pub brightness: Vec<f64>,
+    /// Relative standard deviation of `light`.
+    pub deviation: f64,
+    /// Caustics that each tile may lack, mean luminance at one standard deviation, also where they are not significant; empty without witnesses.
+    pub possible: Vec<f64>,
+    /// Where in each tile both would be; empty without witnesses.
+    pub spots: Vec<CausticSpots>,
+    /// Highlights that each tile lacks on top of it; empty where there are none.
+    pub highlights: Vec<LackedHighlights>,
+    /// What some of the tiles lack on top of that.
+    pub scattered: ScatteredLight,
+    /// What witnesses have found and the picture lacks, as a share of all light; `None` without witnesses.
+    pub share: Option<f64>,
+    /// The part of it that is caustics.
+    pub caustics: f64,
+    /// The part of it that is highlights.
+    pub in_highlights: f64,
+}
+
+impl UnfoundLight {
+    /// Counts highlights that it lacks too.
+    pub(super) fn add_highlights(&mut self, highlights: Vec<LackedHighlights>, picture: &[PictureTile]) {
+        for (brightness, lacked) in self.brightness.iter_mut().zip(&highlights) {
+            *brightness += lacked.light;
+        }
+        let light: f64 = highlights.iter().map(|lacked| lacked.light).sum();
+        let known: f64 = self.light.iter().sum();
+        let shown: f64 = picture.iter().map(|tile| tile.light).sum();
+        if light > 0.0 && shown > 0.0 {
+            let before = if known > 0.0 { self.caustics * (shown + known) } else { 0.0 };
+            let all = shown + known + light;
+            self.share = Some((known + light) / all);
+            (self.caustics, self.in_highlights) = (before / all, light / all);
+        }
+        self.share = self.share.or(Some(0.0));
+        self.highlights = highlights;
+    }
+
+    /// Mean luminance that a tile is known to lack.
+    fn known(&self, tile: usize) -> f64 {
+        self.light[tile] + self.highlights.get(tile).map_or(0.0, |lacked| lacked.light)
+    }
+
+    /// Counts light that an unknown part of the tiles lacks.
+    pub(super) fn add_scattered(&mut self, picture: &[PictureTile]) {
+        self.scattered = scattered(picture, self);
+    }
+}
+
+/// Light that an unknown part of the tiles lacks, by what was found in exactly one sample (Good 1953): in expectation, as much is not found at
+/// all. The number of these tiles is that of Chao (1984).
+fn scattered(picture: &[PictureTile], unfound: &UnfoundLight) -> ScatteredLight {
+    let met = |n: f64| picture.iter().filter(move |tile| tile.count == n);
+    let [once, twice] = [1.0, 2.0].map(|n| met(n).count() as f64);
+    let mut tiles: Vec<usize> =
+        (0..picture.len()).filter(|&i| picture[i].count == 0.0 && unfound.known(i) == 0.0).collect();
+    let number = (once * (once - 1.0) / (2.0 * (twice + 1.0))).round();
+    // What witnesses tell of tiles that have met nothing is a part of it.
+    let known: f64 = (0..picture.len()).filter(|&i| picture[i].count == 0.0).map(|i| unfound.known(i)).sum();
+    let light = (met(1.0).map(|tile| tile.rare).sum::<f64>() - known) / number;
+    if number < 1.0 || light <= 0.0 {
+        return ScatteredLight::default();
+    }
+    // Nobody knows which: any of them.
+    tiles.sort_unstable_by_key(|&i| mix(i as u64));
+    tiles.truncate(number as usize);
+    tiles.sort_unstable();
+    // Two samples in one place bring four times the square of one, in two places twice.
+    let [one, two] =
+        [1.0, 2.0].map(|n| met(n).map(|tile| tile.peak).sum::<f64>() / met(n).count().max(1) as f64);
+    let points = if one > 0.0 { 2.0 * two / one - 1.0 } else { 0.0 };
+    let points = ((points - BY_CHANCE) / (1.0 - BY_CHANCE)).clamp(0.0, 1.0);
+    let rms = light * (points * one + 1.0 - points).max(1.0).sqrt();
+    ScatteredLight { tiles, light, rms, deviation: 1.0 / once.sqrt() }
+}

@@ -1,0 +1,201 @@
+//! What witnesses have found beside what a picture shows: the caustics and the other light that it lacks.
+
+use crate::stream::WitnessedArea;
+use crate::study::picture_tile::PictureTile;
+use crate::study::summed_areas::{Subtract, SummedAreas, tiles_around};
+use crate::study::unfound::{CausticSpots, UnfoundLight};
+
+/// Samples from which the means of a tile and its surroundings are taken.
+const SAMPLES: f64 = 32.0;
+
+/// Number of standard errors from which other light counts.
+const SIGNIFICANT: f64 = 4.0;
+
+/// Up to the first number of standard errors β counts as 0, from the second on as what it is.
+const SIGNIFICANT_SHARE: [f64; 2] = [2.0, 3.0];
+
+/// Tiles darker than this share of the mean luminance weigh as much as those that have it.
+const DARK: f64 = 0.1;
+
+/// The largest squares along either side of the picture.
+const BLOCKS: usize = 4;
+
+/// Tiles along a side of the smallest squares.
+const SMALLEST: usize = 2;
+
+impl Subtract for WitnessedArea {
+    fn minus(self, other: Self) -> Self {
+        let pair = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+        Self {
+            areas: self.areas - other.areas,
+            samples: self.samples - other.samples,
+            camera: pair(self.camera, other.camera),
+            light: pair(self.light, other.light),
+            caustics: self.caustics - other.caustics,
+            caustic_squares: pair(self.caustic_squares, other.caustic_squares),
+        }
+    }
+}
+
+/// The witnesses beside the picture.
+pub(super) struct WitnessComparison<'a> {
+    /// Columns and rows of tiles.
+    pub(super) grid: [usize; 2],
+    pub(super) picture: &'a [PictureTile],
+    /// The same, summed up.
+    pub(super) pictures: &'a SummedAreas<PictureTile>,
+    pub(super) witnesses: [SummedAreas<WitnessedArea>; 2],
+}
+
+/// The share of the caustics that a picture lacks.
+#[derive(Clone, Copy, Debug, Default)]
+struct MissingShare {
+    /// 0 where it may be noise.
+    share: f64,
+    /// Its relative standard deviation.
+    deviation: f64,
+    /// One standard deviation above what it is.
+    most: f64,
+}
+
+/// What is found around one tile.
+struct Around {
+    /// Mean luminance of caustics, by either witness.
+    caustics: [f64; 2],
+    /// The variance of the mean luminance of one tile, by either.
+    variance: [f64; 2],
+    spots: CausticSpots,
+}
+
+impl WitnessComparison<'_> {
+    /// The light that witnesses have found and the picture lacks.
+    pub(super) fn unfound(&self) -> UnfoundLight {
+        let around: Vec<Around> = (0..self.picture.len()).map(|i| self.around(i)).collect();
+        let MissingShare { share: beta, deviation, most } = self.missing_caustics(&around);
+        let mean = |around: &Around| 0.5 * (around.caustics[0] + around.caustics[1]);
+        let lacks = |beta: f64| -> Vec<f64> {
+            let tiles = around.iter().zip(self.picture);
+            tiles.map(|(around, tile)| (beta * mean(around) - tile.rare).max(0.0)).collect()
+        };
+        let (mut light, possible) = (lacks(beta), lacks(most));
+        let total = |light: &[f64]| light.iter().sum::<f64>();
+        let caustics = total(&light);
+        self.add_other_light(&mut light);
+        let brightness = around
+            .iter()
+            .zip(self.picture)
+            .zip(&light)
+            .map(|((around, tile), lacks)| {
+                (tile.light - tile.rare + beta * mean(around)).max(tile.light.min(*lacks))
+            })
+            .collect();
+        // Photons of the two witnesses scatter independently.
+        let [mut scatter, mut square] = [0.0; 2];
+        for around in &around {
+            scatter += (around.caustics[0] - around.caustics[1]).powi(2) / 4.0;
+            square += mean(around).powi(2);
+        }
+        let noise = if square > 0.0 { scatter / square } else { 0.0 };
+        let all = total(&light) + self.picture.iter().map(|tile| tile.light).sum::<f64>();
+        let share = |light: f64| if all > 0.0 { light / all } else { 0.0 };
+        UnfoundLight {
+            deviation: (deviation.powi(2) + noise).sqrt().min(1.0),
+            share: Some(share(total(&light))),
+            caustics: share(caustics),
+            brightness,
+            light,
+            possible,
+            spots: around.iter().map(|around| around.spots).collect(),
+            ..UnfoundLight::default()
+        }
+    }
+
+    /// Means around tile `i`, in the smallest square that has enough samples.
+    fn around(&self, i: usize) -> Around {
+        let most = self.grid[0].max(self.grid[1]);
+        let window = |reach: usize| tiles_around(i, self.grid, reach);
+        let found = |reach: usize| {
+            let (from, to) = window(reach);
+            self.witnesses.each_ref().map(|areas| areas.sum(from, to))
+        };
+        let enough = |reach: &usize| found(*reach).iter().all(|half| 2.0 * half.samples >= SAMPLES);
+        let reach = (0..most).find(enough).unwrap_or(most);
+        let (halves, (from, to)) = (found(reach), window(reach));
+        let shown = self.pictures.sum(from, to);
+        let shown = (shown.light - shown.rare) / shown.tiles.max(1.0);
+        let means = halves.each_ref().map(WitnessedArea::mean);
+        let mut both = halves[0];
+        both += halves[1];
+        // A few samples may be alike by chance.
+        let least = (0.05 * shown).powi(2) + f64::MIN_POSITIVE;
+        Around {
+            caustics: halves.each_ref().map(WitnessedArea::mean_caustics),
+            variance: means.map(|[_, variance]| halves[0].areas * variance + least),
+            spots: CausticSpots::of(&both),
+        }
+    }
+
+    /// The share β of the caustics that the picture lacks. It is that of single tiles: a caustic may lie in few of them, where means of their
+    /// surroundings would hide it.
+    fn missing_caustics(&self, around: &[Around]) -> MissingShare {
+        let mean = self.picture.iter().map(|tile| tile.light.abs()).sum::<f64>() / self.picture.len() as f64;
+        let (mut above, mut below, mut noise) = (0.0, 0.0, 0.0);
+        for (i, (around, tile)) in around.iter().zip(self.picture).enumerate() {
+            let (from, to) = tiles_around(i, self.grid, 0);
+            let halves = self.witnesses.each_ref().map(|areas| areas.sum(from, to));
+            if halves.iter().any(|half| half.samples < 1.0) {
+                continue;
+            }
+            let caustics = halves.each_ref().map(WitnessedArea::mean_caustics);
+            let shown = tile.light - tile.rare;
+            let (gap, variance) = (halves.map(|half| half.mean()[0] - shown), around.variance);
+            // By luminance, and not by variances: those are small where a witness has met nothing.
+            let weight = 1.0 / (shown.abs() + DARK * mean).powi(2).max(f64::MIN_POSITIVE);
+            above += weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
+            below += weight * 2.0 * caustics[0] * caustics[1];
+            let of = |a: usize, b: usize| caustics[a].powi(2) * variance[b];
+            noise += weight * weight * (of(0, 1) + of(1, 0));
+        }
+        if below <= 0.0 {
+            return MissingShare::default();
+        }
+        let (beta, sigma) = (above / below, noise.sqrt() / below);
+        let most = (beta.max(0.0) + sigma).min(1.0);
+        let [none, all] = SIGNIFICANT_SHARE;
+        let counts = ((beta / sigma - none) / (all - none)).clamp(0.0, 1.0);
+        match counts > 0.0 {
+            true => MissingShare { share: (beta * counts).min(1.0), deviation: sigma / beta, most },
+            false => MissingShare { most, ..MissingShare::default() },
+        }
+    }
+
+    /// Adds to `light` what the witnesses find on top of it in squares that become smaller.
+    fn add_other_light(&self, light: &mut [f64]) {
+        let [columns, rows] = self.grid;
+        let mut parts = BLOCKS;
+        while columns / parts >= SMALLEST && rows / parts >= SMALLEST {
+            for (row, column) in (0..parts).flat_map(|row| (0..parts).map(move |column| (row, column))) {
+                let from = [column * columns / parts, row * rows / parts];
+                let to = [(column + 1) * columns / parts, (row + 1) * rows / parts];
+                let mut all = self.witnesses[0].sum(from, to);
+                all += self.witnesses[1].sum(from, to);
+                let shown = self.pictures.sum(from, to);
+                // Both witnesses trace light paths for the same tiles.
+                if all.samples < SAMPLES {
+                    continue;
+                }
+                let [mean, variance] = all.mean();
+                let places = || (from[1]..to[1]).flat_map(|y| (from[0]..to[0]).map(move |x| y * columns + x));
+                let lacks = places().map(|i| light[i]).sum::<f64>() / shown.tiles;
+                let more = mean - shown.light / shown.tiles - lacks;
+                // A few samples may be alike by chance.
+                let least = (0.05 * shown.light / shown.tiles).powi(2);
+                let noise = variance + shown.variance / (shown.tiles * shown.tiles) + least;
+                if more > SIGNIFICANT * noise.sqrt() || lacks > 0.0 && more < -SIGNIFICANT * noise.sqrt() {
+                    places().for_each(|i| light[i] = (light[i] + more).max(0.0));
+                }
+            }
+            parts *= 2;
+        }
+    }
+}
