@@ -377,7 +377,7 @@ impl ErrorField {
 
     /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
     fn lacks(&self, tile: usize, deviations: f64) -> f64 {
-        let UnfoundLight { highlights, scattered, .. } = &self.unfound;
+        let UnfoundLight { highlights, scattered, spots, .. } = &self.unfound;
         let known = self.known_to_lack(tile, deviations);
         let more = if self.is_scattered(tile) {
             scattered.rms * (1.0 + deviations * scattered.deviation)
@@ -385,7 +385,8 @@ impl ErrorField {
             0.0
         };
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.square);
-        (known + more).max(0.0).powi(2) + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION)
+        let uneven = spots.get(tile).map_or(0.0, |spots| spots.mean_square(known) - known * known);
+        (known + more).max(0.0).powi(2) + uneven + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION)
     }
 
     /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
@@ -393,8 +394,7 @@ impl ErrorField {
         let UnfoundLight { highlights, scattered, spots, .. } = &self.unfound;
         let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
         let known = self.known_to_lack(tile, deviations);
-        let CausticSpots { part, colors } =
-            spots.get(tile).copied().unwrap_or(CausticSpots { part: 1.0, colors: 1.0 });
+        let CausticSpots { part, colors, .. } = spots.get(tile).copied().unwrap_or_default();
         // It lies in a part of the pixels, which are brighter by as much.
         let known = part * colors * square(known / part, (luminance - known).max(0.0) + known / part);
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);

@@ -26,19 +26,34 @@ pub struct ScatteredLight {
 pub struct CausticSpots {
     /// The part of the pixels that has it, if it is the same in all of these.
     pub part: f64,
+    /// That was found of the tile alone, and not of its surroundings.
+    pub is_own: bool,
     /// Mean square of linear Rec.709 over squared luminance: 1 for grey.
     pub colors: f64,
 }
 
 impl CausticSpots {
     /// Those of what witnesses have found.
-    pub(super) fn of(area: &WitnessedArea) -> Self {
+    pub(super) fn of(area: &WitnessedArea, is_own: bool) -> Self {
         let [luminance, colors] = area.caustic_squares;
         if luminance <= 0.0 {
-            return Self { part: 1.0, colors: 1.0 };
+            return Self { is_own, ..Self::default() };
         }
         let part = area.caustics * area.caustics / (luminance * area.samples.max(1.0));
-        Self { part: part.clamp(f64::MIN_POSITIVE, 1.0), colors: colors / luminance }
+        Self { part: part.clamp(f64::MIN_POSITIVE, 1.0), is_own, colors: colors / luminance }
+    }
+
+    /// The mean square over the pixels of a tile that lacks this mean luminance. What is known of a tile's surroundings does not tell how unevenly
+    /// the tile has it.
+    pub(super) fn mean_square(&self, light: f64) -> f64 {
+        light * light / if self.is_own { self.part } else { 1.0 }
+    }
+}
+
+impl Default for CausticSpots {
+    /// Grey and even.
+    fn default() -> Self {
+        Self { part: 1.0, is_own: false, colors: 1.0 }
     }
 }
 

@@ -233,9 +233,9 @@ mod tests {
             area.caustics += 2.0;
             area.caustic_squares = [area.caustic_squares[0] + 4.0, area.caustic_squares[1] + 12.0];
         }
-        let spots = CausticSpots::of(&area);
+        let spots = CausticSpots::of(&area, true);
         assert_eq!((spots.part, spots.colors), (0.25, 3.0));
-        let none = CausticSpots::of(&WitnessedArea { samples: 8.0, ..Default::default() });
+        let none = CausticSpots::of(&WitnessedArea { samples: 8.0, ..Default::default() }, true);
         assert_eq!((none.part, none.colors), (1.0, 1.0));
         let same = ReplicatePixel { mean: [1.0; 3], difference: [0.0; 3], factor: 0.25, seen: true };
         let stated = |spots: CausticSpots| {
@@ -247,10 +247,14 @@ mod tests {
                 spots: vec![spots; tiles()],
                 ..UnfoundLight::default()
             });
-            field.estimate(TileSubset::All).rel_mse.value
+            let estimate = field.estimate(TileSubset::All);
+            [estimate.rel_mse.value, estimate.relative[1].value]
         };
-        // A quarter of the pixels has 1 of 3; or all of them .5 of 1.5.
-        let [in_spots, even] = [spots, none].map(stated);
+        // A quarter of the pixels has 2 of 3; or all of them .5 of 1.5.
+        let [[in_spots, of_spots], [even, of_even]] = [spots, none].map(stated);
+        assert!((of_spots / of_even - 2.0).abs() < 1e-6, "{of_spots}, {of_even}");
+        // What is known of a tile's surroundings does not tell where the tile has it.
+        assert_eq!(stated(CausticSpots { is_own: false, ..spots }), [in_spots, of_even]);
         assert!((in_spots - 0.25 * 3.0 * 4.0 / 9.01).abs() < 1e-6, "{in_spots}");
         assert!((even - 0.25 / 2.26).abs() < 1e-6, "{even}");
     }

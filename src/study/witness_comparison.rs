@@ -131,7 +131,7 @@ impl WitnessComparison<'_> {
         Around {
             caustics: halves.each_ref().map(WitnessedArea::mean_caustics),
             variance: means.map(|[_, variance]| halves[0].areas * variance + least),
-            spots: CausticSpots::of(&both),
+            spots: CausticSpots::of(&both, reach == 0),
         }
     }
 
