@@ -228,17 +228,19 @@ pub struct Chooser {
     /// Scene or view have changed since the last choice was begun.
     pub stale: bool,
     running: Option<Receiver<IntegratorChoice>>,
+    /// Witnesses of a picture have decided, who know more than trials: nothing is chosen any more.
+    settled: bool,
 }
 
 impl Chooser {
     /// A chooser that has not seen a scene yet.
     pub fn new(wanted: bool) -> Self {
-        Self { wanted, stale: true, running: None }
+        Self { wanted, stale: true, running: None, settled: false }
     }
 
     /// Begins a choice for this scene and view, unless one is being made.
     pub fn begin(&mut self, run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) {
-        if !self.wanted || !self.stale || self.running.is_some() {
+        if !self.wanted || self.settled || !self.stale || self.running.is_some() {
             return;
         }
         self.stale = false;
@@ -263,6 +265,32 @@ impl Chooser {
         // at rest.
         choice.ok().map(ChoiceReport::from)
     }
+
+    /// Changes `run` over to the method that finds what its picture lacks, where the method is the program's choice and that is a good part of the
+    /// light. Returns whether it has; the method then stays. While a choice is due or being made, that comes first.
+    pub fn change_over(&mut self, run: &mut RunSpec, late: &LateLight) -> bool {
+        if !self.wanted || self.stale && !self.settled || self.running.is_some() {
+            return false;
+        }
+        let Some((kind, share)) = late.kind().and_then(|light| that_finds(light).zip(late.share(light)))
+        else {
+            return false;
+        };
+        let Some(choice) = run.auto.as_mut().filter(|_| run.integrator != kind && share > CHANGES_OVER)
+        else {
+            return false;
+        };
+        let reason = format!(
+            "auto: {} — witnesses have found {} of the light that {} has not",
+            kind.name(),
+            percent(share),
+            run.integrator.name()
+        );
+        // What was tried before is not compared with this method.
+        *choice = ChoiceReport { kind, reason, candidates: Vec::new() };
+        (run.integrator, self.settled) = (kind, true);
+        true
+    }
 }
 
 /// The method that finds light which others find late; `None` where none finds it better.
@@ -272,23 +300,6 @@ pub fn that_finds(light: MissingLight) -> Option<IntegratorKind> {
         MissingLight::Highlights => None,
         MissingLight::Other => Some(IntegratorKind::Bidirectional),
     }
-}
-
-/// Where the method of `run` is the program's choice, changes over to the one that finds what its picture lacks, if that is a good part of the
-/// light. Returns whether it has: a method that finds more is never left for one that finds less.
-pub fn change_over(run: &mut RunSpec, late: &LateLight) -> bool {
-    let missing = late.missing.filter(|missing| *missing > CHANGES_OVER);
-    let Some((missing, kind)) = missing.zip(late.kind().and_then(that_finds)) else { return false };
-    let Some(choice) = run.auto.as_mut().filter(|_| run.integrator != kind) else { return false };
-    choice.kind = kind;
-    choice.reason = format!(
-        "auto: {} — witnesses have found {} of the light that {} has not",
-        kind.name(),
-        percent(missing),
-        run.integrator.name()
-    );
-    run.integrator = kind;
-    true
 }
 
 /// Says on standard error which method was chosen and why, if one was.
@@ -340,21 +351,34 @@ mod tests {
             caustics,
             ..LateLight::default()
         };
-        // A method that somebody asked for stays.
-        assert!(!change_over(&mut run, &missing(0.3, 0.3)));
         let choice = |kind| ChoiceReport { kind, reason: String::new(), candidates: Vec::new() };
         run.auto = Some(choice(IntegratorKind::Path));
-        assert!(!change_over(&mut run, &missing(0.01, 0.01)), "it is little");
-        assert!(change_over(&mut run, &missing(0.3, 0.0)));
+        let chosen = |wanted| Chooser { stale: false, ..Chooser::new(wanted) };
+        assert!(!chosen(false).change_over(&mut run, &missing(0.3, 0.3)), "somebody asked for the method");
+        assert!(!Chooser::new(true).change_over(&mut run, &missing(0.3, 0.3)), "a choice is due");
+        let mut chooser = chosen(true);
+        assert!(!chooser.change_over(&mut run, &missing(0.01, 0.01)), "it is little");
+        let highlights = LateLight { highlights: 0.25, ..missing(0.3, 0.04) };
+        assert!(!chooser.change_over(&mut run, &highlights), "no method finds them better");
+        assert!(chooser.change_over(&mut run, &missing(0.3, 0.0)));
         assert_eq!(run.integrator, IntegratorKind::Bidirectional);
-        assert!(change_over(&mut run, &missing(0.14, 0.13)));
-        let chosen = run.auto.as_ref().unwrap();
-        assert_eq!((run.integrator, chosen.kind), (IntegratorKind::Vcm, IntegratorKind::Vcm));
-        assert!(
-            chosen.reason.contains("vcm") && chosen.reason.contains("bidirectional"),
-            "{}",
-            chosen.reason
+        // An edit does not bring the trial's choice back, and more may turn out to be missing.
+        chooser.stale = true;
+        chooser.begin(
+            &run,
+            &Arc::new(Scene::prepare(&input.loaded.desc).unwrap()),
+            &Camera::of(&input.loaded.desc).unwrap(),
         );
-        assert!(!change_over(&mut run, &missing(0.14, 0.13)), "it is the present one");
+        assert!(chooser.running.is_none() && chooser.take().is_none());
+        assert!(chooser.change_over(&mut run, &missing(0.14, 0.13)));
+        let report = run.auto.as_ref().unwrap();
+        assert_eq!((run.integrator, report.kind), (IntegratorKind::Vcm, IntegratorKind::Vcm));
+        assert!(
+            report.reason.contains("vcm") && report.reason.contains("bidirectional"),
+            "{}",
+            report.reason
+        );
+        assert!(report.reason.contains("13"), "{}", report.reason);
+        assert!(!chooser.change_over(&mut run, &missing(0.14, 0.13)), "it is the present one");
     }
 }

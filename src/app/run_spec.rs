@@ -104,6 +104,7 @@ pub struct ChoiceReport {
     #[serde(skip)]
     pub kind: IntegratorKind,
     pub reason: String,
+    /// Those of the trial; none where witnesses of the picture have decided.
     pub candidates: Vec<Candidate>,
 }
 

@@ -6,7 +6,9 @@
 //! more than the last ones, by an amount that the schedule of the photons tells. [`BlurWatch`] keeps the sums of a moment in the middle of the
 //! render. With E the picture of the samples before it and L that of the samples after it, E − L is the bias of the whole times a known number,
 //! and noise. Both replicates have photon maps of their own, so that the noise of E₁ − L₁ and that of E₂ − L₂ are independent, and
-//! (E₁ − L₁)(E₂ − L₂) is an unbiased estimate of the square of what they have in common. It is averaged over neighbouring tiles and pictures.
+//! (E₁ − L₁)(E₂ − L₂) is an unbiased estimate of the square of what they have in common. It is averaged over neighbouring tiles and pictures. Where
+//! that may as well be noise, the stated error has none of it, and the upper end of its interval has what it may be. Bias of structures that are
+//! finer than all discs so far does not shrink, and is not seen.
 
 use crate::stream::{PathCounts, REPLICATES, replicate};
 use crate::study::error::{FLOOR, TILE};
@@ -95,17 +97,13 @@ struct KnownBlur {
 
 /// The square of the difference of early and late samples that both replicates have in common.
 struct CommonDifference {
-    /// Of each tile, relative to brightness; where it may be noise alone, the least and one deviation.
+    /// Of each tile, relative to brightness; where it may be noise alone, the upper end of its 90 % interval.
     relative: Vec<f64>,
     /// Mean over all tiles, and its deviation.
     mean: f64,
     deviation: f64,
-}
-
-impl CommonDifference {
-    fn is_significant(&self) -> bool {
-        self.mean > Z90 * self.deviation
-    }
+    /// The mean is more than noise may be.
+    is_significant: bool,
 }
 
 /// The blur is computed from so many times the paths of the kept moment on.
@@ -205,12 +203,12 @@ impl BlurWatch {
         // Nobody knows how much of the blur follows which law.
         let apart = 0.5 * (areas - radii).abs() / ratio;
         let common = compare(sums, moment)?;
-        let is_significant = common.is_significant();
+        let is_significant = common.is_significant;
         Some(KnownBlur {
             blurred: self.blurred,
             deviation: match is_significant {
                 true => (common.deviation / common.mean).hypot(apart).min(1.0),
-                false => 1.0,
+                false => 1.0 / Z90,
             },
             is_significant,
             noise: common.deviation * ratio,
@@ -280,7 +278,7 @@ fn brightness(sums: &Replicates) -> Option<Vec<f64>> {
     Some(tiles.iter().map(|tile| tile.unwrap_or(mean).abs() + FLOOR * mean.abs()).collect())
 }
 
-/// What both replicates have in common of the difference of early and late samples. `None` where too few tiles have both.
+/// What both replicates have in common of the difference of early and late samples. `None` where too few tiles have both, or nothing has luminance.
 fn compare(sums: &Replicates, moment: &Moment) -> Option<CommonDifference> {
     let size @ [_, height] = sums.size();
     // Luminance of each pixel that has samples.
@@ -314,10 +312,13 @@ fn compare(sums: &Replicates, moment: &Moment) -> Option<CommonDifference> {
     let count = known.len() as f64;
     let mean = known.iter().map(|tile| tile.value).sum::<f64>() / count;
     let deviation = known.iter().map(|tile| tile.variance).sum::<f64>().sqrt() / count;
-    let mut common = CommonDifference { relative: Vec::new(), mean, deviation };
-    let placed_mean = if common.is_significant() { mean } else { mean.max(0.0) + deviation };
-    common.relative = placed(&tiles.clearest(&relative), placed_mean * count);
-    Some(common)
+    if !(mean.is_finite() && deviation.is_finite()) {
+        return None;
+    }
+    let is_significant = mean > Z90 * deviation;
+    let placed_mean = if is_significant { mean } else { mean.max(0.0) + Z90 * deviation };
+    let relative = placed(&tiles.clearest(&relative), placed_mean * count);
+    Some(CommonDifference { relative, mean, deviation, is_significant })
 }
 
 /// The values by soft thresholding, none of them negative and all of them together of this sum: the threshold is the same multiple of the deviation of

@@ -17,9 +17,8 @@ use crate::study::blur::Blur;
 use crate::study::error_tile::{
     BrightPixel, ErrorTile, PixelError, QuarterSums, is_far_above, place_bright, quarter_of,
 };
-use crate::study::highlights::HIGHLIGHT_DEVIATION;
 use crate::study::interval::{Interval, Z90, student_95};
-use crate::study::unfound::{CausticSpots, UnfoundLight};
+use crate::study::unfound::UnfoundLight;
 
 pub use crate::study::error_tile::{FLOOR, TILE};
 
@@ -352,71 +351,23 @@ impl ErrorField {
         self.unfound = unfound;
     }
 
-    /// Counts a bias that both replicates share. Returns which share of the squared relative error, summed over all tiles, it is.
-    pub(super) fn add_blur(&mut self, blur: Blur) -> f64 {
+    /// Counts a bias that both replicates share. Returns which share of the squared relative error, summed over all tiles, it is; `None` where it
+    /// may be noise.
+    pub(super) fn add_blur(&mut self, blur: Blur) -> Option<f64> {
         self.blur = blur;
         let tiles = 0..self.tiles.len();
         let all: f64 = self.map().iter().map(|relative| relative * relative).sum();
         let blurred = |i| Some(self.blur.square(i, 0.0) / self.divisor(i)?.powi(2));
-        if all > 0.0 { tiles.filter_map(blurred).sum::<f64>() / all } else { 0.0 }
+        let share = if all > 0.0 { tiles.filter_map(blurred).sum::<f64>() / all } else { 0.0 };
+        self.blur.is_significant.then_some(share)
     }
 
     /// What the relative error of this tile divides by; `None` where nothing has luminance.
     fn divisor(&self, i: usize) -> Option<f64> {
         let pixels = self.tiles[i].pixels();
-        let against = self.brightness(i, self.tiles[i].luminance / pixels).abs() + FLOOR * self.mean.abs();
+        let against =
+            self.unfound.luminance_of(i, self.tiles[i].luminance / pixels).abs() + FLOOR * self.mean.abs();
         (pixels > 0.0 && against > 0.0).then_some(against)
-    }
-
-    /// Mean luminance that the tile lacks as witnesses know it, so many standard deviations from what they know.
-    fn known_to_lack(&self, tile: usize, deviations: f64) -> f64 {
-        let UnfoundLight { light, deviation, possible, .. } = &self.unfound;
-        let known = light.get(tile).map_or(0.0, |light| light * (1.0 + deviations * deviation));
-        known.max(deviations * possible.get(tile).copied().unwrap_or_default())
-    }
-
-    /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
-    fn lacks(&self, tile: usize, deviations: f64) -> f64 {
-        let UnfoundLight { highlights, scattered, spots, .. } = &self.unfound;
-        let known = self.known_to_lack(tile, deviations);
-        let more = if self.is_scattered(tile) {
-            scattered.rms * (1.0 + deviations * scattered.deviation)
-        } else {
-            0.0
-        };
-        let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.square);
-        let uneven = spots.get(tile).map_or(0.0, |spots| spots.mean_square(known) - known * known);
-        (known + more).max(0.0).powi(2) + uneven + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION)
-    }
-
-    /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
-    fn lacks_relative(&self, tile: usize, luminance: f64, deviations: f64) -> f64 {
-        let UnfoundLight { highlights, scattered, spots, .. } = &self.unfound;
-        let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
-        let known = self.known_to_lack(tile, deviations);
-        let CausticSpots { part, colors, .. } = spots.get(tile).copied().unwrap_or_default();
-        // It lies in a part of the pixels, which are brighter by as much.
-        let known = part * colors * square(known / part, (luminance - known).max(0.0) + known / part);
-        let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);
-        let known = known + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION);
-        if !self.is_scattered(tile) || scattered.light <= 0.0 {
-            return known;
-        }
-        // A part of the pixels lacks all of it, and is brighter by as much.
-        let part = (scattered.light / scattered.rms).powi(2);
-        let lacks = scattered.light / part * (1.0 + deviations * scattered.deviation).max(0.0);
-        known + part * square(lacks, luminance + lacks)
-    }
-
-    /// Whether the tile stands for one of those that lack light, nobody knows which.
-    fn is_scattered(&self, tile: usize) -> bool {
-        self.unfound.scattered.tiles.binary_search(&tile).is_ok()
-    }
-
-    /// Luminance that it has and lacks, where its neighbourhood says `luminance`.
-    fn brightness(&self, tile: usize, luminance: f64) -> f64 {
-        let shown = self.unfound.brightness.get(tile).copied().unwrap_or_default();
-        if self.is_scattered(tile) { luminance.max(shown + self.unfound.scattered.light) } else { luminance }
     }
 
     /// Columns and rows of tiles.
@@ -434,7 +385,7 @@ impl ErrorField {
         let [mut square, mut pixels] = [0.0; 2];
         for (i, tile) in self.tiles.iter().enumerate() {
             for quarter in tile.quarters {
-                let more = self.lacks(i, 0.0) + self.blur.square(i, 0.0);
+                let more = self.unfound.lacks(i, 0.0) + self.blur.square(i, 0.0);
                 square += quarter.square + quarter.pixels * more;
                 pixels += quarter.pixels;
             }
@@ -466,9 +417,12 @@ impl ErrorField {
         let tile = &self.tiles[i];
         let pixels: f64 = quarters.iter().map(|&q| tile.quarters[q].pixels).sum();
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
-        let against = self.divisor(i)?;
+        // What the tile may lack is a part of its luminance, too.
+        let [may, is] = [deviations, 0.0].map(|d| self.unfound.known_to_lack(i, d).iter().sum::<f64>());
+        let against = self.divisor(i)? + (may - is).max(0.0);
         // Below 0 where more noise of a reference is subtracted than there is.
-        let square = (square / pixels).max(0.0) + self.lacks(i, deviations) + self.blur.square(i, deviations);
+        let square =
+            (square / pixels).max(0.0) + self.unfound.lacks(i, deviations) + self.blur.square(i, deviations);
         (pixels > 0.0).then(|| square.sqrt() / against)
     }
 
@@ -489,7 +443,7 @@ impl ErrorField {
             let quarters = choose(i);
             errors.extend(self.relative(i, &quarters[..count], deviations));
             let luminance = tile.luminance / tile.pixels().max(1.0);
-            let more = self.lacks_relative(i, luminance, deviations)
+            let more = self.unfound.lacks_relative(i, luminance, deviations)
                 + self.blur.square(i, deviations) / (luminance * luminance + 0.01);
             for &q in &quarters[..count] {
                 relative += tile.quarters[q].relative() + tile.quarters[q].pixels * more;
@@ -527,11 +481,12 @@ impl ErrorField {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4, 0.0);
         let is_uncertain = self.unfound.deviation > 0.0
-            || !self.unfound.possible.is_empty()
+            || self.unfound.possible.iter().any(|light| *light > 0.0)
             || !self.unfound.highlights.is_empty()
             || !self.unfound.scattered.tiles.is_empty()
             || self.blur.deviation > 0.0;
-        let [more, less] = [1.0, -1.0].map(|deviations| match is_uncertain {
+        // At the ends of the interval: a ratio so many times as large at one deviation would not be its power there.
+        let [more, less] = [Z90, -Z90].map(|deviations| match is_uncertain {
             true => self.values(tiles, |_| [0, 1, 2, 3], 4, deviations),
             false => whole,
         });
@@ -559,7 +514,7 @@ impl ErrorField {
         // Upwards and downwards.
         let of_bias = |i: usize| {
             let whole = whole[i];
-            let log = |ratio: f64| if whole > 0.0 { ratio.max(1.0).ln() } else { 0.0 };
+            let log = |ratio: f64| if whole > 0.0 { ratio.max(1.0).ln() / Z90 } else { 0.0 };
             [log(more[i] / whole), log(whole / less[i].max(0.1 * whole))]
         };
         let is_guessed =

@@ -65,6 +65,16 @@ impl LateLight {
         })
     }
 
+    /// The share of the light that is of this kind and missing; `None` without witnesses.
+    pub fn share(&self, kind: MissingLight) -> Option<f64> {
+        let missing = self.missing?;
+        Some(match kind {
+            MissingLight::Caustics => self.caustics,
+            MissingLight::Highlights => self.highlights,
+            MissingLight::Other => missing - self.caustics - self.highlights,
+        })
+    }
+
     /// Why the stated error cannot be trusted; `None` if nothing speaks against it.
     pub fn warning(&self) -> Option<String> {
         let is_told = self.missing.is_some_and(|missing| missing >= self.largest.one);

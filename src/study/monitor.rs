@@ -79,8 +79,8 @@ pub struct ErrorStatus {
     pub map: (usize, Vec<f64>),
     /// What is known of light that has not been found.
     pub late: LateLight,
-    /// The share of the squared relative error that is the blur of photons, which is part of all these errors; `None` where it is not known or
-    /// the method has none.
+    /// The share of the squared relative error that is the blur of photons, which is part of all these errors; `None` where it is not known, or may
+    /// be noise and is in the upper ends of the intervals alone, or the method has none.
     pub blur: Option<f64>,
 }
 
@@ -340,7 +340,7 @@ impl ErrorMonitor {
         // What is shown besides this render has another blur.
         let own = self.blur.as_mut().filter(|_| self.others.is_empty());
         let blur = own.and_then(|blur| blur.update(&self.sums));
-        self.status.blur = blur.map(|blur| field.add_blur(blur));
+        self.status.blur = blur.and_then(|blur| field.add_blur(blur));
         let estimate = field.estimate(TileSubset::All);
         let error = estimate.relative[self.at.index()];
         // A picture that is still black has no small error.

@@ -2,7 +2,8 @@
 
 use crate::math::bits::mix;
 use crate::stream::WitnessedArea;
-use crate::study::highlights::LackedHighlights;
+use crate::study::highlights::{HIGHLIGHT_DEVIATION, LackedHighlights};
+use crate::study::interval::Z90;
 use crate::study::picture_tile::PictureTile;
 
 /// Up to this share of two rare samples of a tile lie in one place by chance.
@@ -21,39 +22,36 @@ pub struct ScatteredLight {
     pub deviation: f64,
 }
 
-/// How the light of caustics is spread over the pixels of a tile, and its colours.
+/// How the light of caustics is spread over the pixels of a tile, and its colours, by single samples of the witnesses: their noise counts as
+/// unevenness, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticSpots {
     /// The part of the pixels that has it, if it is the same in all of these.
     pub part: f64,
-    /// That was found of the tile alone, and not of its surroundings.
-    pub is_own: bool,
     /// Mean square of linear Rec.709 over squared luminance: 1 for grey.
     pub colors: f64,
 }
 
-impl CausticSpots {
-    /// Those of what witnesses have found.
-    pub(super) fn of(area: &WitnessedArea, is_own: bool) -> Self {
-        let [luminance, colors] = area.caustic_squares;
-        if luminance <= 0.0 {
-            return Self { is_own, ..Self::default() };
-        }
-        let part = area.caustics * area.caustics / (luminance * area.samples.max(1.0));
-        Self { part: part.clamp(f64::MIN_POSITIVE, 1.0), is_own, colors: colors / luminance }
-    }
+/// The least of [`CausticSpots::colors`]: squared luminance is at most 3 · (0.2126² + 0.7152² + 0.0722²) of the mean square.
+const LEAST_COLORS: f64 = 0.588;
 
-    /// The mean square over the pixels of a tile that lacks this mean luminance. What is known of a tile's surroundings does not tell how unevenly
-    /// the tile has it.
-    pub(super) fn mean_square(&self, light: f64) -> f64 {
-        light * light / if self.is_own { self.part } else { 1.0 }
+impl CausticSpots {
+    /// Those of what witnesses have found; grey and even where their sum of squared luminance is not above `rounding`.
+    pub(super) fn of(area: &WitnessedArea, rounding: f64) -> Self {
+        let [luminance, colors] = area.caustic_squares;
+        let samples = area.samples.max(1.0);
+        if luminance.is_nan() || luminance <= rounding {
+            return Self::default();
+        }
+        let part = area.caustics * area.caustics / (luminance * samples);
+        Self { part: part.clamp(1.0 / samples, 1.0), colors: (colors / luminance).max(LEAST_COLORS) }
     }
 }
 
 impl Default for CausticSpots {
     /// Grey and even.
     fn default() -> Self {
-        Self { part: 1.0, is_own: false, colors: 1.0 }
+        Self { part: 1.0, colors: 1.0 }
     }
 }
 
@@ -64,11 +62,14 @@ pub struct UnfoundLight {
     pub light: Vec<f64>,
     /// Luminance that each tile has and lacks.
     pub brightness: Vec<f64>,
+    /// The part of it that is caustics.
+    pub caustic_light: Vec<f64>,
     /// Relative standard deviation of `light`.
     pub deviation: f64,
-    /// Caustics that each tile may lack, mean luminance at one standard deviation, also where they are not significant; empty without witnesses.
+    /// Caustics that each tile may lack, mean luminance by the upper end of the 90 % interval of their share, also where that is not significant; empty
+    /// without witnesses.
     pub possible: Vec<f64>,
-    /// Where in each tile both would be; empty without witnesses.
+    /// Where in each tile caustics are; empty without witnesses.
     pub spots: Vec<CausticSpots>,
     /// Highlights that each tile lacks on top of it; empty where there are none.
     pub highlights: Vec<LackedHighlights>,
@@ -104,6 +105,63 @@ impl UnfoundLight {
     /// Mean luminance that a tile is known to lack.
     fn known(&self, tile: usize) -> f64 {
         self.light[tile] + self.highlights.get(tile).map_or(0.0, |lacked| lacked.light)
+    }
+
+    /// Mean luminance of caustics and of other light that the tile lacks as witnesses know it, so many standard deviations from what they know.
+    pub(super) fn known_to_lack(&self, tile: usize, deviations: f64) -> [f64; 2] {
+        let UnfoundLight { light, caustic_light, deviation, possible, .. } = self;
+        let [all, caustics, possible] =
+            [light, caustic_light, possible].map(|of| of.get(tile).copied().unwrap_or_default());
+        let times = (1.0 + deviations * deviation).max(0.0);
+        [(caustics * times).max(possible * deviations / Z90), (all - caustics).max(0.0) * times]
+    }
+
+    /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
+    pub(super) fn lacks(&self, tile: usize, deviations: f64) -> f64 {
+        let UnfoundLight { highlights, scattered, .. } = self;
+        let [caustics, other] = self.known_to_lack(tile, deviations);
+        let more = if self.is_scattered(tile) {
+            scattered.rms * (1.0 + deviations * scattered.deviation).max(0.0)
+        } else {
+            0.0
+        };
+        let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.square);
+        (caustics + other + more).powi(2) + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION).max(0.0)
+    }
+
+    /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
+    pub(super) fn lacks_relative(&self, tile: usize, luminance: f64, deviations: f64) -> f64 {
+        let UnfoundLight { highlights, scattered, spots, .. } = self;
+        let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
+        // What it lacks in expectation is a part of its luminance.
+        let shown = (luminance - self.known_to_lack(tile, 0.0).iter().sum::<f64>()).max(0.0);
+        let [caustics, other] = self.known_to_lack(tile, deviations);
+        // Caustics lie in a part of the pixels, which are brighter by as much.
+        let CausticSpots { part, colors } = spots.get(tile).copied().unwrap_or_default();
+        let there = caustics / part;
+        let squares = colors * there * there + 2.0 * there * other + other * other;
+        let in_part = squares / ((shown + other + there).powi(2) + 0.01);
+        let known = part * in_part + (1.0 - part) * square(other, shown + other);
+        let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);
+        let known = known + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION).max(0.0);
+        if !self.is_scattered(tile) || scattered.light <= 0.0 {
+            return known;
+        }
+        // A part of the pixels lacks all of it, and is brighter by as much.
+        let part = (scattered.light / scattered.rms).powi(2);
+        let lacks = scattered.light / part * (1.0 + deviations * scattered.deviation).max(0.0);
+        known + part * square(lacks, luminance + lacks)
+    }
+
+    /// Whether the tile stands for one of those that lack light, nobody knows which.
+    pub(super) fn is_scattered(&self, tile: usize) -> bool {
+        self.scattered.tiles.binary_search(&tile).is_ok()
+    }
+
+    /// Luminance that it has and lacks, where its neighbourhood says `luminance`.
+    pub(super) fn luminance_of(&self, tile: usize, luminance: f64) -> f64 {
+        let shown = self.brightness.get(tile).copied().unwrap_or_default();
+        if self.is_scattered(tile) { luminance.max(shown + self.scattered.light) } else { luminance }
     }
 
     /// Counts light that an unknown part of the tiles lacks.

@@ -12,12 +12,14 @@
 //! - **Caustics.** Let T be all light that the witnesses find, C the light of caustics, and P that of the picture without
 //!   single samples that carry much of a tile's light. The share β of the caustics that the picture lacks is found by
 //!   regression of T − P on C over the tiles of the picture; T and C are of different halves of the witnesses, so that their noise
-//!   does not look like light. A tile then lacks β C less the light of its few large samples.
+//!   does not look like light. From three standard errors on it counts, from two on in part. A tile then lacks β C less the light of its few large samples.
+//!   What β may be besides is in the upper end of the interval. relMSE counts the light in the part of the pixels where it lies, by its colours.
 //! - **Highlights** ([`highlights`](crate::study::highlights)): small lamps in mirrors and glass.
 //! - **All other light.** Where T is above the picture by more than four standard errors, in squares from a sixteenth of the picture down to 2×2 tiles,
 //!   the difference is unfound.
 //!
-//! In a pixel that has not met a light of mean luminance u the error is u, so that u² adds to the mean square error that the replicates state.
+//! In a pixel that has not met a light of mean luminance u the error is u, so that u² adds to the mean square error that the replicates state:
+//! [`unfound`](crate::study::unfound) is what a picture lacks.
 
 use std::fmt;
 
@@ -233,28 +235,27 @@ mod tests {
             area.caustics += 2.0;
             area.caustic_squares = [area.caustic_squares[0] + 4.0, area.caustic_squares[1] + 12.0];
         }
-        let spots = CausticSpots::of(&area, true);
+        let spots = CausticSpots::of(&area, 1e-9);
         assert_eq!((spots.part, spots.colors), (0.25, 3.0));
-        let none = CausticSpots::of(&WitnessedArea { samples: 8.0, ..Default::default() }, true);
-        assert_eq!((none.part, none.colors), (1.0, 1.0));
+        // What rounding leaves of nothing tells nothing.
+        let residue = WitnessedArea { caustics: 1e-14, caustic_squares: [1e-13, -1e-13], ..area };
+        assert_eq!(CausticSpots::of(&residue, 1e-9), CausticSpots::default());
         let same = ReplicatePixel { mean: [1.0; 3], difference: [0.0; 3], factor: 0.25, seen: true };
-        let stated = |spots: CausticSpots| {
+        let stated = |spots: CausticSpots, caustics: f64| {
             let mut field = ErrorField::new(&vec![same; SIZE[0] * SIZE[1]], SIZE).expect("all are seen");
             let of_all = |value: f64| vec![value; tiles()];
             field.add_unfound(UnfoundLight {
                 light: of_all(0.5),
+                caustic_light: of_all(caustics),
                 brightness: of_all(1.5),
                 spots: vec![spots; tiles()],
                 ..UnfoundLight::default()
             });
-            let estimate = field.estimate(TileSubset::All);
-            [estimate.rel_mse.value, estimate.relative[1].value]
+            field.estimate(TileSubset::All).rel_mse.value
         };
-        // A quarter of the pixels has 2 of 3; or all of them .5 of 1.5.
-        let [[in_spots, of_spots], [even, of_even]] = [spots, none].map(stated);
-        assert!((of_spots / of_even - 2.0).abs() < 1e-6, "{of_spots}, {of_even}");
-        // What is known of a tile's surroundings does not tell where the tile has it.
-        assert_eq!(stated(CausticSpots { is_own: false, ..spots }), [in_spots, of_even]);
+        // A quarter of the pixels has 2 of 3; or all of them .5 of 1.5, and so they have other light than caustics.
+        let [in_spots, even] = [spots, CausticSpots::default()].map(|spots| stated(spots, 0.5));
+        assert_eq!(stated(spots, 0.0), even);
         assert!((in_spots - 0.25 * 3.0 * 4.0 / 9.01).abs() < 1e-6, "{in_spots}");
         assert!((even - 0.25 / 2.26).abs() < 1e-6, "{even}");
     }

@@ -1,6 +1,7 @@
 //! What witnesses have found beside what a picture shows: the caustics and the other light that it lacks.
 
 use crate::stream::WitnessedArea;
+use crate::study::interval::Z90;
 use crate::study::picture_tile::PictureTile;
 use crate::study::summed_areas::{Subtract, SummedAreas, tiles_around};
 use crate::study::unfound::{CausticSpots, UnfoundLight};
@@ -54,8 +55,8 @@ struct MissingShare {
     share: f64,
     /// Its relative standard deviation.
     deviation: f64,
-    /// One standard deviation above what it is.
-    most: f64,
+    /// The most that it may be: the upper end of its 90 % interval.
+    upper: f64,
 }
 
 /// What is found around one tile.
@@ -71,16 +72,19 @@ impl WitnessComparison<'_> {
     /// The light that witnesses have found and the picture lacks.
     pub(super) fn unfound(&self) -> UnfoundLight {
         let around: Vec<Around> = (0..self.picture.len()).map(|i| self.around(i)).collect();
-        let MissingShare { share: beta, deviation, most } = self.missing_caustics(&around);
+        let MissingShare { share: beta, deviation, upper } = self.missing_caustics(&around);
         let mean = |around: &Around| 0.5 * (around.caustics[0] + around.caustics[1]);
-        let lacks = |beta: f64| -> Vec<f64> {
+        let caustics_of = |beta: f64| -> Vec<f64> {
             let tiles = around.iter().zip(self.picture);
             tiles.map(|(around, tile)| (beta * mean(around) - tile.rare).max(0.0)).collect()
         };
-        let (mut light, possible) = (lacks(beta), lacks(most));
+        let (mut caustic_light, possible) = (caustics_of(beta), caustics_of(upper));
         let total = |light: &[f64]| light.iter().sum::<f64>();
-        let caustics = total(&light);
+        let mut light = caustic_light.clone();
         self.add_other_light(&mut light);
+        for (caustics, all) in caustic_light.iter_mut().zip(&light) {
+            *caustics = caustics.min(*all);
+        }
         let brightness = around
             .iter()
             .zip(self.picture)
@@ -101,7 +105,8 @@ impl WitnessComparison<'_> {
         UnfoundLight {
             deviation: (deviation.powi(2) + noise).sqrt().min(1.0),
             share: Some(share(total(&light))),
-            caustics: share(caustics),
+            caustics: share(total(&caustic_light)),
+            caustic_light,
             brightness,
             light,
             possible,
@@ -126,12 +131,16 @@ impl WitnessComparison<'_> {
         let means = halves.each_ref().map(WitnessedArea::mean);
         let mut both = halves[0];
         both += halves[1];
+        // Differences of sums over the grid leave about so much where there is nothing.
+        let everywhere =
+            self.witnesses.each_ref().map(|areas| areas.sum([0, 0], self.grid).caustic_squares[0]);
+        let rounding = 1e-9 * everywhere.iter().sum::<f64>();
         // A few samples may be alike by chance.
         let least = (0.05 * shown).powi(2) + f64::MIN_POSITIVE;
         Around {
             caustics: halves.each_ref().map(WitnessedArea::mean_caustics),
             variance: means.map(|[_, variance]| halves[0].areas * variance + least),
-            spots: CausticSpots::of(&both, reach == 0),
+            spots: CausticSpots::of(&both, rounding),
         }
     }
 
@@ -160,12 +169,12 @@ impl WitnessComparison<'_> {
             return MissingShare::default();
         }
         let (beta, sigma) = (above / below, noise.sqrt() / below);
-        let most = (beta.max(0.0) + sigma).min(1.0);
+        let upper = (beta.max(0.0) + Z90 * sigma).min(1.0);
         let [none, all] = SIGNIFICANT_SHARE;
         let counts = ((beta / sigma - none) / (all - none)).clamp(0.0, 1.0);
         match counts > 0.0 {
-            true => MissingShare { share: (beta * counts).min(1.0), deviation: sigma / beta, most },
-            false => MissingShare { most, ..MissingShare::default() },
+            true => MissingShare { share: (beta * counts).min(1.0), deviation: sigma / beta, upper },
+            false => MissingShare { upper, ..MissingShare::default() },
         }
     }
 

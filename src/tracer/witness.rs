@@ -142,13 +142,13 @@ impl Witness {
     /// Goes on to at least so many camera paths in all.
     pub fn trace(&mut self, paths: u64) {
         let PathCounts { camera, light } = self.tracer.paths_per_index();
-        let end = paths.div_ceil(camera);
+        let (end, to_rgb) = (paths.div_ceil(camera), rec709_from_xyz());
         let mut found = AreaSink { grid: self.grid, areas: &mut self.areas, largest: &mut self.largest };
         for index in self.next..end {
             self.tracer.trace(index, &mut self.scratch, &mut found);
             for (uv, color) in self.scratch.caustics.drain(..) {
                 if let Some(i) = found.at(uv) {
-                    let rgb = rec709_from_xyz() * Vec3::new(color.x, color.y, color.z);
+                    let rgb = to_rgb * Vec3::new(color.x, color.y, color.z);
                     let squares = [f64::from(color.y).powi(2), f64::from(rgb.length_squared()) / 3.0];
                     let area = &mut found.areas[i];
                     area.caustics += f64::from(color.y);

@@ -40,8 +40,8 @@ impl Desktop {
         let start = Instant::now();
         while start.elapsed() < timeout {
             let tree = self.connection.query_tree(self.root).ok()?.reply().ok()?;
-            let found = tree.children.into_iter().find(|w| self.title(*w).contains(title));
-            if let Some(window) = found.filter(|w| self.is_shown(*w)) {
+            let is_it = |w: &xproto::Window| self.title(*w).contains(title) && self.is_shown(*w);
+            if let Some(window) = tree.children.into_iter().find(is_it) {
                 return Some(window);
             }
             std::thread::sleep(Duration::from_millis(20));

@@ -202,7 +202,7 @@ fn study(path: &Path, arguments: &Arguments, score: &mut Score) -> Outcome {
             let warned = at.iter().filter(|level| level.warned).count();
             let wanted = ratios[1] > WANTED;
             let told = at.iter().filter(|level| level.told).count();
-            // To be told of light that is missing is right also where the stated error counts all of it.
+            // To be told of light that is missing is right also where the stated error counts all of it; whether it is missing there is not judged.
             let said = if wanted { told } else { warned };
             score[usize::from(!wanted)] += said;
             score[2 + usize::from(!wanted)] += at.len() - said;

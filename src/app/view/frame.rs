@@ -433,10 +433,12 @@ impl Viewer {
         if self.session.is_in_region() {
             return Ok(());
         }
-        let is_chosen = self.session.choose(&self.editor, self.picture.since_edit() > REST)?;
-        // What is known of the last picture says nothing of the next one.
-        let late =
-            self.picture.observer.as_ref().filter(|_| !self.session.is_stale()).map(|o| o.state().late);
+        let at_rest = self.picture.since_edit() > REST;
+        let is_chosen = self.session.choose(&self.editor, at_rest)?;
+        // What is known of the last picture says nothing of the next one, and a picture that has ended stays.
+        let goes_on =
+            at_rest && !self.session.is_stale() && !self.session.is_through() && self.paused.is_none();
+        let late = self.picture.observer.as_ref().filter(|_| goes_on).map(|observer| observer.state().late);
         if is_chosen || late.is_some_and(|late| self.session.change_over(&late)) {
             self.refresh();
         }

@@ -228,7 +228,7 @@ impl RenderSession {
     /// Changes over to the method that finds the light which the picture lacks, where the method is the program's choice. Returns whether it
     /// has; the next epoch begins with it.
     pub fn change_over(&mut self, late: &LateLight) -> bool {
-        let changes = self.chooser.wanted && method::change_over(&mut self.run, late);
+        let changes = self.chooser.change_over(&mut self.run, late);
         if changes {
             self.stale = true;
             method::tell_choice(&self.run);
