@@ -149,6 +149,8 @@ impl WitnessComparison<'_> {
     fn missing_caustics(&self, around: &[Around]) -> MissingShare {
         let mean = self.picture.iter().map(|tile| tile.light.abs()).sum::<f64>() / self.picture.len() as f64;
         let (mut above, mut below, mut noise) = (0.0, 0.0, 0.0);
+        // Sums of squares and products of what single tiles add to `above` and `below`.
+        let [mut above2, mut both, mut below2] = [0.0; 3];
         for (i, (around, tile)) in around.iter().zip(self.picture).enumerate() {
             let (from, to) = tiles_around(i, self.grid, 0);
             let halves = self.witnesses.each_ref().map(|areas| areas.sum(from, to));
@@ -160,8 +162,10 @@ impl WitnessComparison<'_> {
             let (gap, variance) = (halves.map(|half| half.mean()[0] - shown), around.variance);
             // By luminance, and not by variances: those are small where a witness has met nothing.
             let weight = 1.0 / (shown.abs() + DARK * mean).powi(2).max(f64::MIN_POSITIVE);
-            above += weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
-            below += weight * 2.0 * caustics[0] * caustics[1];
+            let a = weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
+            let b = weight * 2.0 * caustics[0] * caustics[1];
+            (above, below) = (above + a, below + b);
+            (above2, both, below2) = (above2 + a * a, both + a * b, below2 + b * b);
             let of = |a: usize, b: usize| caustics[a].powi(2) * variance[b];
             noise += weight * weight * (of(0, 1) + of(1, 0));
         }
@@ -169,7 +173,15 @@ impl WitnessComparison<'_> {
             return MissingShare::default();
         }
         let (beta, sigma) = (above / below, noise.sqrt() / below);
-        let upper = (beta.max(0.0) + Z90 * sigma).min(1.0);
+        // The largest share that the tiles do not refute: where few of them have all the caustics, they refute little (Fieller 1954).
+        let is_possible = |share: f64| {
+            let scatter = (above2 - 2.0 * share * both + share * share * below2).max(noise);
+            above - share * below >= -Z90 * scatter.sqrt()
+        };
+        let steps = 64;
+        let upper =
+            (0..=steps).rev().map(|i| f64::from(i) / f64::from(steps)).find(|share| is_possible(*share));
+        let upper = upper.unwrap_or(0.0).max(beta.min(1.0));
         let [none, all] = SIGNIFICANT_SHARE;
         let counts = ((beta / sigma - none) / (all - none)).clamp(0.0, 1.0);
         match counts > 0.0 {
