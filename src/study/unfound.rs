@@ -112,7 +112,7 @@ impl UnfoundLight {
         let UnfoundLight { light, caustic_light, deviation, possible, .. } = self;
         let [all, caustics, possible] =
             [light, caustic_light, possible].map(|of| of.get(tile).copied().unwrap_or_default());
-        let times = (1.0 + deviations * deviation).max(0.0);
+        let times = factor(*deviation, deviations);
         [(caustics * times).max(possible * deviations / Z90), (all - caustics).max(0.0) * times]
     }
 
@@ -121,12 +121,12 @@ impl UnfoundLight {
         let UnfoundLight { highlights, scattered, .. } = self;
         let [caustics, other] = self.known_to_lack(tile, deviations);
         let more = if self.is_scattered(tile) {
-            scattered.rms * (1.0 + deviations * scattered.deviation).max(0.0)
+            scattered.rms * factor(scattered.deviation, deviations)
         } else {
             0.0
         };
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.square);
-        (caustics + other + more).powi(2) + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION).max(0.0)
+        (caustics + other + more).powi(2) + lacked * factor(HIGHLIGHT_DEVIATION, deviations)
     }
 
     /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
@@ -143,13 +143,13 @@ impl UnfoundLight {
         let in_part = squares / ((shown + other + there).powi(2) + 0.01);
         let known = part * in_part + (1.0 - part) * square(other, shown + other);
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);
-        let known = known + lacked * (1.0 + deviations * HIGHLIGHT_DEVIATION).max(0.0);
+        let known = known + lacked * factor(HIGHLIGHT_DEVIATION, deviations);
         if !self.is_scattered(tile) || scattered.light <= 0.0 {
             return known;
         }
         // A part of the pixels lacks all of it, and is brighter by as much.
         let part = (scattered.light / scattered.rms).powi(2);
-        let lacks = scattered.light / part * (1.0 + deviations * scattered.deviation).max(0.0);
+        let lacks = scattered.light / part * factor(scattered.deviation, deviations);
         known + part * square(lacks, luminance + lacks)
     }
 
@@ -168,6 +168,12 @@ impl UnfoundLight {
     pub(super) fn add_scattered(&mut self, picture: &[PictureTile]) {
         self.scattered = scattered(picture, self);
     }
+}
+
+/// By what a light of this relative deviation is multiplied so many standard deviations from what it is: it is never negative, and what few
+/// paths have found may be several times as much (a lognormal distribution of this deviation).
+fn factor(deviation: f64, deviations: f64) -> f64 {
+    (deviations * deviation.powi(2).ln_1p().sqrt()).exp()
 }
 
 /// Light that an unknown part of the tiles lacks, by what was found in exactly one sample (Good 1953): in expectation, as much is not found at
