@@ -485,7 +485,7 @@ impl ErrorField {
             || !self.unfound.highlights.is_empty()
             || !self.unfound.scattered.tiles.is_empty()
             || self.blur.deviation > 0.0;
-        // At the ends of the interval: a ratio so many times as large at one deviation would not be its power there.
+        // They are evaluated at both ends of the 90 % interval, because the error is not a power of the number of deviations.
         let [more, less] = [Z90, -Z90].map(|deviations| match is_uncertain {
             true => self.values(tiles, |_| [0, 1, 2, 3], 4, deviations),
             false => whole,

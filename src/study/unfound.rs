@@ -60,10 +60,10 @@ impl Default for CausticSpots {
 pub struct UnfoundLight {
     /// Mean luminance that each tile lacks, row by row.
     pub light: Vec<f64>,
+    /// The part of `light` that is caustics.
+    pub caustic_light: Vec<f64>,
     /// Luminance that each tile has and lacks.
     pub brightness: Vec<f64>,
-    /// The part of it that is caustics.
-    pub caustic_light: Vec<f64>,
     /// Relative standard deviation of `light`.
     pub deviation: f64,
     /// Caustics that each tile may lack, mean luminance by the upper end of the 90 % interval of their share, also where that is not significant; empty
@@ -154,7 +154,7 @@ impl UnfoundLight {
     }
 
     /// Whether the tile stands for one of those that lack light, nobody knows which.
-    pub(super) fn is_scattered(&self, tile: usize) -> bool {
+    fn is_scattered(&self, tile: usize) -> bool {
         self.scattered.tiles.binary_search(&tile).is_ok()
     }
 
