@@ -28,8 +28,11 @@ pub struct PowerLaw {
     pub covariance: [f64; 3],
 }
 
-/// Prior of the slope: mean and standard deviation over this project's scenes (`tools/bench replicates`).
-const PRIOR_SLOPE: (f64, f64) = (0.58, 0.1);
+/// Prior of the slope: mean and standard deviation over long renders of ten scenes, from 16 samples per pixel on (`tools/study_check`).
+const PRIOR_SLOPE: (f64, f64) = (0.54, 0.05);
+
+/// The same of methods that blur: their blur falls more slowly than noise, and is a larger part of the error the longer they render.
+const BLURRED_SLOPE: (f64, f64) = (0.47, 0.08);
 
 /// Standard deviation, in ln error, of real curves from a power law, in addition to noise.
 const SEQUENCE_DEVIATION: f64 = 0.03;
@@ -44,6 +47,11 @@ impl PowerLaw {
     /// Fits the last checkpoints of one render, with the prior of the slope. `None` if none has an error.
     pub fn new(checkpoints: &[Checkpoint]) -> Option<Self> {
         Self::with(checkpoints, Some(PRIOR_SLOPE))
+    }
+
+    /// The same for a method that blurs.
+    pub fn blurred(checkpoints: &[Checkpoint]) -> Option<Self> {
+        Self::with(checkpoints, Some(BLURRED_SLOPE))
     }
 
     /// Fits independent points without a prior. `None` for fewer than two.

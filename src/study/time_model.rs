@@ -194,7 +194,8 @@ impl TimeModel {
             deviation: point.deviation,
         };
         let checkpoints: Vec<Checkpoint> = used.iter().map(checkpoint).collect();
-        let (last, fit) = (used.last()?, PowerLaw::new(&checkpoints)?);
+        let fit = if self.biased { PowerLaw::blurred(&checkpoints) } else { PowerLaw::new(&checkpoints) };
+        let (last, fit) = (used.last()?, fit?);
         let (x, deviation) = fit.until(error)?;
         // Where points are close on both sides, nothing is extrapolated.
         let far = if bracketed { 0.0 } else { x.abs() };
