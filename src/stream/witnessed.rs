@@ -40,6 +40,8 @@ pub struct WitnessedArea {
     pub caustics: f64,
     /// Sums over the same samples of the square of that luminance, and of the mean square of its linear Rec.709 components.
     pub caustic_squares: [f64; 2],
+    /// Sum over them of what the square of that luminance is without the noise of photons, in expectation.
+    pub caustic_pairs: f64,
 }
 
 impl AddAssign for WitnessedArea {
@@ -47,6 +49,7 @@ impl AddAssign for WitnessedArea {
         self.areas += other.areas;
         self.samples += other.samples;
         self.caustics += other.caustics;
+        self.caustic_pairs += other.caustic_pairs;
         for i in 0..2 {
             self.camera[i] += other.camera[i];
             self.light[i] += other.light[i];

@@ -22,12 +22,13 @@ pub struct ScatteredLight {
     pub deviation: f64,
 }
 
-/// How the light of caustics is spread over the pixels of a tile, and its colours, by single samples of the witnesses: their noise counts as
-/// unevenness, too.
+/// How the light of caustics is spread over the pixels of a tile, and its colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticSpots {
     /// The part of the pixels that has it, if it is the same in all of these.
     pub part: f64,
+    /// The same as if photons had no noise of their own, all of which counts as unevenness: the part is hardly smaller.
+    pub least_part: f64,
     /// Mean square of linear Rec.709 over squared luminance: 1 for grey.
     pub colors: f64,
 }
@@ -43,15 +44,28 @@ impl CausticSpots {
         if luminance.is_nan() || luminance <= rounding {
             return Self::default();
         }
-        let part = area.caustics * area.caustics / (luminance * samples);
-        Self { part: part.clamp(1.0 / samples, 1.0), colors: (colors / luminance).max(LEAST_COLORS) }
+        let part = |squares: f64| {
+            let part = area.caustics * area.caustics / (squares.max(rounding) * samples);
+            part.clamp(1.0 / samples, 1.0)
+        };
+        Self {
+            part: part(area.caustic_pairs),
+            least_part: part(luminance),
+            colors: (colors / luminance).max(LEAST_COLORS),
+        }
+    }
+
+    /// The part of the pixels so many standard deviations from what it is: at the upper end of a 90 % interval of the error the least, at the lower end all.
+    fn part(&self, deviations: f64) -> f64 {
+        let end = if deviations > 0.0 { self.least_part } else { 1.0 };
+        self.part * (end / self.part).powf((deviations.abs() / Z90).min(1.0))
     }
 }
 
 impl Default for CausticSpots {
     /// Grey and even.
     fn default() -> Self {
-        Self { part: 1.0, colors: 1.0 }
+        Self { part: 1.0, least_part: 1.0, colors: 1.0 }
     }
 }
 
@@ -118,15 +132,17 @@ impl UnfoundLight {
 
     /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
     pub(super) fn lacks(&self, tile: usize, deviations: f64) -> f64 {
-        let UnfoundLight { highlights, scattered, .. } = self;
+        let UnfoundLight { highlights, scattered, spots, .. } = self;
         let [caustics, other] = self.known_to_lack(tile, deviations);
+        let part = spots.get(tile).copied().unwrap_or_default().part(deviations);
+        let uneven = (1.0 / part - 1.0) * caustics * caustics;
         let more = if self.is_scattered(tile) {
             scattered.rms * factor(scattered.deviation, deviations)
         } else {
             0.0
         };
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.square);
-        (caustics + other + more).powi(2) + lacked * factor(HIGHLIGHT_DEVIATION, deviations)
+        (caustics + other + more).powi(2) + uneven + lacked * factor(HIGHLIGHT_DEVIATION, deviations)
     }
 
     /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
@@ -137,7 +153,8 @@ impl UnfoundLight {
         let shown = (luminance - self.known_to_lack(tile, 0.0).iter().sum::<f64>()).max(0.0);
         let [caustics, other] = self.known_to_lack(tile, deviations);
         // Caustics lie in a part of the pixels, which are brighter by as much.
-        let CausticSpots { part, colors } = spots.get(tile).copied().unwrap_or_default();
+        let spots = spots.get(tile).copied().unwrap_or_default();
+        let (part, colors) = (spots.part(deviations), spots.colors);
         let there = caustics / part;
         let squares = colors * there * there + 2.0 * there * other + other * other;
         let in_part = squares / ((shown + other + there).powi(2) + 0.01);

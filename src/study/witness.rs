@@ -13,7 +13,8 @@
 //!   single samples that carry much of a tile's light. The share β of the caustics that the picture lacks is found by
 //!   regression of T − P on C over the tiles of the picture; T and C are of different halves of the witnesses, so that their noise
 //!   does not look like light. From three standard errors on it counts, from two on in part. A tile then lacks β C less the light of its few large samples.
-//!   What β may be besides is in the upper end of the interval. relMSE counts the light in the part of the pixels where it lies, by its colours.
+//!   What β may be besides is in the upper end of the interval. It counts in the part of the pixels where it lies, in
+//!   relMSE by its colours; where it lies is known up to the noise of photons.
 //! - **Highlights** ([`highlights`](crate::study::highlights)): small lamps in mirrors and glass.
 //! - **All other light.** Where T is above the picture by more than four standard errors, in squares from a sixteenth of the picture down to 2×2 tiles,
 //!   the difference is unfound.
@@ -155,6 +156,7 @@ mod tests {
                     area.camera = [area.camera[0] + y, area.camera[1] + y * y];
                     area.caustics += shown;
                     area.caustic_squares = area.caustic_squares.map(|square| square + shown * shown);
+                    area.caustic_pairs += shown * shown;
                 }
                 area
             };
@@ -228,17 +230,24 @@ mod tests {
     }
 
     #[test]
-    fn relmse_counts_missing_caustics_where_they_lie_and_by_their_colours() {
+    fn missing_caustics_count_where_they_lie_and_by_their_colours() {
         // One sample in four shows four times the luminance, in a saturated colour.
         let mut area = WitnessedArea { areas: 1.0, samples: 400.0, ..Default::default() };
         for _ in 0..100 {
             area.caustics += 2.0;
             area.caustic_squares = [area.caustic_squares[0] + 4.0, area.caustic_squares[1] + 12.0];
+            // By many photons each time.
+            area.caustic_pairs += 4.0;
         }
         let spots = CausticSpots::of(&area, 1e-9);
-        assert_eq!((spots.part, spots.colors), (0.25, 3.0));
+        assert_eq!((spots.part, spots.least_part, spots.colors), (0.25, 0.25, 3.0));
+        // By two photons each time, it may be half of the pixels as well.
+        let noisy = CausticSpots::of(&WitnessedArea { caustic_pairs: 200.0, ..area }, 1e-9);
+        assert_eq!((noisy.part, noisy.least_part), (0.5, 0.25));
         // What rounding leaves of nothing tells nothing.
-        let residue = WitnessedArea { caustics: 1e-14, caustic_squares: [1e-13, -1e-13], ..area };
+        let squares = [1e-13, -1e-13];
+        let residue =
+            WitnessedArea { caustics: 1e-14, caustic_squares: squares, caustic_pairs: 1e-13, ..area };
         assert_eq!(CausticSpots::of(&residue, 1e-9), CausticSpots::default());
         let same = ReplicatePixel { mean: [1.0; 3], difference: [0.0; 3], factor: 0.25, seen: true };
         let stated = |spots: CausticSpots, caustics: f64| {
@@ -251,13 +260,16 @@ mod tests {
                 spots: vec![spots; tiles()],
                 ..UnfoundLight::default()
             });
-            field.estimate(TileSubset::All).rel_mse.value
+            let estimate = field.estimate(TileSubset::All);
+            [estimate.rel_mse.value, estimate.relative[0].value]
         };
         // A quarter of the pixels has 2 of 3; or all of them .5 of 1.5, and so they have other light than caustics.
         let [in_spots, even] = [spots, CausticSpots::default()].map(|spots| stated(spots, 0.5));
         assert_eq!(stated(spots, 0.0), even);
-        assert!((in_spots - 0.25 * 3.0 * 4.0 / 9.01).abs() < 1e-6, "{in_spots}");
-        assert!((even - 0.25 / 2.26).abs() < 1e-6, "{even}");
+        assert!((in_spots[0] - 0.25 * 3.0 * 4.0 / 9.01).abs() < 1e-6, "{in_spots:?}");
+        assert!((even[0] - 0.25 / 2.26).abs() < 1e-6, "{even:?}");
+        // The root of the mean square over the tile, whose mean is the same.
+        assert!((in_spots[1] / even[1] - 2.0).abs() < 1e-6, "{in_spots:?}, {even:?}");
     }
 
     #[test]

@@ -34,6 +34,7 @@ impl Subtract for WitnessedArea {
             light: pair(self.light, other.light),
             caustics: self.caustics - other.caustics,
             caustic_squares: pair(self.caustic_squares, other.caustic_squares),
+            caustic_pairs: self.caustic_pairs - other.caustic_pairs,
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::stream::{Highlight, PathCounts, SampleSink, UvWindow, Witnessed, WitnessedArea};
 use crate::tracer::MaterialClass;
 use crate::tracer::highlights::HighlightFinder;
-use crate::tracer::integrator::{CausticWitness, RenderContext, WitnessScratch};
+use crate::tracer::integrator::{CausticWitness, RenderContext, SeenCaustic, WitnessScratch};
 
 /// Cells in which highlights are looked for, for each path of the witnesses.
 const CELLS_PER_PATH: f64 = 4.0;
@@ -146,13 +146,15 @@ impl Witness {
         let mut found = AreaSink { grid: self.grid, areas: &mut self.areas, largest: &mut self.largest };
         for index in self.next..end {
             self.tracer.trace(index, &mut self.scratch, &mut found);
-            for (uv, color) in self.scratch.caustics.drain(..) {
+            for SeenCaustic { uv, color, photons } in self.scratch.caustics.drain(..) {
                 if let Some(i) = found.at(uv) {
                     let rgb = to_rgb * Vec3::new(color.x, color.y, color.z);
                     let squares = [f64::from(color.y).powi(2), f64::from(rgb.length_squared()) / 3.0];
                     let area = &mut found.areas[i];
                     area.caustics += f64::from(color.y);
                     area.caustic_squares = [0, 1].map(|k| area.caustic_squares[k] + squares[k]);
+                    // The square of a sum of photons exceeds that of its expectation by the sum of their squares.
+                    area.caustic_pairs += squares[0] * (1.0 - 1.0 / f64::from(photons.max(1)));
                 }
             }
         }

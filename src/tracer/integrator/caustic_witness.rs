@@ -32,8 +32,19 @@ pub struct CausticWitness {
 pub struct WitnessScratch {
     bidirectional: Scratch,
     photons: PhotonScratch,
-    /// The place on the screen of every sample that shows a caustic, and the colour of that.
-    pub caustics: Vec<([f32; 2], Xyz)>,
+    /// What samples show of caustics.
+    pub caustics: Vec<SeenCaustic>,
+}
+
+/// What a sample shows of a caustic.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenCaustic {
+    /// Its place on the screen.
+    pub uv: [f32; 2],
+    /// How bright it is there.
+    pub color: Xyz,
+    /// Photons that show it.
+    pub photons: u32,
 }
 
 impl CausticWitness {
@@ -63,14 +74,14 @@ impl CausticWitness {
         };
         let wavelength = BidirectionalTracer::wavelength_number(index, context);
         let place = |sampler: &Sampler| context.place(sampler.camera().screen).map(|c| c as f32);
-        let mut keep = |sampler: &Sampler, color: Xyz| {
+        let mut keep = |sampler: &Sampler, color: Xyz, photons: u32| {
             if color.y > 0.0 && color.is_finite() {
-                caustics.push((place(sampler), color));
+                caustics.push(SeenCaustic { uv: place(sampler), color, photons });
             }
         };
         let mut merge = |sampler: &Sampler, colors: &mut GroupColors| {
             let merged = tracer.merge(&snapshot, photons, sampler, wavelength, colors);
-            keep(sampler, merged);
+            keep(sampler, merged, photons.gathered);
             merged
         };
         self.bidirectional.trace_merging(index, bidirectional, Some(&mut merge), out);
@@ -78,7 +89,8 @@ impl CausticWitness {
             for number in 0..CAMERA_SUBPATHS {
                 let start = context.screen.start(first.wrapping_add(number));
                 let sampler = context.sampler(start.index);
-                keep(&sampler, tracer.seen(&snapshot, photons, &sampler, wavelength));
+                let seen = tracer.seen(&snapshot, photons, &sampler, wavelength);
+                keep(&sampler, seen, photons.gathered);
             }
         }
         photons.keep(snapshot);

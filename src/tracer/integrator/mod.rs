@@ -54,7 +54,7 @@ mod photon;
 mod vcm;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
-pub use caustic_witness::{CausticWitness, WitnessScratch};
+pub use caustic_witness::{CausticWitness, SeenCaustic, WitnessScratch};
 pub use check::{CheckedIntegrator, PlanCheckTally};
 pub use context::RenderContext;
 pub use depth::DepthTracer;

@@ -75,6 +75,7 @@ impl<'a> PathStart<'a> {
     pub fn begin<C: LightCredits>(self, scratch: &'a mut PhotonScratch) -> CameraPath<'a, C> {
         let Self { tracer, snapshot, lookup, wavelength } = self;
         scratch.scatterings.clear();
+        scratch.gathered = 0;
         let state = PathState::new(tracer.context.wavelengths(wavelength), Splitting::Never);
         let (xyz, class) = (Xyz::BLACK, PathClass::Mirrored);
         CameraPath { tracer, snapshot, lookup, scratch, state, xyz, class, gathered: false }
@@ -251,6 +252,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         }
         self.xyz += xyz;
         self.state.radiance += value;
+        scratch.gathered += disc.counted.len() as u32;
         B::record(|| PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
     }
 

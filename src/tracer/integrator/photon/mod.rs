@@ -108,6 +108,8 @@ pub struct PhotonScratch {
     scatterings: Vec<RecordedScattering>,
     /// Samples so far.
     samples: u32,
+    /// Photons that the last path has gathered.
+    pub(super) gathered: u32,
 }
 
 impl PhotonScratch {
