@@ -9,13 +9,14 @@ use rayon::prelude::*;
 
 use super::denoise::{OidnOptions, ViewFilter};
 use super::layers::Channel;
+use super::run_spec::RunSpec;
 use crate::client::reference::ReferenceFilm;
 use crate::client::wavelet::{Filtered, HalfPicture, out_of_memory};
 use crate::client::{ClientError, Denoise, DisplayImage, FilmData, FilmSpec, Settings};
 use crate::color::Profile;
 use crate::image::Grid;
 use crate::study::denoised::FilteredHalves;
-use crate::study::{ErrorEstimate, Replicates, SmoothingKernel};
+use crate::study::{ErrorEstimate, ErrorStatus, Replicates, SamplesApart, SmoothingKernel};
 use crate::tracer::{Camera, Scene};
 
 /// Means X, Y, Z of the samples in each pixel, with their number, of both randomisations.
@@ -44,8 +45,8 @@ pub struct FilteredView<'a> {
 }
 
 impl FilteredView<'_> {
-    /// Traces the features and filters the picture of these sums. Where each replicate is also there alone, in `divided`, the error of the filtered
-    /// picture is known.
+    /// Traces the features and filters the picture of these sums. Where some of the samples were kept `apart`, the error of the filtered picture
+    /// is known.
     ///
     /// # Errors
     ///
@@ -53,7 +54,7 @@ impl FilteredView<'_> {
     pub fn filter(
         &self,
         replicates: &Replicates,
-        divided: Option<&[Replicates; 2]>,
+        apart: Option<&SamplesApart>,
         data: &FilmData,
         kind: Denoise,
         oidn: OidnOptions,
@@ -62,23 +63,52 @@ impl FilteredView<'_> {
         let mut filter = filter.ok_or_else(|| out_of_memory(replicates.size()))?.with_oidn(oidn);
         let picture =
             FilteredPicture::of(replicates, &HalfMeans::of(replicates)?, Some(data), &mut filter, kind)?;
-        let Some([a, b]) = divided else { return Ok((picture, None)) };
-        let mut alone = |half: &Replicates| -> Result<Vec<[f32; 3]>, ClientError> {
-            let filtered = FilteredPicture::of(half, &HalfMeans::of(half)?, None, &mut filter, kind)?;
-            Ok(filtered.xyz().pixels().iter().map(|xyz| linear_rgb(*xyz)).collect())
+        let error = match apart {
+            Some(apart) => filtered_error(replicates, apart, &mut filter, kind, &|| false)?,
+            None => None,
         };
-        let filtered = [alone(a)?, alone(b)?];
-        let size @ [_, height] = replicates.size();
-        let film = [0, 1].map(|half| -> Vec<[f32; 3]> {
-            let pixels = replicates.half_on_film(half, 0..height);
-            pixels.into_iter().map(|[x, y, z, _]| linear_rgb(Vec3::new(x, y, z))).collect()
-        });
-        let halves = FilteredHalves {
-            film: film.each_ref().map(Vec::as_slice),
-            filtered: filtered.each_ref().map(Vec::as_slice),
-        };
-        Ok((picture, halves.error(size)))
+        Ok((picture, error))
     }
+}
+
+/// The error of the picture that a filter of this kind makes of these sums, some of whose samples were kept `apart`. `None` where there is too little to
+/// tell, and where it `is_over`.
+///
+/// # Errors
+///
+/// Without memory, and when Open Image Denoise fails.
+pub fn filtered_error(
+    replicates: &Replicates,
+    apart: &SamplesApart,
+    filter: &mut ViewFilter,
+    kind: Denoise,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Option<ErrorEstimate>, ClientError> {
+    let mut filtered: [Vec<[f32; 3]>; 2] = Default::default();
+    for (replicate, filtered) in filtered.iter_mut().enumerate() {
+        let alone = apart.alone(replicates, replicate).filter(|_| !is_over());
+        let Some(alone) = alone else { return Ok(None) };
+        let picture = FilteredPicture::of(&alone, &HalfMeans::of(&alone)?, None, filter, kind)?;
+        *filtered = picture.xyz().pixels().iter().map(|xyz| linear_rgb(*xyz)).collect();
+    }
+    let size @ [_, height] = replicates.size();
+    let film = [0, 1].map(|half| -> Vec<[f32; 3]> {
+        let pixels = replicates.half_on_film(half, 0..height);
+        pixels.into_iter().map(|[x, y, z, _]| linear_rgb(Vec3::new(x, y, z))).collect()
+    });
+    let halves = FilteredHalves {
+        film: film.each_ref().map(Vec::as_slice),
+        filtered: filtered.each_ref().map(Vec::as_slice),
+    };
+    Ok(halves.error(size))
+}
+
+/// Whether [`filtered_error`] is all of the error of a render of this state: of bias that both randomisations share it knows nothing.
+pub fn is_all_of_error(run: &RunSpec, state: &ErrorStatus) -> bool {
+    !run.is_blurred()
+        && run.reweighted.is_none()
+        && state.late.unfound().is_none()
+        && state.late.warning().is_none()
 }
 
 fn linear_rgb(xyz: Vec3) -> [f32; 3] {

@@ -2,25 +2,29 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::Serialize;
 
 use super::args::MergeArgs;
 use super::denoise::{self, OidnOptions};
-use super::filtered_picture::FilteredView;
-use super::load::{self, Opened};
+use super::filtered_picture::{FilteredView, is_all_of_error};
 use super::outputs::{Extras, Outputs};
 use super::report::{ErrorReport, Seconds, check_json, human, print, write_json};
 use super::run_spec::RunEnd;
 use super::state::{IndexRanges, RenderState, Share, StateFile, StateHeader};
-use super::{layers, tell};
+use super::{layers, load, method, tell};
 use crate::client::oidn::OidnQuality;
 use crate::client::{Denoise, Film, Settings};
 use crate::image::write::{check_place, same_file};
 use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
-use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, Interval, MonitorProgress};
+use crate::study::witness::Witnesses;
+use crate::study::{
+    ErrorEstimate, ErrorMonitor, ErrorStatus, ErrorTarget, Interval, MonitorProgress, SamplesApart,
+};
+use crate::tracer::{Camera, Scene};
 
 /// What was merged. The names of the fields are the keys in JSON.
 #[derive(Debug, Serialize)]
@@ -75,7 +79,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     let threads = args.threads.map_or(0, usize::from);
     let mut merged = Merged::read(args, &states, threads)?;
     let status = merged.measure();
-    let report = merged.report(args, &status);
+    let mut report = merged.report(args, &status);
     if !report.missing.ranges().is_empty() && !args.allow_missing && !targets.pictures.is_empty() {
         return Err(miette::miette!(
             help = "render them, or give --allow-missing for a picture of what is there",
@@ -87,7 +91,8 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
         merged.state.write(state)?;
     }
     if !targets.pictures.is_empty() {
-        merged.write_pictures(args, &targets.pictures, &status)?;
+        let filtered = merged.write_pictures(args, &targets.pictures, &status)?;
+        report.error = report.error.map(|error| error.with_filtered(filtered.as_ref()));
     }
     if let Some(json) = &args.json {
         write_json(&report, json)?;
@@ -159,9 +164,42 @@ impl Targets {
     }
 }
 
+/// What the states show, with the scene that they were rendered from.
+struct MergedView {
+    scene: Arc<Scene>,
+    camera: Camera,
+}
+
+impl MergedView {
+    /// Reads the scene of this state.
+    ///
+    /// # Errors
+    ///
+    /// When it is not there any more, or has changed.
+    fn open(about: &StateHeader, threads: Option<u16>) -> Result<Self> {
+        let run = &about.run;
+        let opened = load::open(&run.source(threads), &mut Seconds::default())?;
+        if super::state::identity::hash_of_files(&opened.input.files)? != about.identity.scene {
+            return Err(miette::miette!(
+                help = "without --denoise and layers the scene is not needed",
+                "{} has changed since the states were rendered",
+                run.scene.display()
+            ));
+        }
+        Ok(Self { scene: Arc::new(opened.scene), camera: opened.camera })
+    }
+}
+
 /// The sum of the states.
 struct Merged {
     state: RenderState,
+    /// What the states show; an error where that is not known.
+    view: Result<MergedView>,
+    /// Paths that find light which the states may lack.
+    witnesses: Option<Witnesses>,
+    /// The samples of about half of the states, where the picture is to be filtered, and the number of these states.
+    apart: Option<SamplesApart>,
+    half: Option<usize>,
     /// Indices of the whole picture, and what its parts were told.
     picture: Range<u64>,
     shares: Vec<Share>,
@@ -174,6 +212,7 @@ struct Merged {
 impl Merged {
     /// Adds one file after the other; two films at most are in memory.
     fn read(args: &MergeArgs, states: &[PathBuf], threads: usize) -> Result<Self> {
+        let half = (args.denoise != Denoise::Off).then(|| states.len().div_ceil(2));
         let mut merged: Option<Self> = None;
         let mut places: Vec<(Range<u64>, &Path)> = Vec::new();
         let mut left_out = Vec::new();
@@ -196,15 +235,25 @@ impl Merged {
             places.extend(file.about.indices.ranges().iter().map(|range| (range.clone(), path.as_path())));
             match &mut merged {
                 Some(merged) => merged.add(file)?,
-                None => merged = Some(Self::first(file, threads)?),
+                None => merged = Some(Self::first(file, args, half, threads)?),
             }
         }
         let merged = merged.ok_or_else(|| miette::miette!("none of the states can be merged"))?;
         Ok(Self { left_out, ..merged })
     }
 
-    fn first(file: StateFile, threads: usize) -> Result<Self> {
+    fn first(file: StateFile, args: &MergeArgs, half: Option<usize>, threads: usize) -> Result<Self> {
         let about = file.about.clone();
+        let view = MergedView::open(&about, args.threads);
+        let witnesses = match &view {
+            Ok(MergedView { scene, camera }) => method::witnesses(&about.run, scene, camera),
+            Err(error) => {
+                tell(&format!(
+                    "note: the stated error knows nothing of light that only other methods find: {error}"
+                ));
+                None
+            }
+        };
         let empty = StateHeader {
             share: None,
             indices: IndexRanges::default(),
@@ -217,6 +266,10 @@ impl Merged {
         };
         let mut merged = Self {
             state: RenderState::new(empty, threads)?,
+            view,
+            witnesses,
+            apart: None,
+            half,
             picture: about.picture.clone(),
             shares: Vec::new(),
             added: 0,
@@ -233,6 +286,9 @@ impl Merged {
         self.picture = self.picture.start.min(about.picture.start)..self.picture.end.max(about.picture.end);
         self.shares.extend(about.share);
         self.added += 1;
+        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.half == Some(self.added)) {
+            self.apart = Some(SamplesApart::of(&replicates.rounded()));
+        }
         if self.added.is_power_of_two() {
             self.measure();
         }
@@ -245,7 +301,9 @@ impl Merged {
         let film = &self.state.about.run.film;
         let monitor = ErrorMonitor::new([film.width, film.height], film.filter.energy(), None);
         let mut monitor = monitor.exact(replicates.clone(), self.progress.clone());
+        self.witnesses.take().into_iter().for_each(|witnesses| monitor.set_witnesses(witnesses));
         monitor.take_checkpoint(self.state.about.seconds);
+        self.witnesses = monitor.take_witnesses();
         self.progress.checkpoints = monitor.status().checkpoints.clone();
         monitor.status().clone()
     }
@@ -325,7 +383,13 @@ impl Merged {
         Some(Further { target: target.error, samples, parts: parts.filter(|[first, last]| first <= last) })
     }
 
-    fn write_pictures(&mut self, args: &MergeArgs, outputs: &Outputs, status: &ErrorStatus) -> Result<()> {
+    /// Writes the pictures; returns the error of what is shown through a noise filter, where that is known.
+    fn write_pictures(
+        mut self,
+        args: &MergeArgs,
+        outputs: &Outputs,
+        status: &ErrorStatus,
+    ) -> Result<Option<ErrorEstimate>> {
         let about = &self.state.about;
         let mut run = about.run.clone();
         run.first_index = about.indices.ranges().first().map_or(0, |range| range.start);
@@ -338,12 +402,11 @@ impl Merged {
                 rejections.total() - samples
             )
         });
-        end.describe(status, None, args.error_at);
         let settings = Settings { denoise: args.denoise, ..args.display.settings() };
-        let mut extras = Extras::default();
+        let (mut extras, mut filtered_error) = (Extras::default(), None);
         let wants_layers = outputs.writes_exr() && !run.aovs.is_empty();
         if wants_layers || args.denoise != Denoise::Off {
-            let Opened { scene, camera, .. } = self.open_scene(args)?;
+            let MergedView { scene, camera } = self.view?;
             if wants_layers {
                 extras.layers = layers::trace(&run, &scene, &camera, about.samples_per_pixel());
             }
@@ -358,28 +421,15 @@ impl Merged {
                 let oidn = OidnOptions { threads, quality: OidnQuality::High };
                 let data = self.state.film.develop().into_diagnostic()?;
                 let view = FilteredView { scene: &scene, camera: &camera, film: &run.film };
-                let filtered = view.filter(&replicates.rounded(), None, &data, args.denoise, oidn);
-                let (picture, _) = filtered.into_diagnostic()?;
-                extras.denoised = Some(picture);
+                let apart = self.apart.as_ref().filter(|_| is_all_of_error(&run, status));
+                let filtered = view.filter(&replicates.rounded(), apart, &data, args.denoise, oidn);
+                let (picture, error) = filtered.into_diagnostic()?;
+                (extras.denoised, filtered_error) = (Some(picture), error);
             }
         }
-        outputs.write(&mut self.state.film, &run, &end, &settings, extras, &mut Seconds::default())
-    }
-
-    /// Reads the scene of the states, for what a picture shows besides its sums.
-    fn open_scene(&self, args: &MergeArgs) -> Result<Opened> {
-        let run = &self.state.about.run;
-        let source = run.source(args.threads);
-        let opened = load::open(&source, &mut Seconds::default())?;
-        let identity = super::state::identity::hash_of_files(&opened.input.files)?;
-        match identity == self.state.about.identity.scene {
-            true => Ok(opened),
-            false => Err(miette::miette!(
-                help = "without --denoise and layers the scene is not needed",
-                "{} has changed since the states were rendered",
-                run.scene.display()
-            )),
-        }
+        end.describe(status, filtered_error.as_ref(), args.error_at);
+        outputs.write(&mut self.state.film, &run, &end, &settings, extras, &mut Seconds::default())?;
+        Ok(filtered_error)
     }
 }
 

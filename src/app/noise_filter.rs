@@ -1,6 +1,6 @@
 //! The noise filter of the window: a thread that adds up both randomisations pixel by pixel, traces the features of an epoch after its first
-//! picture, and filters when it is asked to. The loop goes on meanwhile. Where only the camera has moved, the last picture stands in for samples
-//! ([`reprojection`](super::reprojection)), and features are traced at once.
+//! picture, filters when it is asked to, and estimates now and then the error of what it shows. The loop goes on meanwhile. Where only the camera
+//! has moved, the last picture stands in for samples ([`reprojection`](super::reprojection)), and features are traced at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
 
 use crate::app::denoise::{FeatureGrid, OidnOptions, ViewFilter, first_hits};
-use crate::app::filtered_picture::{FilteredPicture, HalfMeans};
+use crate::app::filtered_picture::{FilteredPicture, HalfMeans, filtered_error};
 use crate::app::reprojection::{KnownView, Prior, ViewSurfaces};
 use crate::client::oidn::OidnQuality;
 use crate::client::wavelet::out_of_memory;
@@ -20,11 +20,16 @@ use crate::client::{ClientError, Denoise, FilmData, FilmSpec};
 use crate::gpu::Gpu;
 use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
-use crate::study::Replicates;
+use crate::study::{ErrorEstimate, Replicates, SamplesApart};
 use crate::tracer::{Camera, Scene};
 
 /// Samples per pixel from which on a picture is filtered; with fewer the pyramid shows more.
 const FILTERED_FROM: f64 = 0.1;
+
+/// Samples per pixel from which on the error of the filtered picture is estimated, and their growth from one estimate to the next: each takes as
+/// long as two pictures.
+const ERROR_FROM: f64 = 4.0;
+const ERROR_RATIO: f64 = 1.5;
 
 /// Rays that find the surfaces on which another view is carried over: few, because that is the first picture after an edit.
 const REPROJECTED: FeatureGrid = FeatureGrid { half: 0, step: 2 };
@@ -63,10 +68,21 @@ enum FilterMessage {
 /// A message, and the number of the film that it is about.
 type NumberedMessage = (u64, FilterMessage);
 
-/// A picture, and the number of its film.
+/// What the thread tells of the film of this number.
 struct FilterAnswer {
     number: u64,
     kind: Denoise,
+    content: AnswerContent,
+}
+
+enum AnswerContent {
+    Picture(PictureAnswer),
+    /// The error of the picture that was filtered last; `None` where there is too little to tell.
+    Error(Option<ErrorEstimate>),
+}
+
+/// A picture.
+struct PictureAnswer {
     /// It shows another view alone.
     is_reprojection: bool,
     /// `None` without memory, where the filter failed, and where another view shows too little of this one.
@@ -104,6 +120,8 @@ pub struct NoiseFilter {
     progress: Arc<FilterProgress>,
     thread: Option<JoinHandle<()>>,
     shown: Option<FilteredFrame>,
+    /// The error of a filtered picture of the present film, and by which filter.
+    error: Option<(Denoise, ErrorEstimate)>,
     /// The scene of the last filtered picture.
     known: Option<Arc<Scene>>,
     /// The scene of the present film.
@@ -144,6 +162,7 @@ impl NoiseFilter {
             progress,
             thread: Some(thread.into_diagnostic()?),
             shown: None,
+            error: None,
             known: None,
             scene: None,
             stands_in: false,
@@ -168,6 +187,7 @@ impl NoiseFilter {
     pub fn begin(&mut self, film: FilmSpec, view: EpochView, reproject: Option<Denoise>) {
         self.progress.number.fetch_add(1, Ordering::Relaxed);
         (self.shown, self.busy, self.preparing) = (None, false, false);
+        self.error = None;
         self.failed.clear();
         let is_known = self.known.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &view.scene));
         (self.stands_in, self.reprojecting) = (reproject.is_some() && is_known, false);
@@ -230,6 +250,11 @@ impl NoiseFilter {
         self.shown.as_ref()
     }
 
+    /// The error of a picture of the present film through a filter of this kind, as it was when it was estimated last.
+    pub fn error(&self, kind: Denoise) -> Option<&ErrorEstimate> {
+        self.error.as_ref().filter(|(of, _)| *of == kind).map(|(_, error)| error)
+    }
+
     /// Takes the last picture.
     pub fn take_shown(&mut self) -> Option<FilteredFrame> {
         self.shown.take()
@@ -237,12 +262,18 @@ impl NoiseFilter {
 
     /// Takes over the picture that was asked for, if it is there; returns how long it took.
     pub fn poll(&mut self) -> Option<Duration> {
-        match self.answers.try_recv() {
-            Ok(answer) => self.take(answer),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => {
-                self.is_gone();
-                None
+        loop {
+            match self.answers.try_recv() {
+                Ok(answer) => {
+                    if let Some(took) = self.take(answer) {
+                        return Some(took);
+                    }
+                }
+                Err(TryRecvError::Empty) => return None,
+                Err(TryRecvError::Disconnected) => {
+                    self.is_gone();
+                    return None;
+                }
             }
         }
     }
@@ -263,10 +294,18 @@ impl NoiseFilter {
         self.failed.extend(Denoise::value_variants());
     }
 
-    fn take(&mut self, answer: FilterAnswer) -> Option<Duration> {
-        if answer.number != self.progress.number.load(Ordering::Relaxed) {
+    /// Takes over an answer; returns how long its picture took, if it has one.
+    fn take(&mut self, FilterAnswer { number, kind, content }: FilterAnswer) -> Option<Duration> {
+        if number != self.progress.number.load(Ordering::Relaxed) {
             return None;
         }
+        let answer = match content {
+            AnswerContent::Picture(answer) => answer,
+            AnswerContent::Error(error) => {
+                self.error = error.map(|error| (kind, error));
+                return None;
+            }
+        };
         self.reprojecting = false;
         if answer.is_reprojection {
             self.reprojection = answer.took;
@@ -275,7 +314,7 @@ impl NoiseFilter {
         }
         self.busy = false;
         if answer.frame.is_none() {
-            self.failed.push(answer.kind);
+            self.failed.push(kind);
         }
         if answer.frame.as_ref().is_some_and(|frame| frame.filtered.is_some()) {
             self.known.clone_from(&self.scene);
@@ -314,6 +353,10 @@ struct FilteredFilm {
     film: FilmSpec,
     view: EpochView,
     replicates: Replicates,
+    /// Half of its samples, by which the error of the filtered picture is known.
+    apart: SamplesApart,
+    /// Paths from which on it is estimated again.
+    error_due: f64,
     /// The last picture of another view of the scene stands in for samples.
     reproject: bool,
     surfaces: Option<Arc<ViewSurfaces>>,
@@ -338,8 +381,11 @@ fn work(
             continue;
         }
         let start = Instant::now();
-        let answer = |kind, is_reprojection, frame| {
-            let _ = outbox.send(FilterAnswer { number, kind, is_reprojection, frame, took: start.elapsed() });
+        let answer = |kind, content| {
+            let _ = outbox.send(FilterAnswer { number, kind, content });
+        };
+        let picture = |is_reprojection, frame| {
+            AnswerContent::Picture(PictureAnswer { is_reprojection, frame, took: start.elapsed() })
         };
         match (message, &mut state) {
             (FilterMessage::Begin { film, view, reproject }, state) => {
@@ -349,7 +395,9 @@ fn work(
                 *state = Some(FilteredFilm {
                     film,
                     view: *view,
+                    apart: SamplesApart::of(&replicates),
                     replicates,
+                    error_due: ERROR_FROM * f64::from(film.width) * f64::from(film.height),
                     reproject,
                     surfaces: None,
                     filter: None,
@@ -359,13 +407,14 @@ fn work(
             }
             (FilterMessage::Samples { first_index, paths, samples }, Some(state)) => {
                 state.replicates.add(first_index, paths, &samples);
+                state.apart.add(first_index, paths, &samples);
             }
             (FilterMessage::Prepare(kind, device), Some(state)) => {
                 if let Some((_, known)) = known.as_ref().filter(|_| state.reproject) {
                     let shown = state.look(known, &is_over);
                     let frame = shown.map(|shown| FilteredFrame { shown, filtered: None, kind, samples: 0 });
                     let is_shown = frame.is_some();
-                    answer(kind, true, frame);
+                    answer(kind, picture(true, frame));
                     if is_shown {
                         progress.reprojected.store(number, Ordering::Relaxed);
                     }
@@ -380,16 +429,16 @@ fn work(
                 let made = made.inspect_err(|error| {
                     tracing::warn!("the picture is shown without noise filter: {error}");
                 });
-                answer(
-                    kind,
-                    false,
-                    made.ok().map(|(frame, now_known)| {
-                        if let Some(now_known) = now_known {
-                            known = Some((state.view.scene.clone(), now_known));
-                        }
-                        frame
-                    }),
-                );
+                let frame = made.ok().map(|(frame, now_known)| {
+                    if let Some(now_known) = now_known {
+                        known = Some((state.view.scene.clone(), now_known));
+                    }
+                    frame
+                });
+                answer(kind, picture(false, frame));
+                if let Some(error) = state.error(kind, &is_over) {
+                    answer(kind, AnswerContent::Error(error));
+                }
             }
             (_, None) => {}
         }
@@ -461,6 +510,16 @@ impl FilteredFilm {
         let known = known.map(|surfaces| KnownView { surfaces, picture: shown.clone(), worth });
         Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
     }
+
+    /// The error of the picture of these samples, where it is time to estimate it: `Some(None)` where there is too little to tell. Nothing is known
+    /// of a picture in which another view stands in for samples.
+    fn error(&mut self, kind: Denoise, is_over: &dyn Fn() -> bool) -> Option<Option<ErrorEstimate>> {
+        let paths = self.replicates.paths() as f64;
+        let filter = self.filter.as_mut().filter(|_| paths >= self.error_due && self.prior.is_none())?;
+        self.error_due = ERROR_RATIO * paths;
+        let error = filtered_error(&self.replicates, &self.apart, filter, kind, is_over);
+        (!is_over()).then(|| error.unwrap_or_default())
+    }
 }
 
 #[cfg(test)]
@@ -476,13 +535,15 @@ mod tests {
         let kind = Denoise::Wavelet;
         filter.reprojecting = true;
         let took = Duration::from_millis(30);
-        assert!(
-            filter.take(FilterAnswer { number: 0, kind, is_reprojection: true, frame: None, took }).is_none()
-        );
+        let answer = |is_reprojection| {
+            let content = AnswerContent::Picture(PictureAnswer { is_reprojection, frame: None, took });
+            FilterAnswer { number: 0, kind, content }
+        };
+        assert!(filter.take(answer(true)).is_none());
         assert!(!filter.is_reprojecting() && filter.reprojections() == 0 && filter.shown().is_none());
         assert!(filter.reprojection == took && filter.failed.is_empty());
         // A filter that found no memory has failed.
-        filter.take(FilterAnswer { number: 0, kind, is_reprojection: false, frame: None, took });
+        filter.take(answer(false));
         assert!(filter.failed == [kind]);
     }
 }

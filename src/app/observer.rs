@@ -22,7 +22,9 @@ use crate::study::blur::BlurSchedule;
 use crate::study::error::{OtherSamples, ReplicatePixel};
 use crate::study::prediction::PredictionOutcome;
 use crate::study::witness::Witnesses;
-use crate::study::{ErrorMonitor, ErrorStatus, ErrorTarget, ExactReplicates, MonitorProgress, Replicates};
+use crate::study::{
+    ErrorMonitor, ErrorStatus, ErrorTarget, ExactReplicates, MonitorProgress, Replicates, SamplesApart,
+};
 use crate::tracer::integrator::{LAST_GENERATION, SAMPLES_PER_GENERATION};
 
 /// Upper bound on the samples in the queue: 64 MiB.
@@ -75,10 +77,10 @@ enum Message {
     Pixels(Sender<Vec<ReplicatePixel>>),
     /// Answers with the sums of the replicates.
     Replicates(Sender<Option<Replicates>>),
-    /// Keeps half of the samples of each replicate apart.
+    /// Keeps some of the samples of each replicate apart.
     KeepApart,
-    /// Answers with each replicate alone, if samples are kept apart.
-    Divided(Sender<Option<[Replicates; 2]>>),
+    /// Answers with the samples that were kept apart, if any were.
+    TakeApart(Sender<Option<SamplesApart>>),
     /// Answers with the exact sums, if there are any, and what goes with them.
     Progress(Sender<Option<(ExactReplicates, MonitorProgress)>>),
     /// Takes a last checkpoint and answers with the outcomes of the predictions.
@@ -313,14 +315,14 @@ impl Observer {
         self.ask(Message::Replicates)
     }
 
-    /// From now on half of the samples of each replicate are kept apart as well.
+    /// From now on some of the samples of each replicate are kept apart as well.
     pub fn keep_apart(&self) {
         self.send(Message::KeepApart, false);
     }
 
-    /// Each replicate as a picture of its own, which has two replicates; `None` where no samples are kept apart.
-    pub fn divided(&self) -> Option<[Replicates; 2]> {
-        self.ask(Message::Divided)
+    /// The samples that were kept apart, if any were.
+    pub fn take_apart(&self) -> Option<SamplesApart> {
+        self.ask(Message::TakeApart)
     }
 
     /// The exact sums of the replicates so far, and what it takes to go on with them; `None` where none are kept.
@@ -513,8 +515,8 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
                 let _ = answer.send(Some(watch.replicates().clone()));
             }
             Message::KeepApart => watch.keep_apart(),
-            Message::Divided(answer) => {
-                let _ = answer.send(watch.divided());
+            Message::TakeApart(answer) => {
+                let _ = answer.send(watch.take_apart());
             }
             Message::Progress(answer) => {
                 let _ = answer.send(watch.progress());

@@ -12,7 +12,7 @@ use super::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
-use super::filtered_picture::FilteredView;
+use super::filtered_picture::{FilteredView, is_all_of_error};
 use super::light_groups::{self, GroupFilms, GroupMemory};
 use super::live_outputs::{LiveOutputs, LiveRender};
 use super::load::{self, Opened};
@@ -36,7 +36,7 @@ use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates, Replicates};
+use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates, Replicates, SamplesApart};
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
@@ -144,9 +144,9 @@ struct Traced {
     tally: Option<Arc<PlanCheckTally>>,
     /// The error of the picture and the predictions that were made of it; `None` for one randomisation alone.
     error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
-    /// The sums of both randomisations, for the noise filter; and each alone, which tells the filter's error.
+    /// The sums of both randomisations, for the noise filter; and some of the samples, which tell the filter's error.
     replicates: Option<Replicates>,
-    divided: Option<[Replicates; 2]>,
+    apart: Option<SamplesApart>,
     adaptive: Option<AdaptiveReport>,
 }
 
@@ -252,8 +252,6 @@ impl<'a> BatchRender<'a> {
     /// Traces until the sample count, the time, the error or Ctrl-C.
     fn trace(&mut self, outputs: &Outputs) -> Result<Traced> {
         let (args, run, goal) = (self.args, &self.run, &self.goal);
-        // What was kept apart of the samples of an earlier part is not known any more.
-        let is_whole = self.replicates.as_ref().is_none_or(|sums| sums.paths() == 0);
         let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
             (Some(sums), Some(recorder)) => {
                 Observer::resume(run, goal.error, sums, recorder.about().progress.clone())
@@ -262,7 +260,7 @@ impl<'a> BatchRender<'a> {
         });
         let observer = observer.transpose()?;
         let filters = self.settings.denoise != Denoise::Off;
-        if let Some(observer) = observer.as_ref().filter(|_| filters && is_whole) {
+        if let Some(observer) = observer.as_ref().filter(|_| filters) {
             observer.keep_apart();
         }
         let witnesses = method::witnesses(run, &self.scene, &self.camera);
@@ -363,8 +361,8 @@ impl<'a> BatchRender<'a> {
         }
         self.server.term();
         let filtered = observer.as_ref().filter(|_| filters);
-        let (replicates, divided) =
-            (filtered.and_then(Observer::replicates), filtered.and_then(Observer::divided));
+        let (replicates, apart) =
+            (filtered.and_then(Observer::replicates), filtered.and_then(Observer::take_apart));
         let error = observer.map(|observer| observer.end());
         if let Some((_, predictions)) = &error {
             predictions::log(run, predictions);
@@ -378,7 +376,7 @@ impl<'a> BatchRender<'a> {
         self.seconds.render = driven.wall.as_secs_f64();
         self.seconds.rasterise = driven.rasterise.as_secs_f64();
         self.seconds.trace = tracing_time(&stats).as_secs_f64();
-        Ok(Traced { driven, stats, tally, error, replicates, divided, adaptive })
+        Ok(Traced { driven, stats, tally, error, replicates, apart, adaptive })
     }
 
     /// The check that `--check-plan` asks for.
@@ -415,13 +413,13 @@ impl<'a> BatchRender<'a> {
                 let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
                 let view = FilteredView { scene: &self.scene, camera: &self.camera, film: &self.run.film };
                 let kind = self.settings.denoise;
-                let filtered = view.filter(replicates, traced.divided.as_ref(), &data, kind, oidn);
-                let (picture, error) = filtered.into_diagnostic()?;
-                // Of bias that both randomisations share it knows nothing.
+                // Where it would not be all of the error, it is not worth its time.
                 let state = traced.error.as_ref().map(|(state, _)| state);
-                let is_biased = self.run.is_blurred()
-                    || state.is_none_or(|s| s.late.unfound().is_some() || s.late.warning().is_some());
-                self.filtered_error = error.filter(|_| !is_biased);
+                let apart = traced.apart.as_ref();
+                let apart = apart.filter(|_| state.is_some_and(|state| is_all_of_error(&self.run, state)));
+                let filtered = view.filter(replicates, apart, &data, kind, oidn);
+                let (picture, error) = filtered.into_diagnostic()?;
+                self.filtered_error = error;
                 Some(picture)
             }
             None => None,

@@ -73,6 +73,7 @@
 //! - [`brightness`]: the audit of mean luminance, from sums of samples, with an alarm that clean studies do not raise.
 
 pub mod analysis;
+mod apart;
 pub mod blur;
 pub mod brightness;
 pub mod curve;
@@ -103,6 +104,7 @@ pub mod unfound;
 pub mod witness;
 mod witness_comparison;
 
+pub use apart::SamplesApart;
 pub use error::{ErrorEstimate, ErrorField, TileSubset};
 pub use exact_replicates::{ExactPixel, ExactReplicates};
 pub use interval::Interval;

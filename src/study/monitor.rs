@@ -1,7 +1,7 @@
 //! Monitors the error of a picture while it is rendered: checkpoints, predictions, and whether the target is reached.
 
-use crate::math::bits::mix;
-use crate::stream::{CHUNK, PathCounts, Sample};
+use crate::stream::{PathCounts, Sample};
+use crate::study::apart::SamplesApart;
 use crate::study::blur::{BlurSchedule, BlurWatch};
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::error::{ErrorEstimate, OtherSamples, ReplicatePixel, TileSubset};
@@ -120,8 +120,8 @@ pub struct ErrorMonitor {
     predictions: Vec<Prediction>,
     witnesses: Option<WitnessState>,
     blur: Option<BlurWatch>,
-    /// Half of the samples of each replicate, where they are kept apart.
-    apart: Option<Replicates>,
+    /// Some of the samples of each replicate, where they are kept apart.
+    apart: Option<SamplesApart>,
     /// What is shown is the mean of this render's picture and these.
     others: Vec<OtherSamples>,
     /// Paths of those among them that cover the whole picture.
@@ -164,15 +164,15 @@ impl ErrorMonitor {
         Self { blur: Some(BlurWatch::new(schedule)), ..self }
     }
 
-    /// From now on half of the samples of each replicate are kept apart as well.
+    /// From now on some of the samples of each replicate are kept apart as well.
     pub fn keep_apart(&mut self) {
-        self.apart = Some(self.sums.empty());
+        self.round();
+        self.apart = Some(SamplesApart::of(&self.sums));
     }
 
-    /// Each replicate as a picture of its own, which has two replicates; `None` where no samples are kept apart, as from now on.
-    pub fn divided(&mut self) -> Option<[Replicates; 2]> {
-        self.round();
-        Some(self.sums.divided(&self.apart.take()?))
+    /// The samples that were kept apart; none are from now on.
+    pub fn take_apart(&mut self) -> Option<SamplesApart> {
+        self.apart.take()
     }
 
     /// The same with exact sums, which go on from what another monitor has seen.
@@ -280,8 +280,7 @@ impl ErrorMonitor {
         if let Some(blur) = &mut self.blur {
             blur.add(first_index, paths);
         }
-        // Which half that is has nothing to do with places in the picture, as the chunk's number may have.
-        if let Some(apart) = self.apart.as_mut().filter(|_| mix(first_index / CHUNK) & 1 == 0) {
+        if let Some(apart) = &mut self.apart {
             apart.add(first_index, paths, samples);
         }
         match &mut self.exact {

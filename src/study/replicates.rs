@@ -65,7 +65,7 @@ impl Replicates {
 
     /// Paths so far, in all replicates.
     pub fn paths(&self) -> u64 {
-        self.parts.iter().map(|part| part.paths.camera.max(part.paths.light)).sum()
+        self.paths_of_parts().into_iter().sum()
     }
 
     /// No samples of the same picture.
@@ -73,13 +73,16 @@ impl Replicates {
         Self { parts: Default::default(), largest: LargestSamples::new(self.size), ..*self }
     }
 
-    /// Each replicate as a picture of its own, whose replicates are the samples that `some` of its samples are and the others: `some` has
-    /// been added some of the blocks of this one.
-    pub(super) fn divided(&self, some: &Self) -> [Self; REPLICATES] {
-        std::array::from_fn(|r| {
-            let (all, some) = (&self.parts[r], &some.parts[r]);
-            Self { parts: [some.clone(), all.without(some)], ..self.empty() }
-        })
+    /// One replicate as a picture of its own, whose replicates are the samples that `some` has of it and the others: `some` has been added some
+    /// of the blocks of this one.
+    pub(super) fn divided(&self, some: &Self, replicate: usize) -> Self {
+        let (all, some) = (&self.parts[replicate], &some.parts[replicate]);
+        Self { parts: [some.clone(), all.without(some)], ..self.empty() }
+    }
+
+    /// Paths of each replicate.
+    pub(super) fn paths_of_parts(&self) -> [u64; REPLICATES] {
+        self.parts.each_ref().map(|part| part.paths.camera.max(part.paths.light))
     }
 
     /// Clears all sums.

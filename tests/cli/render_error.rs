@@ -261,6 +261,26 @@ fn a_caustic_that_paths_cannot_find_is_an_error() {
         "{path}"
     );
     assert!(path["unfound"].as_str().is_some_and(|text| text.contains("caustics")), "{path}");
+    // Parts of the same render lack as much, while their scene is there.
+    let parts = ["1", "2"].map(|number| place.join(format!("{number}.state")).display().to_string());
+    let scene_name = scene.display().to_string();
+    for (number, part) in ["1", "2"].into_iter().zip(&parts) {
+        let args = ["shard", &scene_name, "--integrator", "path", "--spp", "64", "--quiet", "--of", "2"];
+        let output = run(&place, &[&args[..], &["--number", number, "-o", part]].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let merge = ["merge", &parts[0], &parts[1], "--quiet", "--json=-"];
+    let merged = json(&place, &merge)["error"].clone();
+    let ratio = merged["light"]["missing"].as_f64().unwrap() / missing;
+    assert!((ratio - 1.0).abs() < 0.01, "{merged} {path}");
+    std::fs::write(&scene, text.replace("value=\"20\"", "value=\"21\"")).unwrap();
+    let output = run(&place, &merge);
+    let told = String::from_utf8_lossy(&output.stderr).replace("\n  │ ", " ");
+    assert!(
+        output.status.success() && told.contains("knows nothing of light") && told.contains("has changed"),
+        "{told}"
+    );
+    std::fs::write(&scene, text).unwrap();
     // Bidirectional tracing finds it on the floor, and has nothing to tell.
     let both = render("bidirectional", &["--spp", "64"]);
     assert!(both["light"]["missing"].as_f64().unwrap() < 0.5 * missing, "{both}");

@@ -153,6 +153,37 @@ fn parts_become_the_picture_of_one_run() {
     }
 }
 
+/// The error of what is shown through the noise filter is stated of parts and of renders that go on, about as it is of one render.
+#[test]
+fn the_error_of_filtered_pictures_is_known_of_parts() {
+    let place = folder("filtered");
+    let name = |name: &str| place.join(name).display().to_string();
+    let stated = |args: &[&str]| -> Option<f64> {
+        let picture = name("out.png");
+        let more = ["--denoise", "wavelet", "-o", &picture, "--quiet", "--json=-"];
+        let report: Value = serde_json::from_str(&runs(&[args, &more].concat())).unwrap();
+        report["error"]["denoised"]["rel_mse"]["value"].as_f64()
+    };
+    let settings = ["--spp", "32", "--integrator", "path"];
+    let whole = stated(&with("render", &settings)).unwrap();
+    let parts: Vec<String> = (1..=3).map(|number| name(&format!("{number}.state"))).collect();
+    for (number, part) in ["1", "2", "3"].iter().zip(&parts) {
+        let share = ["--of", "3", "--number", number, "-o", part, "--quiet"];
+        runs(&[&with("shard", &settings)[..], &share].concat());
+    }
+    let merge: Vec<&str> = ["merge"].into_iter().chain(parts.iter().map(String::as_str)).collect();
+    let merged = stated(&merge).unwrap();
+    let (state, half) = (name("half.state"), name("half.png"));
+    let begun = ["--spp", "16", "--integrator", "path", "--state", &state, "-o", &half, "--quiet"];
+    runs(&with("render", &begun));
+    let resumed = stated(&["render", "--resume", &state, "--spp", "32"]).unwrap();
+    for other in [merged, resumed] {
+        assert!((0.6..1.6).contains(&(other / whole)), "{whole}, {merged}, {resumed}");
+    }
+    // A sixteenth more is too little to try the filter with.
+    assert_eq!(stated(&["render", "--resume", &state, "--spp", "34"]), None);
+}
+
 /// What is missing, there twice, foreign or damaged is named and refused, or left out if that is asked for; the counts are then those of
 /// what is there.
 #[test]

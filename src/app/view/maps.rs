@@ -3,8 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::app::filtered_picture::is_all_of_error;
 use crate::app::method;
 use crate::app::observer::Observer;
+use crate::app::run_spec::RunSpec;
 use crate::app::view::session::RenderSession;
 use crate::client::window::panel::{
     ColorScale, ErrorSummary, FalseColorMap, MapChoice, PictureOverlay, UnfoundSummary,
@@ -14,7 +16,7 @@ use crate::server::{COST_CELLS, CostMap};
 use crate::study::error::TILE;
 use crate::study::format::{duration, percent, remaining, round_percent};
 use crate::study::prediction::predicted_curve;
-use crate::study::{ErrorQuantile, ErrorStatus, Interval};
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Interval};
 
 /// The map of costs is made anew this often: each time is a texture to be sent.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -83,9 +85,25 @@ impl MapCache {
     }
 }
 
-/// The error of the picture for the panel. `ended`: the render has ended.
-pub fn error_summary(observer: &Observer, target: f64, ended: bool) -> ErrorSummary {
-    summary(&observer.state(), target, observer.elapsed().as_secs_f64(), ended)
+/// The error of the picture for the panel. `ended`: the render has ended. Where the picture is shown through the noise filter, `filtered` is what is known
+/// of the error of that.
+pub fn error_summary(
+    observer: &Observer,
+    run: &RunSpec,
+    target: f64,
+    ended: bool,
+    filtered: Option<Option<&ErrorEstimate>>,
+) -> ErrorSummary {
+    let state = observer.state();
+    let filtered = filtered.map(|error| filtered_words(error.filter(|_| is_all_of_error(run, &state))));
+    ErrorSummary { filtered, ..summary(&state, target, observer.elapsed().as_secs_f64(), ended) }
+}
+
+fn filtered_words(error: Option<&ErrorEstimate>) -> String {
+    match error.map(|error| in_words(error.relative[ErrorQuantile::P95.index()])) {
+        Some([value, interval]) => format!("{value} ({interval}) through the noise filter"),
+        None => "not known through the noise filter".to_owned(),
+    }
 }
 
 /// The error for the panel, `seconds` after the render began.
@@ -113,6 +131,7 @@ fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> Error
     let until = said.map_or(last.seconds, |said| said.seconds.value);
     ErrorSummary {
         quantiles: Some(state.estimate.relative.map(in_words)),
+        filtered: None,
         checkpoints: state.checkpoints.iter().map(|c| [c.seconds, c.error]).collect(),
         fit: predicted_curve(&state.checkpoints, until),
         prediction: said.map(|said| [said.seconds.value, said.seconds.low, said.seconds.high]),

@@ -281,7 +281,9 @@ impl ViewerPanel {
                     let message = "not known of a mix of lights".to_owned();
                     return ErrorSummary { message, ..ErrorSummary::default() }.into();
                 }
-                maps::error_summary(observer, self.controls.target, session.is_through()).into()
+                let filtered = picture.filtered_error(run, &self.controls.settings);
+                let target = self.controls.target;
+                maps::error_summary(observer, run, target, session.is_through(), filtered).into()
             }),
             overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),
             left_out: run.left_out().collect(),

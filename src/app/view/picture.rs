@@ -33,7 +33,7 @@ use crate::client::retained::{RETAINED_SAMPLES, RetainedSamples};
 use crate::client::{ClientError, Film, FilmCounts, FilmSpec, Settings};
 use crate::gpu::{FrameNumber, Gpu, Region};
 use crate::scene::light_groups::LightGroup;
-use crate::study::ErrorTarget;
+use crate::study::{ErrorEstimate, ErrorTarget};
 
 /// Frame length where neither the command line nor the display says.
 const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
@@ -485,6 +485,12 @@ impl LivePicture {
     /// The last filtered picture, if it is what these settings show. A mix of lights is not filtered: the filter knows all lights as they are.
     fn filtered_frame(&self, run: &RunSpec, settings: &Settings) -> Option<&FilteredFrame> {
         self.filter.shown(run, settings).filter(|_| !self.mix.is_mixing())
+    }
+
+    /// What is known of the error of the picture through the noise filter, if these settings show that: nothing where regions have other samples.
+    pub fn filtered_error(&self, run: &RunSpec, settings: &Settings) -> Option<Option<&ErrorEstimate>> {
+        self.filtered_frame(run, settings)?;
+        Some(self.filter.error(settings).filter(|_| self.regions.is_empty()))
     }
 
     /// Whether a filtered picture has come that was not shown yet.

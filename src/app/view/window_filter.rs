@@ -9,6 +9,7 @@ use crate::app::run_spec::RunSpec;
 use crate::client::retained::RetainedSamples;
 use crate::client::{Denoise, FilmData, Settings};
 use crate::gpu::Gpu;
+use crate::study::ErrorEstimate;
 
 /// The filter of the window. Its thread starts with the first picture that asks for it, and stays.
 pub struct WindowFilter {
@@ -183,6 +184,11 @@ impl WindowFilter {
     pub fn shown(&self, run: &RunSpec, settings: &Settings) -> Option<&FilteredFrame> {
         let shown = self.thread.as_ref().filter(|_| is_asked_for(run, settings)).and_then(NoiseFilter::shown);
         shown.filter(|frame| frame.kind == settings.denoise)
+    }
+
+    /// The error of the picture that these settings show through the filter, as it was when it was estimated last.
+    pub fn error(&self, settings: &Settings) -> Option<&ErrorEstimate> {
+        self.thread.as_ref().and_then(|thread| thread.error(settings.denoise))
     }
 
     /// Takes the last filtered picture, without anything of another view.

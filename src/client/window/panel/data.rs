@@ -255,6 +255,8 @@ pub const DEFAULT_TARGET: f64 = 0.01;
 pub struct ErrorSummary {
     /// Median, 95 % and 99 % quantile of the error, each with its 90 % interval, in words. `None` before the first checkpoint.
     pub quantiles: Option<[[String; 2]; 3]>,
+    /// The error of the picture through the noise filter (95 %) in words; `None` where it is shown as it is.
+    pub filtered: Option<String>,
     /// Seconds and error (95 %) of every checkpoint.
     pub checkpoints: Vec<[f64; 2]>,
     /// The line fitted to the checkpoints and extended to the target: seconds and errors.

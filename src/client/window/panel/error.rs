@@ -93,6 +93,12 @@ fn figures(ui: &mut Ui, error: &ErrorSummary) {
             ui.label(RichText::new(format!("{name} {value} ({interval})")).small().color(style::DIM));
         }
     });
+    if let Some(filtered) = &error.filtered {
+        ui.label(RichText::new(filtered).small().color(style::DIM)).on_hover_text(
+            "Error of 95 % of the picture as it is shown: either randomisation is filtered alone and compared with the other. It is \
+             known from 4 samples per pixel on, and not where photons blur or light is still being found",
+        );
+    }
 }
 
 /// Plots error against time on logarithmic axes, the fitted line up to the target, and the predicted time of reaching it.

@@ -1,0 +1,102 @@
+//! Some of the samples of each replicate kept apart, so that a noise filter can be tried on each replicate alone.
+//!
+//! A noise filter tells noise from detail by two pictures of independent samples. To filter one replicate without the other
+//! ([`denoised`](crate::study::denoised)), it has to be divided once more.
+
+use crate::math::bits::mix;
+use crate::stream::{CHUNK, PathCounts, Sample};
+use crate::study::Replicates;
+
+/// Smallest share of a replicate in either of its parts with which the filter knows how noisy both are.
+const LEAST_SHARE: f64 = 0.2;
+
+/// Sums of some of the samples of each replicate.
+#[derive(Clone, Debug)]
+pub struct SamplesApart {
+    sums: Replicates,
+    /// Half of the samples to come are among them.
+    grows: bool,
+}
+
+impl SamplesApart {
+    /// Half of the samples that are added to these sums from now on; or, where there are samples in them already, those alone.
+    pub fn of(sums: &Replicates) -> Self {
+        match sums.paths() {
+            0 => Self { sums: sums.empty(), grows: true },
+            _ => Self { sums: sums.clone(), grows: false },
+        }
+    }
+
+    /// Takes a block that is added to all samples; see [`Replicates::add`].
+    pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        // Which half that is has nothing to do with places in the picture, as the chunk's number may have.
+        if self.grows && mix(first_index / CHUNK) & 1 == 0 {
+            self.sums.add(first_index, paths, samples);
+        }
+    }
+
+    /// One replicate as a picture of its own, whose replicates are its samples kept apart and its others among `all`. `None` where either are too
+    /// few.
+    pub fn alone(&self, all: &Replicates, replicate: usize) -> Option<Replicates> {
+        let alone = all.divided(&self.sums, replicate);
+        let [some, others] = alone.paths_of_parts().map(|paths| paths as f64);
+        (some.min(others) >= LEAST_SHARE * (some + others) && some > 0.0).then_some(alone)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Xyz;
+
+    /// Chunk `chunk` brings samples of luminance `chunk` + 1 to all pixels.
+    fn add(chunks: std::ops::Range<u64>, sums: &mut Replicates, mut apart: Option<&mut SamplesApart>) {
+        for chunk in chunks {
+            let place = |i: u64| [(i % 16) as f32 / 16.0, (i / 16 % 16) as f32 / 16.0];
+            let y = (chunk + 1) as f32;
+            let samples: Vec<Sample> =
+                (0..CHUNK).map(|i| Sample { uv: place(i), xyz: Xyz::new(y, y, y), w: 1.0 }).collect();
+            let paths = PathCounts { camera: CHUNK, light: 0 };
+            sums.add(chunk * CHUNK, paths, &samples);
+            if let Some(apart) = &mut apart {
+                apart.add(chunk * CHUNK, paths, &samples);
+            }
+        }
+    }
+
+    fn empty() -> Replicates {
+        Replicates::new([16; 2], 1.0)
+    }
+
+    #[test]
+    fn halves_of_a_replicate_are_the_replicate() {
+        let mut sums = empty();
+        let mut apart = SamplesApart::of(&sums);
+        add(0..64, &mut sums, Some(&mut apart));
+        for replicate in 0..2 {
+            let alone = apart.alone(&sums, replicate).expect("both halves have samples");
+            let mean = |half: usize| alone.half(half, 0..1)[0];
+            let ([a, .., na], [b, .., nb]) = (mean(0), mean(1));
+            let [all, .., n] = sums.half(replicate, 0..1)[0];
+            assert!((na + nb - n).abs() < 1e-3 && na > 0.25 * n && nb > 0.25 * n, "{na}, {nb} of {n}");
+            assert!(((a * na + b * nb) / n - all).abs() < 1e-3 * all, "{a}, {b}: {all}");
+        }
+    }
+
+    /// A render that goes on has its earlier samples apart; where they are nearly all, or few, nothing is told.
+    #[test]
+    fn samples_from_before_are_apart_unless_one_part_is_small() {
+        for (before, after, is_told) in [(32, 32, true), (16, 48, true), (60, 4, false), (4, 60, false)] {
+            let mut sums = empty();
+            add(0..before, &mut sums, None);
+            let mut apart = SamplesApart::of(&sums);
+            add(before..before + after, &mut sums, Some(&mut apart));
+            let alone = apart.alone(&sums, 1);
+            assert_eq!(alone.is_some(), is_told, "{before} and {after}");
+            if let Some(alone) = alone {
+                let [y, ..] = alone.half(0, 0..1)[0];
+                assert!(y <= before as f32 && alone.half(1, 0..1)[0][0] > before as f32, "{y}");
+            }
+        }
+    }
+}
