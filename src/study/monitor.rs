@@ -326,7 +326,8 @@ impl ErrorMonitor {
         if let Some(witnesses) = &mut self.witnesses {
             witnesses.update(samples, size, self.target.is_some());
         }
-        let (largest_samples, per_pixel) = (&self.sums.largest, self.sums.per_pixel());
+        let others = self.base * self.coverage / (size[0] * size[1]) as f64;
+        let (largest_samples, per_pixel) = (&self.sums.largest, self.sums.per_pixel() + others);
         let energy = self.sums.kernel().energy();
         let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel, energy);
         self.status.late = LateLight {

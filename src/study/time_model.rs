@@ -35,6 +35,10 @@ const USELESS: f64 = 2.1;
 /// Renders shorter than this share of the longest do not count for the speed: starting takes a part of their time.
 const SHORT: f64 = 0.1;
 
+/// Errors of fewer samples per pixel do not count where so many points remain.
+const FIRST_SAMPLES: f64 = 4.0;
+const LEAST_POINTS: usize = 3;
+
 /// Slope with which errors at unequal samples are compared.
 const USUAL_SLOPE: f64 = 0.55;
 
@@ -193,7 +197,10 @@ impl TimeModel {
             error: point.error,
             deviation: point.deviation,
         };
-        let checkpoints: Vec<Checkpoint> = used.iter().map(checkpoint).collect();
+        // The first errors are no part of the power law, as far as others tell it.
+        let early = used.partition_point(|point| point.samples < FIRST_SAMPLES);
+        let early = early.min(used.len().saturating_sub(LEAST_POINTS));
+        let checkpoints: Vec<Checkpoint> = used[early..].iter().map(checkpoint).collect();
         let fit = if self.biased { PowerLaw::blurred(&checkpoints) } else { PowerLaw::new(&checkpoints) };
         let (last, fit) = (used.last()?, fit?);
         let (x, deviation) = fit.until(error)?;

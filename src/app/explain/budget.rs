@@ -35,6 +35,8 @@ pub struct Budget {
     /// Seconds of the trial, and the error at its end, if it was known by then.
     trial: f64,
     error: Option<f64>,
+    /// What is known of light that the trial has not found.
+    late: Vec<String>,
     /// Seconds that every machine needs to read and prepare the scene and to write its state.
     setup: f64,
     /// Seconds that it takes to merge the state of each machine with the others, one after the other.
@@ -78,6 +80,9 @@ impl Budget {
         let TrialSubject { run, scene, camera, threads, setup } = *subject;
         let run = &RunSpec { replicated: true, ..run.clone() };
         let observer = Observer::start(run, Some(target), Beside::Render)?;
+        if let Some(witnesses) = method::witnesses(run, scene, camera) {
+            observer.call(witnesses);
+        }
         let (server, mut lanes) = Server::start(threads).into_diagnostic()?;
         let order = RenderOrder {
             scene: scene.clone(),
@@ -112,6 +117,7 @@ impl Budget {
             at: target.at.share(),
             trial,
             error: state.checkpoints.last().map(|last| last.error),
+            late: state.late.unfound().into_iter().chain(state.late.warning()).collect(),
             setup,
             merge,
             alone,
@@ -123,9 +129,10 @@ impl Budget {
     pub fn words(&self) -> String {
         let (target, trial) = (round_percent(self.target), duration(self.trial));
         let now = self.error.map_or("not known yet".to_owned(), percent);
+        let late: String = self.late.iter().map(|late| format!("  {late}\n")).collect();
         let Some(alone) = self.alone else {
             return format!(
-                "\n{target} of error in {}: not known when, after a trial of {trial} (error {now}); --trial takes longer\n",
+                "\n{target} of error in {}: not known when, after a trial of {trial} (error {now}); --trial takes longer\n{late}",
                 self.at
             );
         };
@@ -142,6 +149,7 @@ impl Budget {
             );
         }
         words
+            + &late
             + &format!(
                 "  with {} on each machine for scene and state, and {} for each state that is merged; `pointillist shard` renders a part\n",
                 duration(self.setup),

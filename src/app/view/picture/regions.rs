@@ -13,6 +13,7 @@ use glam::{DVec2, Mat3, Vec3};
 use miette::{IntoDiagnostic, Result, miette};
 
 use super::LivePicture;
+use crate::app::method;
 use crate::app::noise_filter::EpochView;
 use crate::app::observer::{Beside, Observer};
 use crate::app::run_spec::RunSpec;
@@ -439,6 +440,10 @@ impl LivePicture {
         };
         let camera = region.camera(view.camera, session.size());
         let device = self.gpu().filter(|_| !region.film.is_summed_on_host()).cloned();
+        let witnesses = method::witnesses(&region.run, &view.scene, &camera);
+        if let Some((observer, witnesses)) = region.observer.as_ref().zip(witnesses) {
+            observer.call(witnesses);
+        }
         let view = EpochView { camera: camera.clone(), ..view };
         region.filter.start_anew(&region.run, view, settings, device);
         session.trace_region(editor, &region.run, camera)?;
