@@ -92,9 +92,14 @@ pub fn filtered_error(
         *filtered = picture.xyz().pixels().iter().map(|xyz| linear_rgb(*xyz)).collect();
     }
     let size @ [_, height] = replicates.size();
-    let film = [0, 1].map(|half| -> Vec<[f32; 3]> {
-        let pixels = replicates.half_on_film(half, 0..height);
-        pixels.into_iter().map(|[x, y, z, _]| linear_rgb(Vec3::new(x, y, z))).collect()
+    if is_over() {
+        return Ok(None);
+    }
+    let film = [0, 1].map(|half| {
+        by_bands(height, |rows| {
+            let pixels = replicates.half_on_film(half, rows);
+            pixels.into_iter().map(|[x, y, z, _]| linear_rgb(Vec3::new(x, y, z)))
+        })
     });
     let halves = FilteredHalves {
         film: film.each_ref().map(Vec::as_slice),
@@ -103,10 +108,19 @@ pub fn filtered_error(
     Ok(halves.error(size))
 }
 
-/// Whether [`filtered_error`] is all of the error of a render of this state: of bias that both randomisations share it knows nothing.
+/// What is told where [`filtered_error`] is not known although it would be all of the error.
+pub const UNKNOWN_FILTERED_ERROR: &str = "note: the error of the filtered picture is not known: it takes two parts of the samples, such as two states or those \
+     of a render before and after it was resumed, of which neither has less than a fifth";
+
+/// Whether [`filtered_error`] may be all of the error of such a render: of bias that both randomisations share it knows nothing.
+pub fn may_be_all_of_error(run: &RunSpec) -> bool {
+    run.replicated && !run.is_blurred() && run.reweighted.is_none()
+}
+
+/// Whether it is, of a render of this state.
 pub fn is_all_of_error(run: &RunSpec, state: &ErrorStatus) -> bool {
-    !run.is_blurred()
-        && run.reweighted.is_none()
+    may_be_all_of_error(run)
+        && !state.checkpoints.is_empty()
         && state.late.unfound().is_none()
         && state.late.warning().is_none()
 }

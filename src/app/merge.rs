@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::args::MergeArgs;
 use super::denoise::{self, OidnOptions};
-use super::filtered_picture::{FilteredView, is_all_of_error};
+use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error};
 use super::outputs::{Extras, Outputs};
 use super::report::{ErrorReport, Seconds, check_json, human, print, write_json};
 use super::run_spec::RunEnd;
@@ -181,13 +181,19 @@ impl MergedView {
         let opened = load::open(&run.source(threads), &mut Seconds::default())?;
         if super::state::identity::hash_of_files(&opened.input.files)? != about.identity.scene {
             return Err(miette::miette!(
-                help = "without --denoise and layers the scene is not needed",
+                help = "states are merged without their scene, too; --denoise, layers and the error of light that only other methods find need it",
                 "{} has changed since the states were rendered",
                 run.scene.display()
             ));
         }
         Ok(Self { scene: Arc::new(opened.scene), camera: opened.camera })
     }
+}
+
+/// The samples of the first of the states, and how many paths they are of.
+struct MergedPart {
+    samples: SamplesApart,
+    paths: u64,
 }
 
 /// The sum of the states.
@@ -197,9 +203,9 @@ struct Merged {
     view: Result<MergedView>,
     /// Paths that find light which the states may lack.
     witnesses: Option<Witnesses>,
-    /// The samples of about half of the states, where the picture is to be filtered, and the number of these states.
-    apart: Option<SamplesApart>,
-    half: Option<usize>,
+    /// The samples of some of the states, where the picture is to be filtered.
+    apart: Option<MergedPart>,
+    is_filtered: bool,
     /// Indices of the whole picture, and what its parts were told.
     picture: Range<u64>,
     shares: Vec<Share>,
@@ -212,7 +218,6 @@ struct Merged {
 impl Merged {
     /// Adds one file after the other; two films at most are in memory.
     fn read(args: &MergeArgs, states: &[PathBuf], threads: usize) -> Result<Self> {
-        let half = (args.denoise != Denoise::Off).then(|| states.len().div_ceil(2));
         let mut merged: Option<Self> = None;
         let mut places: Vec<(Range<u64>, &Path)> = Vec::new();
         let mut left_out = Vec::new();
@@ -235,25 +240,15 @@ impl Merged {
             places.extend(file.about.indices.ranges().iter().map(|range| (range.clone(), path.as_path())));
             match &mut merged {
                 Some(merged) => merged.add(file)?,
-                None => merged = Some(Self::first(file, args, half, threads)?),
+                None => merged = Some(Self::first(file, args, threads)?),
             }
         }
         let merged = merged.ok_or_else(|| miette::miette!("none of the states can be merged"))?;
         Ok(Self { left_out, ..merged })
     }
 
-    fn first(file: StateFile, args: &MergeArgs, half: Option<usize>, threads: usize) -> Result<Self> {
+    fn first(file: StateFile, args: &MergeArgs, threads: usize) -> Result<Self> {
         let about = file.about.clone();
-        let view = MergedView::open(&about, args.threads);
-        let witnesses = match &view {
-            Ok(MergedView { scene, camera }) => method::witnesses(&about.run, scene, camera),
-            Err(error) => {
-                tell(&format!(
-                    "note: the stated error knows nothing of light that only other methods find: {error}"
-                ));
-                None
-            }
-        };
         let empty = StateHeader {
             share: None,
             indices: IndexRanges::default(),
@@ -264,12 +259,26 @@ impl Merged {
             progress: MonitorProgress::default(),
             ..about.clone()
         };
+        let state = RenderState::new(empty, threads)?;
+        let view = MergedView::open(&about, args.threads);
+        let witnesses = match &view {
+            _ if state.replicates.is_none() => None,
+            Ok(MergedView { scene, camera }) => method::witnesses(&about.run, scene, camera),
+            Err(error) => {
+                let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
+                let causes = causes.join(": ");
+                tell(&format!(
+                    "note: the stated error knows nothing of light that only other methods find: {causes}"
+                ));
+                None
+            }
+        };
         let mut merged = Self {
-            state: RenderState::new(empty, threads)?,
+            state,
             view,
             witnesses,
             apart: None,
-            half,
+            is_filtered: args.denoise != Denoise::Off,
             picture: about.picture.clone(),
             shares: Vec::new(),
             added: 0,
@@ -282,13 +291,17 @@ impl Merged {
 
     fn add(&mut self, file: StateFile) -> Result<()> {
         let about = file.about.clone();
+        // From half to four fifths of states of one size are apart in the end.
+        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.is_filtered) {
+            let paths = replicates.paths();
+            if paths > 0 && self.apart.as_ref().is_none_or(|part| paths >= 2 * part.paths) {
+                self.apart = Some(MergedPart { samples: SamplesApart::of(&replicates.rounded()), paths });
+            }
+        }
         self.state.add(file)?;
         self.picture = self.picture.start.min(about.picture.start)..self.picture.end.max(about.picture.end);
         self.shares.extend(about.share);
         self.added += 1;
-        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.half == Some(self.added)) {
-            self.apart = Some(SamplesApart::of(&replicates.rounded()));
-        }
         if self.added.is_power_of_two() {
             self.measure();
         }
@@ -370,7 +383,8 @@ impl Merged {
         if error.value <= target.error {
             return None;
         }
-        let (x, deviation) = PowerLaw::new(&status.checkpoints)?.until(target.error)?;
+        let (x, deviation) =
+            PowerLaw::new(&status.checkpoints, self.state.about.run.is_blurred())?.until(target.error)?;
         let factor = |z: f64| (x + z * deviation).max(0.0).exp();
         let z = crate::study::interval::Z90;
         let samples = Interval { value: factor(0.0), low: factor(-z), high: factor(z) };
@@ -421,9 +435,13 @@ impl Merged {
                 let oidn = OidnOptions { threads, quality: OidnQuality::High };
                 let data = self.state.film.develop().into_diagnostic()?;
                 let view = FilteredView { scene: &scene, camera: &camera, film: &run.film };
-                let apart = self.apart.as_ref().filter(|_| is_all_of_error(&run, status));
+                let wants_error = is_all_of_error(&run, status);
+                let apart = self.apart.as_ref().map(|part| &part.samples).filter(|_| wants_error);
                 let filtered = view.filter(&replicates.rounded(), apart, &data, args.denoise, oidn);
                 let (picture, error) = filtered.into_diagnostic()?;
+                if wants_error && error.is_none() {
+                    tell(UNKNOWN_FILTERED_ERROR);
+                }
                 (extras.denoised, filtered_error) = (Some(picture), error);
             }
         }

@@ -26,8 +26,8 @@ use crate::tracer::{Camera, Scene};
 /// Samples per pixel from which on a picture is filtered; with fewer the pyramid shows more.
 const FILTERED_FROM: f64 = 0.1;
 
-/// Samples per pixel from which on the error of the filtered picture is estimated, and their growth from one estimate to the next: each takes as
-/// long as two pictures.
+/// Samples per pixel from which on the error of the filtered picture is estimated, and their growth from one estimate to the next: each takes a
+/// little longer than two pictures.
 const ERROR_FROM: f64 = 4.0;
 const ERROR_RATIO: f64 = 1.5;
 
@@ -53,6 +53,8 @@ enum FilterMessage {
         view: Box<EpochView>,
         /// The last picture stands in for samples, where it is one of the same scene.
         reproject: bool,
+        /// The error of the filtered picture is wanted.
+        wants_error: bool,
     },
     Samples {
         first_index: u64,
@@ -182,9 +184,9 @@ impl NoiseFilter {
         self.device = device;
     }
 
-    /// Begins with the samples of a film of this epoch. With `reproject` the last picture stands in for them, if it is one of the same
+    /// Begins with the samples of a film of this epoch, whose error after the filter may be wanted. With `reproject` the last picture stands in for them, if it is one of the same
     /// scene, until a filter of this kind shows more.
-    pub fn begin(&mut self, film: FilmSpec, view: EpochView, reproject: Option<Denoise>) {
+    pub fn begin(&mut self, film: FilmSpec, view: EpochView, wants_error: bool, reproject: Option<Denoise>) {
         self.progress.number.fetch_add(1, Ordering::Relaxed);
         (self.shown, self.busy, self.preparing) = (None, false, false);
         self.error = None;
@@ -192,7 +194,8 @@ impl NoiseFilter {
         let is_known = self.known.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &view.scene));
         (self.stands_in, self.reprojecting) = (reproject.is_some() && is_known, false);
         self.scene = Some(view.scene.clone());
-        self.send(FilterMessage::Begin { film, view: Box::new(view), reproject: reproject.is_some() });
+        let (view, reproject_now) = (Box::new(view), reproject.is_some());
+        self.send(FilterMessage::Begin { film, view, reproject: reproject_now, wants_error });
         if let Some(kind) = reproject.filter(|_| self.stands_in && self.reprojection <= AT_FIRST) {
             self.prepare(kind);
         }
@@ -353,10 +356,10 @@ struct FilteredFilm {
     film: FilmSpec,
     view: EpochView,
     replicates: Replicates,
-    /// Half of its samples, by which the error of the filtered picture is known.
-    apart: SamplesApart,
-    /// Paths from which on it is estimated again.
-    error_due: f64,
+    /// About half of its samples, by which the error of the filtered picture is known, where that is wanted.
+    apart: Option<SamplesApart>,
+    /// Of how many paths it was estimated last, and through which filter.
+    estimated: Option<(Denoise, f64)>,
     /// The last picture of another view of the scene stands in for samples.
     reproject: bool,
     surfaces: Option<Arc<ViewSurfaces>>,
@@ -388,16 +391,16 @@ fn work(
             AnswerContent::Picture(PictureAnswer { is_reprojection, frame, took: start.elapsed() })
         };
         match (message, &mut state) {
-            (FilterMessage::Begin { film, view, reproject }, state) => {
+            (FilterMessage::Begin { film, view, reproject, wants_error }, state) => {
                 known = known.filter(|(scene, _)| Arc::ptr_eq(scene, &view.scene));
                 let spare = state.take().and_then(|last| last.filter.or(last.spare));
                 let replicates = Replicates::new([film.width, film.height], film.filter.energy());
                 *state = Some(FilteredFilm {
                     film,
                     view: *view,
-                    apart: SamplesApart::of(&replicates),
+                    apart: wants_error.then(|| SamplesApart::of(&replicates)),
                     replicates,
-                    error_due: ERROR_FROM * f64::from(film.width) * f64::from(film.height),
+                    estimated: None,
                     reproject,
                     surfaces: None,
                     filter: None,
@@ -407,7 +410,9 @@ fn work(
             }
             (FilterMessage::Samples { first_index, paths, samples }, Some(state)) => {
                 state.replicates.add(first_index, paths, &samples);
-                state.apart.add(first_index, paths, &samples);
+                if let Some(apart) = &mut state.apart {
+                    apart.add(first_index, paths, &samples);
+                }
             }
             (FilterMessage::Prepare(kind, device), Some(state)) => {
                 if let Some((_, known)) = known.as_ref().filter(|_| state.reproject) {
@@ -435,8 +440,9 @@ fn work(
                     }
                     frame
                 });
+                let is_made = frame.is_some();
                 answer(kind, picture(false, frame));
-                if let Some(error) = state.error(kind, &is_over) {
+                if let Some(error) = is_made.then(|| state.error(kind, &is_over)).flatten() {
                     answer(kind, AnswerContent::Error(error));
                 }
             }
@@ -514,10 +520,18 @@ impl FilteredFilm {
     /// The error of the picture of these samples, where it is time to estimate it: `Some(None)` where there is too little to tell. Nothing is known
     /// of a picture in which another view stands in for samples.
     fn error(&mut self, kind: Denoise, is_over: &dyn Fn() -> bool) -> Option<Option<ErrorEstimate>> {
-        let paths = self.replicates.paths() as f64;
-        let filter = self.filter.as_mut().filter(|_| paths >= self.error_due && self.prior.is_none())?;
-        self.error_due = ERROR_RATIO * paths;
-        let error = filtered_error(&self.replicates, &self.apart, filter, kind, is_over);
+        let Self { film, replicates, apart, filter, prior, estimated, .. } = self;
+        let paths = replicates.paths() as f64;
+        let before = estimated.filter(|(of, _)| *of == kind).map(|(_, paths)| ERROR_RATIO * paths);
+        let due = before.unwrap_or(ERROR_FROM * f64::from(film.width) * f64::from(film.height));
+        let (filter, apart) = filter.as_mut().zip(apart.as_ref())?;
+        if paths < due || prior.is_some() {
+            return None;
+        }
+        *estimated = Some((kind, paths));
+        let error = filtered_error(replicates, apart, filter, kind, is_over).inspect_err(|error| {
+            tracing::warn!("the error of the filtered picture is not known: {error}");
+        });
         (!is_over()).then(|| error.unwrap_or_default())
     }
 }

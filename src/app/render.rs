@@ -12,7 +12,7 @@ use super::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
-use super::filtered_picture::{FilteredView, is_all_of_error};
+use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error};
 use super::light_groups::{self, GroupFilms, GroupMemory};
 use super::live_outputs::{LiveOutputs, LiveRender};
 use super::load::{self, Opened};
@@ -415,10 +415,13 @@ impl<'a> BatchRender<'a> {
                 let kind = self.settings.denoise;
                 // Where it would not be all of the error, it is not worth its time.
                 let state = traced.error.as_ref().map(|(state, _)| state);
-                let apart = traced.apart.as_ref();
-                let apart = apart.filter(|_| state.is_some_and(|state| is_all_of_error(&self.run, state)));
+                let wants_error = state.is_some_and(|state| is_all_of_error(&self.run, state));
+                let apart = traced.apart.as_ref().filter(|_| wants_error);
                 let filtered = view.filter(replicates, apart, &data, kind, oidn);
                 let (picture, error) = filtered.into_diagnostic()?;
+                if wants_error && error.is_none() && self.recorder.is_some() {
+                    tell(UNKNOWN_FILTERED_ERROR);
+                }
                 self.filtered_error = error;
                 Some(picture)
             }

@@ -256,7 +256,7 @@ impl ErrorReport {
             target: target.map(|target| target.error),
             reached,
             prediction: state.prediction,
-            slope: PowerLaw::new(&state.checkpoints).map(|fit| fit.slope()),
+            slope: PowerLaw::new(&state.checkpoints, run.is_blurred()).map(|fit| fit.slope()),
             curve: state.checkpoints.iter().map(|c| [c.seconds, c.samples, c.error]).collect(),
         })
     }

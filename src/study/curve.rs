@@ -44,14 +44,9 @@ const MIN_SAMPLE_RATIO: f64 = 1.5;
 const MAX_CHECKPOINTS: usize = 6;
 
 impl PowerLaw {
-    /// Fits the last checkpoints of one render, with the prior of the slope. `None` if none has an error.
-    pub fn new(checkpoints: &[Checkpoint]) -> Option<Self> {
-        Self::with(checkpoints, Some(PRIOR_SLOPE))
-    }
-
-    /// The same for a method that blurs.
-    pub fn blurred(checkpoints: &[Checkpoint]) -> Option<Self> {
-        Self::with(checkpoints, Some(BLURRED_SLOPE))
+    /// Fits the last checkpoints of one render, with the prior of the slope, by a method that `blurs` or not. `None` if none has an error.
+    pub fn new(checkpoints: &[Checkpoint], blurs: bool) -> Option<Self> {
+        Self::with(checkpoints, Some(if blurs { BLURRED_SLOPE } else { PRIOR_SLOPE }))
     }
 
     /// Fits independent points without a prior. `None` for fewer than two.
@@ -130,7 +125,7 @@ mod tests {
     #[test]
     fn a_power_law_is_found_and_extrapolated() {
         let checkpoints = checkpoints(0.7, 0.001);
-        let fit = PowerLaw::new(&checkpoints).expect("twenty checkpoints");
+        let fit = PowerLaw::new(&checkpoints, false).expect("twenty checkpoints");
         assert!((fit.slope - 0.7).abs() < 0.02, "{}", fit.slope);
         let (x, deviation) = fit.until(fit.error(4.0 * fit.samples)).expect("it falls");
         assert!((x - 4f64.ln()).abs() < 1e-9 && deviation > 0.0 && deviation < 0.3);
@@ -141,15 +136,17 @@ mod tests {
 
     #[test]
     fn without_a_second_checkpoint_the_prior_decides() {
-        assert_eq!(PowerLaw::new(&[]), None);
-        let one = PowerLaw::new(&checkpoints(0.7, 0.1)[..1]).expect("one checkpoint");
+        assert_eq!(PowerLaw::new(&[], false), None);
+        let one = PowerLaw::new(&checkpoints(0.7, 0.1)[..1], false).expect("one checkpoint");
         assert!((one.slope - PRIOR_SLOPE.0).abs() < 1e-9);
+        let blurred = PowerLaw::new(&checkpoints(0.7, 0.1)[..1], true).expect("one checkpoint");
+        assert!((blurred.slope - BLURRED_SLOPE.0).abs() < 1e-9);
         assert_eq!(PowerLaw::free(&checkpoints(0.7, 0.1)[..1]), None);
         // Noise as large as the fall barely moves the prior.
-        let noisy = PowerLaw::new(&checkpoints(0.2, 2.0)).expect("twenty checkpoints");
+        let noisy = PowerLaw::new(&checkpoints(0.2, 2.0), false).expect("twenty checkpoints");
         assert!((noisy.slope - PRIOR_SLOPE.0).abs() < 0.1);
         let broken = Checkpoint { error: f64::NAN, samples: 1.0, ..Checkpoint::default() };
-        assert_eq!(PowerLaw::new(&[broken]), None);
+        assert_eq!(PowerLaw::new(&[broken], false), None);
         // An error that grows never becomes small enough.
         assert_eq!(PowerLaw::free(&checkpoints(-0.5, 0.01)).and_then(|fit| fit.until(1e-9)), None);
     }

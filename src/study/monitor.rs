@@ -322,12 +322,13 @@ impl ErrorMonitor {
         self.due = samples.max(1.0) * CHECKPOINT_RATIO;
         let size = self.sums.size();
         let Some((pixels, _)) = self.pixels() else { return };
-        let Some((mut field, largest)) = self.sums.error(&pixels) else { return };
+        let others = self.base * self.coverage / (size[0] * size[1]) as f64;
+        let per_pixel = self.sums.per_pixel() + others;
+        let Some((mut field, largest)) = self.sums.error_with(&pixels, per_pixel) else { return };
         if let Some(witnesses) = &mut self.witnesses {
             witnesses.update(samples, size, self.target.is_some());
         }
-        let others = self.base * self.coverage / (size[0] * size[1]) as f64;
-        let (largest_samples, per_pixel) = (&self.sums.largest, self.sums.per_pixel() + others);
+        let largest_samples = &self.sums.largest;
         let energy = self.sums.kernel().energy();
         let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel, energy);
         self.status.late = LateLight {
@@ -367,11 +368,11 @@ impl ErrorMonitor {
     /// Predicts, and brings the next checkpoint forward where the target is close.
     fn update_prediction(&mut self, samples: f64, error: f64) {
         let target = self.target.map(|target| target.error).or_else(|| next_target(error));
-        let checkpoints = &self.status.checkpoints;
+        let (checkpoints, blurs) = (&self.status.checkpoints, self.blur.is_some());
         self.status.prediction =
-            target.filter(|target| error > *target).and_then(|target| predict(checkpoints, target));
+            target.filter(|target| error > *target).and_then(|target| predict(checkpoints, target, blurs));
         self.predictions.extend(self.status.prediction);
-        if let (Some(target), Some(fit)) = (self.target, PowerLaw::new(checkpoints))
+        if let (Some(target), Some(fit)) = (self.target, PowerLaw::new(checkpoints, blurs))
             && let Some((x, _)) = fit.until(target.error)
         {
             self.due = samples * x.exp().clamp(CLOSE_CHECKPOINT_RATIO, CHECKPOINT_RATIO);

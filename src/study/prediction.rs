@@ -73,10 +73,10 @@ pub fn next_target(error: f64) -> Option<f64> {
     LADDER.into_iter().find(|target| *target < 0.95 * error)
 }
 
-/// Predicts when `target` will be reached. `None` before the samples have doubled since the first checkpoint, because light that few
+/// Predicts when `target` will be reached by a method that `blurs` or not. `None` before the samples have doubled since the first checkpoint, because light that few
 /// paths find is missing from the first errors, and where the error does not fall.
-pub fn predict(checkpoints: &[Checkpoint], target: f64) -> Option<Prediction> {
-    let (last, fit) = (checkpoints.last()?, PowerLaw::new(checkpoints)?);
+pub fn predict(checkpoints: &[Checkpoint], target: f64, blurs: bool) -> Option<Prediction> {
+    let (last, fit) = (checkpoints.last()?, PowerLaw::new(checkpoints, blurs)?);
     if last.samples < MIN_RANGE * checkpoints.first()?.samples {
         return None;
     }
@@ -101,9 +101,9 @@ pub fn predict(checkpoints: &[Checkpoint], target: f64) -> Option<Prediction> {
 
 /// The fitted power law as seconds and errors, through the recent checkpoints and on to `until` seconds; empty before the second
 /// checkpoint.
-pub fn predicted_curve(checkpoints: &[Checkpoint], until: f64) -> Vec<[f64; 2]> {
+pub fn predicted_curve(checkpoints: &[Checkpoint], until: f64, blurs: bool) -> Vec<[f64; 2]> {
     let (Some(last), Some(fit), Some(rate)) =
-        (checkpoints.last(), PowerLaw::new(checkpoints), sampling_rate(checkpoints))
+        (checkpoints.last(), PowerLaw::new(checkpoints, blurs), sampling_rate(checkpoints))
     else {
         return Vec::new();
     };

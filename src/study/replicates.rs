@@ -94,8 +94,16 @@ impl Replicates {
     /// The error of the picture of these [`pixels`](Self::pixels), and how much of its light the largest samples carry. `None` while both
     /// replicates have reached too few pixels.
     pub fn error(&self, pixels: &[ReplicatePixel]) -> Option<(ErrorField, LargestShares)> {
+        self.error_with(pixels, self.per_pixel())
+    }
+
+    /// The same where these pixels have so many samples each, some of which are not in these sums.
+    pub(super) fn error_with(
+        &self,
+        pixels: &[ReplicatePixel],
+        per_pixel: f64,
+    ) -> Option<(ErrorField, LargestShares)> {
         let mut field = ErrorField::new(pixels, self.size)?;
-        let per_pixel = self.per_pixel();
         let sums: Vec<f64> = field.luminances().map(|sum| sum * per_pixel).collect();
         let excess: Vec<f64> = self.largest.excess().iter().map(|excess| excess / per_pixel).collect();
         field.spread(&excess);

@@ -201,8 +201,7 @@ impl TimeModel {
         let early = used.partition_point(|point| point.samples < FIRST_SAMPLES);
         let early = early.min(used.len().saturating_sub(LEAST_POINTS));
         let checkpoints: Vec<Checkpoint> = used[early..].iter().map(checkpoint).collect();
-        let fit = if self.biased { PowerLaw::blurred(&checkpoints) } else { PowerLaw::new(&checkpoints) };
-        let (last, fit) = (used.last()?, fit?);
+        let (last, fit) = (used.last()?, PowerLaw::new(&checkpoints, self.biased)?);
         let (x, deviation) = fit.until(error)?;
         // Where points are close on both sides, nothing is extrapolated.
         let far = if bracketed { 0.0 } else { x.abs() };

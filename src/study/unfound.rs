@@ -27,7 +27,7 @@ pub struct ScatteredLight {
 pub struct CausticSpots {
     /// The part of the pixels that has it, if it is the same in all of these.
     pub part: f64,
-    /// The same as if photons had no noise of their own, all of which counts as unevenness: the part is hardly smaller.
+    /// A lower bound of that part: all scatter between samples counts as unevenness, that of photons included.
     pub least_part: f64,
     /// Mean square of linear Rec.709 over squared luminance: 1 for grey.
     pub colors: f64,
@@ -55,10 +55,18 @@ impl CausticSpots {
         }
     }
 
-    /// The part of the pixels so many standard deviations from what it is: at the upper end of a 90 % interval of the error the least, at the lower end all.
+    /// The part of the pixels so many standard deviations from what it is: at the upper end of a 90 % interval of a mean square the least, at the lower
+    /// end all.
     fn part(&self, deviations: f64) -> f64 {
         let end = if deviations > 0.0 { self.least_part } else { 1.0 };
         self.part * (end / self.part).powf((deviations.abs() / Z90).min(1.0))
+    }
+
+    /// The parts that are possible so many standard deviations from what it is, where an error is not largest for the least part: the ends, and `most`
+    /// if it lies between them.
+    fn parts(&self, deviations: f64, most: f64) -> [f64; 3] {
+        let (part, end) = (self.part(0.0), self.part(deviations));
+        [part, end, most.clamp(part.min(end), part.max(end))]
     }
 }
 
@@ -154,11 +162,20 @@ impl UnfoundLight {
         let [caustics, other] = self.known_to_lack(tile, deviations);
         // Caustics lie in a part of the pixels, which are brighter by as much.
         let spots = spots.get(tile).copied().unwrap_or_default();
-        let (part, colors) = (spots.part(deviations), spots.colors);
-        let there = caustics / part;
-        let squares = colors * there * there + 2.0 * there * other + other * other;
-        let in_part = squares / ((shown + other + there).powi(2) + 0.01);
-        let known = part * in_part + (1.0 - part) * square(other, shown + other);
+        let of_part = |part: f64| {
+            let there = caustics / part;
+            let squares = spots.colors * there * there + 2.0 * there * other + other * other;
+            let in_part = squares / ((shown + other + there).powi(2) + 0.01);
+            part * in_part + (1.0 - part) * square(other, shown + other)
+        };
+        // In the smallest part caustics are so bright that their relative error is that of few pixels; it is largest about where they are as bright there as
+        // all other light.
+        let parts = spots.parts(deviations, caustics / (shown + other).max(f64::MIN_POSITIVE));
+        let known = match deviations {
+            d if d > 0.0 => parts.map(of_part).into_iter().fold(0.0, f64::max),
+            d if d < 0.0 => parts.map(of_part).into_iter().fold(f64::INFINITY, f64::min),
+            _ => of_part(spots.part),
+        };
         let lacked = highlights.get(tile).map_or(0.0, |lacked| lacked.relative);
         let known = known + lacked * factor(HIGHLIGHT_DEVIATION, deviations);
         if !self.is_scattered(tile) || scattered.light <= 0.0 {

@@ -272,6 +272,31 @@ mod tests {
         assert!((in_spots[1] / even[1] - 2.0).abs() < 1e-6, "{in_spots:?}, {even:?}");
     }
 
+    /// The relative error of caustics is largest where they are as bright as other light, and not in the smallest part of the pixels.
+    #[test]
+    fn the_interval_of_relmse_has_the_worst_part_of_the_pixels() {
+        let same = ReplicatePixel { mean: [1.0; 3], difference: [0.0; 3], factor: 0.25, seen: true };
+        let of_all = |value: f64| vec![value; tiles()];
+        let stated = |part: f64, least_part: f64| {
+            let mut field = ErrorField::new(&vec![same; SIZE[0] * SIZE[1]], SIZE).expect("all are seen");
+            field.add_unfound(UnfoundLight {
+                light: of_all(0.5),
+                caustic_light: of_all(0.5),
+                brightness: of_all(1.5),
+                spots: vec![CausticSpots { part, least_part, colors: 1.0 }; tiles()],
+                // By it the interval is known to be uncertain.
+                deviation: 1e-6,
+                ..UnfoundLight::default()
+            });
+            field.estimate(TileSubset::All).rel_mse
+        };
+        let certain = stated(0.25, 0.25);
+        let (narrow, wide) = (stated(0.25, 0.05), stated(0.8, 0.05));
+        assert!(narrow.high >= certain.high && narrow.low < certain.value, "{narrow:?}, {certain:?}");
+        // Half of the pixels would have as much on top as they show.
+        assert!(wide.high > 0.5 / 4.02 && wide.value < 0.12, "{wide:?}");
+    }
+
     #[test]
     fn tiles_that_have_met_a_rare_sample_lack_nothing() {
         let mut largest = LargestSamples::new(SIZE);

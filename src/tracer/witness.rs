@@ -154,7 +154,7 @@ impl Witness {
                     area.caustics += f64::from(color.y);
                     area.caustic_squares = [0, 1].map(|k| area.caustic_squares[k] + squares[k]);
                     // The square of a sum of photons exceeds that of its expectation by the sum of their squares.
-                    area.caustic_pairs += squares[0] * (1.0 - 1.0 / f64::from(photons.max(1)));
+                    area.caustic_pairs += squares[0] * (1.0 - 1.0 / f64::from(photons.max(1.0)));
                 }
             }
         }

@@ -96,18 +96,19 @@ pub fn error_summary(
 ) -> ErrorSummary {
     let state = observer.state();
     let filtered = filtered.map(|error| filtered_words(error.filter(|_| is_all_of_error(run, &state))));
-    ErrorSummary { filtered, ..summary(&state, target, observer.elapsed().as_secs_f64(), ended) }
+    let seconds = observer.elapsed().as_secs_f64();
+    ErrorSummary { filtered, ..summary(&state, target, seconds, ended, run.is_blurred()) }
 }
 
 fn filtered_words(error: Option<&ErrorEstimate>) -> String {
     match error.map(|error| in_words(error.relative[ErrorQuantile::P95.index()])) {
         Some([value, interval]) => format!("{value} ({interval}) through the noise filter"),
-        None => "not known through the noise filter".to_owned(),
+        None => "The error through the noise filter is not known".to_owned(),
     }
 }
 
 /// The error for the panel, `seconds` after the render began.
-fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> ErrorSummary {
+fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool, blurs: bool) -> ErrorSummary {
     let Some(last) = state.checkpoints.last() else {
         let message = "not known yet: after 4 samples per pixel".to_owned();
         return ErrorSummary { message, seconds, ..ErrorSummary::default() };
@@ -133,7 +134,7 @@ fn summary(state: &ErrorStatus, target: f64, seconds: f64, ended: bool) -> Error
         quantiles: Some(state.estimate.relative.map(in_words)),
         filtered: None,
         checkpoints: state.checkpoints.iter().map(|c| [c.seconds, c.error]).collect(),
-        fit: predicted_curve(&state.checkpoints, until),
+        fit: predicted_curve(&state.checkpoints, until, blurs),
         prediction: said.map(|said| [said.seconds.value, said.seconds.low, said.seconds.high]),
         message,
         unfound: state.late.unfound().map(|text| UnfoundSummary {
@@ -230,21 +231,21 @@ mod tests {
 
     #[test]
     fn the_panel_says_what_is_known() {
-        let nothing = summary(&ErrorStatus::default(), 0.01, 0.5, false);
+        let nothing = summary(&ErrorStatus::default(), 0.01, 0.5, false, false);
         assert_eq!(
             (nothing.message.as_str(), nothing.quantiles),
             ("not known yet: after 4 samples per pixel", None)
         );
         let state = state();
-        let said = summary(&state, 0.01, 10.0, false);
+        let said = summary(&state, 0.01, 10.0, false, false);
         assert_eq!(said.message, "1 % in about 42 s (90 %: 36–55 s)");
         assert_eq!((said.prediction, said.checkpoints.len()), (Some([52.0, 46.0, 65.0]), 8));
         assert!((said.fit[said.fit.len() - 1][0] - 52.0).abs() < 1e-9);
-        assert_eq!(summary(&state, 0.01, 70.0, false).message, "1 % is due");
-        assert_eq!(summary(&state, 0.01, 70.0, true).message, "the render ended before 1 %");
-        assert_eq!(summary(&state, 0.1, 10.0, false).message, "10 % reached after 1.0 s");
+        assert_eq!(summary(&state, 0.01, 70.0, false, false).message, "1 % is due");
+        assert_eq!(summary(&state, 0.01, 70.0, true, false).message, "the render ended before 1 %");
+        assert_eq!(summary(&state, 0.1, 10.0, false, false).message, "10 % reached after 1.0 s");
         // Until the observer has heard of another target.
-        assert_eq!(summary(&state, 0.005, 10.0, false).message, "0.5 %: not known when");
+        assert_eq!(summary(&state, 0.005, 10.0, false, false).message, "0.5 %: not known when");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::app::filtered_picture::FilteredPicture;
+use crate::app::filtered_picture::{FilteredPicture, may_be_all_of_error};
 use crate::app::noise_filter::{EpochView, FilteredFrame, NoiseFilter};
 use crate::app::run_spec::RunSpec;
 use crate::client::retained::RetainedSamples;
@@ -16,6 +16,8 @@ pub struct WindowFilter {
     thread: Option<NoiseFilter>,
     /// Threads of the run.
     threads: usize,
+    /// The error of what it shows is stated.
+    states_error: bool,
     /// The filter that was asked for last.
     kind: Denoise,
     /// The thread could not be started.
@@ -29,7 +31,13 @@ pub struct WindowFilter {
 impl WindowFilter {
     /// A filter without a thread of its own yet; filters that bring their own use as many as this.
     pub fn new(threads: usize) -> Self {
-        Self { thread: None, threads, kind: Denoise::default(), refused: false, view: None, fresh: false }
+        let kind = Denoise::default();
+        Self { thread: None, threads, states_error: true, kind, refused: false, view: None, fresh: false }
+    }
+
+    /// The same for a picture whose error is not stated.
+    pub fn without_error(self) -> Self {
+        Self { states_error: false, ..self }
     }
 
     /// Notes which filter the settings ask for.
@@ -59,7 +67,7 @@ impl WindowFilter {
     fn begin_film(&mut self, run: &RunSpec, reproject: Option<Denoise>) {
         self.fresh = false;
         if let Some((thread, view)) = self.thread.as_mut().zip(self.view.clone()) {
-            thread.begin(run.film, view, reproject);
+            thread.begin(run.film, view, self.states_error && may_be_all_of_error(run), reproject);
         }
     }
 

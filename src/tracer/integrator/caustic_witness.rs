@@ -43,8 +43,8 @@ pub struct SeenCaustic {
     pub uv: [f32; 2],
     /// How bright it is there.
     pub color: Xyz,
-    /// Photons that show it.
-    pub photons: u32,
+    /// The effective number of photons that show it.
+    pub photons: f32,
 }
 
 impl CausticWitness {
@@ -74,7 +74,7 @@ impl CausticWitness {
         };
         let wavelength = BidirectionalTracer::wavelength_number(index, context);
         let place = |sampler: &Sampler| context.place(sampler.camera().screen).map(|c| c as f32);
-        let mut keep = |sampler: &Sampler, color: Xyz, photons: u32| {
+        let mut keep = |sampler: &Sampler, color: Xyz, photons: f32| {
             if color.y > 0.0 && color.is_finite() {
                 caustics.push(SeenCaustic { uv: place(sampler), color, photons });
             }

@@ -433,7 +433,7 @@ impl LivePicture {
         let mut region = RegionRender {
             rectangle,
             film: screen.new_film(film).into_diagnostic()?,
-            filter: WindowFilter::new(session.tracers.threads()),
+            filter: WindowFilter::new(session.tracers.threads()).without_error(),
             observer: run.replicated.then(observe).transpose()?,
             run,
             began: Instant::now(),

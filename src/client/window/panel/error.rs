@@ -95,8 +95,9 @@ fn figures(ui: &mut Ui, error: &ErrorSummary) {
     });
     if let Some(filtered) = &error.filtered {
         ui.label(RichText::new(filtered).small().color(style::DIM)).on_hover_text(
-            "Error of 95 % of the picture as it is shown: either randomisation is filtered alone and compared with the other. It is \
-             known from 4 samples per pixel on, and not where photons blur or light is still being found",
+            "This is the error that 95 % of the picture as it is shown do not exceed. It is estimated from 4 samples per pixel on (16 \
+             after a move of the camera), and again whenever there are half as many more. It is not known where photons blur the \
+             picture, fireflies are reweighted, light is known to be missing, or regions have samples of their own",
         );
     }
 }

@@ -75,7 +75,7 @@ impl<'a> PathStart<'a> {
     pub fn begin<C: LightCredits>(self, scratch: &'a mut PhotonScratch) -> CameraPath<'a, C> {
         let Self { tracer, snapshot, lookup, wavelength } = self;
         scratch.scatterings.clear();
-        scratch.gathered = 0;
+        scratch.gathered = 0.0;
         let state = PathState::new(tracer.context.wavelengths(wavelength), Splitting::Never);
         let (xyz, class) = (Xyz::BLACK, PathClass::Mirrored);
         CameraPath { tracer, snapshot, lookup, scratch, state, xyz, class, gathered: false }
@@ -234,25 +234,30 @@ impl<C: LightCredits> CameraPath<'_, C> {
             white: tracer.context.white(),
         };
         let (mut xyz, mut value) = (Xyz::BLACK, SampledSpectrum::ZERO);
+        // Sums of single contributions and of their squares: luminances, or values at the hero alone.
+        let [mut sum, mut squares] = [0.0; 2];
+        let mut count = |y: f32| (sum, squares) = (sum + y, squares + y * y);
         for near in disc.counted {
             let photon = forest.photon(near);
             match window {
                 None => {
                     let found = path.at_wavelengths_of(photon, vertex, scale);
                     xyz += found;
+                    count(found.y);
                     state.credits.add_color(photon.group(), found);
                 }
                 Some(w) => {
                     let flux = lanes_near(photon, hero, w) * scale;
                     let found = at_the_hero(photon, vertex, throughput * flux);
                     value += found;
+                    count(found.0.x);
                     state.credits.add_to(photon.group(), found);
                 }
             }
         }
         self.xyz += xyz;
         self.state.radiance += value;
-        scratch.gathered += disc.counted.len() as u32;
+        scratch.gathered += if squares > 0.0 { sum * sum / squares } else { 0.0 };
         B::record(|| PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
     }
 

@@ -108,8 +108,8 @@ pub struct PhotonScratch {
     scatterings: Vec<RecordedScattering>,
     /// Samples so far.
     samples: u32,
-    /// Photons that the last path has gathered.
-    pub(super) gathered: u32,
+    /// As many photons of equal contribution as have the noise of those that the last path has gathered: their effective number (Kish 1965).
+    pub(super) gathered: f32,
 }
 
 impl PhotonScratch {
