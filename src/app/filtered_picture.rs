@@ -109,8 +109,8 @@ pub fn filtered_error(
 }
 
 /// What is told where [`filtered_error`] is not known although it would be all of the error.
-pub const UNKNOWN_FILTERED_ERROR: &str = "note: the error of the filtered picture is not known: it takes two parts of the samples, such as two states or those \
-     of a render before and after it was resumed, of which neither has less than a fifth";
+pub const UNKNOWN_FILTERED_ERROR: &str = "note: the error of the filtered picture is not stated: it is estimated from two parts of the samples (two states, or \
+     before and after --resume), each with at least a fifth of them";
 
 /// Whether [`filtered_error`] may be all of the error of such a render: of bias that both randomisations share it knows nothing.
 pub fn may_be_all_of_error(run: &RunSpec) -> bool {

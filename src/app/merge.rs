@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::args::MergeArgs;
 use super::denoise::{self, OidnOptions};
-use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error};
+use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error, may_be_all_of_error};
 use super::outputs::{Extras, Outputs};
 use super::report::{ErrorReport, Seconds, check_json, human, print, write_json};
 use super::run_spec::RunEnd;
@@ -203,9 +203,9 @@ struct Merged {
     view: Result<MergedView>,
     /// Paths that find light which the states may lack.
     witnesses: Option<Witnesses>,
-    /// The samples of some of the states, where the picture is to be filtered.
-    apart: Option<MergedPart>,
-    is_filtered: bool,
+    /// The samples of some of the states twice, where the error of the filtered picture is wanted: the later ones are at least twice as many.
+    apart: Vec<MergedPart>,
+    states_filtered_error: bool,
     /// Indices of the whole picture, and what its parts were told.
     picture: Range<u64>,
     shares: Vec<Share>,
@@ -216,7 +216,7 @@ struct Merged {
 }
 
 impl Merged {
-    /// Adds one file after the other; two films at most are in memory.
+    /// Adds one file after the other; two films at most are in memory, and the scene where it is found.
     fn read(args: &MergeArgs, states: &[PathBuf], threads: usize) -> Result<Self> {
         let mut merged: Option<Self> = None;
         let mut places: Vec<(Range<u64>, &Path)> = Vec::new();
@@ -277,8 +277,8 @@ impl Merged {
             state,
             view,
             witnesses,
-            apart: None,
-            is_filtered: args.denoise != Denoise::Off,
+            apart: Vec::new(),
+            states_filtered_error: args.denoise != Denoise::Off && may_be_all_of_error(&about.run),
             picture: about.picture.clone(),
             shares: Vec::new(),
             added: 0,
@@ -291,11 +291,11 @@ impl Merged {
 
     fn add(&mut self, file: StateFile) -> Result<()> {
         let about = file.about.clone();
-        // From half to four fifths of states of one size are apart in the end.
-        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.is_filtered) {
+        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.states_filtered_error) {
             let paths = replicates.paths();
-            if paths > 0 && self.apart.as_ref().is_none_or(|part| paths >= 2 * part.paths) {
-                self.apart = Some(MergedPart { samples: SamplesApart::of(&replicates.rounded()), paths });
+            if paths > 0 && self.apart.last().is_none_or(|part| paths >= 2 * part.paths) {
+                self.apart.drain(..self.apart.len().saturating_sub(1));
+                self.apart.push(MergedPart { samples: SamplesApart::so_far(&replicates.rounded()), paths });
             }
         }
         self.state.add(file)?;
@@ -312,7 +312,8 @@ impl Merged {
     fn measure(&mut self) -> ErrorStatus {
         let Some(replicates) = &self.state.replicates else { return ErrorStatus::default() };
         let film = &self.state.about.run.film;
-        let monitor = ErrorMonitor::new([film.width, film.height], film.filter.energy(), None);
+        let monitor = ErrorMonitor::new([film.width, film.height], film.filter.energy(), None)
+            .that_blurs(self.state.about.run.is_blurred());
         let mut monitor = monitor.exact(replicates.clone(), self.progress.clone());
         self.witnesses.take().into_iter().for_each(|witnesses| monitor.set_witnesses(witnesses));
         monitor.take_checkpoint(self.state.about.seconds);
@@ -397,7 +398,7 @@ impl Merged {
         Some(Further { target: target.error, samples, parts: parts.filter(|[first, last]| first <= last) })
     }
 
-    /// Writes the pictures; returns the error of what is shown through a noise filter, where that is known.
+    /// Writes the pictures. Returns the error of what is shown through a noise filter, where that is known.
     fn write_pictures(
         mut self,
         args: &MergeArgs,
@@ -436,16 +437,20 @@ impl Merged {
                 let data = self.state.film.develop().into_diagnostic()?;
                 let view = FilteredView { scene: &scene, camera: &camera, film: &run.film };
                 let wants_error = is_all_of_error(&run, status);
-                let apart = self.apart.as_ref().map(|part| &part.samples).filter(|_| wants_error);
+                // The part that is nearer to half of all.
+                let off = |part: &&MergedPart| (2 * part.paths).abs_diff(replicates.paths());
+                let apart = self.apart.iter().min_by_key(off).map(|part| &part.samples);
+                let apart = apart.filter(|_| wants_error);
                 let filtered = view.filter(&replicates.rounded(), apart, &data, args.denoise, oidn);
                 let (picture, error) = filtered.into_diagnostic()?;
-                if wants_error && error.is_none() {
+                if wants_error && error.is_none() && !args.quiet {
                     tell(UNKNOWN_FILTERED_ERROR);
                 }
                 (extras.denoised, filtered_error) = (Some(picture), error);
             }
         }
-        end.describe(status, filtered_error.as_ref(), args.error_at);
+        // The error of the filtered picture depends on the order of the states, and files do not.
+        end.describe(status, None, args.error_at);
         outputs.write(&mut self.state.film, &run, &end, &settings, extras, &mut Seconds::default())?;
         Ok(filtered_error)
     }

@@ -398,7 +398,7 @@ fn work(
                 *state = Some(FilteredFilm {
                     film,
                     view: *view,
-                    apart: wants_error.then(|| SamplesApart::of(&replicates)),
+                    apart: wants_error.then(|| SamplesApart::half_to_come(&replicates)),
                     replicates,
                     estimated: None,
                     reproject,

@@ -440,7 +440,8 @@ impl Drop for Gone<'_> {
 
 fn watch(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> ErrorMonitor {
     let watch = ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target)
-        .with_coverage(run.film.coverage());
+        .with_coverage(run.film.coverage())
+        .that_blurs(run.is_blurred());
     let watch = if run.adaptive { watch.with_density_weights() } else { watch };
     match blur(run, beside) {
         Some(schedule) => watch.with_blur(schedule),

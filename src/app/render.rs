@@ -12,7 +12,7 @@ use super::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
-use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error};
+use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error, may_be_all_of_error};
 use super::light_groups::{self, GroupFilms, GroupMemory};
 use super::live_outputs::{LiveOutputs, LiveRender};
 use super::load::{self, Opened};
@@ -260,7 +260,7 @@ impl<'a> BatchRender<'a> {
         });
         let observer = observer.transpose()?;
         let filters = self.settings.denoise != Denoise::Off;
-        if let Some(observer) = observer.as_ref().filter(|_| filters) {
+        if let Some(observer) = observer.as_ref().filter(|_| filters && may_be_all_of_error(run)) {
             observer.keep_apart();
         }
         let witnesses = method::witnesses(run, &self.scene, &self.camera);
@@ -419,7 +419,7 @@ impl<'a> BatchRender<'a> {
                 let apart = traced.apart.as_ref().filter(|_| wants_error);
                 let filtered = view.filter(replicates, apart, &data, kind, oidn);
                 let (picture, error) = filtered.into_diagnostic()?;
-                if wants_error && error.is_none() && self.recorder.is_some() {
+                if wants_error && error.is_none() && self.recorder.is_some() && !self.args.quiet {
                     tell(UNKNOWN_FILTERED_ERROR);
                 }
                 self.filtered_error = error;
@@ -429,7 +429,9 @@ impl<'a> BatchRender<'a> {
         };
         self.seconds.denoise = start_filter.elapsed().as_secs_f64();
         if let Some((state, _)) = &traced.error {
-            outcome.describe(state, self.filtered_error.as_ref(), self.args.error_at);
+            // The error of the filtered picture depends on where a render was interrupted, and files do not.
+            let filtered = self.filtered_error.as_ref().filter(|_| self.recorder.is_none());
+            outcome.describe(state, filtered, self.args.error_at);
         }
         let (client, seconds) = (&mut *self.client, &mut self.seconds);
         let written =

@@ -7,7 +7,7 @@ use crate::math::bits::mix;
 use crate::stream::{CHUNK, PathCounts, Sample};
 use crate::study::Replicates;
 
-/// Smallest share of a replicate in either of its parts with which the filter knows how noisy both are.
+/// Below this share of a replicate one of its parts is too noisy for the filter to tell the noise of both.
 const LEAST_SHARE: f64 = 0.2;
 
 /// Sums of some of the samples of each replicate.
@@ -19,12 +19,14 @@ pub struct SamplesApart {
 }
 
 impl SamplesApart {
-    /// Half of the samples that are added to these sums from now on; or, where there are samples in them already, those alone.
-    pub fn of(sums: &Replicates) -> Self {
-        match sums.paths() {
-            0 => Self { sums: sums.empty(), grows: true },
-            _ => Self { sums: sums.clone(), grows: false },
-        }
+    /// Half of the samples that are added to these sums from now on, which have none yet.
+    pub fn half_to_come(sums: &Replicates) -> Self {
+        Self { sums: sums.empty(), grows: true }
+    }
+
+    /// The samples that these sums have so far.
+    pub fn so_far(sums: &Replicates) -> Self {
+        Self { sums: sums.clone(), grows: false }
     }
 
     /// Takes a block that is added to all samples; see [`Replicates::add`].
@@ -71,7 +73,7 @@ mod tests {
     #[test]
     fn halves_of_a_replicate_are_the_replicate() {
         let mut sums = empty();
-        let mut apart = SamplesApart::of(&sums);
+        let mut apart = SamplesApart::half_to_come(&sums);
         add(0..64, &mut sums, Some(&mut apart));
         for replicate in 0..2 {
             let alone = apart.alone(&sums, replicate).expect("both halves have samples");
@@ -89,7 +91,7 @@ mod tests {
         for (before, after, is_told) in [(32, 32, true), (16, 48, true), (60, 4, false), (4, 60, false)] {
             let mut sums = empty();
             add(0..before, &mut sums, None);
-            let mut apart = SamplesApart::of(&sums);
+            let mut apart = SamplesApart::so_far(&sums);
             add(before..before + after, &mut sums, Some(&mut apart));
             let alone = apart.alone(&sums, 1);
             assert_eq!(alone.is_some(), is_told, "{before} and {after}");

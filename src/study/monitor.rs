@@ -120,6 +120,8 @@ pub struct ErrorMonitor {
     predictions: Vec<Prediction>,
     witnesses: Option<WitnessState>,
     blur: Option<BlurWatch>,
+    /// The method blurs, also where its blur is not known.
+    blurs: bool,
     /// Some of the samples of each replicate, where they are kept apart.
     apart: Option<SamplesApart>,
     /// What is shown is the mean of this render's picture and these.
@@ -145,6 +147,7 @@ impl ErrorMonitor {
             predictions: Vec::new(),
             witnesses: None,
             blur: None,
+            blurs: false,
             apart: None,
             others: Vec::new(),
             base: 0.0,
@@ -164,10 +167,18 @@ impl ErrorMonitor {
         Self { blur: Some(BlurWatch::new(schedule)), ..self }
     }
 
+    /// The same for a method that blurs or not, by which its error falls more or less slowly.
+    pub fn that_blurs(self, blurs: bool) -> Self {
+        Self { blurs, ..self }
+    }
+
     /// From now on some of the samples of each replicate are kept apart as well.
     pub fn keep_apart(&mut self) {
         self.round();
-        self.apart = Some(SamplesApart::of(&self.sums));
+        self.apart = Some(match self.sums.paths() {
+            0 => SamplesApart::half_to_come(&self.sums),
+            _ => SamplesApart::so_far(&self.sums),
+        });
     }
 
     /// The samples that were kept apart; none are from now on.
@@ -368,7 +379,7 @@ impl ErrorMonitor {
     /// Predicts, and brings the next checkpoint forward where the target is close.
     fn update_prediction(&mut self, samples: f64, error: f64) {
         let target = self.target.map(|target| target.error).or_else(|| next_target(error));
-        let (checkpoints, blurs) = (&self.status.checkpoints, self.blur.is_some());
+        let (checkpoints, blurs) = (&self.status.checkpoints, self.blurs);
         self.status.prediction =
             target.filter(|target| error > *target).and_then(|target| predict(checkpoints, target, blurs));
         self.predictions.extend(self.status.prediction);

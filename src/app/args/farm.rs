@@ -67,7 +67,7 @@ pub struct MergeArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// Filter noise out of the displayed picture, as for `render`; the scene is read for it.
+    /// Filter noise out of the displayed picture, as for `render`; it needs the scene.
     #[arg(long, value_name = "KIND", default_value = "off", help_heading = "Output")]
     pub denoise: Denoise,
 
