@@ -46,7 +46,7 @@ pub struct FilteredView<'a> {
 
 impl FilteredView<'_> {
     /// Traces the features and filters the picture of these sums. Where some of the samples were kept `apart`, the error of the filtered picture
-    /// is known.
+    /// is estimated.
     ///
     /// # Errors
     ///
@@ -72,7 +72,7 @@ impl FilteredView<'_> {
 }
 
 /// The error of the picture that a filter of this kind makes of these sums, some of whose samples were kept `apart`. `None` where there is too little to
-/// tell, and where it `is_over`.
+/// tell, and where nobody wants it any more, because the render `is_over`.
 ///
 /// # Errors
 ///
@@ -108,18 +108,18 @@ pub fn filtered_error(
     Ok(halves.error(size))
 }
 
-/// What is told where [`filtered_error`] is not known although it would be all of the error.
+/// What is told where the error of the filtered picture could be stated but for the samples that are apart.
 pub const UNKNOWN_FILTERED_ERROR: &str = "note: the error of the filtered picture is not stated: it is estimated from two parts of the samples (two states, or \
      before and after --resume), each with at least a fifth of them";
 
-/// Whether [`filtered_error`] may be all of the error of such a render: of bias that both randomisations share it knows nothing.
-pub fn may_be_all_of_error(run: &RunSpec) -> bool {
+/// Whether the error of the filtered picture of such a render can be stated: of bias that both randomisations share [`filtered_error`] knows nothing.
+pub fn can_state_filtered_error(run: &RunSpec) -> bool {
     run.replicated && !run.is_blurred() && run.reweighted.is_none()
 }
 
-/// Whether it is, of a render of this state.
-pub fn is_all_of_error(run: &RunSpec, state: &ErrorStatus) -> bool {
-    may_be_all_of_error(run)
+/// Whether it is stated of a render in this state.
+pub fn states_filtered_error(run: &RunSpec, state: &ErrorStatus) -> bool {
+    can_state_filtered_error(run)
         && !state.checkpoints.is_empty()
         && state.late.unfound().is_none()
         && state.late.warning().is_none()

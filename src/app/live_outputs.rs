@@ -107,7 +107,7 @@ impl<'a> LiveOutputs<'a> {
             notes: Vec::new(),
         };
         if let Some(observer) = observer {
-            outcome.describe(&observer.state(), None, self.args.error_at);
+            outcome.describe(&observer.state(), self.args.error_at);
         }
         let texels: f64 = self.run.film.padded_extent().map(f64::from).iter().product();
         let spp = (film.counts().paths() as f64 / texels) as u64;

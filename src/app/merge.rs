@@ -9,7 +9,9 @@ use serde::Serialize;
 
 use super::args::MergeArgs;
 use super::denoise::{self, OidnOptions};
-use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error, may_be_all_of_error};
+use super::filtered_picture::{
+    FilteredView, UNKNOWN_FILTERED_ERROR, can_state_filtered_error, states_filtered_error,
+};
 use super::outputs::{Extras, Outputs};
 use super::report::{ErrorReport, Seconds, check_json, human, print, write_json};
 use super::run_spec::RunEnd;
@@ -199,13 +201,14 @@ struct MergedPart {
 /// The sum of the states.
 struct Merged {
     state: RenderState,
-    /// What the states show; an error where that is not known.
-    view: Result<MergedView>,
+    /// What the states show, an error where that is not known; `None` before it is needed.
+    view: Option<Result<MergedView>>,
     /// Paths that find light which the states may lack.
     witnesses: Option<Witnesses>,
-    /// The samples of some of the states twice, where the error of the filtered picture is wanted: the later ones are at least twice as many.
+    /// The sums at two moments, the later of at least twice as many paths, where the error of the filtered picture is wanted: in the end the one that
+    /// is nearer to half of all is the part by which it is estimated.
     apart: Vec<MergedPart>,
-    states_filtered_error: bool,
+    wants_filtered_error: bool,
     /// Indices of the whole picture, and what its parts were told.
     picture: Range<u64>,
     shares: Vec<Share>,
@@ -260,11 +263,12 @@ impl Merged {
             ..about.clone()
         };
         let state = RenderState::new(empty, threads)?;
-        let view = MergedView::open(&about, args.threads);
+        // Without randomisations no error is stated.
+        let view = state.replicates.as_ref().map(|_| MergedView::open(&about, args.threads));
         let witnesses = match &view {
-            _ if state.replicates.is_none() => None,
-            Ok(MergedView { scene, camera }) => method::witnesses(&about.run, scene, camera),
-            Err(error) => {
+            None => None,
+            Some(Ok(MergedView { scene, camera })) => method::witnesses(&about.run, scene, camera),
+            Some(Err(error)) => {
                 let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
                 let causes = causes.join(": ");
                 tell(&format!(
@@ -278,7 +282,7 @@ impl Merged {
             view,
             witnesses,
             apart: Vec::new(),
-            states_filtered_error: args.denoise != Denoise::Off && may_be_all_of_error(&about.run),
+            wants_filtered_error: args.denoise != Denoise::Off && can_state_filtered_error(&about.run),
             picture: about.picture.clone(),
             shares: Vec::new(),
             added: 0,
@@ -291,7 +295,7 @@ impl Merged {
 
     fn add(&mut self, file: StateFile) -> Result<()> {
         let about = file.about.clone();
-        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.states_filtered_error) {
+        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.wants_filtered_error) {
             let paths = replicates.paths();
             if paths > 0 && self.apart.last().is_none_or(|part| paths >= 2 * part.paths) {
                 self.apart.drain(..self.apart.len().saturating_sub(1));
@@ -421,7 +425,8 @@ impl Merged {
         let (mut extras, mut filtered_error) = (Extras::default(), None);
         let wants_layers = outputs.writes_exr() && !run.aovs.is_empty();
         if wants_layers || args.denoise != Denoise::Off {
-            let MergedView { scene, camera } = self.view?;
+            let view = self.view.unwrap_or_else(|| MergedView::open(about, args.threads));
+            let MergedView { scene, camera } = view?;
             if wants_layers {
                 extras.layers = layers::trace(&run, &scene, &camera, about.samples_per_pixel());
             }
@@ -436,7 +441,7 @@ impl Merged {
                 let oidn = OidnOptions { threads, quality: OidnQuality::High };
                 let data = self.state.film.develop().into_diagnostic()?;
                 let view = FilteredView { scene: &scene, camera: &camera, film: &run.film };
-                let wants_error = is_all_of_error(&run, status);
+                let wants_error = states_filtered_error(&run, status);
                 // The part that is nearer to half of all.
                 let off = |part: &&MergedPart| (2 * part.paths).abs_diff(replicates.paths());
                 let apart = self.apart.iter().min_by_key(off).map(|part| &part.samples);
@@ -449,8 +454,7 @@ impl Merged {
                 (extras.denoised, filtered_error) = (Some(picture), error);
             }
         }
-        // The error of the filtered picture depends on the order of the states, and files do not.
-        end.describe(status, None, args.error_at);
+        end.describe(status, args.error_at);
         outputs.write(&mut self.state.film, &run, &end, &settings, extras, &mut Seconds::default())?;
         Ok(filtered_error)
     }

@@ -12,7 +12,9 @@ use super::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use super::args::RenderArgs;
 use super::denoise::{self, OidnOptions};
 use super::drive::{Drive, DriveObservers, DriveOutcome, drive};
-use super::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR, is_all_of_error, may_be_all_of_error};
+use super::filtered_picture::{
+    FilteredView, UNKNOWN_FILTERED_ERROR, can_state_filtered_error, states_filtered_error,
+};
 use super::light_groups::{self, GroupFilms, GroupMemory};
 use super::live_outputs::{LiveOutputs, LiveRender};
 use super::load::{self, Opened};
@@ -260,7 +262,7 @@ impl<'a> BatchRender<'a> {
         });
         let observer = observer.transpose()?;
         let filters = self.settings.denoise != Denoise::Off;
-        if let Some(observer) = observer.as_ref().filter(|_| filters && may_be_all_of_error(run)) {
+        if let Some(observer) = observer.as_ref().filter(|_| filters && can_state_filtered_error(run)) {
             observer.keep_apart();
         }
         let witnesses = method::witnesses(run, &self.scene, &self.camera);
@@ -415,7 +417,7 @@ impl<'a> BatchRender<'a> {
                 let kind = self.settings.denoise;
                 // Where it would not be all of the error, it is not worth its time.
                 let state = traced.error.as_ref().map(|(state, _)| state);
-                let wants_error = state.is_some_and(|state| is_all_of_error(&self.run, state));
+                let wants_error = state.is_some_and(|state| states_filtered_error(&self.run, state));
                 let apart = traced.apart.as_ref().filter(|_| wants_error);
                 let filtered = view.filter(replicates, apart, &data, kind, oidn);
                 let (picture, error) = filtered.into_diagnostic()?;
@@ -429,9 +431,7 @@ impl<'a> BatchRender<'a> {
         };
         self.seconds.denoise = start_filter.elapsed().as_secs_f64();
         if let Some((state, _)) = &traced.error {
-            // The error of the filtered picture depends on where a render was interrupted, and files do not.
-            let filtered = self.filtered_error.as_ref().filter(|_| self.recorder.is_none());
-            outcome.describe(state, filtered, self.args.error_at);
+            outcome.describe(state, self.args.error_at);
         }
         let (client, seconds) = (&mut *self.client, &mut self.seconds);
         let written =

@@ -16,7 +16,7 @@ use crate::image::Attribute;
 use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter};
 use crate::stream::Rejected;
 use crate::study::format::percent;
-use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus};
+use crate::study::{ErrorQuantile, ErrorStatus};
 use crate::tracer::choice::IntegratorChoice;
 use crate::tracer::effects::{Effect, refusal};
 
@@ -79,17 +79,13 @@ pub struct RunEnd {
 
 impl RunEnd {
     /// Remembers the error of the picture, for its file.
-    pub fn describe(&mut self, error: &ErrorStatus, filtered: Option<&ErrorEstimate>, at: ErrorQuantile) {
+    pub fn describe(&mut self, error: &ErrorStatus, at: ErrorQuantile) {
         self.notes.clear();
         if error.checkpoints.is_empty() {
             return;
         }
         let stated = percent(error.held_out.relative[at.index()].value);
         self.notes.push(("error", format!("{stated} or less in {} of the picture", at.share())));
-        if let Some(filtered) = filtered {
-            let stated = percent(filtered.relative[at.index()].value);
-            self.notes.push(("denoisedError", format!("{stated} or less in {} of the picture", at.share())));
-        }
         let largest = percent(error.late.largest.one);
         self.notes.push(("largestSample", format!("{largest} of the light")));
         self.notes.extend(error.late.warning().map(|warning| ("warning", warning)));

@@ -62,8 +62,8 @@ impl CausticSpots {
         self.part * (end / self.part).powf((deviations.abs() / Z90).min(1.0))
     }
 
-    /// The parts that are possible so many standard deviations from what it is, where an error is not largest for the least part: the ends, and `most`
-    /// if it lies between them.
+    /// The parts among which an error is largest or smallest so many standard deviations from what it is, if it is largest for the part `most`: both ends,
+    /// and `most` if it lies between them.
     fn parts(&self, deviations: f64, most: f64) -> [f64; 3] {
         let (part, end) = (self.part(0.0), self.part(deviations));
         [part, end, most.clamp(part.min(end), part.max(end))]

@@ -215,7 +215,7 @@ impl Viewer {
         let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
         // Nothing is known of the error of a mix.
         if let Some(observer) = self.picture.observer.as_ref().filter(|_| !self.picture.mix.is_mixing()) {
-            end.describe(&observer.state(), None, ErrorQuantile::P95);
+            end.describe(&observer.state(), ErrorQuantile::P95);
         }
         end.notes.extend(self.picture.composition());
         end

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::app::filtered_picture::is_all_of_error;
+use crate::app::filtered_picture::states_filtered_error;
 use crate::app::method;
 use crate::app::observer::Observer;
 use crate::app::run_spec::RunSpec;
@@ -95,7 +95,7 @@ pub fn error_summary(
     filtered: Option<Option<&ErrorEstimate>>,
 ) -> ErrorSummary {
     let state = observer.state();
-    let filtered = filtered.map(|error| filtered_words(error.filter(|_| is_all_of_error(run, &state))));
+    let filtered = filtered.map(|error| filtered_words(error.filter(|_| states_filtered_error(run, &state))));
     let seconds = observer.elapsed().as_secs_f64();
     ErrorSummary { filtered, ..summary(&state, target, seconds, ended, run.is_blurred()) }
 }

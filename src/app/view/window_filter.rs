@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::app::filtered_picture::{FilteredPicture, may_be_all_of_error};
+use crate::app::filtered_picture::{FilteredPicture, can_state_filtered_error};
 use crate::app::noise_filter::{EpochView, FilteredFrame, NoiseFilter};
 use crate::app::run_spec::RunSpec;
 use crate::client::retained::RetainedSamples;
@@ -67,7 +67,7 @@ impl WindowFilter {
     fn begin_film(&mut self, run: &RunSpec, reproject: Option<Denoise>) {
         self.fresh = false;
         if let Some((thread, view)) = self.thread.as_mut().zip(self.view.clone()) {
-            thread.begin(run.film, view, self.states_error && may_be_all_of_error(run), reproject);
+            thread.begin(run.film, view, self.states_error && can_state_filtered_error(run), reproject);
         }
     }
 
