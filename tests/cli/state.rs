@@ -193,8 +193,8 @@ fn the_error_of_filtered_pictures_is_known_of_parts() {
     let backwards = merge(ninths.iter().rev().map(String::as_str).collect(), &back);
     assert!(forwards.is_some() && backwards.is_some(), "{forwards:?}, {backwards:?}");
     same(there.as_ref(), back.as_ref());
-    let one = name("one.exr");
-    stated(&with("render", &[&settings[..], &["--device", "cpu", "--deterministic", "-o", &one]].concat()));
+    let [one, one_state] = ["one.exr", "one.state"].map(name);
+    stated(&with("render", &[&settings[..], &["--state", &one_state, "-o", &one]].concat()));
     same(there.as_ref(), one.as_ref());
     // A sixteenth more is too little to try the filter with.
     assert_eq!(stated(&["render", "--resume", &state, "--spp", "34"]), None);
