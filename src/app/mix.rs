@@ -194,7 +194,7 @@ fn write_exr(
     told: &[String],
 ) -> Result<()> {
     let (width, height) = (layers.width, layers.height);
-    let mut mix = Layers { width, height, channels: Vec::new(), attributes: attributes(layers, told) };
+    let mut mix = Layers { width, height, attributes: attributes(layers, told), ..Layers::default() };
     for (c, axis) in ["R", "G", "B"].into_iter().enumerate() {
         mix.push(axis, picture.iter().map(|pixel| pixel[c]));
         for ((name, pixels), factors) in groups.iter().zip(factors) {

@@ -482,6 +482,8 @@ impl<'a> BatchRender<'a> {
         let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
         let (target, at) = (self.goal.error, self.args.error_at);
         let error = traced.error.as_ref();
+        // Those of this run: a state brings others.
+        let paths = traced.stats.total().paths * method::paths_per_index(run.integrator);
         let warnings = self.loaded.warnings.iter().map(ToString::to_string);
         RenderReport {
             version: env!("CARGO_PKG_VERSION"),
@@ -503,8 +505,8 @@ impl<'a> BatchRender<'a> {
             camera_paths: counts.camera_paths,
             light_paths: counts.light_paths,
             samples_per_pixel: counts.paths() as f64 / (width * height),
-            samples_per_second: per(counts.paths(), driven.wall),
-            paths_per_trace_second: per(counts.paths(), tracing_time(&traced.stats)),
+            samples_per_second: per(paths, driven.wall),
+            paths_per_trace_second: per(paths, tracing_time(&traced.stats)),
             seconds: self.seconds,
             error: error.and_then(|(state, _)| {
                 ErrorReport::new(state, run, target, at, driven.reached, self.settings.denoise)

@@ -153,8 +153,8 @@ pub fn layers(data: &FilmData, profile: &Profile, energy: f32, attributes: &[(St
     let mut layers = Layers {
         width: data.width as usize,
         height: data.height as usize,
-        channels: Vec::new(),
         attributes: attributes.to_vec(),
+        ..Layers::default()
     };
     let rgb = linear_rgb(data, profile);
     for (i, name) in ["R", "G", "B"].into_iter().enumerate() {

@@ -106,11 +106,28 @@ pub fn xyz_from_rec709() -> DMat3 {
     *REC709
 }
 
+/// Linear RGB of these primaries and this white, CIE xy chromaticities, to scene-linear Rec.709: colours of the same light, without
+/// adaptation. `None` where they are not those of three colours.
+pub fn rec709_from(primaries: [DVec2; 3], white: DVec2) -> Option<Mat3> {
+    let matrix = REC709.inverse() * xyz_from_rgb_of_white(primaries, xyz_of(white));
+    (matrix.is_finite() && matrix.determinant().is_normal()).then(|| matrix.as_mat3())
+}
+
+/// XYZ of luminance 1 of a chromaticity.
+fn xyz_of(xy: DVec2) -> DVec3 {
+    DVec3::new(xy.x / xy.y, 1.0, (1.0 - xy.x - xy.y) / xy.y)
+}
+
+/// Linear RGB to XYZ of a display, whose white is D65.
+fn xyz_from_rgb(primaries: [DVec2; 3]) -> DMat3 {
+    xyz_from_rgb_of_white(primaries, cie::d65_white())
+}
+
 /// Linear RGB to XYZ from the chromaticities of the primaries: each primary is scaled such that the three sum to
 /// the white (SMPTE RP 177).
-fn xyz_from_rgb(primaries: [DVec2; 3]) -> DMat3 {
-    let [r, g, b] = primaries.map(|p| DVec3::new(p.x / p.y, 1.0, (1.0 - p.x - p.y) / p.y));
+fn xyz_from_rgb_of_white(primaries: [DVec2; 3], white: DVec3) -> DMat3 {
+    let [r, g, b] = primaries.map(xyz_of);
     let unscaled = DMat3::from_cols(r, g, b);
-    let scale = unscaled.inverse() * cie::d65_white();
+    let scale = unscaled.inverse() * white;
     unscaled * DMat3::from_diagonal(scale)
 }

@@ -12,9 +12,11 @@ use crate::color::srgb;
 use crate::image::error::ImageError;
 use crate::image::exr::{self, check_inflation, check_pixels};
 use crate::image::grid::Grid;
-use crate::image::layer::{self, Layer};
-use crate::image::{pfm, radiance};
+use crate::image::{colors, layer, pfm, radiance};
 use crate::memory::collect_in_huge_pages;
+
+/// What PNG files begin with.
+const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// A picture of RGB texels in rows from the top.
 pub struct Bitmap {
@@ -25,6 +27,7 @@ pub struct Bitmap {
     raw: bool,
     /// Values of 8-bit components after decoding.
     curve: [f32; 256],
+    remarks: Vec<String>,
 }
 
 /// The texels as the file holds them; floats are linear. In huge pages: paths meet them at random.
@@ -48,7 +51,8 @@ impl Bitmap {
 
     /// Reads OpenEXR (the main layer, see [`layer::main`]), Radiance RGBE, PFM, PNG, JPEG, BMP and TGA; grey pictures become RGB, and
     /// alpha is ignored. The first bytes tell the format, for TGA the ending of `path`, which otherwise names the file in errors.
-    /// Integers are decoded by the curve of sRGB (IEC 61966-2-1) unless they are `raw`.
+    /// Integers are decoded by the curve of sRGB (IEC 61966-2-1) unless they are `raw`. Colours of an EXR file of other chromaticities are
+    /// converted to Rec.709 unless they are `raw`; [`remarks`](Self::remarks) are what else a file says of its colours.
     ///
     /// # Errors
     ///
@@ -56,23 +60,48 @@ impl Bitmap {
     /// without a main layer.
     pub fn decode(path: &Path, bytes: &[u8], raw: bool, most: usize) -> Result<Self, ImageError> {
         let refuse = ImageError::decode(path);
+        let mut remarks = Vec::new();
         let float = |(width, height, pixels)| (width, height, Texels::of_floats(pixels));
         let (width, height, texels) = match bytes {
             [0x76, 0x2f, 0x31, 0x01, ..] => {
                 let promised = exr::check_size(bytes, most).map_err(refuse)?;
                 check_inflation(promised, bytes.len()).map_err(refuse)?;
                 let layers = exr::decode_layers(path, Cursor::new(bytes))?;
-                let main = layer::main(&layers).as_ref().map(Layer::pixels);
-                let pixels = main.ok_or_else(|| exr::no_channel(path, &layers, "R"))?;
+                let main = layer::main(&layers).ok_or_else(|| exr::no_channel(path, &layers, "R"))?;
+                let mut pixels = main.pixels();
+                if let Some(chromaticities) = &layers.chromaticities
+                    && !raw
+                    && !main.is_grey()
+                {
+                    colors::to_rec709(chromaticities, &mut pixels).map_err(refuse)?;
+                }
                 float((layers.width, layers.height, pixels))
             }
-            [b'#', b'?', ..] => radiance::decode(bytes, most).map(float).map_err(refuse)?,
+            [b'#', b'?', ..] => {
+                remarks = radiance::remarks(bytes);
+                radiance::decode(bytes, most).map(float).map_err(refuse)?
+            }
             [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => {
                 pfm::decode(bytes, most).map(float).map_err(refuse)?
             }
-            _ => integers(path, bytes, most).map_err(refuse)?,
+            _ => {
+                let (picture, profile) = read_integers(path, bytes, most).map_err(refuse)?;
+                remarks.extend(profile.as_deref().and_then(colors::remark_of_profile));
+                if bytes.starts_with(PNG_SIGNATURE) {
+                    remarks.extend(colors::remarks_of_png(bytes));
+                }
+                integers(picture)
+            }
         };
-        Ok(Self::new(width, height, texels, raw))
+        if raw {
+            remarks.clear();
+        }
+        Ok(Self { remarks, ..Self::new(width, height, texels, raw) })
+    }
+
+    /// What its file says of its colours that is not used, as words that follow “is not used:”. Nothing is said of raw texels.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
     }
 
     /// A picture of 8-bit texels, encoded as sRGB unless they are `raw`.
@@ -101,7 +130,8 @@ impl Bitmap {
 
     fn new(width: usize, height: usize, texels: Texels, raw: bool) -> Self {
         let decode = |v: f32| if raw { v } else { srgb::decode(v) };
-        Self { width, height, texels, raw, curve: std::array::from_fn(|v| decode(v as f32 / 255.0)) }
+        let curve = std::array::from_fn(|v| decode(v as f32 / 255.0));
+        Self { width, height, texels, raw, curve, remarks: Vec::new() }
     }
 
     /// Columns.
@@ -174,9 +204,8 @@ impl Texels {
     }
 }
 
-/// Width, height and texels of a PNG, JPEG, BMP or TGA file.
-fn integers(path: &Path, bytes: &[u8], most: usize) -> Result<(usize, usize, Texels), String> {
-    let picture = picture(path, bytes, most)?;
+/// Width, height and texels of a picture.
+fn integers(picture: DynamicImage) -> (usize, usize, Texels) {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let narrow =
         matches!(picture.color(), ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8);
@@ -184,11 +213,16 @@ fn integers(path: &Path, bytes: &[u8], most: usize) -> Result<(usize, usize, Tex
         true => Texels::Eight(collect_in_huge_pages(picture.into_rgb8().pixels().map(|p| p.0))),
         false => Texels::Sixteen(collect_in_huge_pages(picture.into_rgb16().pixels().map(|p| p.0))),
     };
-    Ok((width, height, texels))
+    (width, height, texels)
 }
 
 /// A PNG, JPEG, BMP or TGA file of at most `most` pixels, with alpha where it has some.
 pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicImage, String> {
+    read_integers(path, bytes, most).map(|(picture, _)| picture)
+}
+
+/// A picture of [`picture`] with its ICC profile.
+fn read_integers(path: &Path, bytes: &[u8], most: usize) -> Result<(DynamicImage, Option<Vec<u8>>), String> {
     let mut reader = ImageReader::new(Cursor::new(bytes));
     match image::guess_format(bytes) {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp)) => reader.set_format(format),
@@ -201,7 +235,7 @@ pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicI
     limits.max_alloc = Some(most as u64 * 16);
     reader.limits(limits);
     let format = reader.format();
-    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let mut decoder = reader.into_decoder().map_err(|e| e.to_string())?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
     check_pixels(width, height, most)?;
@@ -209,7 +243,9 @@ pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicI
     if format == Some(ImageFormat::Jpeg) {
         check_jpeg(bytes, width, height)?;
     }
-    DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())
+    // A profile that cannot be read says nothing.
+    let profile = decoder.icc_profile().unwrap_or_default();
+    DynamicImage::from_decoder(decoder).map(|picture| (picture, profile)).map_err(|e| e.to_string())
 }
 
 /// Refuses a JPEG file that cannot hold its pixels or is cut short: the decoder fills what is missing.

@@ -13,9 +13,10 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
     Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage,
 };
+use glam::DVec2;
 
 use crate::image::error::ImageError;
-use crate::image::{Attribute, write};
+use crate::image::{Attribute, colors, write};
 
 /// Pixels in named channels, `[height][width]` each, with what the file tells about itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,6 +29,8 @@ pub struct Layers {
     pub channels: Vec<(String, Vec<f32>)>,
     /// Name and value of every attribute.
     pub attributes: Vec<(String, Attribute)>,
+    /// Primaries and white, where a file that was read names others than those of Rec.709, which are written.
+    pub chromaticities: Option<colors::Chromaticities>,
 }
 
 impl Layers {
@@ -76,7 +79,8 @@ fn encode(path: &Path, layers: &Layers) -> Result<Vec<u8>, ImageError> {
         }
     }
     let mut shared = ImageAttributes::new(IntegerBounds::from_dimensions(size));
-    shared.chromaticities = Some(REC_709);
+    let [red, green, blue, white] = colors::REC_709.map(|xy| Vec2(xy.x as f32, xy.y as f32));
+    shared.chromaticities = Some(Chromaticities { red, green, blue, white });
     // ZIP of 16 scan lines each, in increasing order.
     let layer = Layer::new(size, own, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into()));
     let mut bytes = Cursor::new(Vec::new());
@@ -86,14 +90,6 @@ fn encode(path: &Path, layers: &Layers) -> Result<Vec<u8>, ImageError> {
     sort_attributes(&mut bytes).ok_or_else(|| refuse("its header is not as expected".to_owned()))?;
     Ok(bytes)
 }
-
-/// Primaries and white of the main layer.
-const REC_709: Chromaticities = Chromaticities {
-    red: Vec2(0.64, 0.33),
-    green: Vec2(0.30, 0.60),
-    blue: Vec2(0.15, 0.06),
-    white: Vec2(0.312_7, 0.329_0),
-};
 
 /// OpenEXR strings are bytes; UTF-8 is what current programs expect.
 fn text(s: &str) -> Text {
@@ -156,7 +152,12 @@ pub(super) fn decode_layers(path: &Path, mut file: impl Read + Seek) -> Result<L
         .all_attributes()
         .from_buffered(file)
         .map_err(|e| refuse(e.to_string()))?;
-    let mut layers = Layers::default();
+    let xy = |Vec2(x, y): Vec2<f32>| DVec2::new(x.into(), y.into());
+    let given = image.attributes.chromaticities;
+    let chromaticities = given
+        .map(|Chromaticities { red, green, blue, white }| [red, green, blue, white].map(xy))
+        .filter(|given| !colors::are_rec709(given));
+    let mut layers = Layers { chromaticities, ..Layers::default() };
     for (i, layer) in image.layer_data.iter().enumerate() {
         if i == 0 {
             (layers.width, layers.height) = (layer.size.0, layer.size.1);

@@ -16,6 +16,11 @@ pub struct Layer<'a> {
 }
 
 impl Layer<'_> {
+    /// True where it has one channel of grey.
+    pub fn is_grey(&self) -> bool {
+        self.grey
+    }
+
     /// R, G, B in rows from the top.
     pub fn pixels(&self) -> Vec<[f32; 3]> {
         let [r, g, b] = self.channels;

@@ -4,6 +4,7 @@
 //! a temporary name in the same folder and renamed, so that a name never holds half a picture.
 
 pub mod bitmap;
+pub mod colors;
 pub mod compare;
 pub mod data_uri;
 pub mod error;

@@ -1,9 +1,18 @@
 //! Radiance pictures (`.hdr`, `.pic`): three mantissas and one exponent per pixel, plain or run-length coded.
 //!
 //! The format is that of Ward, *Real Pixels*, in Arvo (ed.), *Graphics Gems II*, 1991, and of the manual of Radiance. As Mitsuba
-//! does, values are those of the file: its EXPOSURE and COLORCORR lines are not undone.
+//! does, values are those of the file: what its header says of exposure and colours is not undone ([`remarks`]).
+
+use std::borrow::Cow;
 
 use super::exr::{check_inflation, check_pixels};
+
+/// Lines of a header that say of colours what is not used, and what they say where they say nothing.
+const OF_COLORS: [(&str, &[f64]); 3] = [
+    ("EXPOSURE=", &[1.0]),
+    ("COLORCORR=", &[1.0; 3]),
+    ("PRIMARIES=", &[0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3333, 0.3333]),
+];
 
 /// Longest line of a header in bytes.
 const LONGEST_LINE: usize = 4096;
@@ -43,6 +52,25 @@ fn number(text: &str) -> Result<usize, String> {
     text.parse().map_err(|_| format!("`{text}` is no number of pixels"))
 }
 
+/// What the header says of its colours that is not used.
+pub(super) fn remarks(bytes: &[u8]) -> Vec<String> {
+    let mut file = Bytes(bytes);
+    let mut remarks = Vec::new();
+    while let Ok(line) = file.line()
+        && !line.is_empty()
+    {
+        let said = OF_COLORS.iter().find_map(|(name, usual)| Some((line.strip_prefix(name)?, usual)));
+        let is_usual = |(values, usual): (&str, &&[f64])| {
+            let values: Vec<f64> = values.split_ascii_whitespace().filter_map(|v| v.parse().ok()).collect();
+            values.len() == usual.len() && values.iter().zip(*usual).all(|(a, b)| (a - b).abs() < 2e-3)
+        };
+        if said.is_some_and(|said| !is_usual(said)) {
+            remarks.push(format!("its line `{}`", line.trim_end()));
+        }
+    }
+    remarks
+}
+
 /// The value of a pixel: mantissas over 256, times 2 to the exponent less 128.
 fn linear([r, g, b, e]: [u8; 4]) -> [f32; 3] {
     // The product of two powers of two reaches every exponent without leaving the range of a float between.
@@ -55,13 +83,13 @@ struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
     /// The line that begins here, without its end.
-    fn line(&mut self) -> Result<&'a str, String> {
+    fn line(&mut self) -> Result<Cow<'a, str>, String> {
         let end =
             self.0.iter().take(LONGEST_LINE).position(|b| *b == b'\n').ok_or("its header does not end")?;
         let (line, rest) = self.0.split_at(end);
         self.0 = &rest[1..];
-        let text = std::str::from_utf8(line).map_err(|_| "its header is no text")?;
-        Ok(text.trim_end_matches('\r'))
+        // Comments are in any encoding.
+        Ok(String::from_utf8_lossy(line.strip_suffix(b"\r").unwrap_or(line)))
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {

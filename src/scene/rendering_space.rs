@@ -2,7 +2,7 @@
 //!
 //! Paths are traced in single precision, which resolves a point to 6e-8 of its distance from the origin, and whose squares and
 //! reciprocals of areas end at 1e38. A scene that lies far from the origin of its file is therefore moved there in double precision when it
-//! is prepared, and every scene is scaled by a power of two until its shapes have sizes around 1. Cameras and point lights go with it, and
+//! is prepared, and every scene is scaled by a power of two until its shapes have sizes around 1. Cameras, point lights and the heights of bump maps go with it, and
 //! what is reported in world space goes back. The power rounds nothing: a scene that is scaled by another one has the same picture, bit for
 //! bit. The spaces of groups are chosen likewise.
 
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::SceneDesc;
-use super::desc::{Curves, LightDesc, ProjectorDesc, ShapeDesc, ShapeKind, SpotDesc};
+use super::desc::{BsdfDesc, Curves, LightDesc, ProjectorDesc, ShapeDesc, ShapeKind, SpotDesc};
 use crate::spectrum::Spectrum;
 
 /// A scene stays where it is unless its nearest point is farther from the origin than this many times its size: up to there
@@ -136,6 +136,12 @@ impl SceneDesc {
                 && let Some(group) = spaces.get(id.0 as usize)
             {
                 shape.to_world *= group.inverse_transform();
+            }
+        }
+        for bsdf in &mut moved.bsdfs {
+            // Heights are lengths of world space, wherever a surface lies: of what an instance shows, too.
+            if let BsdfDesc::BumpMap(bump) = bsdf {
+                bump.scale = space.length(bump.scale);
             }
         }
         for light in &mut moved.lights {

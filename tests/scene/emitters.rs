@@ -116,6 +116,26 @@ fn projectors_spots_and_beams_are_read() {
     assert!(remarks.iter().any(|r| r.contains("bidirectional")), "{remarks:?}");
 }
 
+/// As in Mitsuba, an area emitter may stand outside of the shape that refers to it.
+#[test]
+fn an_area_emitter_is_read_where_a_shape_refers_to_it() {
+    let light = "<emitter type='area' id='e'><rgb name='radiance' value='2,3,4'/></emitter>";
+    let shape = "<shape type='rectangle'><ref id='e'/></shape>";
+    let within = read("within", &lamp("<rgb name='radiance' value='2,3,4'/>")).expect("valid").desc;
+    for (name, body) in [("before", format!("{light}{shape}")), ("behind", format!("{shape}{light}"))] {
+        let loaded = read(name, &body).expect("valid");
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        assert_eq!(
+            format!("{:?}", loaded.desc.shapes[0].emission),
+            format!("{:?}", within.shapes[0].emission)
+        );
+    }
+    let twice = read("twice", &format!("{light}{shape}{shape}")).expect("valid").desc;
+    assert!(twice.shapes.len() == 2 && twice.shapes.iter().all(|shape| shape.emission.is_some()));
+    let error = read("nobody", &format!("{light}<shape type='sphere'/>")).expect_err("no shape has it");
+    assert!(error.kind() == FindingKind::Plugin && error.location().1 == 2, "{error}");
+}
+
 #[test]
 fn what_cannot_shine_is_refused_at_its_place() {
     let checks =

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{Affine2, Vec3};
+use glam::{Affine2, DVec3, Vec3};
 
 use crate::bsdf::{HEIGHTS, TURNS, cell, direction, for_each_direction};
 use crate::support::scenes::{Random, assert_counts, in_world_space, mean};
@@ -55,6 +55,54 @@ fn values_are_those_of_mitsuba() {
         lit += u32::from(expected > 0.01);
     }
     assert!(rows == 160 && lit >= 75, "{rows} rows, {lit} with a value");
+}
+
+/// Heights are lengths: a surface that is as much larger as its heights scatters alike, whatever space it is traced in, and in a group.
+#[test]
+fn heights_are_lengths_of_the_world() {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/plugins/test.xml");
+    let values = |size: f64, grouped: bool| -> Vec<f32> {
+        let scale = |by: f64| format!("<transform name='to_world'><scale value='{by}'/></transform>");
+        let bump = format!(
+            "<bsdf type='bumpmap'><texture type='bitmap'><string name='filename' value='bsdf_bumpmap.png'/>\
+             <boolean name='raw' value='true'/></texture><float name='scale' value='{}'/><bsdf type='diffuse'/></bsdf>",
+            0.3 * size
+        );
+        let shapes = if grouped {
+            // The group is half as large as what it shows.
+            let member = format!("<shape type='rectangle'>{}{bump}</shape>", scale(0.5 * size));
+            format!(
+                "<shape type='shapegroup' id='g'>{member}</shape><shape type='instance'><ref id='g'/>{}</shape>",
+                scale(2.0)
+            )
+        } else {
+            format!("<shape type='rectangle'>{}{bump}</shape>", scale(size))
+        };
+        let text = format!(
+            "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{shapes}</scene>"
+        );
+        let desc = load_str(&beside.display().to_string(), &text, &[]).expect("valid").desc;
+        let scene = Scene::prepare(&desc).expect("a scene");
+        let lambda = SampledWavelengths::sample(0.3);
+        let value = |i: u32| {
+            let at = DVec3::new(0.23 * f64::from(i % 7) - 0.7, 0.19 * f64::from(i / 7) - 0.6, 1.0) * size;
+            let ray = Ray::new(desc.space.point(at).as_vec3(), -Vec3::Z);
+            let surface = scene.surface_material(&scene.closest(&ray).expect("it is below"));
+            let to_light = surface.frame.to_local(Vec3::new(0.6, 0.5, 0.7).normalize());
+            surface.bsdf::<Bsdf>(&lambda).eval(Vec3::Z, to_light).map_or(0.0, |(f, _)| f.0.x)
+        };
+        (0..49).map(value).collect()
+    };
+    let expected = values(1.0, false);
+    let mean = expected.iter().sum::<f32>() / 49.0;
+    assert!(expected.iter().any(|v| (v - mean).abs() > 0.2 * mean), "{expected:?}");
+    for (size, grouped) in
+        [(0.01, false), (100.0, false), (3e5, false), (1.0, true), (0.01, true), (70.0, true)]
+    {
+        for (found, expected) in values(size, grouped).iter().zip(&expected) {
+            assert!((found - expected).abs() < 2e-3 * mean, "size {size}, {grouped}: {found} {expected}");
+        }
+    }
 }
 
 /// A map of one normal.

@@ -40,8 +40,12 @@ pub(super) const AREA: &[&str] = &["area", BEAM];
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let params = Params::new(reader.document, id)?;
     if AREA.contains(&params.plugin()) {
-        let found = params.fault(FindingKind::Plugin, "an area light needs a shape");
-        return Err(found.help("put it into the <shape> that shall emit").error());
+        // It is read where a shape refers to it, which may come later.
+        if params.element().attribute("id").is_none() {
+            return Err(without_shape(reader, id));
+        }
+        reader.known.lone_area_lights.push(id);
+        return Ok(());
     }
     let light = reader.plugin(&params, PLUGINS, AREA)?(reader, &params)?;
     if light.is_environment() && reader.lists.lights.iter().any(LightDesc::is_environment) {
@@ -52,6 +56,24 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
     let name = reader.name(id);
     reader.lists.names.lights.push(name);
     reader.finish(params);
+    Ok(())
+}
+
+/// The error of an area light that no shape has.
+fn without_shape(reader: &Reader<'_>, id: ElementId) -> SceneError {
+    let span = reader.document.element(id).span;
+    let found = reader.document.finding(FindingKind::Plugin, span, "an area light needs a shape");
+    found.help("put it, or a <ref> to its id, into the <shape> that shall emit").error()
+}
+
+/// Refuses area lights outside of shapes that no shape refers to.
+pub(crate) fn finish(reader: &mut Reader<'_>) -> Result<(), SceneError> {
+    for id in std::mem::take(&mut reader.known.lone_area_lights) {
+        if !reader.known.area_lights.contains(&id) {
+            let error = Err(without_shape(reader, id));
+            reader.or_instead(error, "it is left out", |_| ())?;
+        }
+    }
     Ok(())
 }
 
@@ -73,6 +95,7 @@ pub(crate) fn area(reader: &mut Reader<'_>, id: ElementId) -> Result<AreaEmissio
         }
         return Err(reader.unknown_plugin(&params, AREA));
     }
+    reader.known.area_lights.insert(id);
     let along_normal = params.plugin() == BEAM;
     if along_normal {
         let message = "light that leaves along the normal is found from the light only: `path` shows none of it, as Mitsuba's; `bidirectional` and `light` do, and `photon` on surfaces with a diffuse part";
@@ -116,6 +139,7 @@ fn envmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, Sce
         let found = at(FindingKind::File, e.to_string());
         found.help("an environment is a picture in latitude and longitude, best OpenEXR or Radiance").error()
     })?;
+    texture::tell_remarks(reader, &bitmap, span);
     let map = emission::map(reader, params, span, &path, bitmap.into_linear())?;
     Ok(LightDesc::Map {
         map: Arc::new(map),

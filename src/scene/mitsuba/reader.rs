@@ -1,6 +1,6 @@
 //! What every plugin reads with: the elements, the lists of the description so far, what is shared, and the warnings.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -83,6 +83,10 @@ pub(crate) struct Known {
     /// Pictures of textures by file, and whether their values are raw, so that each file is read once.
     pub(crate) bitmaps: BTreeMap<(PathBuf, bool), Arc<Bitmap>>,
     pub(crate) texels: usize,
+    /// Area lights of shapes.
+    pub(crate) area_lights: BTreeSet<ElementId>,
+    /// Those that stand outside of shapes.
+    pub(crate) lone_area_lights: Vec<ElementId>,
     /// Textures that shine.
     pub(crate) emission_textures: BTreeMap<ElementId, Arc<EmissionTexture>>,
     /// Their pictures, as those in `bitmaps`.

@@ -73,6 +73,16 @@ pub(crate) fn read_bitmap(files: &SceneFiles, path: &Path, raw: bool) -> Result<
     Bitmap::decode(path, &bytes, raw, limits::IMAGE_PIXELS).map_err(BitmapError::Damaged)
 }
 
+/// Tells what the file of a picture, named at `span`, says of its colours that is not used.
+pub(super) fn tell_remarks(reader: &mut Reader<'_>, bitmap: &Bitmap, span: Span) {
+    if !bitmap.remarks().is_empty() {
+        let message =
+            format!("what this picture says of its colours is not used: {}", bitmap.remarks().join(", "));
+        let found = reader.document.finding(FindingKind::File, span, message);
+        reader.warn(found.help("convert it to sRGB, or to linear Rec.709 where it holds light").warning());
+    }
+}
+
 fn bitmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
     let BitmapParams { bitmap, to_uv, wrap, nearest, .. } = picture(reader, params)?;
     // Ready when the first path needs it, while the rest of the scene is read.
@@ -133,6 +143,7 @@ pub(super) fn picture(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Bi
                     format!("the textures of this scene have more than {} texels", limits::TOTAL_TEXELS);
                 return Err(at(FindingKind::Limit, message).error());
             }
+            tell_remarks(reader, &bitmap, span);
             let bitmap = Arc::new(bitmap);
             reader.known.bitmaps.insert((path.clone(), raw), bitmap.clone());
             bitmap

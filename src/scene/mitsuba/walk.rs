@@ -169,6 +169,7 @@ impl SceneWalk<'_> {
     }
 
     fn done(mut self) -> Result<Loaded, SceneError> {
+        emitter::finish(&mut self.reader)?;
         let root = self.reader.document.element(ElementId(0)).span;
         let Some(sensor) = self.sensor.take() else {
             let found = self.reader.document.finding(FindingKind::Missing, root, "the scene has no sensor");

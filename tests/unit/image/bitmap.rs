@@ -66,6 +66,58 @@ fn exr_files_by_their_channels() {
     assert!(matches!(read(&["Y"], 1), Err(ImageError::Decode { .. })));
 }
 
+/// The attribute of an EXR file with its primaries and white.
+const CHROMATICITIES: &[u8] = b"chromaticities\0chromaticities\0\x20\0\0\0";
+
+#[test]
+fn exr_files_of_other_primaries_are_converted() {
+    let mut layers = Layers { width: 1, height: 1, ..Layers::default() };
+    ["B", "G", "R"].into_iter().zip([0.1, 0.1, 0.8]).for_each(|(name, value)| layers.push(name, [value]));
+    let path = std::env::temp_dir().join(format!("{}-primaries.exr", std::process::id()));
+    exr::write(&path, &layers).expect("written");
+    let mut bytes = std::fs::read(&path).expect("just written");
+    std::fs::remove_file(&path).expect("just written");
+    assert_eq!(decode(Path::new("a.exr"), &bytes, 1).expect("a picture").at(0, 0), [0.8, 0.1, 0.1]);
+    let place = bytes.windows(CHROMATICITIES.len()).position(|w| w == CHROMATICITIES).expect("it is written");
+    let mut set = |xy: [f32; 8]| {
+        let at = place + CHROMATICITIES.len();
+        xy.iter()
+            .zip(bytes[at..at + 32].chunks_mut(4))
+            .for_each(|(v, to)| to.copy_from_slice(&v.to_le_bytes()));
+        bytes.clone()
+    };
+    let aces = set([0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767]);
+    let [r, g, b] = decode(Path::new("a.exr"), &aces, 1).expect("a picture").at(0, 0);
+    assert!((r - 1.89).abs() < 0.01 && (g + 0.10).abs() < 0.01 && (b - 0.08).abs() < 0.01, "{r} {g} {b}");
+    // Numbers that are no colours stay as they are.
+    let raw = Bitmap::decode(Path::new("a.exr"), &aces, true, 1).expect("a picture");
+    assert_eq!(raw.texel(0, 0), [0.8, 0.1, 0.1]);
+    let error = decode(Path::new("a.exr"), &set([0.0; 8]), 1).expect_err("no colours").to_string();
+    assert!(error.contains("chromaticities"), "{error}");
+}
+
+#[test]
+fn what_is_said_of_colours_and_not_used_is_told() {
+    let remarks = |name: &str, bytes: &[u8], raw| {
+        Bitmap::decode(Path::new(name), bytes, raw, 9).expect("a picture").remarks().join(" ")
+    };
+    let hdr = |lines: &str| format!("#?RADIANCE\n{lines}\n-Y 1 +X 1\n\u{1}\u{1}\u{1}\u{1}").into_bytes();
+    let other =
+        "EXPOSURE=2\nEXPOSURE=1.0\nCOLORCORR=1 1 2\nPRIMARIES=.6 .3 .3 .6 .1 .1 .3 .3\nCOLORCORR= 1 1 1\n";
+    let told = remarks("a.hdr", &hdr(other), false);
+    assert!(["`EXPOSURE=2`", "`COLORCORR=1 1 2`", "PRIMARIES"].iter().all(|w| told.contains(w)), "{told}");
+    assert_eq!(told.matches("line").count(), 3, "{told}");
+    assert_eq!(remarks("a.hdr", &hdr("EXPOSURE=1\nVIEW=no colour\n"), false), "");
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+    encoder.set_source_gamma(png::ScaledFloat::new(1.0));
+    let mut writer = encoder.write_header().expect("a header");
+    writer.write_image_data(&[0, 255]).expect("pixels");
+    writer.finish().expect("an end");
+    assert!(remarks("a.png", &bytes, false).contains("gamma 1.000"));
+    assert_eq!(remarks("a.png", &bytes, true), "", "raw texels have no colours");
+}
+
 #[test]
 fn other_files_are_refused_by_name() {
     for (bytes, word) in [
@@ -96,8 +148,9 @@ fn other_files_are_refused_by_name() {
 #[test]
 fn radiance_in_old_and_new_coding() {
     let file = |size: &str, data: &[u8]| {
-        let head = format!("#?RGBE\n# a comment\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
-        decode(Path::new("sky.hdr"), &[head.as_bytes(), data].concat(), 1000)
+        let head = format!("EXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
+        // A comment in Latin-1.
+        decode(Path::new("sky.hdr"), &[b"#?RGBE\n# caf\xe9\n", head.as_bytes(), data].concat(), 1000)
     };
     let plain =
         file("-Y 2 +X 2", &[128, 64, 0, 129, 0, 0, 0, 0, 1, 2, 3, 120, 255, 255, 255, 255]).expect("valid");
