@@ -8,7 +8,7 @@ mod bytes;
 mod run;
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use miette::Result;
 use serde::Serialize;
@@ -59,7 +59,8 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     let capture = args.gpu_timings.as_deref().map(|path| TimingCapture::new(path, Some(gpu))).transpose()?;
     tracing::info!("ready after {:.2} s", started.elapsed().as_secs_f64());
     let settings = args.display.settings();
-    let job = BenchJob { gpu, run: &run, scene, camera, threads, settings: &settings, frames: args.frames };
+    let (frames, at_most) = (args.frames, Duration::MAX);
+    let job = BenchJob { gpu, run: &run, scene, camera, threads, settings: &settings, frames, at_most };
     let report = BenchReport::new(&measure(job, capture)?, gpu, &run, &settings);
     publish(&report.table(), "the report", &report, args.json.as_deref())
 }

@@ -66,13 +66,6 @@ pub fn open_with_layers(
     })
 }
 
-/// Prints the warnings about a scene.
-pub fn tell_warnings(loaded: &Loaded) {
-    for warning in &loaded.warnings {
-        tell(&format!("{:?}", miette::Report::new(warning.clone())));
-    }
-}
-
 /// Reads the scene, with the size and the method of the command line, and tells `progress` of every file meanwhile.
 pub fn read_telling(source: &SceneArgs, progress: &Arc<LoadProgress>) -> Result<Loaded> {
     let options = LoadOptions { defines: &source.defines, lenient: source.lenient };

@@ -112,6 +112,7 @@ mod tev;
 mod timings;
 mod trace;
 mod view;
+mod warnings;
 
 pub use args::{Cli, CliCommand};
 pub use process::tell;

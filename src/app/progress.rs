@@ -1,4 +1,4 @@
-//! The progress bar: share done, rate, remaining time.
+//! Progress bars: share done, rate, remaining time.
 
 use std::time::Duration;
 
@@ -14,6 +14,44 @@ pub enum Goal {
     Time(Duration),
     /// An error, which nobody knows how long it takes.
     Error,
+}
+
+/// A number of measurements that come one after the other. Draws on standard error, if that is a terminal.
+pub struct Steps {
+    bar: ProgressBar,
+}
+
+impl Steps {
+    /// So many measurements, none of them done.
+    pub fn new(count: u64) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr_with_hz(8));
+        let style =
+            ProgressStyle::with_template("{bar:24} {pos} of {len}  {msg}  {elapsed} gone, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.enable_steady_tick(Duration::from_millis(250));
+        Self { bar }
+    }
+
+    /// Names the measurement that begins.
+    pub fn begin(&self, what: impl Into<String>) {
+        self.bar.set_message(what.into());
+    }
+
+    /// A measurement is done.
+    pub fn done(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Does something that prints, while the bar is away.
+    pub fn suspend<R>(&self, print: impl FnOnce() -> R) -> R {
+        self.bar.suspend(print)
+    }
+}
+
+impl Drop for Steps {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }
 
 /// Draws on standard error; draws nothing when asked to be quiet or where there is no terminal.

@@ -28,7 +28,7 @@ use super::run_spec::{RunEnd, RunSpec};
 use super::state::identity::luminance_scale;
 use super::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
 use super::timings::{self, TimingCapture};
-use super::{layers, plan, predictions, process, tell};
+use super::{layers, plan, predictions, process, tell, warnings};
 use crate::client::oidn::OidnQuality;
 use crate::client::reference::ExactFilm;
 use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
@@ -159,10 +159,8 @@ impl<'a> BatchRender<'a> {
         let aovs = args.aov.as_ref().map(|list| list.0.clone());
         let Opened { input, scene, camera, device } =
             load::open_with_layers(&args.source, aovs, &mut seconds)?;
-        load::tell_warnings(&input.loaded);
-        for notice in scene.notices() {
-            tell(&format!("warning: {notice}"));
-        }
+        warnings::tell_warnings(&input.loaded.warnings, &args.source);
+        warnings::tell_notices(scene.notices(), &args.source);
         let (settings, threads) = (args.display.settings(), args.source.threads());
         let settings = Settings { denoise: args.denoise, ..settings };
         let mut run = RunSpec::of(&args.source, &input, device.name());

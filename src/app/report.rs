@@ -366,11 +366,13 @@ pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes to standard output. Nobody may be reading any more: that is no error.
-pub fn print(text: &str, what: &str) {
-    if std::io::stdout().write_all(text.as_bytes()).is_err() {
+/// Writes to standard output. Nobody may be reading any more: that is no error, and false is returned.
+pub fn print(text: &str, what: &str) -> bool {
+    let is_read = std::io::stdout().write_all(text.as_bytes()).is_ok();
+    if !is_read {
         tell(&format!("nobody reads {what}"));
     }
+    is_read
 }
 
 /// True for standard output (`-`), devices, pipes: what is written into, not replaced.

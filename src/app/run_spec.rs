@@ -211,6 +211,7 @@ impl RunSpec {
             scene: self.scene.clone(),
             defines: self.defines.clone(),
             lenient: self.lenient,
+            verbose: false,
             size: self.size,
             integrator: Some(self.integrator),
             effects: self.effects.clone(),

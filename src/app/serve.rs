@@ -13,7 +13,7 @@ use super::load::{self, SceneInput};
 use super::method::{self, Photons, RenderOrder};
 use super::remote_order::{RemoteOrder, read_token, scene_digest};
 use super::run_spec::RunSpec;
-use super::{process, tell};
+use super::{process, tell, warnings};
 use crate::client::FilmSpec;
 use crate::remote::{Host, Request, Service, Tracing, Welcome, listen};
 use crate::scene::LoadProgress;
@@ -53,8 +53,9 @@ impl ServedScene {
     fn load(source: &SceneArgs) -> Result<Self> {
         let progress = Arc::<LoadProgress>::default();
         let loaded = load::read_telling(source, &progress)?;
-        load::tell_warnings(&loaded);
+        warnings::tell_warnings(&loaded.warnings, source);
         let scene = load::prepare(Scene::prepare, &loaded.desc, source.simd)?;
+        warnings::tell_notices(scene.notices(), source);
         let files = progress.files();
         let digest = scene_digest(&files, &source.defines, source.lenient)?;
         let input = SceneInput { loaded, forced: Vec::new(), files: files.clone() };

@@ -30,7 +30,7 @@ fn client_entry<'a>(plan: &'a Value, effect: &str) -> &'a Value {
 /// A path-traced scene has one stream: its images, passes and pipelines, and no other.
 #[test]
 fn explain_measures_what_is_on() {
-    let plan = json(&["explain", "scenes/cornell_spheres.xml", "--size", "64x64", "--json"]);
+    let plan = json(&["explain", "scenes/cornell_spheres.xml", "--size", "64x64", "--prices", "--json"]);
     assert_eq!(plan["plan"].as_array().unwrap().len(), 28);
     let glass = entry(&plan, "transmission");
     assert_eq!(glass["on"], true);
@@ -87,6 +87,7 @@ fn explain_measures_what_is_on() {
         "bidirectional",
         "--size",
         "64x64",
+        "--prices",
         "--json",
     ]);
     let bytes = |effect: &str| client_entry(&both, effect)["bytes"].as_u64().unwrap();

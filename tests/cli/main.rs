@@ -5,6 +5,7 @@
 mod adaptive;
 mod compare;
 mod effects;
+mod explain;
 mod farm;
 mod layers;
 mod light_groups;
@@ -18,3 +19,4 @@ mod serve;
 mod simd;
 mod state;
 mod study;
+mod warnings;

@@ -49,8 +49,16 @@ pub struct ExplainArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// List effects and reasons only; measure no costs.
+    /// Measure what each effect costs, after the list: a line for each as soon as it is known. Ctrl-C ends it.
+    ///
+    /// Paths with an effect of the tracer and without it are timed in turn, and on a Vulkan device frames with an effect of the client and
+    /// without it. That takes some seconds, for large pictures on a slow device minutes. Without it the JSON has no costs (share,
+    /// milliseconds, if_on, once, if_on_share, bytes), and neither memory nor pipelines.
     #[arg(long)]
+    pub prices: bool,
+
+    /// Measure no costs, which is the default.
+    #[arg(long, hide = true, conflicts_with = "prices")]
     pub no_costs: bool,
 
     /// Say how many machines reach this relative error in what time, from a trial on this one; `1%` or `0.01`.

@@ -94,11 +94,11 @@ pub enum CliCommand {
     /// by a stated model, GB/s, and the ratio to an image copy of the picture in the same run.
     Bench(Box<BenchArgs>),
 
-    /// List the effects of a scene: which are simulated, why, and what each costs.
+    /// List the effects of a scene: which are simulated, why, and with --prices what each costs.
     ///
-    /// For every effect of tracer and client: whether it is on, the object of the file that calls for it or why nothing does,
-    /// and its cost, or what it would cost, measured in some seconds. The JSON also has what decides the effect at run time,
-    /// and every image, buffer and pipeline on the device.
+    /// For every effect of tracer and client: whether it is on, and the object of the file that calls for it or why nothing does; then the
+    /// memory that the film takes on the device. That is there at once; --error and --prices measure. The JSON also has what decides the
+    /// effect at run time, and with --prices every image, buffer and pipeline on the device.
     Explain(Box<ExplainArgs>),
 
     /// Compare a picture with a reference by several metrics; reads EXR files of any program.

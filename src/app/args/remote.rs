@@ -21,6 +21,10 @@ pub struct ServeArgs {
     #[arg(long)]
     pub lenient: bool,
 
+    /// Show every warning about the scene with its source line, as for `render`.
+    #[arg(long)]
+    pub verbose: bool,
+
     /// Where viewers are expected. An address that other machines can reach needs --token-file; port 0 takes any that is free.
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:7070")]
     pub listen: String,
@@ -47,6 +51,7 @@ impl ServeArgs {
             scene: self.scene.clone(),
             defines: self.defines.clone(),
             lenient: self.lenient,
+            verbose: self.verbose,
             size: None,
             integrator: None,
             effects: Vec::new(),

@@ -30,6 +30,10 @@ pub struct SceneArgs {
     #[arg(long)]
     pub lenient: bool,
 
+    /// Show every warning about the scene and every remark with its source line; otherwise what is alike is one line.
+    #[arg(long)]
+    pub verbose: bool,
+
     /// Picture size in pixels, instead of the film's size and crop.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,

@@ -63,6 +63,10 @@ pub struct StudyArgs {
     #[arg(long, help_heading = "Scene")]
     pub lenient: bool,
 
+    /// Show every warning about the scene with its source line, see `render --help`.
+    #[arg(long, help_heading = "Scene")]
+    pub verbose: bool,
+
     /// Picture size in pixels, instead of the film's size and crop.
     #[arg(long, value_name = "WxH", value_parser = super::values::size, help_heading = "Scene")]
     pub size: Option<(u32, u32)>,

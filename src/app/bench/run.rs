@@ -22,6 +22,9 @@ use crate::tracer::{Camera, Scene};
 /// Frames that are not counted: pipelines are made, memory is touched, the lanes fill.
 pub const WARM_UP: u32 = 8;
 
+/// Frames that are not counted, and then frames that are, at least, however slow the device is.
+const FEWEST: u32 = 3;
+
 /// Most time a frame waits for samples.
 const PATIENCE: Duration = Duration::from_millis(16);
 
@@ -55,6 +58,8 @@ struct Loop<'a> {
     copy: [Image; 2],
     capture: Option<TimingCapture>,
     measured: PassTimes,
+    /// The first frame that counts, once it is known.
+    first: u32,
     /// Last frame number of the device for each frame of the loop that has not been read yet.
     ends: BTreeMap<u64, u32>,
     /// Milliseconds by frame of the loop and pass.
@@ -74,11 +79,13 @@ pub struct BenchJob<'a> {
     pub settings: &'a Settings,
     /// Frames after the warm-up.
     pub frames: u32,
+    /// After this time fewer frames are enough.
+    pub at_most: Duration,
 }
 
 /// Runs the warm-up and the frames of a job; Ctrl-C ends early.
 pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<PassTimes> {
-    let BenchJob { gpu, run, scene, camera, threads, settings, frames } = job;
+    let BenchJob { gpu, run, scene, camera, threads, settings, frames, at_most } = job;
     let film = VulkanFilm::new(gpu.clone(), run.film).into_diagnostic()?;
     let (server, mut lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
     lanes.follow(EPOCH, DrainOrder::Arrival);
@@ -89,7 +96,8 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
     let copy = [make("copy source").into_diagnostic()?, make("copy target").into_diagnostic()?];
     let measured = PassTimes { threads, ..PassTimes::default() };
     let (ends, sums) = Default::default();
-    let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, ends, sums };
+    let first = u32::MAX;
+    let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, first, ends, sums };
     let order = RenderOrder {
         scene,
         camera,
@@ -103,9 +111,16 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
     gpu.take_rows();
     gpu.set_timing(true);
     let (mut start, mut before) = (Instant::now(), this.film.counts());
-    for number in 0..WARM_UP + frames {
-        if number == WARM_UP {
+    let began = Instant::now();
+    for number in 0.. {
+        let is_late = |share: u32| began.elapsed() > at_most / share;
+        if this.first == u32::MAX && (number == WARM_UP || number == FEWEST && is_late(4)) {
+            this.first = number;
             (start, before) = (Instant::now(), this.film.counts());
+        }
+        let counted = number.saturating_sub(this.first);
+        if counted == frames || counted >= FEWEST && is_late(1) {
+            break;
         }
         let begin = Instant::now();
         this.frame(number)?;
@@ -113,7 +128,7 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
             capture.frame_of_cpu(Some(&server))?;
         }
         this.read()?;
-        if number >= WARM_UP {
+        if number >= this.first {
             this.measured.frames.push(begin.elapsed().as_secs_f64() * 1e3);
         }
         if process::is_interrupted() {
@@ -175,7 +190,7 @@ impl Loop<'_> {
         self.measured.untimed += dropped + frames.iter().map(|f| u64::from(f.untimed)).sum::<u64>();
         for row in rows {
             let Some((_, &number)) = self.ends.range(row.frame..).next() else { continue };
-            if number >= WARM_UP {
+            if number >= self.first {
                 let time = (row.end - row.start).as_secs_f64() * 1e3;
                 *self.sums.entry((number, row.name)).or_default() += time;
                 *self.measured.runs.entry(row.name).or_default() += 1;

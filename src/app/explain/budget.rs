@@ -9,9 +9,10 @@ use serde::Serialize;
 use crate::app::method::{self, RenderOrder};
 use crate::app::observer::{Beside, Observer};
 use crate::app::process;
+use crate::app::progress::{Goal, Progress};
 use crate::app::run_spec::RunSpec;
 use crate::server::Server;
-use crate::stream::{DrainOrder, Epoch};
+use crate::stream::{DrainOrder, Epoch, PathCounts};
 use crate::study::data::FarmCost;
 use crate::study::format::{duration, percent, remaining, round_percent};
 use crate::study::prediction::time_reached;
@@ -96,19 +97,25 @@ impl Budget {
         lanes.follow(order.epoch, DrainOrder::Arrival);
         method::start(&server, run, order, &mut None)?;
         let begin = Instant::now();
+        let (progress, mut paths) = (Progress::new(Goal::Time(time), false), 0);
+        let [width, height] = run.film.padded_extent().map(f64::from);
         while begin.elapsed() < time && !observer.state().reached && !process::is_interrupted() {
             lanes.wait(Duration::from_millis(20));
             lanes.drain(usize::MAX, |block| {
+                let PathCounts { camera, light } = block.header.paths;
+                paths += camera.max(light);
                 observer.samples(block.header.first_index, block.header.paths, block.samples());
             });
+            let error = observer.state();
+            progress.update(paths, width * height, begin.elapsed(), Some((&error, target.at)));
         }
+        progress.finish();
         server.term();
         let (trial, (state, _)) = (begin.elapsed().as_secs_f64(), observer.end());
         let reached = time_reached(&state.checkpoints, target.error, f64::NEG_INFINITY);
         let reached = reached.map(Interval::exact);
         let predicted = state.prediction.filter(|said| said.target == target.error);
         let alone = reached.or(predicted.map(|said| said.seconds));
-        let [width, height] = run.film.padded_extent().map(f64::from);
         let cost = farm_cost(setup, width * height, run.integrator.is_bidirectional());
         let FarmCost { setup, merge } = cost;
         let on = |alone, machines| MachineTime { machines, seconds: cost.on(machines, alone) };

@@ -47,51 +47,71 @@ pub struct Subject<'a> {
     pub run: &'a RunSpec,
 }
 
-/// Measures the cost of the tracer's effects: of those that are on, the share of the tracing time that is saved without them;
-/// of those that are off, the time that a small example of them would add. An effect that can neither be left out nor added
-/// gets no cost.
-///
-/// The time is that of an index, and paths without an effect may also be shorter.
-pub fn charge(plan: &mut [PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<()> {
-    let measured = ratios(plan, subject, effort)?;
-    for (entry, mut turns) in plan.iter_mut().zip(measured) {
-        turns.sort_by(f64::total_cmp);
-        let Some(ratio) = turns.get(turns.len() / 2) else { continue };
-        match entry.on {
-            true => entry.cost.share = Some(1.0 - ratio),
-            false => entry.cost.if_on_share = Some(ratio - 1.0),
-        }
-    }
-    Ok(())
+/// Measures effects of the tracer one by one, each against the scene as it is.
+pub struct EffectTimer<'a> {
+    subject: Subject<'a>,
+    effort: Effort,
+    /// The description with the method of the run, which is not always that of the file.
+    own: SceneDesc,
+    now: Runner,
 }
 
-/// For every effect of the plan, turn by turn: the time of a path without the effect (or with it, if it is off) over that of
-/// a path of the scene as it is. An effect that can neither be left out nor added has no turns.
-pub fn ratios(plan: &[PlannedEffect], subject: Subject<'_>, effort: Effort) -> Result<Vec<Vec<f64>>> {
-    let (Subject { desc, scene, camera, run }, Effort { turn, turns }) = (subject, effort);
-    // The method of the run, which is not always that of the file.
-    let mut own = desc.clone();
-    own.integrator.kind = run.integrator;
-    let mut now = runner(run, scene.clone(), camera.clone(), &own);
-    now(turn);
-    let mut all = vec![Vec::new(); plan.len()];
-    for (entry, measured) in plan.iter().zip(&mut all) {
-        let Some(effect) = entry.effect.filter(|_| !process::is_interrupted()) else { continue };
+impl<'a> EffectTimer<'a> {
+    /// Prepares the scene as it is.
+    pub fn new(subject: Subject<'a>, effort: Effort) -> Self {
+        let Subject { desc, scene, camera, run } = subject;
+        let mut own = desc.clone();
+        own.integrator.kind = run.integrator;
+        let mut now = runner(run, scene.clone(), camera.clone(), &own);
+        now(effort.turn);
+        Self { subject, effort, own, now }
+    }
+
+    /// Measures the cost of an effect: if it is on, the share of the tracing time that is saved without it; if it is off, the time that a small
+    /// example of it would add. An effect that can neither be left out nor added gets no cost, and none if Ctrl-C came in between.
+    ///
+    /// The time is that of an index, and paths without an effect may also be shorter.
+    ///
+    /// # Errors
+    ///
+    /// When the scene without the effect or with it cannot be prepared.
+    pub fn charge(&mut self, entry: &mut PlannedEffect) -> Result<()> {
+        let mut turns = self.ratios(entry)?;
+        turns.sort_by(f64::total_cmp);
+        let ratio = turns.get(turns.len() / 2);
+        match entry.on {
+            true => entry.cost.share = ratio.map(|ratio| 1.0 - ratio),
+            false => entry.cost.if_on_share = ratio.map(|ratio| ratio - 1.0),
+        }
+        Ok(())
+    }
+
+    /// Turn by turn: the time of a path without the effect (or with it, if it is off) over that of a path of the scene as it is. There are no
+    /// turns where [`charge`](Self::charge) finds no cost.
+    ///
+    /// # Errors
+    ///
+    /// As for `charge`.
+    pub fn ratios(&mut self, entry: &PlannedEffect) -> Result<Vec<f64>> {
+        let Self { subject: Subject { scene, run, .. }, effort: Effort { turn, turns }, own, now } = self;
+        let Some(effect) = entry.effect else { return Ok(Vec::new()) };
         let mut other = own.clone();
         let possible = match entry.on {
             true => effects::without(&mut other, effect).is_ok(),
             false => effects::with(&mut other, effect),
         };
-        if !possible {
-            continue;
+        if !possible || process::is_interrupted() {
+            return Ok(Vec::new());
         }
         let scene = Arc::new(scene.edited(&other).into_diagnostic()?);
         let camera = Camera::of(&other).into_diagnostic()?;
         let mut other = runner(run, scene, camera, &other);
-        other(turn);
-        *measured = (0..turns).map(|_| other(turn) / now(turn)).collect();
+        other(*turn);
+        let measured: Vec<_> = (0..*turns)
+            .map_while(|_| (!process::is_interrupted()).then(|| other(*turn) / now(*turn)))
+            .collect();
+        Ok(if measured.len() < *turns { Vec::new() } else { measured })
     }
-    Ok(all)
 }
 
 /// Traces for about as long as it is told to, and returns the seconds per path.

@@ -201,8 +201,8 @@ fn check_free(args: &RenderArgs) -> Result<()> {
 
 /// Makes `args` those of the render that `about` tells of, unless they name another goal.
 fn resume(args: &mut RenderArgs, about: &StateHeader) {
-    let simd = args.source.simd;
-    args.source = SceneArgs { simd, ..about.run.source(args.source.threads) };
+    let SceneArgs { simd, verbose, .. } = args.source;
+    args.source = SceneArgs { simd, verbose, ..about.run.source(args.source.threads) };
     args.replicates = if about.run.replicated { 2 } else { 1 };
     args.first_index = about.picture.start;
     args.aov = Some(args.aov.take().unwrap_or_else(|| AovArg(about.run.aovs.clone())));

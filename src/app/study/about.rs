@@ -83,6 +83,7 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneArgs {
         scene,
         defines: args.defines.clone(),
         lenient: args.lenient,
+        verbose: args.verbose,
         size: args.size,
         integrator: None,
         effects: Vec::new(),

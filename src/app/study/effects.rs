@@ -86,7 +86,10 @@ fn timed(
     }
     let subject =
         price::Subject { desc: &renderer.desc, scene: &renderer.scene, camera: &renderer.camera, run };
-    let turns = price::ratios(std::slice::from_ref(entry), subject, effort)?.pop().unwrap_or_default();
+    let turns = price::EffectTimer::new(subject, effort).ratios(entry)?;
+    if process::is_interrupted() {
+        return Ok(());
+    }
     let time = Interval::of_median(&turns);
     let time = if entry.on { time.map(|ratio| ratio.map(|r| 1.0 / r)) } else { time };
     let [name, reason] = [effect.name().to_string(), entry.reason.to_string()];

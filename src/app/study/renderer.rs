@@ -20,6 +20,7 @@ use crate::app::progress::{Goal, Progress};
 use crate::app::report::Seconds;
 use crate::app::run_spec::{RunSpec, shown_variance};
 use crate::app::state::RenderGoal;
+use crate::app::warnings;
 use crate::client::{Denoise, DisplayImage, Film, FilmData, FilmSpec, Settings, develop};
 use crate::color::Profile;
 use crate::image::Grid;
@@ -136,7 +137,8 @@ impl StudyRenderer {
     pub fn new(args: &StudyArgs, source: &SceneArgs) -> Result<Self> {
         let mut seconds = Seconds::default();
         let Opened { input, scene, camera, device } = load::open(source, &mut seconds)?;
-        load::tell_warnings(&input.loaded);
+        warnings::tell_warnings(&input.loaded.warnings, source);
+        warnings::tell_notices(scene.notices(), source);
         let settings = args.display.settings();
         let mut run = RunSpec::of(source, &input, device.name());
         run.film.variance = shown_variance(&settings);

@@ -14,7 +14,7 @@ use crate::server::Priority;
 /// A measurement under way, and the costs that the last one found.
 #[derive(Default)]
 pub struct EffectCosts {
-    running: Option<Receiver<Vec<PlannedEffect>>>,
+    running: Option<Receiver<PlannedEffect>>,
     known: Vec<(&'static str, Cost)>,
     /// Something has been edited since the last measurement was begun.
     stale: bool,
@@ -26,7 +26,7 @@ impl EffectCosts {
         &mut self,
         session: &RenderSession,
         editor: &SceneEditor,
-        mut plan: Vec<PlannedEffect>,
+        plan: Vec<PlannedEffect>,
     ) -> Result<()> {
         if self.is_measuring() {
             return Ok(());
@@ -37,14 +37,19 @@ impl EffectCosts {
         let work = move || {
             Priority::Background.apply();
             let subject = price::Subject { desc: &desc, scene: &scene, camera: &camera, run: &run };
-            let charged = price::charge(&mut plan, subject, price::BRIEF);
-            if charged.is_ok() {
+            let mut timer = price::EffectTimer::new(subject, price::BRIEF);
+            for mut entry in plan.into_iter().filter(|entry| entry.side == EffectSide::Tracer) {
+                // An effect without which the scene cannot be prepared has no cost.
+                let _ = timer.charge(&mut entry);
                 // Nobody listens any more when the window has closed.
-                let _ = sender.send(plan);
+                if sender.send(entry).is_err() {
+                    return;
+                }
             }
         };
         std::thread::Builder::new().name("price".to_owned()).spawn(work).into_diagnostic()?;
         (self.running, self.stale) = (Some(receiver), false);
+        self.known.clear();
         Ok(())
     }
 
@@ -68,20 +73,20 @@ impl EffectCosts {
         self.stale = true;
     }
 
-    /// Takes over what was measured; true when there is something new to show.
+    /// Takes over what was measured since the last call; true when there is something new to show.
     pub fn take(&mut self) -> bool {
         let Some(running) = &self.running else { return false };
-        match running.try_recv() {
-            Err(TryRecvError::Empty) => return false,
-            // The scene without an effect could not be prepared: there are no costs.
-            Err(TryRecvError::Disconnected) => {}
-            Ok(plan) => {
-                let traced = plan.into_iter().filter(|entry| entry.side == EffectSide::Tracer);
-                self.known = traced.map(|entry| (entry.name, entry.cost)).collect();
+        let known = self.known.len();
+        let is_over = loop {
+            match running.try_recv() {
+                Ok(entry) => self.known.push((entry.name, entry.cost)),
+                Err(error) => break error == TryRecvError::Disconnected,
             }
+        };
+        if is_over {
+            self.running = None;
         }
-        self.running = None;
-        true
+        is_over || self.known.len() > known
     }
 
     /// The cost of the effect at this place of the plan. The tracer's effects come first; the client has some of the same name.

@@ -13,7 +13,7 @@ use crate::app::load::{self, SceneInput};
 use crate::app::remote_order::scene_digest;
 use crate::app::run_spec::RunSpec;
 use crate::app::view::editor::SceneEditor;
-use crate::app::{method, tell};
+use crate::app::{method, warnings};
 use crate::client::window::panel::LoadingData;
 use crate::scene::desc::IntegratorKind;
 use crate::scene::{LoadProgress, SceneError};
@@ -65,11 +65,9 @@ impl ViewSource {
         let Self { args, deterministic, replicated, remote } = self;
         let loaded = load::read_telling(args, progress)?;
         preparing.store(true, Ordering::Relaxed);
-        load::tell_warnings(&loaded);
+        warnings::tell_warnings(&loaded.warnings, args);
         let scene = load::prepare(Scene::prepare, &loaded.desc, args.simd)?;
-        for notice in scene.notices() {
-            tell(&format!("warning: {notice}"));
-        }
+        warnings::tell_notices(scene.notices(), args);
         let forced = load::forced(&loaded.desc, args)?;
         let input = SceneInput { loaded, forced, files: progress.files() };
         let mut run = RunSpec {

@@ -184,7 +184,7 @@ pub(super) fn effects(ui: &mut Ui, effects: &[EffectRow], costs: CostState, acti
                 ),
             };
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let fresh = effect.on && costs == CostState::Fresh;
+                let fresh = effect.on && costs != CostState::Stale;
                 ui.colored_label(if fresh { style::BRIGHT } else { style::DIM }, text).on_hover_text(hint);
             });
         });

@@ -1,0 +1,77 @@
+//! Prices as they are measured: a line on standard output for each.
+
+use std::cell::Cell;
+
+use crate::app::plan::{Cost, EffectSide, PlannedEffect};
+use crate::app::process;
+use crate::app::progress::Steps;
+use crate::app::report::print;
+
+/// The list that grows by a line with every price, above a progress bar.
+pub struct PriceList {
+    steps: Steps,
+    /// Nothing is printed, or nobody reads any more.
+    silent: Cell<bool>,
+    unread: Cell<bool>,
+}
+
+impl PriceList {
+    /// A list after so many measurements; it is not printed if it is `silent`.
+    pub fn new(steps: usize, silent: bool) -> Self {
+        Self { steps: Steps::new(steps as u64), silent: Cell::new(silent), unread: Cell::new(false) }
+    }
+
+    /// Prints the title of the prices of one side.
+    pub fn title(&self, side: EffectSide) {
+        self.print(match side {
+            EffectSide::Tracer => {
+                "PRICES: TRACER    share of a path's time; × is its time with a small example\n"
+            }
+            EffectSide::Client => {
+                "PRICES: CLIENT    share of device time, per frame, device memory of its own\n"
+            }
+        });
+    }
+
+    /// Names what is measured now.
+    pub fn begin(&self, what: impl Into<String>) {
+        self.steps.begin(what);
+    }
+
+    /// A measurement has ended.
+    pub fn done(&self) {
+        self.steps.done();
+    }
+
+    /// Prints the price of an effect, if it has one.
+    pub fn priced(&self, entry: &PlannedEffect) {
+        let words = words(&entry.cost);
+        if !words.is_empty() {
+            let on = if entry.on { "yes" } else { "–" };
+            self.print(&format!("  {:<16}{on:<5}{words}\n", entry.name));
+        }
+    }
+
+    /// Prints these words while the bar is away.
+    pub fn print(&self, words: &str) {
+        if !self.silent.get() && !self.steps.suspend(|| print(words, "the prices")) {
+            self.silent.set(true);
+            self.unread.set(true);
+        }
+    }
+
+    /// Whether the rest is not wanted any more.
+    pub fn is_over(&self) -> bool {
+        self.unread.get() || process::is_interrupted()
+    }
+}
+
+fn words(cost: &Cost) -> String {
+    let share = cost.share.map(|s| format!("{:5.1} %", 100.0 * s));
+    let ms = cost.milliseconds.map(|ms| format!("{ms:.2} ms"));
+    let bytes = cost.bytes.filter(|b| *b > 0).map(|b| format!("{:.1} MB", b as f64 * 1e-6));
+    let if_on = cost.if_on.map(|ms| format!("would take {ms:.2} ms"));
+    let once = cost.once.map(|ms| format!("and {ms:.0} ms once per view"));
+    let if_on_share = cost.if_on_share.map(|s| format!("with it ×{:.2}", 1.0 + s));
+    [share, ms, bytes, if_on, once, if_on_share].into_iter().flatten().collect::<Vec<_>>().join("  ")
+}
