@@ -99,7 +99,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     say(&budget.as_ref().map(Budget::words).unwrap_or_default());
     let inventory = if args.prices {
         let subject = price::Subject { desc: &input.loaded.desc, scene: &scene, camera: &camera, run: &run };
-        charge(&mut plan, subject, &settings, &device, threads, silent)?
+        charge(&mut plan, subject, &settings, &device, args)?
     } else {
         None
     };
@@ -126,15 +126,14 @@ fn charge(
     subject: price::Subject<'_>,
     settings: &Settings,
     device: &Device,
-    threads: usize,
-    silent: bool,
+    args: &ExplainArgs,
 ) -> Result<Option<Inventory>> {
     let price::Subject { scene, camera, run, .. } = subject;
     let frames = ClientFrames::new(settings, run.integrator);
     let traced = plan.iter().filter(|entry| entry.effect.is_some()).count();
     let shown = if matches!(device, Device::Vulkan(_)) { frames.steps(plan) } else { 0 };
     // The noise filter is one more.
-    let list = PriceList::new(traced + 1 + shown, silent);
+    let list = PriceList::new(traced + 1 + shown, args.json.as_deref());
     list.title(EffectSide::Tracer);
     list.begin("preparing");
     let mut timer = price::EffectTimer::new(subject, price::THOROUGH);
@@ -143,12 +142,13 @@ fn charge(
             break;
         }
         list.begin(entry.name);
-        if let Err(error) = timer.charge(entry) {
-            list.print(&format!("  {:<16}     cannot be measured: {error}\n", entry.name));
+        match timer.charge(entry) {
+            Ok(()) => list.priced(entry),
+            Err(error) => list.print(&format!("  {:<21}cannot be measured: {error}\n", entry.name)),
         }
         list.done();
-        list.priced(entry);
     }
+    list.without_price("can neither be left out here nor added as a small example");
     let mut inventory = None;
     if !list.is_over() {
         list.title(EffectSide::Client);
@@ -158,10 +158,11 @@ fn charge(
                 let film = FilmSpec { variance: shown_variance(settings), ..run.film };
                 let run = RunSpec { integrator, film, ..run.clone() };
                 let (scene, camera) = (scene.clone(), camera.clone());
-                let (frames, at_most) = (FRAMES, FRAMES_AT_MOST);
+                let (threads, frames, at_most) = (args.source.threads(), FRAMES, FRAMES_AT_MOST);
                 let job = BenchJob { gpu, run: &run, scene, camera, threads, settings, frames, at_most };
                 measure(job, None)
             })?;
+            list.without_price("no pass or memory of their own");
         } else {
             list.print("  (the others are measured on a Vulkan device)\n");
         }

@@ -6,7 +6,7 @@
 //! | `render.rs`, `replay.rs`, `view/`, `bench.rs`, `explain.rs`, `compare.rs`, `mix.rs`, `study/`, `plugins.rs`, `device.rs` | the subcommands |
 //! | `shard.rs`, `merge.rs`, `info.rs`, `state/` | renders in parts: their files, their sum |
 //! | `serve.rs`, `remote_order.rs`, `edited_scene.rs` | the tracer of a window elsewhere; what that has it trace; a scene with changes |
-//! | `load.rs`, `run_spec.rs`, `method.rs` | scene and device; what a run is made of; its method of light transport |
+//! | `load.rs`, `warnings.rs`, `run_spec.rs`, `method.rs` | scene and device; what is said of the scene; what a run is made of; its method of light transport |
 //! | `drive.rs`, `film_writer.rs`, `observer.rs`, `predictions.rs`, `progress.rs` | from lanes to film; the error of the picture meanwhile |
 //! | `plan.rs`, `outputs.rs`, `layers.rs`, `light_groups.rs`, `report.rs`, `rejected.rs` | the list of effects; pictures; layers beside them; pictures by groups of lights; figures; rejected values in words |
 //! | `denoise.rs`, `filtered_picture.rs`, `noise_filter.rs`, `reprojection.rs` | the noise filter of a view, with its rays; what it makes of samples; its thread in the window; what another view has shown |

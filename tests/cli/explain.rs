@@ -77,6 +77,24 @@ fn prices_stream_until_ctrl_c() {
     assert!((1..8).contains(&measured), "{measured} were measured: {rest:?}");
 }
 
+/// Each effect of the tracer has a price or is named among those without one.
+#[test]
+fn every_effect_is_accounted_for() {
+    let output = explain().arg("--prices").output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (plan, prices) = text.split_once("PRICES: TRACER").unwrap();
+    let (prices, _) = prices.split_once("PRICES: CLIENT").unwrap();
+    let (_, plan) = plan.split_once("TRACER").unwrap();
+    let (plan, _) = plan.split_once("CLIENT").unwrap();
+    let names: Vec<&str> = plan.lines().skip(1).map(|line| line.split_whitespace().next().unwrap()).collect();
+    assert_eq!(names.len(), 15, "{plan}");
+    let words: Vec<&str> = prices.split(|c: char| c != '-' && !c.is_alphanumeric()).collect();
+    for name in names {
+        assert_eq!(words.iter().filter(|word| **word == name).count(), 1, "{name} in:\n{prices}");
+    }
+}
+
 /// Who reads the first lines only does not wait for the others to be measured.
 #[test]
 fn prices_end_when_nobody_reads() {

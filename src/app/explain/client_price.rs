@@ -149,6 +149,7 @@ pub fn charge_filter(
         .collect();
     times.sort_by(f64::total_cmp);
     let median = times.get(times.len() / 2).copied();
+    entry.cost.once = entry.cost.once.filter(|_| median.is_some());
     match entry.on {
         true => entry.cost.milliseconds = median,
         false => entry.cost.if_on = median,

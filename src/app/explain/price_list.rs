@@ -1,7 +1,9 @@
 //! Prices as they are measured: a line on standard output for each.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::path::Path;
 
+use super::{COLUMNS, wrapped};
 use crate::app::plan::{Cost, EffectSide, PlannedEffect};
 use crate::app::process;
 use crate::app::progress::Steps;
@@ -12,13 +14,23 @@ pub struct PriceList {
     steps: Steps,
     /// Nothing is printed, or nobody reads any more.
     silent: Cell<bool>,
+    /// The prices do not go into a file, so that nobody wants them when nobody reads.
+    only_printed: bool,
     unread: Cell<bool>,
+    /// Effects of this side that have no price.
+    free: RefCell<Vec<&'static str>>,
 }
 
 impl PriceList {
-    /// A list after so many measurements; it is not printed if it is `silent`.
-    pub fn new(steps: usize, silent: bool) -> Self {
-        Self { steps: Steps::new(steps as u64), silent: Cell::new(silent), unread: Cell::new(false) }
+    /// A list of so many measurements, whose figures go to `json` as well; it is not printed if that is standard output.
+    pub fn new(steps: usize, json: Option<&Path>) -> Self {
+        Self {
+            steps: Steps::new(steps as u64),
+            silent: Cell::new(json == Some(Path::new("-"))),
+            only_printed: json.is_none(),
+            unread: Cell::default(),
+            free: RefCell::default(),
+        }
     }
 
     /// Prints the title of the prices of one side.
@@ -43,12 +55,22 @@ impl PriceList {
         self.steps.done();
     }
 
-    /// Prints the price of an effect, if it has one.
+    /// Prints the price of an effect, or notes that it has none.
     pub fn priced(&self, entry: &PlannedEffect) {
         let words = words(&entry.cost);
-        if !words.is_empty() {
+        if words.is_empty() {
+            self.free.borrow_mut().push(entry.name);
+        } else {
             let on = if entry.on { "yes" } else { "–" };
             self.print(&format!("  {:<16}{on:<5}{words}\n", entry.name));
+        }
+    }
+
+    /// Prints which effects have no price, and `why`.
+    pub fn without_price(&self, why: &str) {
+        let free = self.free.take();
+        if !free.is_empty() && !self.is_over() {
+            self.print(&wrapped("  no price       ", &format!(" {}: {why}", free.join(", ")), COLUMNS));
         }
     }
 
@@ -56,7 +78,7 @@ impl PriceList {
     pub fn print(&self, words: &str) {
         if !self.silent.get() && !self.steps.suspend(|| print(words, "the prices")) {
             self.silent.set(true);
-            self.unread.set(true);
+            self.unread.set(self.only_printed);
         }
     }
 
