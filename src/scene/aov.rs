@@ -17,7 +17,7 @@ pub enum AovKind {
     GeometricNormal,
     /// Unit shading normal of the front, world space.
     ShadingNormal,
-    /// Index of the triangle in its mesh, of the first triangle of a face of a cube, 0 on other shapes.
+    /// Number of the triangle in the file of its mesh, counted from 0 with those that are left out; of the first triangle of a face of a cube, 0 on other shapes.
     PrimIndex,
     /// Number of the shape in the scene, counted from 1; of what a group holds, that of the instance.
     ShapeIndex,

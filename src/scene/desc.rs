@@ -463,8 +463,17 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// Vertex indices.
     pub triangles: Vec<[u32; 3]>,
+    /// The number of each triangle in its file; empty where that is its index, because none before it was left out.
+    pub numbers: Vec<u32>,
     /// What the materials of its shapes ask for besides; may be empty.
     pub attributes: Vec<MeshAttribute>,
+}
+
+impl Mesh {
+    /// The number in the file of the triangle of this index.
+    pub fn number(&self, index: usize) -> u32 {
+        self.numbers.get(index).copied().unwrap_or(index as u32)
+    }
 }
 
 /// One or three numbers at every vertex or on every triangle of a mesh, Mitsuba's mesh attribute.

@@ -22,6 +22,7 @@ mod diagnostic;
 pub mod edit;
 pub mod emission_texture;
 mod files;
+mod leftovers;
 pub mod light_groups;
 mod lights;
 pub mod limits;

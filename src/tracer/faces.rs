@@ -57,6 +57,8 @@ pub(super) struct Faces {
     /// By surface; those without normals may have none.
     shifts: Vec<u32>,
     extras: Vec<FaceExtra>,
+    /// Triangles from which on the number in the file exceeds the index in the shape by another amount, in order. Nearly always empty.
+    gaps: Vec<(u32, u32)>,
 }
 
 /// Vertices that were added for a shape.
@@ -98,11 +100,24 @@ impl Faces {
         PrimRecord { surface: face.surface & !SMOOTH, light: extra.light, back: extra.back }
     }
 
-    /// The first triangle of the shape that has the triangle `prim`. Shapes are added one after the other.
-    pub(super) fn first_of_shape(&self, prim: u32) -> Option<u32> {
+    /// The number of a triangle in the file of its shape. Shapes are added one after the other.
+    pub(super) fn number(&self, prim: u32) -> Option<u32> {
         let surface = |face: &Face| face.surface & !SMOOTH;
         let own = surface(self.get(prim)?);
-        Some(self.list.partition_point(|face| surface(face) < own) as u32)
+        let first = self.list.partition_point(|face| surface(face) < own) as u32;
+        let before = &self.gaps[..self.gaps.partition_point(|gap| gap.0 <= prim)];
+        let gap = before.last().filter(|gap| gap.0 >= first).map_or(0, |gap| gap.1);
+        Some(prim - first + gap)
+    }
+
+    /// Gives the last triangle its number in the file of its shape, whose first triangle is `first`.
+    pub(super) fn number_last(&mut self, first: usize, number: u32) {
+        let last = self.list.len() - 1;
+        let gap = number.saturating_sub((last - first) as u32);
+        let known = self.gaps.last().filter(|known| known.0 as usize >= first).map_or(0, |known| known.1);
+        if gap != known {
+            self.gaps.push((last as u32, gap));
+        }
     }
 
     /// The shading normal of a smooth triangle at a point with these barycentric weights; `None` where it is 0.

@@ -60,9 +60,9 @@ pub(super) struct Primitives {
 }
 
 impl Primitives {
-    /// The index of a triangle among those of its shape; 0 of anything else.
+    /// The number of a triangle in the file of its shape; 0 of anything else.
     pub(super) fn index_in_shape(&self, prim: u32) -> u32 {
-        self.faces.first_of_shape(prim).map_or(0, |first| prim.saturating_sub(first))
+        self.faces.number(prim).unwrap_or(0)
     }
 
     /// The surface interaction at `hit` of `ray`, in world space.

@@ -173,7 +173,7 @@ impl Scene {
         self.primitives.placement(at).map_or(at.surface, |placement| placement.shape)
     }
 
-    /// The index of a triangle that was hit among those of its shape; 0 of anything else.
+    /// The number of a triangle that was hit in the file of its shape; 0 of anything else.
     pub fn index_in_shape(&self, at: &SurfaceInteraction) -> u32 {
         self.primitives.index_in_shape(at.hit.prim)
     }

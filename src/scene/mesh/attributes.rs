@@ -1,6 +1,6 @@
 //! Attributes of a mesh among the properties of a PLY file, by the names that Mitsuba 3 gives them (its documentation, "PLY mesh loader").
 //!
-//! `r`, `g` and `b`, or `red`, `green` and `blue`, are the attribute `vertex_color` or `face_color`. Properties that stand together and
+//! `r`, `g` and `b`, or `red`, `green` and `blue`, also with `diffuse_` in front, are the attribute `vertex_color` or `face_color`. Properties that stand together and
 //! are called `NAME_x` `NAME_y` `NAME_z`, `NAME_0` …, or `NAME_1` … are `vertex_NAME`; those that are called `NAME_r` `NAME_g` `NAME_b` are
 //! `vertex_NAME_color`. Integers are parts of their greatest value on the curve of sRGB, as Mitsuba 3 means them (3.9.1 takes those of 8
 //! bits as they stand, from 0 to 255). Opacity is not used.
@@ -17,7 +17,11 @@ const ENDINGS: [[&str; 4]; 4] =
     [["r", "g", "b", "a"], ["x", "y", "z", "w"], ["0", "1", "2", "3"], ["1", "2", "3", "4"]];
 
 /// The names of the components of a colour.
-const COLOURS: [[&str; 4]; 2] = [["r", "g", "b", "a"], ["red", "green", "blue", "alpha"]];
+const COLOURS: [[&str; 4]; 3] = [
+    ["r", "g", "b", "a"],
+    ["red", "green", "blue", "alpha"],
+    ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"],
+];
 
 /// The columns of an element that are attributes, and what was read of them.
 #[derive(Default)]
@@ -107,6 +111,11 @@ impl AttributeColumns {
     }
 }
 
+/// True where an element has the properties of a colour.
+pub(super) fn has_color(element: &PlyElement) -> bool {
+    columns(element, "color").is_some_and(|columns| columns.len() >= 3)
+}
+
 /// The properties that are the attribute of this name, without `vertex_` or `face_`.
 fn columns(element: &PlyElement, name: &str) -> Option<Vec<usize>> {
     let index = |name: &str| element.properties.iter().position(|p| p.name == name);
@@ -127,7 +136,7 @@ fn columns(element: &PlyElement, name: &str) -> Option<Vec<usize>> {
 /// True where the first property is the red of a colour.
 fn is_colour(element: &PlyElement, columns: &[usize]) -> bool {
     let name = element.properties[columns[0]].name.as_str();
-    matches!(name, "r" | "red") || name.ends_with("_r")
+    COLOURS.iter().any(|names| names[0] == name) || name.ends_with("_r")
 }
 
 #[cfg(test)]

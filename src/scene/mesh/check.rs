@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::MISSING_UV;
 use super::file::Count;
 use crate::scene::desc::{Mesh, MeshAttribute};
 
@@ -15,6 +16,8 @@ pub(super) struct Repairs {
     pub(super) flat: Count,
     /// Texture coordinates that are not finite, set to 0.
     pub(super) bad_uvs: usize,
+    /// Vertices without texture coordinates in a file that has some, set to 0.
+    pub(super) missing_uvs: usize,
     /// Numbers of attributes that are not finite, set to 0.
     pub(super) bad_attributes: usize,
 }
@@ -28,24 +31,23 @@ pub(super) fn repair(mesh: &mut Mesh, line_of: impl Fn(usize) -> usize) -> Repai
         if !corners.iter().all(|p| p.is_finite()) { Some(true) } else { is_flat(corners).then_some(false) }
     };
     let (mut attributes, mut rows) = (std::mem::take(&mut mesh.attributes), Vec::new());
-    let of_faces = attributes.iter().any(MeshAttribute::is_of_faces);
     // Most meshes have no fault, and several threads look for one.
     if mesh.triangles.par_iter().any(|triangle| fault(triangle).is_some()) {
         let mut kept = Vec::with_capacity(mesh.triangles.len());
+        rows.reserve_exact(mesh.triangles.len());
         for (i, triangle) in mesh.triangles.iter().enumerate() {
             match fault(triangle) {
                 Some(true) => repairs.not_finite.add(|| line_of(i)),
                 Some(false) => repairs.flat.add(|| line_of(i)),
                 None => {
                     kept.push(*triangle);
-                    if of_faces {
-                        rows.push(i as u32);
-                    }
+                    rows.push(i as u32);
                 }
             }
         }
         mesh.triangles = kept;
         attributes.iter_mut().filter(|a| a.is_of_faces()).for_each(|a| gather_rows(a, &rows));
+        mesh.numbers = rows;
     }
     for value in attributes.iter_mut().flat_map(|attribute| &mut attribute.values).filter(|v| !v.is_finite())
     {
@@ -55,8 +57,8 @@ pub(super) fn repair(mesh: &mut Mesh, line_of: impl Fn(usize) -> usize) -> Repai
     mesh.attributes = attributes;
     compact(mesh);
     for uv in mesh.uvs.iter_mut().filter(|uv| !uv.is_finite()) {
+        *if *uv == MISSING_UV { &mut repairs.missing_uvs } else { &mut repairs.bad_uvs } += 1;
         *uv = Vec2::ZERO;
-        repairs.bad_uvs += 1;
     }
     repairs
 }
@@ -127,7 +129,7 @@ mod tests {
         let repairs = repair(&mut mesh, |i| 10 + i);
         assert_eq!(repairs.not_finite, Count { times: 1, first_line: 10 });
         assert_eq!(repairs.flat, Count { times: 3, first_line: 11 });
-        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        assert_eq!((mesh.triangles, mesh.numbers), (vec![[0, 1, 2]], vec![2]));
         assert_eq!(mesh.positions, [p(0.0, 0.0), p(1.0, 0.0), p(0.0, 1.0)]);
         assert_eq!((mesh.uvs, repairs.bad_uvs), (vec![Vec2::ZERO; 3], 3));
     }
@@ -141,7 +143,7 @@ mod tests {
                 ..Mesh::default()
             };
             repair(&mut mesh, |_| 1);
-            assert_eq!(mesh.triangles.len(), 1, "{scale}");
+            assert!(mesh.triangles.len() == 1 && mesh.numbers.is_empty(), "{scale}");
         }
     }
 }

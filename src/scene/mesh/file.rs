@@ -3,10 +3,10 @@
 
 use glam::DMat3;
 
-use super::check;
-use super::{MeshOptions, MeshRead, normals};
+use super::{MeshOptions, MeshRead, check, normals};
 use crate::scene::desc::Mesh;
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
+use crate::scene::leftovers::Leftovers;
 
 /// A kind of fault: how often, and the first line it was in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,6 +38,8 @@ pub(super) struct RawMesh<'a> {
     pub(super) mesh: Mesh,
     /// What was left out, in words that follow the number.
     pub(super) dropped: Vec<(Count, &'static str)>,
+    /// What was read and is not used.
+    pub(super) left: Leftovers,
     pub(super) warnings: Vec<SceneWarning>,
     /// The line of a triangle, by its index.
     pub(super) line_of: Box<dyn Fn(usize) -> usize + 'a>,
@@ -80,39 +82,53 @@ impl MeshFile<'_> {
         told.collect()
     }
 
+    /// One note about all that is not used.
+    pub(super) fn left_over(&self, left: &Leftovers) -> Option<SceneWarning> {
+        left.note().map(|(note, line)| self.finding(line, note).label("the first").advice())
+    }
+
     /// Checks what was read, tells what was dropped or mended, and gives the mesh its normals.
     pub(super) fn finish(&self, raw: RawMesh<'_>, options: &MeshOptions) -> Result<MeshRead, SceneError> {
-        let RawMesh { mut mesh, mut dropped, mut warnings, line_of, advice } = raw;
+        let RawMesh { mut mesh, mut dropped, left, mut warnings, line_of, advice } = raw;
         let repairs = check::repair(&mut mesh, line_of);
         dropped.extend([
             (repairs.not_finite, "triangles have a vertex that is not a finite number: dropped"),
             (repairs.flat, "triangles have no area: dropped"),
         ]);
-        if mesh.triangles.is_empty() {
+        let nothing = mesh.triangles.is_empty().then(|| {
             let line = dropped.iter().map(|(count, _)| count.first_line).max().unwrap_or(1);
-            return Err(self
-                .finding(line, "this mesh has no triangle that can be traced")
-                .help(advice)
-                .error());
-        }
+            self.finding(line, "this mesh has no triangle that can be traced").help(advice).error()
+        });
         warnings.extend(self.told(dropped));
+        warnings.extend(self.left_over(&left));
         let bad =
             [(repairs.bad_uvs, "texture coordinates"), (repairs.bad_attributes, "numbers of attributes")];
         for (count, what) in bad.into_iter().filter(|(count, _)| *count > 0) {
             warnings.push(self.finding(1, format!("{count} {what} are not finite: set to 0")).warning());
         }
         let world = options.world.map_or(DMat3::IDENTITY, |m| DMat3::from_cols_array(&m.map(f64::from_bits)));
+        let mut mended = normals::Mended::default();
         if options.face_normals {
             mesh.normals = Vec::new();
         } else if mesh.normals.is_empty() {
             mesh.normals = normals::from_faces(&mesh, &world);
         } else {
-            let bad = normals::mend(&mut mesh, &world);
-            if bad > 0 {
-                let message = format!("{bad} normals have no direction: made from the faces");
-                warnings.push(self.finding(1, message).warning());
-            }
+            mended = normals::mend(&mut mesh, &world);
         }
-        Ok(MeshRead { bytes: self.bytes.len(), mesh, warnings })
+        if mended.bad > 0 {
+            let message = format!("{} normals have no direction: made from the faces", mended.bad);
+            warnings.push(self.finding(1, message).warning());
+        }
+        let missing = [
+            (repairs.missing_uvs, "texture coordinates: 0 0 is used"),
+            (mended.missing, "normals: made from the faces"),
+        ];
+        let missing = missing.iter().filter(|(count, _)| *count > 0);
+        let missing: Vec<String> = missing.map(|(count, what)| format!("{count} have no {what}")).collect();
+        if !missing.is_empty() {
+            let message = format!("of {} vertices {}", mesh.positions.len(), missing.join("; "));
+            warnings.push(self.finding(1, message).label("in this file").advice());
+        }
+        Ok(MeshRead { bytes: self.bytes.len(), mesh, nothing, warnings })
     }
 }

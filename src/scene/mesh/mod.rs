@@ -5,6 +5,7 @@
 //! ply, ply_header   Stanford PLY: text or binary
 //! serialized        Mitsuba's own format: compressed, several meshes in a file
 //! attributes        columns of a PLY file that are an attribute
+//! wedges            texture coordinates of corners of faces
 //! file              the file as messages name it; what all formats do when the numbers are read
 //! check, normals    faults that only the numbers show; normals made from faces
 //! ```
@@ -21,10 +22,13 @@ mod obj_parts;
 mod ply;
 mod ply_header;
 mod serialized;
+mod wedges;
+
+pub(crate) use ply::{PlySummary, summary as ply_summary};
 
 use std::path::Path;
 
-use glam::DMat3;
+use glam::{DMat3, Vec2};
 
 use file::{MeshFile, RawMesh};
 use obj_parts::NamedMaterials;
@@ -33,6 +37,15 @@ use crate::scene::desc::Mesh;
 use crate::scene::diagnostic::{SceneError, SceneWarning};
 use crate::scene::files::{ReadError, SceneFiles};
 use crate::scene::limits;
+
+/// The texture coordinates of a vertex of which the file has none, beside others that have some.
+pub(crate) const MISSING_UV: Vec2 = Vec2::INFINITY;
+
+/// The attribute that colours of vertices are.
+pub(crate) const VERTEX_COLOR: &str = "vertex_color";
+
+/// The attribute that colours of faces are.
+pub(crate) const FACE_COLOR: &str = "face_color";
 
 /// A format of mesh files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,8 +82,10 @@ pub struct MeshOptions {
 pub struct MeshRead {
     /// Size of the file.
     pub bytes: usize,
-    /// The mesh; at least one triangle.
+    /// The mesh.
     pub mesh: Mesh,
+    /// Why it has no triangle, if it has none.
+    pub nothing: Option<SceneError>,
     /// One warning for each kind of fault that was dropped or mended, at its first place.
     pub warnings: Vec<SceneWarning>,
 }
@@ -94,7 +109,7 @@ type MeshReader = for<'a> fn(&MeshFile<'a>, &MeshOptions) -> Result<RawMesh<'a>,
 /// # Errors
 ///
 /// [`MeshError::Unreadable`] when the file cannot be opened or is too large, [`MeshError::At`] with the line when it is not of the format
-/// or nothing of it can be traced.
+/// or cannot be one at all.
 pub(crate) fn load(files: &SceneFiles, path: &Path, options: &MeshOptions) -> Result<MeshRead, MeshError> {
     let bytes = files.read(path, limits::MESH_BYTES)?;
     Ok(parse(&path.to_string_lossy(), &bytes, options)?)
@@ -116,7 +131,8 @@ pub fn parse(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<MeshRead
     file.finish(raw, options)
 }
 
-/// An OBJ file with the names of its materials; `v` is turned as textures want it. Triangles are those of the file, not checked yet.
+/// A file with the names of the materials of its triangles; `v` is turned as textures want it. Triangles are those of the file, not
+/// checked yet.
 pub(crate) struct NamedParts {
     pub(crate) mesh: Mesh,
     pub(crate) materials: NamedMaterials,
@@ -130,12 +146,37 @@ pub(crate) struct NamedParts {
 /// [`SceneError`] with file and line.
 pub(crate) fn obj_parts(name: &str, bytes: &[u8]) -> Result<NamedParts, SceneError> {
     let file = MeshFile { name, bytes, text: bytes };
-    let options = MeshOptions { flip_tex_coords: true, ..MeshOptions::default() };
-    let (RawMesh { mut mesh, dropped, mut warnings, .. }, materials) = obj::read_named(&file, &options)?;
+    let (raw, materials) = obj::read_named(&file, &part_options(MeshFormat::Obj))?;
+    Ok(named_parts(&file, raw, materials))
+}
+
+/// Reads the bytes of a PLY file whose faces have pictures by number; messages call it `name`.
+///
+/// # Errors
+///
+/// [`SceneError`] with file and line.
+pub(crate) fn ply_parts(name: &str, bytes: &[u8]) -> Result<NamedParts, SceneError> {
+    let file = MeshFile { name, bytes, text: bytes };
+    let (raw, materials) = ply::read_named(&file, &part_options(MeshFormat::Ply))?;
+    Ok(named_parts(&file, raw, materials))
+}
+
+fn part_options(format: MeshFormat) -> MeshOptions {
+    let attributes = if format == MeshFormat::Obj { vec![VERTEX_COLOR.to_owned()] } else { Vec::new() };
+    MeshOptions { format, flip_tex_coords: true, attributes, ..MeshOptions::default() }
+}
+
+fn named_parts(file: &MeshFile<'_>, raw: RawMesh<'_>, materials: NamedMaterials) -> NamedParts {
+    let RawMesh { mut mesh, dropped, left, mut warnings, .. } = raw;
     warnings.extend(file.told(dropped));
+    warnings.extend(file.left_over(&left));
+    // Before it is cut at the seams.
     if mesh.normals.is_empty() {
-        // Before it is cut at the seams.
         mesh.normals = normals::from_faces(&mesh, &DMat3::IDENTITY);
+    } else if mesh.normals.contains(&normals::MISSING) {
+        let made = normals::from_faces(&mesh, &DMat3::IDENTITY);
+        let missing = mesh.normals.iter_mut().zip(made).filter(|(normal, _)| **normal == normals::MISSING);
+        missing.for_each(|(normal, made)| *normal = made);
     }
-    Ok(NamedParts { mesh, materials, warnings })
+    NamedParts { mesh, materials, warnings }
 }

@@ -42,8 +42,20 @@ pub(super) fn from_faces(mesh: &Mesh, world: &DMat3) -> Vec<Vec3> {
     sums.into_par_iter().zip(any).map(object).collect()
 }
 
+/// The normal of a vertex of which the file has none, beside others that have one.
+pub(super) const MISSING: Vec3 = Vec3::INFINITY;
+
+/// Normals that were made from faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Mended {
+    /// Those that had no direction.
+    pub(super) bad: usize,
+    /// Those that were [`MISSING`].
+    pub(super) missing: usize,
+}
+
 /// Gives every normal the length 1. What cannot have it is made from faces, and counted.
-pub(super) fn mend(mesh: &mut Mesh, world: &DMat3) -> usize {
+pub(super) fn mend(mesh: &mut Mesh, world: &DMat3) -> Mended {
     let unit = |(i, n): (usize, &mut Vec3)| match n.as_dvec3().try_normalize() {
         Some(unit) => {
             *n = unit.as_vec3();
@@ -52,13 +64,15 @@ pub(super) fn mend(mesh: &mut Mesh, world: &DMat3) -> usize {
         None => Some(i),
     };
     let bad: Vec<usize> = mesh.normals.par_iter_mut().enumerate().filter_map(unit).collect();
+    let mut mended = Mended::default();
     if !bad.is_empty() {
         let made = from_faces(mesh, world);
         for &i in &bad {
+            *if mesh.normals[i] == MISSING { &mut mended.missing } else { &mut mended.bad } += 1;
             mesh.normals[i] = made[i];
         }
     }
-    bad.len()
+    mended
 }
 
 #[cfg(test)]
@@ -98,8 +112,8 @@ mod tests {
     #[test]
     fn bad_normals_are_replaced() {
         let mut mesh = bent();
-        mesh.normals = vec![Vec3::Z * 3.0, Vec3::ZERO, Vec3::NAN, Vec3::Z];
-        assert_eq!(mend(&mut mesh, &DMat3::IDENTITY), 2);
+        mesh.normals = vec![Vec3::Z * 3.0, MISSING, Vec3::NAN, Vec3::Z];
+        assert_eq!(mend(&mut mesh, &DMat3::IDENTITY), Mended { bad: 1, missing: 1 });
         assert_eq!(mesh.normals[0], Vec3::Z);
         assert!((mesh.normals[1] - Vec3::new(0.0, -0.447214, 0.894427)).length() < 1e-5);
         assert!(mesh.normals.iter().all(|n| n.is_normalized()));

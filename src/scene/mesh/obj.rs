@@ -3,12 +3,14 @@
 
 use std::collections::HashMap;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::MeshOptions;
 use super::file::{MeshFile, RawMesh};
+use super::normals;
 use super::obj_parts::{NamedMaterials, ObjLines, ObjParts};
-use crate::scene::desc::Mesh;
+use super::{MISSING_UV, MeshOptions, VERTEX_COLOR};
+use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::SceneError;
 
 /// Reads an OBJ file.
@@ -32,31 +34,40 @@ pub(super) fn read_named<'a>(
     if options.face_normals {
         lines.corners[2] = Vec::new();
     }
-    let mut warnings = Vec::new();
-    for (kind, what) in [(1, "texture coordinates"), (2, "normals")] {
-        let (mut some, mut none) = (false, false);
-        for index in lines.corners[kind].as_flattened() {
-            (some, none) = (some || *index > 0, none || *index == 0);
-        }
-        // Where some corners have them and others have not, they belong to nobody.
-        if some && none {
-            let message = format!("some corners have {what} and others have not: none are used");
-            warnings.push(file.finding(1, message).warning());
-        }
-        if none {
-            lines.corners[kind] = Vec::new();
+    if parts.total == [0; 3] && lines.corners[0].is_empty() {
+        let found = file.finding(1, "this file has neither vertices nor faces");
+        return Err(found.help("is it an OBJ file? faces are lines like `f 1 2 3`").error());
+    }
+    for corners in &mut lines.corners[1..] {
+        if corners.as_flattened().iter().all(|index| *index == 0) {
+            *corners = Vec::new();
         }
     }
     let (faults, materials) = (std::mem::take(&mut lines.faults), std::mem::take(&mut lines.materials));
+    let mut left = std::mem::take(&mut lines.left);
+    let smoothing = std::mem::take(&mut lines.smoothing);
+    let facets = smoothing.has("s off") || smoothing.has("s 0") || smoothing.kinds() > 1;
+    // Normals that are made from faces are smooth, whatever their group.
+    if facets && !options.face_normals && lines.corners[2].as_flattened().iter().any(|index| *index == 0)
+        || facets && !options.face_normals && lines.corners[2].is_empty()
+    {
+        left.merge(&smoothing);
+    }
+    if let Some(line) = lines.colored_line
+        && !options.attributes.iter().any(|name| name == VERTEX_COLOR)
+    {
+        lines.colors = Vec::new();
+        left.add("colours of vertices", line);
+    }
     let raw = RawMesh {
         mesh: assemble(lines, options.flip_tex_coords),
+        left,
         dropped: vec![
             (faults.malformed, "faces are not made of indices: dropped"),
             (faults.out_of_range, "faces have an index that the file does not have: dropped"),
-            (faults.too_small, "faces, lines or points have fewer than three vertices: dropped"),
-            (faults.unknown, "lines start with a keyword that is not supported: not used"),
+            (faults.too_small, "faces have fewer than three vertices: dropped"),
         ],
-        warnings,
+        warnings: Vec::new(),
         line_of: Box::new(move |triangle| parts.line_of(triangle)),
         advice: "is it an OBJ file? faces are lines like `f 1 2 3`",
     };
@@ -65,7 +76,15 @@ pub(super) fn read_named<'a>(
 
 /// The mesh as this program keeps it: each combination of position, texture coordinates and normal is a vertex.
 fn assemble(lines: ObjLines, flip: bool) -> Mesh {
-    let ObjLines { positions, mut uvs, normals, corners, .. } = lines;
+    let ObjLines { positions, mut uvs, normals, mut colors, corners, .. } = lines;
+    if !colors.is_empty() {
+        colors.resize(positions.len(), Vec3::ONE);
+    }
+    let attributes = |colors: Vec<Vec3>| {
+        let values: Vec<f32> = colors.iter().flat_map(|color| color.to_array()).collect();
+        let attribute = MeshAttribute { name: VERTEX_COLOR.to_owned(), channels: 3, values };
+        if colors.is_empty() { Vec::new() } else { vec![attribute] }
+    };
     let [mut triangles, of_uvs, of_normals] = corners;
     if flip {
         uvs.par_iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
@@ -76,9 +95,17 @@ fn assemble(lines: ObjLines, flip: bool) -> Mesh {
     if same(&of_uvs, uvs.len()) && same(&of_normals, normals.len()) {
         triangles.par_iter_mut().for_each(|t| *t = t.map(|i| i - 1));
         let (uvs, normals) = (when(!of_uvs.is_empty(), uvs), when(!of_normals.is_empty(), normals));
-        return Mesh { positions, normals, uvs, triangles, ..Mesh::default() };
+        return Mesh {
+            positions,
+            normals,
+            uvs,
+            triangles,
+            attributes: attributes(colors),
+            ..Mesh::default()
+        };
     }
-    let mut mesh = Mesh::default();
+    let (mut mesh, mut split_colors) = (Mesh::default(), Vec::new());
+    let (has_uvs, has_normals) = (!of_uvs.is_empty(), !of_normals.is_empty());
     // The first vertex at each position, with its other indices; those that differ from it are looked up.
     let mut first = vec![(u32::MAX, [0; 2]); positions.len()];
     let mut others: HashMap<[u32; 3], u32> = HashMap::new();
@@ -98,12 +125,21 @@ fn assemble(lines: ObjLines, flip: bool) -> Mesh {
             };
             if *corner == new {
                 mesh.positions.push(positions[at as usize - 1]);
-                mesh.uvs.extend((uv > 0).then(|| uvs[uv as usize - 1]));
-                mesh.normals.extend((normal > 0).then(|| normals[normal as usize - 1]));
+                if has_uvs {
+                    mesh.uvs.push(if uv > 0 { uvs[uv as usize - 1] } else { MISSING_UV });
+                }
+                if has_normals {
+                    mesh.normals.push(if normal > 0 {
+                        normals[normal as usize - 1]
+                    } else {
+                        normals::MISSING
+                    });
+                }
+                split_colors.extend(colors.get(at as usize - 1));
             }
         }
     }
-    Mesh { triangles, ..mesh }
+    Mesh { triangles, attributes: attributes(split_colors), ..mesh }
 }
 
 /// `values`, or none.
@@ -113,7 +149,7 @@ fn when<T>(keep: bool, values: Vec<T>) -> Vec<T> {
 
 #[cfg(test)]
 mod tests {
-    use glam::{Vec2, Vec3};
+    use glam::Vec2;
 
     use super::*;
     use crate::math::random::Random;
@@ -168,11 +204,35 @@ mod tests {
     }
 
     #[test]
-    fn mixed_corners_lose_their_normals_but_not_their_place() {
-        let read = read(&format!("{SQUARE}vn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n"));
-        assert_eq!(read.mesh.triangles.len(), 2);
-        assert_eq!(read.mesh.normals.len(), read.mesh.positions.len());
-        assert_eq!(read.warnings.len(), 1);
+    fn corners_keep_what_others_have_not() {
+        let read = read(&format!("{SQUARE}vn 0 1 1\nvt 0.5 0.25\nf 1/1/1 2/1/1 3/1/1\nf 1 3 4\n"));
+        let MeshRead { mesh, warnings, .. } = read;
+        assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!((mesh.normals[0], mesh.normals[3]), (Vec3::new(0.0, 1.0, 1.0).normalize(), Vec3::Z));
+        assert_eq!((mesh.uvs[0], mesh.uvs[3]), (Vec2::new(0.5, 0.75), Vec2::ZERO));
+        let note = "of 6 vertices 3 have no texture coordinates: 0 0 is used; 3 have no normals: made from the faces";
+        assert_eq!(warnings.iter().map(ToString::to_string).collect::<Vec<_>>(), [note]);
+    }
+
+    #[test]
+    fn colours_of_vertices_are_an_attribute() {
+        let text = format!("v 0 0 0 1 0 0.5\n{SQUARE}f 1 2 3 4\nf 3 4 5\n");
+        let options = |asked: bool| MeshOptions {
+            attributes: if asked { vec![VERTEX_COLOR.to_owned()] } else { Vec::new() },
+            ..MeshOptions::default()
+        };
+        let asked = parse("a.obj", text.as_bytes(), &options(true)).expect("valid");
+        assert_eq!(
+            asked.warnings.len(),
+            1,
+            "the first quad has a triangle without area: {:?}",
+            asked.warnings
+        );
+        let colors = &asked.mesh.attributes[0].values;
+        assert_eq!((colors.len(), colors[0], colors[1]), (3 * asked.mesh.positions.len(), 1.0, 0.0));
+        assert!((colors[2] - 0.214).abs() < 1e-3 && colors[3..].iter().all(|v| *v == 1.0), "{colors:?}");
+        let unasked = parse("a.obj", text.as_bytes(), &options(false)).expect("valid");
+        assert!(unasked.warnings[1].to_string().contains("`colours of vertices`"), "{:?}", unasked.warnings);
     }
 
     /// A file of several parts, read by several threads, with indices across them in both directions.
@@ -204,7 +264,8 @@ mod tests {
         for (text, line) in
             [("v 0 0 0\nv 1 x 0\nf 1 2 2\n", 2), ("", 1), ("hello", 1), ("v 1 1\n", 1), ("vn 0 0\n", 1)]
         {
-            let e = parse("a.obj", text.as_bytes(), &options).expect_err(text);
+            let read = parse("a.obj", text.as_bytes(), &options);
+            let e = read.map(|read| read.nothing.expect(text)).unwrap_or_else(|e| e);
             assert_eq!(e.location().1, line, "{text}: {e:?}");
         }
         let long = format!("v 0 0 0\nf{}\n", " 1".repeat(limits::MESH_LINE_BYTES));

@@ -10,7 +10,9 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::file::Count;
+use crate::color::srgb;
 use crate::scene::diagnostic::FindingKind;
+use crate::scene::leftovers::Leftovers;
 use crate::scene::limits;
 
 /// Bytes of a part, at least.
@@ -23,10 +25,8 @@ pub(super) struct Faults {
     pub(super) malformed: Count,
     /// Faces with an index beyond what the file has.
     pub(super) out_of_range: Count,
-    /// Faces, lines and points of fewer than three vertices.
+    /// Faces of fewer than three vertices.
     pub(super) too_small: Count,
-    /// Lines with a keyword that OBJ does not have, or that is not supported.
-    pub(super) unknown: Count,
 }
 
 impl Faults {
@@ -34,7 +34,6 @@ impl Faults {
         self.malformed.merge(later.malformed);
         self.out_of_range.merge(later.out_of_range);
         self.too_small.merge(later.too_small);
-        self.unknown.merge(later.unknown);
     }
 }
 
@@ -76,8 +75,16 @@ pub(super) struct ObjLines {
     /// Of each triangle the positions, texture coordinates and normals of its corners, from 1; 0 where a corner has none. Empty where
     /// the file has none at all.
     pub(super) corners: [Vec<[u32; 3]>; 3],
+    /// Linear colours of positions. Empty where none has one; those beyond its end are white.
+    pub(super) colors: Vec<Vec3>,
+    /// The first line with a colour.
+    pub(super) colored_line: Option<usize>,
     pub(super) faults: Faults,
     pub(super) materials: NamedMaterials,
+    /// Statements and numbers that are not used.
+    pub(super) left: Leftovers,
+    /// Smoothing groups, which count where faces have no normals.
+    pub(super) smoothing: Leftovers,
     /// The last line that was read.
     line: usize,
 }
@@ -139,8 +146,19 @@ impl<'a> ObjParts<'a> {
         let counts = [0, 1, 2].map(count);
         all.corners.iter_mut().zip(counts).for_each(|(corners, count)| corners.reserve_exact(count));
         for part in read {
-            let ObjLines { positions, uvs, normals, corners, faults, materials, line } = part?;
+            let part = part?;
+            let ObjLines { positions, uvs, normals, corners, colors, colored_line, .. } = part;
+            let (faults, materials, left, smoothing) =
+                (part.faults, part.materials, part.left, part.smoothing);
+            let line = part.line;
             all.materials.merge(materials, all.corners[0].len());
+            if let Some(first) = colored_line {
+                all.colored_line.get_or_insert(first);
+                all.colors.resize(all.positions.len(), Vec3::ONE);
+                all.colors.extend(colors);
+            }
+            all.left.merge(&left);
+            all.smoothing.merge(&smoothing);
             all.positions.extend(positions);
             all.uvs.extend(uvs);
             all.normals.extend(normals);
@@ -266,11 +284,44 @@ impl ObjLines {
             let u = required()?;
             let v = number().unwrap_or(Ok(0.0)).map_err(|()| what)?;
             self.uvs.push(Vec2::new(u, v));
-            return Ok(());
+        } else {
+            let vector = Vec3::new(required()?, required()?, required()?);
+            if kind == 0 { &mut self.positions } else { &mut self.normals }.push(vector);
         }
-        let vector = Vec3::new(required()?, required()?, required()?);
-        if kind == 0 { &mut self.positions } else { &mut self.normals }.push(vector);
+        if let Some(first) = words.next() {
+            self.more_numbers(kind, [first].into_iter().chain(words));
+        }
         Ok(())
+    }
+
+    /// The words after the numbers that a vertex needs: a colour after a position, or nothing that is used.
+    #[cold]
+    fn more_numbers<'w>(&mut self, kind: usize, words: impl Iterator<Item = &'w [u8]>) {
+        let numbers: Vec<Option<f32>> =
+            words.take_while(|word| !word.starts_with(b"#")).take(5).map(number).collect();
+        let left = match (kind, numbers.as_slice()) {
+            (_, []) => return,
+            (0, [Some(r), Some(g), Some(b), more @ ..]) => {
+                let color =
+                    [*r, *g, *b].map(|v| srgb::decode(if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) }));
+                self.colored_line.get_or_insert(self.line);
+                self.colors.resize(self.positions.len() - 1, Vec3::ONE);
+                self.colors.push(color.into());
+                if !more.is_empty() {
+                    "numbers after a colour"
+                } else if [*r, *g, *b].iter().any(|v| !(0.0..=1.0).contains(v)) {
+                    "parts of colours beyond 1"
+                } else {
+                    return;
+                }
+            }
+            // The depth of a solid texture, which pictures have not.
+            (1, [Some(0.0)]) => return,
+            (0, _) => "numbers after a position",
+            (1, _) => "numbers after texture coordinates",
+            _ => "numbers after a normal",
+        };
+        self.left.add(left, self.line);
     }
 
     /// Reads a polygon and cuts it into triangles around its first corner.
@@ -306,7 +357,6 @@ impl ObjLines {
     fn other(&mut self, line: &[u8]) {
         let line_number = self.line;
         match words(line).next().unwrap_or_default() {
-            b"l" | b"p" => self.faults.too_small.add(|| line_number),
             keyword @ (b"usemtl" | b"mtllib") => {
                 self.materials.first_line.get_or_insert(line_number);
                 let name = String::from_utf8_lossy(line[keyword.len()..].trim_ascii()).into_owned();
@@ -315,9 +365,15 @@ impl ObjLines {
                     _ => self.materials.libraries.push(name),
                 }
             }
-            b"" | b"o" | b"g" | b"s" => {}
+            b"" | b"o" | b"g" => {}
+            b"s" => {
+                let group = String::from_utf8_lossy(words(line).nth(1).unwrap_or_default()).into_owned();
+                self.smoothing.add(&format!("s {group}"), line_number);
+            }
             keyword if keyword.starts_with(b"#") => {}
-            _ => self.faults.unknown.add(|| line_number),
+            keyword => {
+                self.left.add(&String::from_utf8_lossy(&keyword[..keyword.len().min(80)]), line_number)
+            }
         }
     }
 }
@@ -418,9 +474,10 @@ mod tests {
         assert_eq!(read.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
         let faults = read.faults;
         assert_eq!(faults.out_of_range, Count { times: 5, first_line: 6 });
-        assert_eq!(faults.too_small, Count { times: 2, first_line: 7 });
+        assert_eq!(faults.too_small, Count { times: 1, first_line: 7 });
         assert_eq!(faults.malformed, Count { times: 1, first_line: 9 });
-        assert_eq!(faults.unknown, Count { times: 1, first_line: 13 });
+        assert_eq!(read.left.note(), Some(("not used: `l`, `what`".to_owned(), 10)));
+        assert_eq!((read.colored_line, read.colors), (Some(1), vec![Vec3::X]));
         assert_eq!(read.materials.uses, [(2, "a".to_owned())]);
         assert_eq!(read.materials.first_line, Some(15));
     }

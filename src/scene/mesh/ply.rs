@@ -1,23 +1,40 @@
 //! Stanford PLY, text and binary (Turk, *The PLY Polygon File Format*, 1994), with the names of properties that Mitsuba knows.
 //!
-//! Polygons are cut into triangles around their first corner (Mitsuba itself reads triangles only). Properties that nothing
-//! uses are skipped.
+//! Polygons are cut into triangles around their first corner (Mitsuba itself reads triangles only). Photogrammetry gives texture
+//! coordinates to the corners of faces, as the list `texcoord`, and the number of a picture, as `texnumber`. Properties and elements
+//! that nothing uses are skipped, and told.
 
 use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 
-use super::MeshOptions;
-use super::attributes::AttributeColumns;
+use super::attributes::{AttributeColumns, has_color};
 use super::file::{Count, MeshFile, RawMesh};
+use super::obj_parts::NamedMaterials;
 use super::ply_header::{Encoding, PlyElement, PlyHeader, PlyProperty, Scalar};
+use super::{FACE_COLOR, MISSING_UV, MeshOptions, VERTEX_COLOR, wedges};
 use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::leftovers::Leftovers;
 use crate::scene::limits;
 
-/// The properties of a vertex that are kept, with all their names: position, normal, texture coordinates.
-const KEPT: [&[&str]; 8] =
-    [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s", "texture_u"], &["v", "t", "texture_v"]];
+/// The properties of a vertex that are kept: position, normal, texture coordinates, which have several names.
+const KEPT: [&str; 8] = ["x", "y", "z", "nx", "ny", "nz", "", ""];
+/// The names of texture coordinates; the first pair that a file has counts.
+const UV_NAMES: [[&str; 2]; 10] = [
+    ["u", "v"],
+    ["s", "t"],
+    ["texture_u", "texture_v"],
+    ["texture_s", "texture_t"],
+    ["texcoord_u", "texcoord_v"],
+    ["texcoord_s", "texcoord_t"],
+    ["texcoord_x", "texcoord_y"],
+    ["tex_u", "tex_v"],
+    ["u0", "v0"],
+    TX_TY,
+];
+/// Texture coordinates, unless a `tz` makes a tangent of them.
+const TX_TY: [&str; 2] = ["tx", "ty"];
 const POSITION: Range<usize> = 0..3;
 const NORMAL: Range<usize> = 3..6;
 const UV: Range<usize> = 6..8;
@@ -27,8 +44,58 @@ const UNUSED: usize = KEPT.len();
 /// The names of the list of corners of a face.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// The list of the texture coordinates of the corners of a face, two numbers each.
+const CORNER_UVS: &str = "texcoord";
+
+/// The number of the picture of a face.
+const PICTURE: &str = "texnumber";
+
+/// What a model that is a PLY file shows, by its header.
+pub(crate) struct PlySummary {
+    /// The attribute that is its colour.
+    pub(crate) color: Option<&'static str>,
+    /// Files of its pictures.
+    pub(crate) pictures: Vec<String>,
+    /// It has texture coordinates.
+    pub(crate) has_uvs: bool,
+    /// Its faces have numbers of pictures.
+    pub(crate) numbered: bool,
+}
+
+/// Reads the header of a PLY file; messages call it `name`.
+///
+/// # Errors
+///
+/// [`SceneError`] with file and line.
+pub(crate) fn summary(name: &str, bytes: &[u8]) -> Result<PlySummary, SceneError> {
+    let header = PlyHeader::read(&MeshFile { name, bytes, text: bytes })?;
+    let (vertices, faces) = (header.element("vertex"), header.element("face"));
+    let of_face = |is: fn(&PlyProperty) -> bool| faces.is_some_and(|e| e.properties.iter().any(is));
+    let color = [(vertices, VERTEX_COLOR), (faces, FACE_COLOR)];
+    Ok(PlySummary {
+        color: color.into_iter().find(|(e, _)| e.is_some_and(has_color)).map(|(_, name)| name),
+        has_uvs: of_face(is_corner_uvs) || vertices.is_some_and(|e| slots(e).contains(&UV.start)),
+        numbered: of_face(is_picture),
+        pictures: header.pictures.clone(),
+    })
+}
+
 /// Reads a PLY file.
 pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<RawMesh<'a>, SceneError> {
+    let (mut raw, pictures) = read_named(file, options)?;
+    if pictures.uses.len() > 1
+        && let Some(line) = pictures.first_line
+    {
+        raw.left.add(&format!("face.{PICTURE}"), line);
+    }
+    Ok(raw)
+}
+
+/// Reads a PLY file and the numbers of the pictures of its triangles, as names of materials.
+pub(super) fn read_named<'a>(
+    file: &MeshFile<'a>,
+    options: &MeshOptions,
+) -> Result<(RawMesh<'a>, NamedMaterials), SceneError> {
     let header = PlyHeader::read(file)?;
     let last = header.next_line - 1;
     let element = |name: &str, needed: &str| {
@@ -41,7 +108,7 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
     };
     let vertices = element("vertex", "its header says `element vertex COUNT`")?;
     let faces = element("face", "only polygons are read: export the mesh with faces")?;
-    let slots: Vec<usize> = vertices.properties.iter().map(slot).collect();
+    let slots = slots(vertices);
     let has = |mut range: Range<usize>| range.all(|s| slots.contains(&s));
     if !has(POSITION) {
         return Err(file.finding(vertices.line, "a vertex has the properties `x`, `y` and `z`").error());
@@ -60,7 +127,14 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
         of_vertices: AttributeColumns::find(file, vertices, MeshAttribute::VERTEX, &options.attributes)?,
         of_faces: AttributeColumns::find(file, faces, MeshAttribute::FACE, &options.attributes)?,
         mesh: Mesh::default(),
+        corner_uvs: faces.properties.iter().any(is_corner_uvs).then(Vec::new),
+        row_uvs: Vec::new(),
+        pictures: NamedMaterials {
+            first_line: faces.properties.iter().find(|p| is_picture(p)).map(|p| p.line),
+            ..NamedMaterials::default()
+        },
         lines: Vec::new(),
+        bad_uvs: Count::default(),
         out_of_range: Count::default(),
         too_small: Count::default(),
     };
@@ -82,25 +156,52 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
         let message = "attributes in 8 bits are parts of 255 on the curve of sRGB; Mitsuba 3.9.1 takes them as they stand";
         warnings.push(file.finding(vertices.line, message).advice());
     }
+    let left = read.left_over(&header);
     let (lines, announced) = (read.lines, faces.line);
     let mut attributes = read.of_vertices.into_attributes();
     attributes.extend(read.of_faces.into_attributes());
-    Ok(RawMesh {
-        mesh: Mesh { attributes, ..read.mesh },
+    let mut mesh = Mesh { attributes, ..read.mesh };
+    if let Some(uvs) = read.corner_uvs {
+        wedges::split(&mut mesh, &uvs);
+    }
+    let raw = RawMesh {
+        mesh,
+        left,
         dropped: vec![
             (read.out_of_range, "faces have an index that the file does not have: dropped"),
             (read.too_small, "faces have fewer than three vertices: dropped"),
+            (read.bad_uvs, "faces have not two texture coordinates for each corner: theirs are not used"),
         ],
         warnings,
         line_of: Box::new(move |triangle| lines.get(triangle).map_or(announced, |line| *line as usize)),
         advice: "export the mesh with polygons",
-    })
+    };
+    Ok((raw, read.pictures))
 }
 
-/// The place of a property of vertices in [`KEPT`].
-fn slot(property: &PlyProperty) -> usize {
-    let named = |names: &&[&str]| property.count.is_none() && names.contains(&property.name.as_str());
-    KEPT.iter().position(named).unwrap_or(UNUSED)
+/// The places of the properties of vertices in [`KEPT`].
+fn slots(vertices: &PlyElement) -> Vec<usize> {
+    let index = |name: &str| vertices.properties.iter().position(|p| p.count.is_none() && p.name == name);
+    let mut slots = vec![UNUSED; vertices.properties.len()];
+    let uv_names = UV_NAMES.iter().filter(|names| **names != TX_TY || index("tz").is_none());
+    let uvs = uv_names.map(|names| names.map(index)).find(|pair| pair.iter().all(Option::is_some));
+    for range in [POSITION, NORMAL] {
+        // Part of a normal is none.
+        let found: Vec<Option<usize>> = KEPT[range.clone()].iter().map(|name| index(name)).collect();
+        if found.iter().all(Option::is_some) {
+            range.zip(found).for_each(|(slot, at)| at.into_iter().for_each(|at| slots[at] = slot));
+        }
+    }
+    UV.zip(uvs.into_iter().flatten()).for_each(|(slot, at)| at.into_iter().for_each(|at| slots[at] = slot));
+    slots
+}
+
+fn is_corner_uvs(property: &PlyProperty) -> bool {
+    property.count.is_some() && property.name == CORNER_UVS
+}
+
+fn is_picture(property: &PlyProperty) -> bool {
+    property.count.is_none() && property.name == PICTURE
 }
 
 fn is_corners(property: &PlyProperty) -> bool {
@@ -120,13 +221,42 @@ struct PlyRead<'a> {
     of_vertices: AttributeColumns,
     of_faces: AttributeColumns,
     mesh: Mesh,
+    /// Texture coordinates of the corners of each triangle, if faces have any.
+    corner_uvs: Option<Vec<[Vec2; 3]>>,
+    /// Those of the face that is being read.
+    row_uvs: Vec<f32>,
+    /// Numbers of the pictures of faces, as names of materials.
+    pictures: NamedMaterials,
     /// The line of each triangle of a text.
     lines: Vec<u32>,
+    bad_uvs: Count,
     out_of_range: Count,
     too_small: Count,
 }
 
 impl PlyRead<'_> {
+    /// The properties and elements that nothing uses.
+    fn left_over(&self, header: &PlyHeader) -> Leftovers {
+        let mut left = Leftovers::default();
+        for element in header.elements.iter().filter(|element| element.rows > 0) {
+            let used = |(i, property): (usize, &PlyProperty)| match element.name.as_str() {
+                "vertex" => self.slots[i] != UNUSED || self.of_vertices.place(i).is_some(),
+                _ => {
+                    let known = is_corners(property) || is_corner_uvs(property) || is_picture(property);
+                    known || self.of_faces.place(i).is_some()
+                }
+            };
+            if !matches!(element.name.as_str(), "vertex" | "face") {
+                left.add(&format!("element {}", element.name), element.line);
+                continue;
+            }
+            for (_, property) in element.properties.iter().enumerate().filter(|pair| !used(*pair)) {
+                left.add(&format!("{}.{}", element.name, property.name), property.line);
+            }
+        }
+        left
+    }
+
     /// Reads all rows of all elements and returns what comes after them.
     fn elements<N: Numbers>(&mut self, header: &PlyHeader, mut numbers: N) -> Result<N, SceneError> {
         for element in &header.elements {
@@ -183,14 +313,45 @@ impl PlyRead<'_> {
                     line = numbers.line().unwrap_or(line);
                     self.polygon(corners, property.scalar, numbers, line)?;
                 }
+                Some(count) if is_corner_uvs(property) => {
+                    let length = length(count, numbers)?;
+                    self.row_uvs.clear();
+                    for _ in 0..length {
+                        self.row_uvs.push(numbers.next(property.scalar)? as f32);
+                    }
+                }
+                None if is_picture(property) => {
+                    let name = numbers.next(property.scalar)?.to_string();
+                    if self.pictures.uses.last().is_none_or(|(_, last)| *last != name) {
+                        self.pictures.uses.push((first, name));
+                    }
+                }
                 _ => attribute(&mut self.of_faces, i, property, numbers)?,
             }
         }
         self.of_faces.end_row(self.mesh.triangles.len() - first);
+        self.end_corner_uvs(line);
         if numbers.line().is_some() {
             self.lines.resize(self.mesh.triangles.len(), line as u32);
         }
         Ok(())
+    }
+
+    /// Hands the texture coordinates of a face to its triangles, which are cut around the first corner.
+    fn end_corner_uvs(&mut self, line: usize) {
+        let Some(uvs) = &mut self.corner_uvs else { return };
+        let made = self.mesh.triangles.len() - uvs.len();
+        let row: &[[f32; 2]] = self.row_uvs.as_chunks().0;
+        let fits = self.row_uvs.len() == 2 * (made + 2);
+        if made > 0 && !fits && !row.is_empty() {
+            self.bad_uvs.add(|| line);
+        }
+        let flip = self.flip;
+        let uv = |[u, v]: [f32; 2]| Vec2::new(u, if flip { 1.0 - v } else { v });
+        uvs.extend(
+            (0..made).map(|i| if fits { [row[0], row[i + 1], row[i + 2]].map(uv) } else { [MISSING_UV; 3] }),
+        );
+        self.row_uvs.clear();
     }
 
     /// Reads the corners of a polygon and adds its triangles.
@@ -397,7 +558,8 @@ mod tests {
             read(&format!("{HEADER}{ROWS}3 0 1 2 .5\n4 0 1 2 3 .5\r\n3 0 2 3 1")).expect("valid");
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 2], [0, 2, 3], [0, 2, 3]]);
         assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
-        assert_eq!((mesh.uvs, warnings.len()), (vec![Vec2::new(0.25, 0.75); 4], 0));
+        assert_eq!((mesh.uvs, warnings.len()), (vec![Vec2::new(0.25, 0.75); 4], 1));
+        assert_eq!(warnings[0].to_string(), "not used: `vertex.red`, `vertex.extra`, `face.weight`");
         assert_eq!(mesh.normals, [Vec3::Z; 4]);
     }
 

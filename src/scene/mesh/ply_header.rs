@@ -75,6 +75,8 @@ pub(super) struct PlyProperty {
     pub(super) scalar: Scalar,
     /// The type of the number of values, of a list.
     pub(super) count: Option<Scalar>,
+    /// The line that announces it.
+    pub(super) line: usize,
 }
 
 /// A table of the file: so many rows with these properties.
@@ -101,6 +103,8 @@ impl PlyElement {
 pub(super) struct PlyHeader {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<PlyElement>,
+    /// Files of pictures, named by the comments `TextureFile` that photogrammetry writes.
+    pub(super) pictures: Vec<String>,
     /// Bytes before the numbers.
     pub(super) bytes: usize,
     /// Number of the first line after the header.
@@ -113,6 +117,7 @@ impl PlyHeader {
         let error = |line, message: String| file.finding(line, message).error();
         let mut encoding = None;
         let mut elements: Vec<PlyElement> = Vec::new();
+        let mut pictures = Vec::new();
         let (mut at, mut line) = (0, 0);
         loop {
             line += 1;
@@ -123,13 +128,18 @@ impl PlyHeader {
                 return Err(found.help("it ends with the line `end_header`").error());
             };
             at += end + 1;
-            let text = std::str::from_utf8(&rest[..end]).unwrap_or("?").trim();
+            let text = String::from_utf8_lossy(&rest[..end]);
+            let text = text.trim();
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             if line == 1 && words != ["ply"] {
                 let found = file.finding(line, "this is not a PLY file");
                 return Err(found.help("the first line of a PLY file is `ply`").error());
             }
             match words.as_slice() {
+                ["comment", "TextureFile", _, ..] => {
+                    let name = text.split_once("TextureFile").map_or("", |(_, name)| name.trim());
+                    pictures.push(name.to_owned());
+                }
                 ["ply"] | [] | ["comment" | "obj_info", ..] => {}
                 ["format", name, "1.0"] if encoding.is_none() => {
                     encoding = Some(match *name {
@@ -154,7 +164,7 @@ impl PlyHeader {
                     });
                 }
                 ["property", words @ ..] => {
-                    let Some((element, property)) = elements.last_mut().zip(property(words)) else {
+                    let Some((element, property)) = elements.last_mut().zip(property(words, line)) else {
                         let found = file.finding(line, "this is not a property of an element");
                         return Err(found
                             .help("write `property float x`, or `property list uchar int vertex_indices`")
@@ -165,7 +175,7 @@ impl PlyHeader {
                 ["end_header"] => {
                     let encoding =
                         encoding.ok_or_else(|| error(line, "the header names no format".to_owned()))?;
-                    let header = Self { encoding, elements, bytes: at, next_line: line + 1 };
+                    let header = Self { encoding, elements, pictures, bytes: at, next_line: line + 1 };
                     return header.check(file);
                 }
                 _ => {
@@ -205,11 +215,11 @@ impl PlyHeader {
 }
 
 /// A property, from the words after `property`.
-fn property(words: &[&str]) -> Option<PlyProperty> {
+fn property(words: &[&str], line: usize) -> Option<PlyProperty> {
     let (count, scalar, name) = match words {
         ["list", count, scalar, name] => (Some(Scalar::of(count).filter(|c| c.is_integer())?), scalar, name),
         [scalar, name] => (None, scalar, name),
         _ => return None,
     };
-    Some(PlyProperty { name: (*name).to_owned(), scalar: Scalar::of(scalar)?, count })
+    Some(PlyProperty { name: (*name).to_owned(), scalar: Scalar::of(scalar)?, count, line })
 }

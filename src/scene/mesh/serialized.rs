@@ -14,10 +14,11 @@ use std::io::{BufRead, BufReader, ErrorKind, Read};
 use flate2::read::ZlibDecoder;
 use glam::{Vec2, Vec3};
 
-use super::MeshOptions;
 use super::file::{Count, MeshFile, RawMesh};
+use super::{MeshOptions, VERTEX_COLOR};
 use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::leftovers::Leftovers;
 use crate::scene::limits;
 
 const MAGIC: u16 = 0x041C;
@@ -25,14 +26,15 @@ const MAGIC: u16 = 0x041C;
 /// Bytes before the compressed part of a mesh.
 const MESH_HEADER: usize = 4;
 
-// Flags. Mitsuba ignores the one for facets (0x0010) and takes any number without `DOUBLE` for one of single precision.
+// Flags. Mitsuba takes any number without `DOUBLE` for one of single precision, and ignores `FACETS`.
 const NORMALS: u32 = 0x0001;
 const UVS: u32 = 0x0002;
 const COLOURS: u32 = 0x0008;
+const SINGLE: u32 = 0x1000;
 const DOUBLE: u32 = 0x2000;
 
-/// The attribute that its colours are.
-const COLOUR: &str = "vertex_color";
+/// The flags that decide what is read.
+const USED: u32 = NORMALS | UVS | COLOURS | SINGLE | DOUBLE;
 
 /// Bytes of a name.
 const LONGEST_NAME: u64 = 1 << 16;
@@ -45,12 +47,13 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
         file.finding_of(kind, 1, format!("mesh {index} of this file: {message}"))
     };
     let (version, compressed) = locate(file.bytes, index).map_err(|f| fault(f).error())?;
-    let mut out_of_range = Count::default();
-    let mesh = Inflated::new(compressed).mesh(version, options, &mut out_of_range);
+    let (mut out_of_range, mut left) = (Count::default(), Leftovers::default());
+    let mesh = Inflated::new(compressed).mesh(version, options, &mut out_of_range, &mut left);
     let mesh = mesh.map_err(|f| fault(f).help("is the file complete?").error())?;
     Ok(RawMesh {
         mesh,
         dropped: vec![(out_of_range, "triangles have an index that the file does not have: dropped")],
+        left,
         warnings: Vec::new(),
         line_of: Box::new(|_| 1),
         advice: "export the mesh with triangles",
@@ -178,8 +181,12 @@ impl<'a> Inflated<'a> {
         version: u16,
         options: &MeshOptions,
         out_of_range: &mut Count,
+        left: &mut Leftovers,
     ) -> Result<Mesh, SerializedFault> {
         let flags = u32::from_le_bytes(self.array()?);
+        for flag in (0..u32::BITS).map(|bit| 1 << bit).filter(|flag| flags & !USED & flag != 0) {
+            left.add(&format!("flag {flag:#06x}"), 1);
+        }
         if version == 4 {
             self.skip_name()?;
         }
@@ -208,10 +215,17 @@ impl<'a> Inflated<'a> {
             }
             in_range
         });
-        let kept = !colours.is_empty() && options.attributes.iter().any(|name| name == COLOUR);
+        let kept = !colours.is_empty() && options.attributes.iter().any(|name| name == VERTEX_COLOR);
+        if !colours.is_empty() && !kept {
+            left.add("colours of vertices", 1);
+        }
+        if matches!(self.bytes.fill_buf(), Ok(rest) if !rest.is_empty()) {
+            left.add("bytes after the triangles", 1);
+        }
         let values = colours.into_flattened();
-        let attributes = kept.then(|| MeshAttribute { name: COLOUR.to_owned(), channels: 3, values });
-        Ok(Mesh { positions, normals, uvs, triangles, attributes: attributes.into_iter().collect() })
+        let attributes = kept.then(|| MeshAttribute { name: VERTEX_COLOR.to_owned(), channels: 3, values });
+        let attributes = attributes.into_iter().collect();
+        Ok(Mesh { positions, normals, uvs, triangles, attributes, ..Mesh::default() })
     }
 }
 
@@ -285,7 +299,13 @@ mod tests {
                     let normal = if flags & NORMALS != 0 { Vec3::new(0.0, 0.6, 0.8) } else { Vec3::Z };
                     assert_eq!(mesh.normals, [normal; 4]);
                     let uvs = if flags & UVS != 0 { vec![Vec2::new(0.25, 0.75); 4] } else { Vec::new() };
-                    assert_eq!((mesh.uvs, warnings.len()), (uvs, 0));
+                    let told: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+                    let left = match flags & (COLOURS | 0x10) {
+                        0 => Vec::new(),
+                        COLOURS => vec!["not used: `colours of vertices`"],
+                        _ => vec!["not used: `flag 0x0010`, `colours of vertices`"],
+                    };
+                    assert_eq!((mesh.uvs, told), (uvs, left.into_iter().map(str::to_owned).collect()));
                 }
             }
         }

@@ -7,6 +7,7 @@ use super::reader::Reader;
 use crate::scene::bsdf;
 use crate::scene::desc::{BsdfDesc, BsdfId, MeshAttribute, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::emission_texture::EmissionProfile;
 use crate::scene::texture::{ATTRIBUTE_NUMBERS, AttributeLayout, SpectrumTexture};
 
 /// The attributes that the material of a shape asks for.
@@ -22,6 +23,33 @@ fn asked(bsdfs: &[BsdfDesc], id: BsdfId) -> BTreeSet<String> {
     let own = bsdf.textures().into_iter().flat_map(SpectrumTexture::attributes);
     let nested = bsdf.nested().into_iter().flat_map(|id| asked(bsdfs, id));
     own.map(|texture| texture.name.to_string()).chain(nested).collect()
+}
+
+/// Counts a shape whose material has a picture that its mesh has no texture coordinates for.
+pub(crate) fn count_unmapped(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    kind: &ShapeKind,
+    bsdf: BsdfId,
+    emission: &EmissionProfile,
+) {
+    let ShapeKind::Mesh(id) = kind else { return };
+    let mesh = &reader.lists.meshes[id.0 as usize];
+    let unmapped = mesh.uvs.is_empty() && !mesh.triangles.is_empty();
+    if unmapped && (emission.texture.is_some() || has_picture(&reader.lists.bsdfs, bsdf)) {
+        reader.known.unmapped.get_or_insert((params.span(), 0)).1 += 1;
+    }
+}
+
+/// True for a material with a texture over (u, v), or one that is made of such.
+fn has_picture(bsdfs: &[BsdfDesc], id: BsdfId) -> bool {
+    let bsdf = &bsdfs[id.0 as usize];
+    let over_uv = |texture: &SpectrumTexture| {
+        matches!(texture, SpectrumTexture::Bitmap(_) | SpectrumTexture::Checkerboard(_))
+    };
+    bsdf.bump().is_some()
+        || bsdf.textures().into_iter().any(over_uv)
+        || bsdf.nested().into_iter().any(|id| has_picture(bsdfs, id))
 }
 
 /// Checks that a shape has the attributes that its material asks for, and finds places for their numbers.
@@ -42,7 +70,7 @@ pub(crate) fn lay_out(
             let message =
                 format!("a texture of this shape is the mesh attribute `{name}`, which {what} does not have");
             let help = "a `ply` has `vertex_color` by the properties red, green and blue, and `vertex_NAME` by NAME_x, or by NAME_x, \
-                        NAME_y and NAME_z; a `serialized` may have `vertex_color`";
+                        NAME_y and NAME_z; an `obj` and a `serialized` may have `vertex_color`";
             return Err(params.fault(FindingKind::Missing, message).help(help).error());
         };
         let (colored, mean) = (attribute.channels == 3, mean(attribute));
@@ -74,8 +102,17 @@ pub(crate) fn lay_out(
     Ok(())
 }
 
-/// Tells all textures where the numbers are.
+/// Tells what was counted, and all textures where the numbers are.
 pub(crate) fn finish(reader: &mut Reader<'_>) {
+    if let Some((span, count)) = reader.known.unmapped {
+        let more =
+            if count > 1 { format!(", like those of {} more shapes", count - 1) } else { String::new() };
+        let message = format!(
+            "the mesh of this shape has no texture coordinates for the texture of its material{more}: each triangle shows the same part of it"
+        );
+        let found = reader.document.finding(FindingKind::Mesh, span, message);
+        reader.warn(found.help("export the mesh with texture coordinates").warning());
+    }
     let known = &reader.known.attributes;
     for bsdf in reader.lists.bsdfs.iter_mut().filter(|_| !known.is_empty()) {
         bsdf.for_each_attribute(|texture| {

@@ -15,7 +15,7 @@ use super::shape::{mesh_file, mesh_format};
 use super::texture::{BitmapError, read_bitmap};
 use crate::image::bitmap::Bitmap;
 use crate::scene::limits;
-use crate::scene::mesh::{self, MeshError, MeshFormat, MeshOptions, MeshRead};
+use crate::scene::mesh::{self, MeshError, MeshOptions, MeshRead};
 use crate::spectrum::Spectrum;
 
 /// Files that were read, by all that decides what is read.
@@ -40,8 +40,7 @@ pub(crate) fn prefetch(document: &Document) -> Prefetched {
     let mut textures = document.elements.iter().filter(|element| element.tag.name == "texture");
     if textures.any(|texture| texture.value("type") == Some("mesh_attribute")) {
         // What is read of a mesh depends on its material.
-        files
-            .retain(|file| !matches!(file, NamedFile::Mesh(_, options) if options.format != MeshFormat::Obj));
+        files.retain(|file| !matches!(file, NamedFile::Mesh(..)));
     }
     let textured = files.iter().any(|file| matches!(file, NamedFile::Bitmap(..)));
     let (triangles, bytes, texels) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicUsize::new(0));

@@ -95,6 +95,10 @@ pub(crate) struct Known {
     pub(crate) prefetched: Prefetched,
     /// Mesh attributes by name.
     pub(crate) attributes: BTreeMap<String, AttributeLayout>,
+    /// The first shape whose material has a picture and whose mesh has no texture coordinates, and the number of such shapes.
+    pub(crate) unmapped: Option<(Span, usize)>,
+    /// Why the first mesh without triangles has none.
+    pub(crate) nothing: Option<SceneError>,
     pub(crate) spectra: BTreeMap<(ElementId, Role), Spectrum>,
     pub(crate) mesh_triangles: usize,
     pub(crate) mesh_bytes: u64,

@@ -126,6 +126,7 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
         None => bsdf::default(reader, emission.is_some()),
     };
     attribute::lay_out(reader, &params, &kind, bsdf)?;
+    attribute::count_unmapped(reader, &params, &kind, bsdf, &emission_profile);
     let shape = ShapeDesc {
         id: params.element().value("id").map(str::to_owned),
         place: reader.place(params.span()),
@@ -242,9 +243,7 @@ fn mesh(
     format: MeshFormat,
 ) -> Result<ShapeKind, SceneError> {
     let mut key = mesh_file(reader.document, params, to_world, format)?;
-    if format != MeshFormat::Obj {
-        key.1.attributes = attribute::asked_by(reader, params)?;
-    }
+    key.1.attributes = attribute::asked_by(reader, params)?;
     if let Some(&known) = reader.known.meshes.get(&key) {
         return Ok(ShapeKind::Mesh(known));
     }
@@ -260,6 +259,10 @@ fn mesh(
     )?;
     for warning in read.warnings {
         reader.warn(warning);
+    }
+    if let Some(nothing) = read.nothing {
+        reader.warn(nothing.clone().tolerated("nothing of it is seen"));
+        reader.known.nothing.get_or_insert(nothing);
     }
     let known = &mut reader.known;
     known.mesh_triangles += read.mesh.triangles.len();

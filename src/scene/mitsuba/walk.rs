@@ -187,6 +187,12 @@ impl SceneWalk<'_> {
                 found.help("add <emitter type=\"constant\"/>, or an area emitter in a shape").warning(),
             );
         }
+        let is_model = model::ModelFormat::of(self.reader.document.sources.path(0)).is_some();
+        if let Some(nothing) = self.reader.known.nothing.take_if(|_| is_model)
+            && self.reader.lists.meshes.iter().all(|mesh| mesh.triangles.is_empty())
+        {
+            return Err(nothing);
+        }
         shape::unseen(&mut self.reader);
         attribute::finish(&mut self.reader);
         if self.reader.more_warnings > 0 {

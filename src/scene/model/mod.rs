@@ -7,14 +7,19 @@
 //! | file | what |
 //! |---|---|
 //! | `text.rs` | writes the text and keeps the files |
-//! | `obj.rs` | OBJ: materials of its MTL files |
+//! | `obj.rs` | OBJ: a mesh for each material |
+//! | `mtl.rs`, `obj_material.rs` | MTL files; what bsdf each of their materials is |
+//! | `ply.rs` | PLY: its colours and pictures |
 //! | `gltf/` | glTF 2.0: nodes, lights and cameras; buffers; materials; pictures |
 //! | `stage.rs` | what a model lacks: a sky, a camera that sees all of it |
 //!
 //! Units are those of glTF, one to one: a radiance of 1 in the scene is 1 cd/m², a point of 1 cd has the intensity 1.
 
 mod gltf;
+mod mtl;
 mod obj;
+mod obj_material;
+mod ply;
 mod stage;
 mod text;
 
@@ -23,7 +28,6 @@ use std::path::{Path, PathBuf};
 
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
 use crate::scene::files::{ReadError, SceneFiles};
-use crate::scene::limits;
 
 pub(crate) use stage::frame;
 use text::SceneText;
@@ -72,7 +76,7 @@ pub(crate) fn read(path: &Path, format: ModelFormat, files: &SceneFiles) -> Resu
     let mut text = SceneText::new(path);
     match format {
         ModelFormat::Obj => obj::read(&mut text, files)?,
-        ModelFormat::Ply => ply(&mut text, files)?,
+        ModelFormat::Ply => ply::read(&mut text, files)?,
         ModelFormat::Gltf => gltf::read(&mut text, files)?,
     }
     Ok(text.finish())
@@ -87,31 +91,6 @@ fn finding(path: &Path, kind: FindingKind, [line, column]: [usize; 2], message: 
 /// The error of a file that cannot be read.
 fn unreadable(path: &Path, error: &ReadError) -> SceneError {
     finding(path, error.kind(), [1, 1], error.to_string()).error()
-}
-
-/// A PLY file has no material: it is clay, in the colours of its vertices where it has some.
-fn ply(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), SceneError> {
-    let path = text.path;
-    let bytes = files.read(path, limits::MESH_BYTES).map_err(|e| unreadable(path, &e))?;
-    let colored = has_colors(&bytes);
-    text.object("bsdf", "twosided", &[("id", "clay")], |text| {
-        text.object("bsdf", "diffuse", &[], |text| match colored {
-            true => text.vertex_colors("reflectance"),
-            false => text.rgb("reflectance", CLAY),
-        });
-    });
-    text.shape("ply", &text.own_name(), "clay", |_| ());
-    Ok(())
-}
-
-/// Whether the header of a PLY file gives its vertices red, green and blue.
-fn has_colors(bytes: &[u8]) -> bool {
-    const NAMES: [&[u8]; 6] = [b"r", b"g", b"b", b"red", b"green", b"blue"];
-    let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).take_while(|l| *l != b"end_header");
-    let vertex = lines.skip_while(|l| !l.starts_with(b"element vertex")).skip(1);
-    let properties = vertex.take_while(|l| l.starts_with(b"property"));
-    let named = properties.filter(|l| NAMES.contains(&l.rsplit(|b| *b == b' ').next().unwrap_or_default()));
-    named.take(3).count() == 3
 }
 
 /// Reflectance of what has no material.

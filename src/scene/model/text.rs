@@ -127,6 +127,11 @@ impl<'a> SceneText<'a> {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
+    /// True if a file that the model names is on the disk.
+    pub(super) fn is_there(&self, name: &str) -> bool {
+        self.path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/")).is_file()
+    }
+
     /// Keeps a file; returns the name that the text has for it.
     pub(super) fn file(&mut self, name: &str, bytes: Vec<u8>) -> String {
         let name = format!("{}/{name}", self.own_name());

@@ -123,10 +123,8 @@ struct MeshTriangle {
 
 impl MeshTriangle {
     fn new(corners: [u32; 3], faces: &Faces, vertices: &ShapeVertices) -> Self {
-        let mut made = Self { corners, places: [Vec3::NAN; 3], turned: false, smooth: false, triangle: None };
         let places = corners.map(|i| faces.position(i).unwrap_or(Vec3::NAN));
-        made.places = places;
-        made.triangle = usable(places);
+        let mut made = Self { corners, places, turned: false, smooth: false, triangle: usable(places) };
         let normals = corners.map(|i| faces.normal(vertices, i).filter(|n| *n != Vec3::ZERO));
         if let ([Some(x), Some(y), Some(z)], Some(face)) = (normals, made.triangle) {
             if face.n.dot(x + y + z) < 0.0 {
@@ -191,7 +189,6 @@ impl Geometry {
         let uvs = textured.then(Vec::new);
         let turned = (shape.to_world.matrix3.determinant() < 0.0) != shape.flip_normals;
         let luminances = shape.emission_profile.texture.as_ref().map(|texture| self.luminances(texture));
-        let attributes = None;
         let mut input = ShapeInput {
             shape,
             surface,
@@ -200,7 +197,7 @@ impl Geometry {
             dropped: 0,
             along,
             uvs,
-            attributes,
+            attributes: None,
             first,
             luminances,
         };
@@ -340,7 +337,8 @@ impl Geometry {
                 let uv = |corners: [u32; 3]| {
                     texture_coordinates::of_triangle(mesh, corners.map(|i| i - vertices.first))
                 };
-                self.push_mesh_triangle(&made, input, uv);
+                let index = chunk * TRIANGLES_AT_ONCE + i;
+                self.push_mesh_triangle(&made, mesh.number(index), input, uv);
                 self.record_tangents(input, || {
                     tangents::of_triangle(mesh, made.corners.map(|i| i - vertices.first), made.places)
                 });
@@ -350,17 +348,18 @@ impl Geometry {
                 {
                     uvs.push(uv(corners));
                     if let Some(attributes) = &mut input.attributes {
-                        attributes.push(corners.map(|i| i - vertices.first), chunk * TRIANGLES_AT_ONCE + i);
+                        attributes.push(corners.map(|i| i - vertices.first), index);
                     }
                 }
             }
         }
     }
 
-    /// Adds a triangle of a mesh. `uv` gives the texture coordinates of corners.
+    /// Adds a triangle of a mesh, of this number in its file. `uv` gives the texture coordinates of corners.
     fn push_mesh_triangle(
         &mut self,
         made: &MeshTriangle,
+        number: u32,
         input: &mut ShapeInput,
         uv: impl Fn([u32; 3]) -> [Vec2; 3],
     ) {
@@ -382,6 +381,7 @@ impl Geometry {
             return;
         }
         self.faces.push(made.turned_corners(), triangle.n, input.surface, made.smooth);
+        self.faces.number_last(input.first, number);
         if let Some(key) = key {
             self.faces.extra_mut(first).light = self.light(input, first..first + 1, || light(input));
             self.places.add(key, triangle.n, first);
