@@ -49,7 +49,7 @@ impl Bitmap {
         Self::decode(path, &bytes, raw, most)
     }
 
-    /// Reads OpenEXR (the main layer, see [`layer::main`]), Radiance RGBE, PFM, PNG, JPEG, BMP and TGA; grey pictures become RGB, and
+    /// Reads OpenEXR (the main layer, see [`layer::main`]), Radiance RGBE, PFM, PNG, JPEG, WebP, BMP and TGA; grey pictures become RGB, and
     /// alpha is ignored. The first bytes tell the format, for TGA the ending of `path`, which otherwise names the file in errors.
     /// Integers are decoded by the curve of sRGB (IEC 61966-2-1) unless they are `raw`. Colours of an EXR file of other chromaticities are
     /// converted to Rec.709 unless they are `raw`; [`remarks`](Self::remarks) are what else a file says of its colours.
@@ -216,7 +216,7 @@ fn integers(picture: DynamicImage) -> (usize, usize, Texels) {
     (width, height, texels)
 }
 
-/// A PNG, JPEG, BMP or TGA file of at most `most` pixels, with alpha where it has some.
+/// A PNG, JPEG, WebP, BMP or TGA file of at most `most` pixels, with alpha where it has some.
 pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicImage, String> {
     read_integers(path, bytes, most).map(|(picture, _)| picture)
 }
@@ -225,11 +225,13 @@ pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicI
 fn read_integers(path: &Path, bytes: &[u8], most: usize) -> Result<(DynamicImage, Option<Vec<u8>>), String> {
     let mut reader = ImageReader::new(Cursor::new(bytes));
     match image::guess_format(bytes) {
-        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp)) => reader.set_format(format),
+        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp | ImageFormat::WebP)) => {
+            reader.set_format(format);
+        }
         Err(_) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga")) => {
             reader.set_format(ImageFormat::Tga);
         }
-        _ => return Err("it is neither OpenEXR, Radiance, PFM, PNG, JPEG, BMP nor TGA".to_owned()),
+        _ => return Err("it is neither OpenEXR, Radiance, PFM, PNG, JPEG, WebP, BMP nor TGA".to_owned()),
     }
     let mut limits = Limits::default();
     limits.max_alloc = Some(most as u64 * 16);

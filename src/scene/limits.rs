@@ -49,6 +49,9 @@ pub const TOTAL_TEXELS: usize = 1 << 29;
 /// Bytes of one mesh file.
 pub const MESH_BYTES: u64 = 1 << 30;
 
+/// Objects in the JSON of a model, each of which takes up to 600 bytes; lists and values are eight times as many.
+pub const JSON_OBJECTS: usize = 1 << 21;
+
 /// Bytes of one line of a mesh file.
 pub const MESH_LINE_BYTES: usize = 1 << 20;
 

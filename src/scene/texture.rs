@@ -41,6 +41,8 @@ pub enum SpectrumTexture {
     Checkerboard(Arc<Checkerboard>),
     /// Numbers that the mesh has.
     Attribute(AttributeTexture),
+    /// Two textures multiplied.
+    Product(Arc<[SpectrumTexture; 2]>),
 }
 
 /// Mitsuba's `bitmap`. Cheap to clone.
@@ -140,6 +142,18 @@ impl SpectrumTexture {
             Self::Bitmap(texture) => Spectrum::textured_rgb(texture.value(at.uv, clean_texel), lambda),
             Self::Checkerboard(board) => board.color(at.uv).sample(at, lambda),
             Self::Attribute(texture) => Spectrum::textured_rgb(texture.values(at).map(clean).into(), lambda),
+            Self::Product(_) => Spectrum::textured_rgb(self.rgb(at), lambda),
+        }
+    }
+
+    /// The colour at a point, linear Rec.709 from 0 to 1.
+    fn rgb(&self, at: &TexturePoint) -> Vec3A {
+        match self {
+            Self::Uniform(spectrum) => spectrum.reflected_rgb().map(clean).into(),
+            Self::Bitmap(texture) => texture.value(at.uv, clean_texel),
+            Self::Checkerboard(board) => board.color(at.uv).rgb(at),
+            Self::Attribute(texture) => texture.values(at).map(clean).into(),
+            Self::Product(factors) => factors[0].rgb(at) * factors[1].rgb(at),
         }
     }
 
@@ -159,6 +173,7 @@ impl SpectrumTexture {
             Self::Bitmap(texture) => luminance(texture.value(at.uv, texel_not_negative).to_array()),
             Self::Checkerboard(board) => board.number(at.uv).scalar(at),
             Self::Attribute(texture) => luminance(texture.values(at).map(not_negative)),
+            Self::Product(factors) => factors[0].scalar(at) * factors[1].scalar(at),
         }
     }
 
@@ -174,6 +189,7 @@ impl SpectrumTexture {
             Self::Bitmap(texture) => luminance(texture.mean),
             Self::Checkerboard(board) => 0.5 * (board.color0.mean_scalar() + board.color1.mean_scalar()),
             Self::Attribute(texture) => luminance(texture.mean()),
+            Self::Product(factors) => factors[0].mean_scalar() * factors[1].mean_scalar(),
         }
     }
 
@@ -182,6 +198,9 @@ impl SpectrumTexture {
     pub fn into_scalar(self) -> Self {
         match self {
             Self::Uniform(_) | Self::Checkerboard(_) => self.grey(),
+            Self::Product(factors) => {
+                Self::Product(Arc::new(factors.as_ref().clone().map(Self::into_scalar)))
+            }
             _ => self,
         }
     }
@@ -194,6 +213,7 @@ impl SpectrumTexture {
                 [&board.color0, &board.color1].into_iter().flat_map(Self::attributes).collect()
             }
             Self::Attribute(texture) => vec![texture],
+            Self::Product(factors) => factors.iter().flat_map(Self::attributes).collect(),
         }
     }
 
@@ -211,6 +231,12 @@ impl SpectrumTexture {
                 [color0, color1].into_iter().flat_map(Self::attributes_mut).collect()
             }
             Self::Attribute(texture) => vec![texture],
+            Self::Product(factors) if factors.iter().all(|factor| factor.attributes().is_empty()) => {
+                Vec::new()
+            }
+            Self::Product(factors) => {
+                Arc::make_mut(factors).iter_mut().flat_map(Self::attributes_mut).collect()
+            }
         }
     }
 
@@ -234,6 +260,7 @@ impl SpectrumTexture {
             Self::Bitmap(texture) => texture.grey,
             Self::Checkerboard(board) => board.color0.is_grey() && board.color1.is_grey(),
             Self::Attribute(texture) => texture.grey || !texture.layout.colored,
+            Self::Product(factors) => factors.iter().all(Self::is_grey),
         }
     }
 
@@ -244,10 +271,11 @@ impl SpectrumTexture {
             Self::Bitmap(texture) => texture.mean == [0.0; 3],
             Self::Checkerboard(board) => board.color0.is_black() && board.color1.is_black(),
             Self::Attribute(texture) => texture.mean() == [0.0; 3],
+            Self::Product(factors) => factors.iter().any(Self::is_black),
         }
     }
 
-    /// The mean over the unit square.
+    /// The mean over the unit square; of a product, the product of the means.
     pub fn mean(&self) -> Spectrum {
         let rgb = |texture: &Self| match texture {
             Self::Bitmap(bitmap) => bitmap.mean,
@@ -260,6 +288,10 @@ impl SpectrumTexture {
             Self::Checkerboard(board) => {
                 let (a, b) = (rgb(&board.color0), rgb(&board.color1));
                 Spectrum::reflectance_rgb(std::array::from_fn(|i| 0.5 * (a[i] + b[i])))
+            }
+            Self::Product(factors) => {
+                let (a, b) = (rgb(&factors[0]), rgb(&factors[1]));
+                Spectrum::reflectance_rgb(std::array::from_fn(|i| a[i] * b[i]))
             }
         }
     }
@@ -287,6 +319,7 @@ impl SpectrumTexture {
                 to_uv: board.to_uv,
             })),
             Self::Attribute(texture) => Self::Attribute(AttributeTexture { grey: true, ..texture.clone() }),
+            Self::Product(factors) => Self::Product(Arc::new(factors.as_ref().clone().map(|t| t.grey()))),
         }
     }
 }

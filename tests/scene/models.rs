@@ -21,19 +21,24 @@ fn write(test: &str, files: &[(&str, &[u8])]) -> PathBuf {
     folder.join(files[0].0)
 }
 
-fn read(path: &Path) -> Loaded {
+pub fn read(path: &Path) -> Loaded {
     load(path, &[]).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
 /// A glTF text as a file, after `change`.
 fn changed(test: &str, change: impl FnOnce(&mut Value)) -> PathBuf {
-    let (mut text, binary) = cube();
-    change(&mut text);
+    changed_with(test, |text, _| change(text))
+}
+
+/// The same with its binary part.
+pub fn changed_with(test: &str, change: impl FnOnce(&mut Value, &mut Vec<u8>)) -> PathBuf {
+    let (mut text, mut binary) = cube();
+    change(&mut text, &mut binary);
     write(test, &[("model.glb", &glb(&text, &binary))])
 }
 
 /// The material within two sides.
-fn inner(desc: &SceneDesc, id: BsdfId) -> &BsdfDesc {
+pub fn inner(desc: &SceneDesc, id: BsdfId) -> &BsdfDesc {
     match &desc.bsdfs[id.0 as usize] {
         BsdfDesc::TwoSided(both) => inner(desc, both.front),
         other => other,
@@ -140,7 +145,7 @@ fn materials_have_factors_alpha_light_and_glass() {
             { "emissiveFactor": [1, 1, 1], "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 4 } } },
             { "extensions": { "KHR_materials_transmission": { "transmissionFactor": 1 },
                               "KHR_materials_volume": { "thicknessFactor": 1 }, "KHR_materials_ior": { "ior": 1.4 } } },
-            { "extensions": { "KHR_materials_transmission": { "transmissionFactor": 0.5 } } },
+            { "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": { "KHR_materials_transmission": { "transmissionFactor": 0.5 } } },
             { "pbrMetallicRoughness": { "baseColorFactor": [0.5, 1, 1, 1], "baseColorTexture": { "index": 0,
                 "extensions": { "KHR_texture_transform": { "offset": [0.5, 0], "rotation": FRAC_PI_2, "scale": [2, 3] } } } } },
         ]);

@@ -11,7 +11,7 @@
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
 //! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens, orthographic; films and filters |
 //! | integrator, sampler | `integrator.rs` | path, ptracer, depth and our own, layers of `aov`, methods that stand for others; any sampler |
-//! | texture | `texture.rs` | bitmap, checkerboard |
+//! | texture | `texture.rs` | bitmap, checkerboard, mesh_attribute, product |
 //! | spectrum | `spectrum.rs` | uniform, d65, srgb, blackbody, regular, irregular |
 //! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!

@@ -22,8 +22,12 @@ use crate::scene::texture::{
 use crate::spectrum::Spectrum;
 
 /// Every `<texture type="…">`.
-pub(super) const PLUGINS: PluginTable<SpectrumTexture> =
-    &[("bitmap", bitmap), ("checkerboard", checkerboard), ("mesh_attribute", mesh_attribute)];
+pub(super) const PLUGINS: PluginTable<SpectrumTexture> = &[
+    ("bitmap", bitmap),
+    ("checkerboard", checkerboard),
+    ("mesh_attribute", mesh_attribute),
+    ("product", product),
+];
 
 /// The parameter `name`, a reflectance or a factor: a texture, or a colour or spectrum that is the same everywhere. Nothing if it is
 /// not given.
@@ -133,7 +137,7 @@ pub(super) fn picture(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Bi
             let bitmap = read.map_err(|e| match e {
                 BitmapError::Unreadable(e) => at(e.kind(), e.to_string()).error(),
                 BitmapError::Damaged(e) => {
-                    let help = "a texture is a PNG, JPEG, BMP, TGA, OpenEXR or Radiance file";
+                    let help = "a texture is a PNG, JPEG, WebP, BMP, TGA, OpenEXR or Radiance file";
                     at(FindingKind::File, e.to_string()).help(help).error()
                 }
             })?;
@@ -161,6 +165,18 @@ fn checkerboard(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum
     };
     let (color0, color1) = (color("color0", 0.4)?, color("color1", 0.2)?);
     Ok(SpectrumTexture::Checkerboard(Arc::new(Checkerboard { color0, color1, to_uv })))
+}
+
+/// Two textures multiplied, which Mitsuba has not: models multiply the colours of their vertices with pictures.
+fn product(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
+    let mut factor = |name| {
+        params.default(name, 1.0);
+        let given = read(reader, params, name)?;
+        Ok(given.unwrap_or(Spectrum::Constant(1.0).into()))
+    };
+    let factors = [factor("color0")?, factor("color1")?];
+    rayon::spawn(Spectrum::prepare_textures);
+    Ok(SpectrumTexture::Product(Arc::new(factors)))
 }
 
 fn mesh_attribute(_: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {

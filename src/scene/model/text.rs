@@ -26,6 +26,10 @@ pub(super) struct SceneText<'a> {
     files: BTreeMap<PathBuf, Vec<u8>>,
     ids: BTreeSet<String>,
     warnings: Vec<SceneWarning>,
+    /// Messages about places within the model: the first place and how many there are.
+    told: BTreeMap<String, (String, usize)>,
+    /// Messages beyond the number that is kept.
+    untold: usize,
 }
 
 impl<'a> SceneText<'a> {
@@ -40,6 +44,8 @@ impl<'a> SceneText<'a> {
             files: BTreeMap::new(),
             ids: BTreeSet::from(["sky".to_owned(), "clay".to_owned()]),
             warnings: Vec::new(),
+            told: BTreeMap::new(),
+            untold: 0,
         }
     }
 
@@ -147,6 +153,18 @@ impl<'a> SceneText<'a> {
         self.warn(found.label("in this model").warning());
     }
 
+    /// Notes at the end of the reading that something at `place` is not shown as it says, once for all places.
+    pub(super) fn tell(&mut self, message: impl Into<String>, place: &str) {
+        let message = message.into();
+        if let Some((_, count)) = self.told.get_mut(&message) {
+            *count += 1;
+        } else if self.told.len() < limits::WARNINGS / 2 {
+            self.told.insert(message, (place.to_owned(), 1));
+        } else {
+            self.untold += 1;
+        }
+    }
+
     pub(super) fn warn(&mut self, warning: SceneWarning) {
         if self.warnings.len() < limits::WARNINGS {
             self.warnings.push(warning);
@@ -155,12 +173,19 @@ impl<'a> SceneText<'a> {
 
     /// Writes a camera with a field of view of `fov` degrees along `axis`, for a picture of this width over its height.
     pub(super) fn camera(&mut self, fov: f64, axis: &str, aspect: Option<f64>, more: impl FnOnce(&mut Self)) {
-        let [width, height] = FILM;
-        let width = aspect.map_or(width, |a| (f64::from(height) * a).round().clamp(16.0, 8192.0) as u32);
-        self.object("sensor", "perspective", &[], |text| {
+        self.sensor("perspective", aspect, |text| {
             text.value("float", "fov", fov);
             text.value("string", "fov_axis", axis);
             more(text);
+        });
+    }
+
+    /// Writes a camera of this plugin, for a picture of this width over its height.
+    pub(super) fn sensor(&mut self, kind: &str, aspect: Option<f64>, inside: impl FnOnce(&mut Self)) {
+        let [width, height] = FILM;
+        let width = aspect.map_or(width, |a| (f64::from(height) * a).round().clamp(16.0, 8192.0) as u32);
+        self.object("sensor", kind, &[], |text| {
+            inside(text);
             text.object("film", "hdrfilm", &[], |text| {
                 text.value("integer", "width", width);
                 text.value("integer", "height", height);
@@ -170,6 +195,15 @@ impl<'a> SceneText<'a> {
 
     /// The scene, with a sky and a camera where the model has none.
     pub(super) fn finish(mut self) -> ModelScene {
+        for (message, (place, count)) in std::mem::take(&mut self.told) {
+            self.note(match count {
+                1 => format!("{message} ({place})"),
+                _ => format!("{message} ({place} and {} more)", count - 1),
+            });
+        }
+        if self.untold > 0 {
+            self.note(format!("{} more remarks of other kinds are not listed", self.untold));
+        }
         if !self.lit {
             let sky = self.file("sky.pfm", stage::sky());
             self.object("emitter", "envmap", &[("id", "sky")], |text| text.value("string", "filename", sky));
@@ -208,10 +242,24 @@ pub(super) struct PlyVertices<'a> {
 
 /// A mesh as a PLY file.
 pub(super) fn ply(vertices: &PlyVertices<'_>, triangles: &[[u32; 3]]) -> Vec<u8> {
+    ply_with_opacities(vertices, &[], triangles)
+}
+
+/// A mesh as a PLY file, with the attribute `vertex_opacity` unless it is empty.
+pub(super) fn ply_with_opacities(
+    vertices: &PlyVertices<'_>,
+    opacities: &[f32],
+    triangles: &[[u32; 3]],
+) -> Vec<u8> {
     let PlyVertices { positions, normals, uvs, colors } = vertices;
     let mut header = format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", positions.len());
-    let columns: [(&str, usize); 4] =
-        [("x y z", 3), ("nx ny nz", normals.len()), ("u v", uvs.len()), ("r g b", colors.len())];
+    let columns: [(&str, usize); 5] = [
+        ("x y z", 3),
+        ("nx ny nz", normals.len()),
+        ("u v", uvs.len()),
+        ("r g b", colors.len()),
+        ("opacity_0", opacities.len()),
+    ];
     for name in columns.iter().filter(|c| c.1 > 0).flat_map(|c| c.0.split(' ')) {
         let _ = writeln!(header, "property float {name}");
     }
@@ -226,6 +274,7 @@ pub(super) fn ply(vertices: &PlyVertices<'_>, triangles: &[[u32; 3]]) -> Vec<u8>
         of(normals).iter().for_each(|v| out.extend_from_slice(bytemuck::bytes_of(v)));
         uvs.get(i).iter().for_each(|v| out.extend_from_slice(bytemuck::bytes_of(*v)));
         of(colors).iter().for_each(|v| out.extend_from_slice(bytemuck::bytes_of(v)));
+        opacities.get(i).iter().for_each(|v| out.extend_from_slice(bytemuck::bytes_of(*v)));
     }
     for triangle in triangles {
         out.push(3);

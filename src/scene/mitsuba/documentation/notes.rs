@@ -49,13 +49,18 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
     (
         "texture",
         "bitmap",
-        "PNG, JPEG, BMP, TGA, OpenEXR, Radiance, PFM; kept in the depth of the file; alpha is ignored",
+        "PNG, JPEG, WebP, BMP, TGA, OpenEXR, Radiance, PFM; kept in the depth of the file; alpha is ignored",
     ),
     ("texture", "checkerboard", "where a number is wanted the colours are exchanged, as in Mitsuba 3.9.1"),
     (
         "texture",
         "mesh_attribute",
         "`vertex_NAME` or `face_NAME` of a `ply` or `serialized`; a material can use four numbers, of which a colour takes three",
+    ),
+    (
+        "texture",
+        "product",
+        "two textures multiplied, which Mitsuba has not; its mean is the product of their means",
     ),
     (
         "emitter",

@@ -8,7 +8,10 @@ use std::path::{Path, PathBuf};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use gltf::accessor::DataType;
+use serde_json::Value;
 
+use super::json;
+use super::parse::ModelDocument;
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
 
@@ -16,6 +19,7 @@ use crate::scene::limits;
 pub(super) struct Buffers<'a> {
     folder: PathBuf,
     document: &'a gltf::Document,
+    root: &'a Value,
     blob: Option<&'a [u8]>,
     files: &'a SceneFiles,
     read: BTreeMap<usize, Cow<'a, [u8]>>,
@@ -32,17 +36,12 @@ pub(super) enum ImageSource {
 }
 
 impl<'a> Buffers<'a> {
-    /// The buffers of `document`, which was read from a file of `size` bytes with this binary part.
-    pub(super) fn new(
-        path: &Path,
-        document: &'a gltf::Document,
-        blob: Option<&'a [u8]>,
-        size: usize,
-        files: &'a SceneFiles,
-    ) -> Self {
+    /// The buffers of a model, which was read from a file of `size` bytes.
+    pub(super) fn new(path: &Path, model: &'a ModelDocument, size: usize, files: &'a SceneFiles) -> Self {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let left = limits::MESH_INFLATED_FREE + limits::MESH_INFLATION * size as u64;
-        Self { folder, document, blob, files, read: BTreeMap::new(), left }
+        let ModelDocument { root, document, blob } = model;
+        Self { folder, document, root, blob: blob.as_deref(), files, read: BTreeMap::new(), left }
     }
 
     /// Takes part of the memory that a file of this size may need.
@@ -133,22 +132,47 @@ impl<'a> Buffers<'a> {
         Ok(all.chunks(stride).take(count).flat_map(|element| &element[..size]).copied().collect())
     }
 
-    /// The first `N` numbers of each element; integers are shares of their largest.
+    /// The first `N` numbers of each element; integers are shares of their largest if the file says so.
     pub(super) fn floats<const N: usize>(
         &mut self,
         accessor: &gltf::Accessor<'a>,
+    ) -> Result<Vec<[f32; N]>, String> {
+        self.numbers(accessor, accessor.normalized())
+    }
+
+    /// As [`floats`](Self::floats), but integers are always shares of their largest: of a colour or a weight nothing else has a meaning.
+    pub(super) fn shares<const N: usize>(
+        &mut self,
+        accessor: &gltf::Accessor<'a>,
+    ) -> Result<Vec<[f32; N]>, String> {
+        self.numbers(accessor, true)
+    }
+
+    /// As [`floats`](Self::floats), but integers are what they are.
+    pub(super) fn integers<const N: usize>(
+        &mut self,
+        accessor: &gltf::Accessor<'a>,
+    ) -> Result<Vec<[f32; N]>, String> {
+        self.numbers(accessor, false)
+    }
+
+    fn numbers<const N: usize>(
+        &mut self,
+        accessor: &gltf::Accessor<'a>,
+        normalized: bool,
     ) -> Result<Vec<[f32; N]>, String> {
         let (kind, index) = (accessor.data_type(), accessor.index());
         if accessor.dimensions().multiplicity() < N {
             return Err(format!("accessors[{index}] has not {N} numbers in each element"));
         }
         let width = kind.size();
+        let part = |v: f32, most: f32| if normalized { (v / most).max(-1.0) } else { v };
         let value = |b: &[u8]| match (kind, b) {
             (DataType::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
-            (DataType::U8, &[a]) => f32::from(a) / 255.0,
-            (DataType::I8, &[a]) => (f32::from(a as i8) / 127.0).max(-1.0),
-            (DataType::U16, &[a, b]) => f32::from(u16::from_le_bytes([a, b])) / 65_535.0,
-            (DataType::I16, &[a, b]) => (f32::from(i16::from_le_bytes([a, b])) / 32_767.0).max(-1.0),
+            (DataType::U8, &[a]) => part(a.into(), 255.0),
+            (DataType::I8, &[a]) => part((a as i8).into(), 127.0),
+            (DataType::U16, &[a, b]) => part(u16::from_le_bytes([a, b]).into(), 65_535.0),
+            (DataType::I16, &[a, b]) => part(i16::from_le_bytes([a, b]).into(), 32_767.0),
             _ => f32::NAN, // whole numbers of 32 bits are indices
         };
         let size = accessor.size();
@@ -171,17 +195,21 @@ impl<'a> Buffers<'a> {
         Ok(elements.chunks_exact(size).map(number).collect())
     }
 
+    /// The accessor of this index.
+    pub(super) fn accessor(&self, index: usize) -> Result<gltf::Accessor<'a>, String> {
+        self.document.accessors().nth(index).ok_or_else(|| format!("accessors[{index}] is not there"))
+    }
+
     /// Where an image is.
     pub(super) fn image(&mut self, index: usize) -> Result<ImageSource, String> {
-        let document = self.document;
-        let image = document.as_json().images.get(index).ok_or("it names an image that is not there")?;
-        match (&image.uri, image.buffer_view) {
+        let image = &self.root["images"][index];
+        match (image["uri"].as_str(), json::index(image, "bufferView")) {
             (Some(uri), _) => Ok(match data_uri(uri)? {
                 Some(bytes) => ImageSource::Bytes(bytes),
                 None => ImageSource::File(decoded(uri)),
             }),
             (None, Some(view)) => {
-                let view = document.views().nth(view.value()).ok_or("it names a view that is not there")?;
+                let view = self.document.views().nth(view).ok_or("it names a view that is not there")?;
                 let bytes = self.view(&view)?.to_vec();
                 Ok(ImageSource::Bytes(bytes))
             }

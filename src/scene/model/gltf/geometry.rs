@@ -1,14 +1,17 @@
-//! ModelPrimitives of glTF meshes as PLY files.
+//! Primitives of glTF meshes as PLY files.
 
 use std::collections::BTreeMap;
 
 use glam::DAffine3;
 use gltf::Semantic;
 use gltf::mesh::Mode;
+use serde_json::Value;
 
 use super::buffers::Buffers;
-use super::materials::{EmittedRadiance, Materials};
-use crate::scene::model::text::{PlyVertices, SceneText, ply};
+use super::json;
+use super::materials::{EmittedRadiance, Materials, VertexColors};
+use super::pose::{MeshPose, PoseKey};
+use crate::scene::model::text::{PlyVertices, SceneText, ply_with_opacities};
 
 /// A primitive: a mesh file with its material.
 #[derive(Clone)]
@@ -20,77 +23,161 @@ pub(super) struct PrimitiveShape {
     pub(super) emission: Option<EmittedRadiance>,
 }
 
-/// The primitives of each mesh that was asked for.
-#[derive(Default)]
-pub(super) struct ModelPrimitives(BTreeMap<usize, Vec<PrimitiveShape>>);
+/// The primitives of each mesh that was asked for, in each of its poses.
+pub(super) struct ModelPrimitives<'r> {
+    root: &'r Value,
+    known: BTreeMap<(usize, PoseKey), Vec<PrimitiveShape>>,
+    materials: Materials<'r>,
+}
 
-impl ModelPrimitives {
+impl<'r> ModelPrimitives<'r> {
+    /// Those of a file.
+    pub(super) fn new(root: &'r Value) -> Self {
+        Self { root, known: BTreeMap::new(), materials: Materials::new(root) }
+    }
+
     /// The primitives of a mesh that are surfaces, with their materials written.
-    pub(super) fn of<'a>(
+    pub(super) fn of(
         &mut self,
-        mesh: &gltf::Mesh<'a>,
+        mesh: &gltf::Mesh<'r>,
+        pose: &MeshPose,
         text: &mut SceneText<'_>,
-        buffers: &mut Buffers<'a>,
-        materials: &mut Materials,
+        buffers: &mut Buffers<'r>,
     ) -> Result<Vec<PrimitiveShape>, String> {
-        if let Some(known) = self.0.get(&mesh.index()) {
+        let key = (mesh.index(), pose.key());
+        if let Some(known) = self.known.get(&key) {
             return Ok(known.clone());
         }
+        let poses = self.known.keys().filter(|(index, _)| *index == mesh.index()).count();
+        let suffix = if poses == 0 { String::new() } else { format!("-{poses}") };
         let mut shapes = Vec::new();
         for primitive in mesh.primitives() {
-            let name = format!("mesh-{}-{}.ply", mesh.index(), primitive.index());
-            shapes.extend(shape(&name, &primitive, text, buffers, materials)?);
+            let (mesh, index) = (mesh.index(), primitive.index());
+            let name = format!("mesh-{mesh}-{index}{suffix}.ply");
+            let material = json::index(&self.root["meshes"][mesh]["primitives"][index], "material");
+            let place = format!("meshes[{mesh}].primitives[{index}]");
+            let mut reader = PrimitiveReader { primitive, place, text, buffers };
+            shapes.extend(reader.shape(&name, pose, material, &mut self.materials)?);
         }
-        self.0.insert(mesh.index(), shapes.clone());
+        self.known.insert(key, shapes.clone());
         Ok(shapes)
     }
 }
 
-/// A primitive; nothing for one without triangles.
-fn shape<'a>(
-    name: &str,
-    primitive: &gltf::Primitive<'a>,
-    text: &mut SceneText<'_>,
-    buffers: &mut Buffers<'a>,
-    materials: &mut Materials,
-) -> Result<Option<PrimitiveShape>, String> {
-    let cut = match primitive.mode() {
-        Mode::Triangles => triangles as fn(&[u32]) -> Vec<[u32; 3]>,
-        Mode::TriangleStrip => strip,
-        Mode::TriangleFan => fan,
-        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
-            text.note(format!("{name} is made of points or lines, which have no surface: left out"));
+/// A primitive that is being read.
+struct PrimitiveReader<'p, 'r, 't> {
+    primitive: gltf::Primitive<'r>,
+    place: String,
+    text: &'p mut SceneText<'t>,
+    buffers: &'p mut Buffers<'r>,
+}
+
+impl<'r> PrimitiveReader<'_, 'r, '_> {
+    /// The shape; nothing for a primitive without triangles.
+    fn shape(
+        &mut self,
+        name: &str,
+        pose: &MeshPose,
+        material: Option<usize>,
+        materials: &mut Materials<'r>,
+    ) -> Result<Option<PrimitiveShape>, String> {
+        let cut = match self.primitive.mode() {
+            Mode::Triangles => triangles as fn(&[u32]) -> Vec<[u32; 3]>,
+            Mode::TriangleStrip => strip,
+            Mode::TriangleFan => fan,
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
+                self.text.tell("points and lines have no surface: they are left out", &self.place);
+                return Ok(None);
+            }
+        };
+        let Some(positions) = self.primitive.get(&Semantic::Positions) else { return Ok(None) };
+        let mut positions = self.buffers.floats::<3>(&positions)?;
+        let mut normals = match self.primitive.get(&Semantic::Normals) {
+            Some(accessor) => self.buffers.floats::<3>(&accessor)?,
+            None => Vec::new(),
+        };
+        self.check("NORMAL", &mut normals);
+        pose.apply(&self.primitive, &mut positions, &mut normals, self.buffers)?;
+        let uvs = self.uvs(materials.set_of(material))?;
+        let (colors, opacities) = self.colors(materials, material)?;
+        let corners = match self.primitive.indices() {
+            Some(accessor) => self.buffers.indices(&accessor)?,
+            None => (0..positions.len() as u32).collect(),
+        };
+        let triangles = cut(&corners);
+        if triangles.is_empty() {
+            self.text.tell("a primitive without triangles is left out", &self.place);
             return Ok(None);
         }
-    };
-    let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(None) };
-    let positions = buffers.floats::<3>(&positions)?;
-    let count = positions.len();
-    let mut vectors = |semantic| -> Result<Vec<[f32; 3]>, String> {
-        let read = primitive.get(&semantic).map(|accessor| buffers.floats::<3>(&accessor)).transpose()?;
-        // What belongs to other vertices belongs to none.
-        Ok(read.filter(|all| all.len() == count).unwrap_or_default())
-    };
-    let (normals, colors) = (vectors(Semantic::Normals)?, vectors(Semantic::Colors(0))?);
-    let material = primitive.material();
-    let set = materials.set_of(&material);
-    let uvs = primitive.get(&Semantic::TexCoords(set)).map(|accessor| buffers.floats::<2>(&accessor));
-    let uvs = uvs.transpose()?.filter(|all| all.len() == count).unwrap_or_default();
-    let corners = match primitive.indices() {
-        Some(accessor) => buffers.indices(&accessor)?,
-        None => (0..count as u32).collect(),
-    };
-    let triangles = cut(&corners);
-    if triangles.is_empty() {
-        text.note(format!("{name} has no triangle: left out"));
-        return Ok(None);
+        let given = VertexColors { rgb: !colors.is_empty(), opacity: !opacities.is_empty() };
+        let (bsdf, emission) = materials.of(material, given, self.text, self.buffers)?;
+        let vertices = PlyVertices { positions: &positions, normals: &normals, uvs: &uvs, colors: &colors };
+        self.buffers.spend(48 * positions.len() + 13 * triangles.len())?;
+        let file = self.text.file(name, ply_with_opacities(&vertices, &opacities, &triangles));
+        Ok(Some(PrimitiveShape { file, bsdf, flat: normals.is_empty(), emission }))
     }
-    let colored = !colors.is_empty();
-    let (bsdf, emission) = materials.of(&material, colored, text, buffers)?;
-    let vertices = PlyVertices { positions: &positions, normals: &normals, uvs: &uvs, colors: &colors };
-    buffers.spend(44 * count + 13 * triangles.len())?;
-    let file = text.file(name, ply(&vertices, &triangles));
-    Ok(Some(PrimitiveShape { file, bsdf, flat: normals.is_empty(), emission }))
+
+    /// The number of vertices.
+    fn count(&self) -> usize {
+        self.primitive.get(&Semantic::Positions).map_or(0, |accessor| accessor.count())
+    }
+
+    /// Drops an attribute that belongs to more or fewer vertices than there are.
+    fn check<T>(&mut self, attribute: &str, read: &mut Vec<T>) {
+        if !read.is_empty() && read.len() != self.count() {
+            let message = format!("`{attribute}` has not an element for each vertex: it is not used");
+            self.text.tell(message, &self.place);
+            read.clear();
+        }
+    }
+
+    /// The texture coordinates of this set; those of others are told.
+    fn uvs(&mut self, set: Option<usize>) -> Result<Vec<[f32; 2]>, String> {
+        let mut uvs = Vec::new();
+        let primitive = self.primitive.clone();
+        for (semantic, accessor) in primitive.attributes() {
+            let Semantic::TexCoords(i) = semantic else { continue };
+            let name = format!("TEXCOORD_{i}");
+            if i as usize == set.unwrap_or(0) {
+                uvs = self.buffers.floats::<2>(&accessor)?;
+                self.check(&name, &mut uvs);
+            } else {
+                let message = format!("`{name}` is not used: a mesh has one set of texture coordinates");
+                self.text.tell(message, &self.place);
+            }
+        }
+        if set.is_some() && uvs.is_empty() {
+            self.text.tell("a mesh has not the texture coordinates that its material asks for", &self.place);
+        }
+        Ok(uvs)
+    }
+
+    /// Colours and opacities of the vertices, times the factors of the material.
+    fn colors(
+        &mut self,
+        materials: &Materials<'r>,
+        material: Option<usize>,
+    ) -> Result<(Vec<[f32; 3]>, Vec<f32>), String> {
+        let Some(accessor) = self.primitive.get(&Semantic::Colors(0)) else { return Ok(Default::default()) };
+        let ([r, g, b, a], mode) = materials.vertex_factor(material);
+        let mut colors = self.buffers.shares::<3>(&accessor)?;
+        self.check("COLOR_0", &mut colors);
+        colors.iter_mut().for_each(|c| *c = [c[0] * r, c[1] * g, c[2] * b]);
+        if colors.is_empty() || accessor.dimensions().multiplicity() < 4 || mode == "OPAQUE" {
+            return Ok((colors, Vec::new()));
+        }
+        let opacities = self.buffers.shares::<4>(&accessor)?;
+        let mut opacities: Vec<f32> = opacities.iter().map(|c| c[3]).collect();
+        if opacities.iter().all(|v| *v == 1.0) {
+            opacities.clear();
+        } else if mode == "MASK" {
+            let message = "the opacity of vertices is not used where `alphaMode` is `MASK`";
+            self.text.tell(message, &self.place);
+            opacities.clear();
+        }
+        opacities.iter_mut().for_each(|v| *v = (*v * a).clamp(0.0, 1.0));
+        Ok((colors, opacities))
+    }
 }
 
 fn triangles(corners: &[u32]) -> Vec<[u32; 3]> {
@@ -111,12 +198,23 @@ fn fan(corners: &[u32]) -> Vec<[u32; 3]> {
 impl PrimitiveShape {
     /// Writes it at this place.
     pub(super) fn write(&self, text: &mut SceneText<'_>, to_world: &DAffine3) {
+        self.write_side(text, to_world, false);
+        // An area light shines from one side: the other is a shape of its own at the same place.
+        if self.emission.as_ref().is_some_and(|emission| emission.both_sides) {
+            self.write_side(text, to_world, true);
+        }
+    }
+
+    fn write_side(&self, text: &mut SceneText<'_>, to_world: &DAffine3, back: bool) {
         text.shape("ply", &self.file, &self.bsdf, |text| {
             if *to_world != DAffine3::IDENTITY {
                 text.transform("to_world", to_world);
             }
             if self.flat {
                 text.value("boolean", "face_normals", true);
+            }
+            if back {
+                text.value("boolean", "flip_normals", true);
             }
             if let Some(emission) = &self.emission {
                 text.object("emitter", "area", &[], |text| emission.write(text));

@@ -8,270 +8,240 @@
 //! | `normalTexture` | `normalmap` |
 //! | `KHR_materials_transmission` | `principledthin`; with `KHR_materials_volume` the glass of `principled`, its absorption left out |
 //! | `KHR_materials_unlit` | its base colour, diffuse |
-//! | `emissiveFactor`, `emissiveTexture`, `KHR_materials_emissive_strength` | the shape's `area` emitter, one-sided |
-//! | `COLOR_0` | the base colour, where there is no texture |
-//!
-//! Occlusion textures are left out, since light itself is occluded.
+//! | `emissiveFactor`, `emissiveTexture`, `KHR_materials_emissive_strength` | the shape's `area` emitter, on both sides if `doubleSided` |
+//! | `COLOR_0` | times the base colour: the vertices have it times the factor, `product` multiplies it with the texture |
+//! | other extensions | [`extensions`](super::extensions), [`specular_glossiness`](super::specular_glossiness) |
 
 use std::collections::BTreeMap;
 
-use glam::{DAffine3, DMat3, DVec2, DVec3};
-use gltf::material::AlphaMode;
-use gltf::texture::{MagFilter, TextureTransform, WrappingMode};
+use image::RgbaImage;
+use serde_json::Value;
 
 use super::buffers::Buffers;
+use super::extensions::{
+    Parameters, anisotropy, clearcoat, diffuse_transmission, index_of_refraction, sheen,
+};
+use super::json::{extension, number, numbers, share, shares};
 use super::pictures::{Change, MaterialPictures};
+use super::specular_glossiness::{ConvertedMaterial, converted};
+use super::textures::{MaterialBitmap, MaterialValue, TextureUse};
 use crate::scene::model::text::SceneText;
 
-/// A bitmap of the scene.
-#[derive(Clone)]
-struct MaterialBitmap {
-    file: String,
-    raw: bool,
-    nearest: bool,
-    wrap: &'static str,
-    to_uv: DAffine3,
-}
-
-/// A number or a colour, or a texture of such.
-enum MaterialValue {
-    Number(f32),
-    Rgb([f32; 3]),
-    Texture(MaterialBitmap),
-    VertexColors,
+/// What the colours of the vertices of a primitive give its material.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct VertexColors {
+    pub(super) rgb: bool,
+    pub(super) opacity: bool,
 }
 
 /// Radiance of a shape.
 #[derive(Clone)]
-pub(super) enum EmittedRadiance {
-    Uniform([f32; 3]),
-    Textured(Box<EmissiveTexture>),
+pub(super) struct EmittedRadiance {
+    value: MaterialValue,
+    /// The back shines, too.
+    pub(super) both_sides: bool,
 }
-
-/// A picture of radiance.
-#[derive(Clone)]
-pub(super) struct EmissiveTexture(MaterialBitmap);
 
 impl EmittedRadiance {
     /// Writes the parameter `radiance`.
     pub(super) fn write(&self, text: &mut SceneText<'_>) {
-        match self {
-            Self::Uniform(rgb) => text.rgb("radiance", *rgb),
-            Self::Textured(texture) => texture.0.write(text, "radiance"),
-        }
+        self.value.write(text, "radiance");
     }
 }
 
-/// Key of a material: its index, none for the default, and whether the vertices have colours.
-type Key = (Option<usize>, bool);
+/// Key of a material: its index, none for the default, and what the vertices give it.
+type Key = (Option<usize>, VertexColors);
 
 /// The materials that are written already.
-#[derive(Default)]
-pub(super) struct Materials {
+pub(super) struct Materials<'r> {
+    root: &'r Value,
     known: BTreeMap<Key, (String, Option<EmittedRadiance>)>,
     pictures: MaterialPictures,
 }
 
-impl MaterialBitmap {
-    fn write(&self, text: &mut SceneText<'_>, name: &str) {
-        text.object("texture", "bitmap", &[("name", name)], |text| {
-            text.value("string", "filename", &self.file);
-            if self.raw {
-                text.value("boolean", "raw", true);
-            }
-            if self.nearest {
-                text.value("string", "filter_type", "nearest");
-            }
-            if self.wrap != "repeat" {
-                text.value("string", "wrap_mode", self.wrap);
-            }
-            if self.to_uv != DAffine3::IDENTITY {
-                text.transform("to_uv", &self.to_uv);
-            }
-        });
-    }
+/// All places of a material where a texture can be that is used; the base colour first.
+const TEXTURES: &[&[&str]] = &[
+    &["pbrMetallicRoughness", "baseColorTexture"],
+    &["extensions", "KHR_materials_pbrSpecularGlossiness", "diffuseTexture"],
+    &["pbrMetallicRoughness", "metallicRoughnessTexture"],
+    &["extensions", "KHR_materials_pbrSpecularGlossiness", "specularGlossinessTexture"],
+    &["emissiveTexture"],
+    &["extensions", "KHR_materials_transmission", "transmissionTexture"],
+    &["normalTexture"],
+    &["extensions", "KHR_materials_clearcoat", "clearcoatTexture"],
+    &["extensions", "KHR_materials_clearcoat", "clearcoatRoughnessTexture"],
+    &["extensions", "KHR_materials_sheen", "sheenColorTexture"],
+    &["extensions", "KHR_materials_diffuse_transmission", "diffuseTransmissionTexture"],
+];
+
+/// The sets of texture coordinates of the textures of a material.
+fn sets(material: &Value) -> impl Iterator<Item = usize> {
+    let glossy = !extension(material, "KHR_materials_pbrSpecularGlossiness").is_null();
+    // The extension comes with what it replaces.
+    let used = TEXTURES.iter().filter(move |path| !(glossy && path[0] == "pbrMetallicRoughness"));
+    let infos = used.map(move |path| path.iter().fold(material, |object, name| &object[*name]));
+    infos.filter_map(TextureUse::of).map(|texture| texture.set)
 }
 
-impl MaterialValue {
-    fn write(&self, text: &mut SceneText<'_>, name: &str) {
-        match self {
-            Self::Number(v) => text.value("float", name, v),
-            Self::Rgb(rgb) => text.rgb(name, *rgb),
-            Self::Texture(bitmap) => bitmap.write(text, name),
-            Self::VertexColors => text.vertex_colors(name),
-        }
-    }
-}
-
-/// A texture of a material, as its several types in the crate have it.
-struct TextureUse<'a> {
-    texture: gltf::Texture<'a>,
-    transform: Option<TextureTransform<'a>>,
-    set: u32,
-}
-
-impl<'a> TextureUse<'a> {
-    fn of(info: gltf::texture::Info<'a>) -> Self {
-        let transform = info.texture_transform();
-        let set = transform.as_ref().and_then(TextureTransform::tex_coord).unwrap_or(info.tex_coord());
-        Self { texture: info.texture(), transform, set }
+impl<'r> Materials<'r> {
+    /// Those of a file.
+    pub(super) fn new(root: &'r Value) -> Self {
+        Self { root, known: BTreeMap::new(), pictures: MaterialPictures::default() }
     }
 
-    fn of_normals(normals: &gltf::material::NormalTexture<'a>) -> Self {
-        Self { texture: normals.texture(), transform: None, set: normals.tex_coord() }
+    fn material(&self, index: Option<usize>) -> &'r Value {
+        index.map_or(&Value::Null, |i| &self.root["materials"][i])
     }
 
-    /// The bitmap of this texture by the picture in `file`.
-    fn bitmap(&self, file: String, raw: bool) -> MaterialBitmap {
-        let sampler = self.texture.sampler();
-        let wrap = match sampler.wrap_s() {
-            WrappingMode::Repeat => "repeat",
-            WrappingMode::MirroredRepeat => "mirror",
-            WrappingMode::ClampToEdge => "clamp",
-        };
-        let nearest = sampler.mag_filter() == Some(MagFilter::Nearest);
-        let to_uv = self.transform.as_ref().map_or(DAffine3::IDENTITY, to_uv);
-        MaterialBitmap { file, raw, nearest, wrap, to_uv }
+    /// The set of texture coordinates that a material uses: that of its first texture. None without a texture.
+    pub(super) fn set_of(&self, index: Option<usize>) -> Option<usize> {
+        sets(self.material(index)).next()
     }
-}
 
-/// `KHR_texture_transform`: scale, then turn, then move. A turn is against the clock as the picture is seen, with v downwards.
-fn to_uv(transform: &TextureTransform<'_>) -> DAffine3 {
-    let (sin, cos) = f64::from(transform.rotation()).sin_cos();
-    let [scale, offset] = [transform.scale(), transform.offset()].map(|v| DVec2::from(v.map(f64::from)));
-    let columns = [DVec3::new(cos, -sin, 0.0) * scale.x, DVec3::new(sin, cos, 0.0) * scale.y, DVec3::Z];
-    let to_uv = DAffine3::from_mat3_translation(
-        DMat3::from_cols(columns[0], columns[1], columns[2]),
-        offset.extend(0.0),
-    );
-    let usable = to_uv.is_finite() && to_uv.matrix3.determinant().is_normal();
-    if usable { to_uv } else { DAffine3::IDENTITY }
-}
-
-/// All textures of a material that are used; the base colour first.
-fn textures<'a>(material: &gltf::Material<'a>) -> Vec<TextureUse<'a>> {
-    let base = material.pbr_metallic_roughness();
-    let infos = [
-        base.base_color_texture(),
-        base.metallic_roughness_texture(),
-        material.emissive_texture(),
-        material.transmission().and_then(|t| t.transmission_texture()),
-    ];
-    let normals = material.normal_texture().map(|normals| TextureUse::of_normals(&normals));
-    infos.into_iter().flatten().map(TextureUse::of).chain(normals).collect()
-}
-
-impl Materials {
-    /// The set of texture coordinates that a material uses: that of its first texture.
-    pub(super) fn set_of(&self, material: &gltf::Material<'_>) -> u32 {
-        textures(material).first().map_or(0, |texture| texture.set)
+    /// The factor on the colours of vertices, and the `alphaMode`, which says what their opacity means.
+    pub(super) fn vertex_factor(&self, index: Option<usize>) -> ([f32; 4], &'r str) {
+        let material = self.material(index);
+        (base_factor(material), material["alphaMode"].as_str().unwrap_or("OPAQUE"))
     }
 
     /// Writes a material, once; returns its id and what it emits.
-    pub(super) fn of<'a>(
+    pub(super) fn of(
         &mut self,
-        material: &gltf::Material<'a>,
-        colored: bool,
+        index: Option<usize>,
+        colors: VertexColors,
         text: &mut SceneText<'_>,
-        buffers: &mut Buffers<'a>,
+        buffers: &mut Buffers<'r>,
     ) -> Result<(String, Option<EmittedRadiance>), String> {
-        let key = (material.index(), colored);
-        if let Some(known) = self.known.get(&key) {
+        if let Some(known) = self.known.get(&(index, colors)) {
             return Ok(known.clone());
         }
-        let id = text.id(material.name().unwrap_or("material"));
-        let sets: Vec<u32> = textures(material).iter().map(|texture| texture.set).collect();
-        if sets.windows(2).any(|pair| pair[0] != pair[1]) {
-            text.note(format!(
-                "the textures of `{id}` have several sets of coordinates: that of the first is used"
-            ));
+        let material = self.material(index);
+        let id = text.id(material["name"].as_str().unwrap_or("material"));
+        let mut reader = MaterialReader {
+            root: self.root,
+            material,
+            index,
+            colors,
+            text,
+            buffers,
+            pictures: &mut self.pictures,
+        };
+        let mut sets = sets(material);
+        let first = sets.next();
+        if sets.any(|set| Some(set) != first) {
+            reader.tell(
+                "the textures of a material have several sets of coordinates: that of the first is used",
+            );
         }
-        self.write(&id, material, colored, text, buffers)?;
-        let emission = self.emission(material, text, buffers)?;
-        self.known.insert(key, (id.clone(), emission.clone()));
+        reader.write(&id)?;
+        let emission = reader.emission()?;
+        self.known.insert((index, colors), (id.clone(), emission.clone()));
         Ok((id, emission))
     }
+}
 
-    fn write<'a>(
+/// Factor on the base colour.
+fn base_factor(material: &Value) -> [f32; 4] {
+    let glossy = extension(material, "KHR_materials_pbrSpecularGlossiness");
+    match glossy.is_null() {
+        true => shares(&material["pbrMetallicRoughness"], "baseColorFactor", [1.0; 4]),
+        false => shares(glossy, "diffuseFactor", [1.0; 4]),
+    }
+}
+
+/// A material that is being written, with all that this needs.
+pub(super) struct MaterialReader<'r, 'a, 't> {
+    pub(super) root: &'r Value,
+    pub(super) material: &'r Value,
+    index: Option<usize>,
+    colors: VertexColors,
+    pub(super) text: &'a mut SceneText<'t>,
+    buffers: &'a mut Buffers<'r>,
+    pub(super) pictures: &'a mut MaterialPictures,
+}
+
+/// A bsdf with its parameters.
+struct SurfaceModel {
+    kind: &'static str,
+    parameters: Parameters,
+    /// Light gets through.
+    transmits: bool,
+}
+
+impl MaterialReader<'_, '_, '_> {
+    /// Tells what is not used of this material.
+    pub(super) fn tell(&mut self, message: &str) {
+        let place = self.index.map_or("the default material".to_owned(), |i| format!("materials[{i}]"));
+        self.text.tell(message, &place);
+    }
+
+    /// A name of its own for files.
+    pub(super) fn name(&self) -> String {
+        format!("material-{}", self.index.unwrap_or_default())
+    }
+
+    /// The bitmap of a texture after a change; none where there is no texture.
+    pub(super) fn bitmap(
         &mut self,
-        id: &str,
-        material: &gltf::Material<'a>,
-        colored: bool,
-        text: &mut SceneText<'_>,
-        buffers: &mut Buffers<'a>,
-    ) -> Result<(), String> {
-        let base = material.pbr_metallic_roughness();
-        let [r, g, b, a] = base.base_color_factor().map(share);
-        let image = base.base_color_texture().map(TextureUse::of);
-        let mut picture = |texture: &TextureUse<'a>, change, raw, text: &mut SceneText<'_>| {
-            let file = self.pictures.of(&texture.texture, change, text, buffers)?;
-            Ok::<_, String>(texture.bitmap(file, raw))
-        };
-        let color = match &image {
-            Some(texture) => {
-                let change = if [r, g, b] == [1.0; 3] { Change::None } else { Change::Times([r, g, b]) };
-                MaterialValue::Texture(picture(texture, change, false, text)?)
+        info: &Value,
+        change: Change,
+        raw: bool,
+    ) -> Result<Option<MaterialBitmap>, String> {
+        let Some(texture) = TextureUse::of(info) else { return Ok(None) };
+        let file = self.pictures.of(self.root, texture.texture, change, self.text, self.buffers)?;
+        Ok(Some(texture.bitmap(self.root, file, raw, self.text)))
+    }
+
+    /// The texels of a texture.
+    pub(super) fn decoded(&mut self, texture: &TextureUse) -> Result<RgbaImage, String> {
+        self.pictures.decoded(self.root, texture.texture, self.buffers)
+    }
+
+    /// A number: a factor, times a channel of a texture if there is one.
+    pub(super) fn channel(
+        &mut self,
+        info: &Value,
+        channel: usize,
+        factor: f32,
+    ) -> Result<MaterialValue, String> {
+        let change = Change::Channel { channel, factor };
+        let bitmap = if factor > 0.0 { self.bitmap(info, change, true)? } else { None };
+        Ok(bitmap.map_or(MaterialValue::Number(factor), MaterialValue::Texture))
+    }
+
+    /// Factor on the base colour and opacity, without what is in the vertices.
+    fn factor(&self) -> [f32; 4] {
+        let [r, g, b, a] = base_factor(self.material);
+        let [r, g, b] = if self.colors.rgb { [1.0; 3] } else { [r, g, b] };
+        [r, g, b, if self.colors.opacity { 1.0 } else { a }]
+    }
+
+    /// A colour times that of the vertices.
+    fn tinted(&self, color: MaterialValue) -> MaterialValue {
+        match color {
+            color if !self.colors.rgb => color,
+            MaterialValue::Texture(bitmap) => MaterialValue::Product(bitmap, "vertex_color"),
+            _ => MaterialValue::Attribute("vertex_color"),
+        }
+    }
+
+    fn write(&mut self, id: &str) -> Result<(), String> {
+        let material = self.material;
+        let glossy = extension(material, "KHR_materials_pbrSpecularGlossiness");
+        let base = &material["pbrMetallicRoughness"];
+        let image = if glossy.is_null() { &base["baseColorTexture"] } else { &glossy["diffuseTexture"] };
+        let opacity = self.opacity(image)?;
+        let normals = self.normals()?;
+        let SurfaceModel { kind, parameters, transmits } = match glossy {
+            Value::Null => self.metallic_roughness(base)?,
+            glossy => {
+                let material = converted(self, glossy, self.colors.rgb)?;
+                self.glossy(material)?
             }
-            None if colored && !material.unlit() => MaterialValue::VertexColors,
-            None => MaterialValue::Rgb([r, g, b]),
         };
-        let opacity = match (material.alpha_mode(), &image) {
-            (AlphaMode::Opaque, _) => None,
-            (AlphaMode::Blend, None) => Some(MaterialValue::Number(a)),
-            (AlphaMode::Mask, None) => {
-                Some(MaterialValue::Number(if a < share(material.alpha_cutoff().unwrap_or(0.5)) {
-                    0.0
-                } else {
-                    1.0
-                }))
-            }
-            (mode, Some(texture)) => {
-                let cutoff = material.alpha_cutoff().unwrap_or(0.5);
-                let cutoff = (mode == AlphaMode::Mask).then(|| share(cutoff));
-                Some(MaterialValue::Texture(picture(
-                    texture,
-                    Change::Alpha { factor: a, cutoff },
-                    true,
-                    text,
-                )?))
-            }
-        };
-        let opacity = opacity.filter(|opacity| !matches!(opacity, MaterialValue::Number(1.0)));
-        let packed = base.metallic_roughness_texture().map(TextureUse::of);
-        let mut channel = |channel, factor: f32, text: &mut SceneText<'_>| match &packed {
-            Some(texture) if factor > 0.0 => {
-                picture(texture, Change::Channel { channel, factor }, true, text).map(MaterialValue::Texture)
-            }
-            _ => Ok(MaterialValue::Number(factor)),
-        };
-        let roughness = channel(1, share(base.roughness_factor()), text)?;
-        let metallic = channel(2, share(base.metallic_factor()), text)?;
-        let normals = match material.normal_texture() {
-            Some(normals) => {
-                let scale = Some(normals.scale()).filter(|s| s.is_finite()).unwrap_or(1.0);
-                let change = if scale == 1.0 { Change::None } else { Change::Bend(scale) };
-                Some(picture(&TextureUse::of_normals(&normals), change, true, text)?)
-            }
-            None => None,
-        };
-        let transmission = material.transmission().map_or(0.0, |t| share(t.transmission_factor()));
-        let thin = material.volume().is_none_or(|volume| volume.thickness_factor() <= 0.0);
-        let eta = material.ior().filter(|n| (1.0..10.0).contains(n)).unwrap_or(1.5);
         let surface = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| {
-            if material.unlit() {
-                return text.object("bsdf", "diffuse", attributes, |text| color.write(text, "reflectance"));
-            }
-            let kind = if transmission > 0.0 && thin { "principledthin" } else { "principled" };
             text.object("bsdf", kind, attributes, |text| {
-                color.write(text, "base_color");
-                roughness.write(text, "roughness");
-                if kind == "principled" {
-                    metallic.write(text, "metallic");
-                }
-                if transmission > 0.0 {
-                    text.value("float", "spec_trans", transmission);
-                }
-                text.value("float", "eta", eta);
+                parameters.iter().for_each(|(name, value)| value.write(text, name));
             });
         };
         let bent = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| match &normals {
@@ -281,13 +251,13 @@ impl Materials {
                 surface(text, &[]);
             }),
         };
-        let sides = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| match transmission > 0.0 {
+        let sides = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| match transmits {
             true => bent(text, attributes),
             false => text.object("bsdf", "twosided", attributes, |text| bent(text, &[])),
         };
         match &opacity {
-            None => sides(text, &[("id", id)]),
-            Some(opacity) => text.object("bsdf", "mask", &[("id", id)], |text| {
+            None => sides(self.text, &[("id", id)]),
+            Some(opacity) => self.text.object("bsdf", "mask", &[("id", id)], |text| {
                 opacity.write(text, "opacity");
                 sides(text, &[]);
             }),
@@ -295,28 +265,108 @@ impl Materials {
         Ok(())
     }
 
-    fn emission<'a>(
+    /// The opacity; none where all is opaque.
+    fn opacity(&mut self, image: &Value) -> Result<Option<MaterialValue>, String> {
+        let [.., factor] = self.factor();
+        let mode = self.material["alphaMode"].as_str().unwrap_or("OPAQUE");
+        let cutoff = (mode == "MASK").then(|| share(self.material, "alphaCutoff", 0.5));
+        if mode == "OPAQUE" {
+            return Ok(None);
+        }
+        let of_vertices = self.colors.opacity.then_some("vertex_opacity");
+        let bitmap = self.bitmap(image, Change::Alpha { factor, cutoff }, true)?;
+        Ok(match (bitmap, of_vertices, cutoff) {
+            (Some(bitmap), Some(attribute), _) => Some(MaterialValue::Product(bitmap, attribute)),
+            (Some(bitmap), None, _) => Some(MaterialValue::Texture(bitmap)),
+            (None, Some(attribute), _) => Some(MaterialValue::Attribute(attribute)),
+            (None, None, Some(cutoff)) => (factor < cutoff).then_some(MaterialValue::Number(0.0)),
+            (None, None, None) => Some(MaterialValue::Number(factor)).filter(|_| factor != 1.0),
+        })
+    }
+
+    fn normals(&mut self) -> Result<Option<MaterialBitmap>, String> {
+        let info = &self.material["normalTexture"];
+        let scale = number(info, "scale", 1.0);
+        self.bitmap(info, if scale == 1.0 { Change::None } else { Change::Bend(scale) }, true)
+    }
+
+    /// The bsdf of a material with `pbrMetallicRoughness`.
+    fn metallic_roughness(&mut self, base: &Value) -> Result<SurfaceModel, String> {
+        let material = self.material;
+        let [r, g, b, _] = self.factor();
+        let bitmap = self.bitmap(&base["baseColorTexture"], Change::times([r, g, b]), false)?;
+        let color = self.tinted(bitmap.map_or(MaterialValue::Rgb([r, g, b]), MaterialValue::Texture));
+        if !extension(material, "KHR_materials_unlit").is_null() {
+            return Ok(SurfaceModel {
+                kind: "diffuse",
+                parameters: vec![("reflectance", color)],
+                transmits: false,
+            });
+        }
+        let packed = &base["metallicRoughnessTexture"];
+        let roughness = self.channel(packed, 1, share(base, "roughnessFactor", 1.0))?;
+        let metallic = self.channel(packed, 2, share(base, "metallicFactor", 1.0))?;
+        let transmission = extension(material, "KHR_materials_transmission");
+        let through = share(transmission, "transmissionFactor", 0.0);
+        let through = self.channel(&transmission["transmissionTexture"], 0, through)?;
+        let refracts = !matches!(through, MaterialValue::Number(0.0));
+        let solid = number(extension(material, "KHR_materials_volume"), "thicknessFactor", 0.0) > 0.0;
+        let diffuse = diffuse_transmission(self, base)?;
+        if diffuse.is_some() && refracts && solid {
+            self.tell("`KHR_materials_diffuse_transmission` is not used for glass");
+        }
+        let diffuse = diffuse.filter(|_| !(refracts && solid));
+        let transmits = refracts || diffuse.is_some();
+        let kind = if transmits && !(refracts && solid) { "principledthin" } else { "principled" };
+        let mut parameters = vec![("base_color", color)];
+        if kind == "principled" {
+            parameters.push(("metallic", metallic));
+        } else if !matches!(metallic, MaterialValue::Number(0.0)) {
+            self.tell("`metallicFactor` is not used for what is thin and lets light through");
+        }
+        if refracts {
+            parameters.push(("spec_trans", through));
+        }
+        parameters.extend(diffuse.map(|value| ("diff_trans", value)));
+        let eta = index_of_refraction(self, transmits);
+        self.layers(SurfaceModel { kind, parameters, transmits }, roughness, eta)
+    }
+
+    /// The bsdf of a material with `KHR_materials_pbrSpecularGlossiness`.
+    fn glossy(&mut self, material: ConvertedMaterial) -> Result<SurfaceModel, String> {
+        let ConvertedMaterial { color, metallic, roughness, eta } = material;
+        let parameters = vec![("base_color", self.tinted(color)), ("metallic", metallic)];
+        self.layers(SurfaceModel { kind: "principled", parameters, transmits: false }, roughness, eta)
+    }
+
+    /// Adds what every kind may have.
+    fn layers(
         &mut self,
-        material: &gltf::Material<'a>,
-        text: &mut SceneText<'_>,
-        buffers: &mut Buffers<'a>,
-    ) -> Result<Option<EmittedRadiance>, String> {
-        let strength = material.emissive_strength().unwrap_or(1.0);
-        let factor = material.emissive_factor().map(|v| v * strength);
-        let factor = factor.map(|v| if v.is_finite() { v.clamp(0.0, 1e9) } else { 0.0 });
+        mut surface: SurfaceModel,
+        roughness: MaterialValue,
+        eta: f32,
+    ) -> Result<SurfaceModel, String> {
+        let (roughness, anisotropic) = anisotropy(self, roughness);
+        let parameters = &mut surface.parameters;
+        parameters.push(("roughness", roughness));
+        parameters.extend(anisotropic.map(|v| ("anisotropic", MaterialValue::Number(v))));
+        parameters.push(("eta", MaterialValue::Number(eta)));
+        parameters.extend(sheen(self)?);
+        parameters.extend(clearcoat(self, surface.kind)?);
+        Ok(surface)
+    }
+
+    fn emission(&mut self) -> Result<Option<EmittedRadiance>, String> {
+        let material = self.material;
+        let strength =
+            number(extension(material, "KHR_materials_emissive_strength"), "emissiveStrength", 1.0);
+        let factor = numbers(material, "emissiveFactor", [0.0; 3]).map(|v| (v * strength).clamp(0.0, 1e9));
         if factor == [0.0; 3] {
             return Ok(None);
         }
-        let Some(texture) = material.emissive_texture().map(TextureUse::of) else {
-            return Ok(Some(EmittedRadiance::Uniform(factor)));
-        };
-        let file = self.pictures.of(&texture.texture, Change::Light(factor), text, buffers)?;
-        let bitmap = texture.bitmap(file, true);
-        Ok(Some(EmittedRadiance::Textured(Box::new(EmissiveTexture(bitmap)))))
+        let bitmap = self.bitmap(&material["emissiveTexture"], Change::Light(factor), true)?;
+        let value = bitmap.map_or(MaterialValue::Rgb(factor), MaterialValue::Texture);
+        let both_sides = material["doubleSided"].as_bool() == Some(true);
+        Ok(Some(EmittedRadiance { value, both_sides }))
     }
-}
-
-/// A number from 0 to 1; what is none is 1.
-fn share(v: f32) -> f32 {
-    if v.is_nan() { 1.0 } else { v.clamp(0.0, 1.0) }
 }

@@ -1,26 +1,38 @@
 //! glTF 2.0 (Khronos): nodes with their meshes, lights and cameras.
 //!
 //! ```text
+//! parse       the container and the JSON; extensions that are required
+//! grammar     each property of each object (grammar_tables) and what becomes of it; json reads them
 //! buffers     bytes of buffers, accessors and images: beside the file, in it, or in data URIs
-//! geometry    primitives as PLY
-//! materials   metallic-roughness and its extensions as `principled`
-//! pictures    channels and multiples of pictures
+//! geometry    primitives as PLY; pose: morph targets and skins; instances: EXT_mesh_gpu_instancing
+//! materials   metallic-roughness as `principled`; extensions and specular_glossiness: what else materials have
+//! textures    pictures with samplers and transforms; pictures: their channels and multiples
+//! placed      lights and cameras
 //! ```
 //!
 //! A mesh that several nodes show is a shape group with instances; one that shines is as many shapes, since groups hold no lights.
 //! `KHR_lights_punctual` has point and spot lights in candela and directional ones in lux; like an emission of 1 cd/m² they are
-//! taken by number. Animations, skins and morph targets are shown at rest. Nodes form a tree, so that each is visited once.
+//! taken by number. Animations are not played. Nodes form a tree, so that each is visited once.
 
 mod buffers;
+mod extensions;
 mod geometry;
+mod grammar;
+mod grammar_tables;
+mod instances;
+mod json;
 mod materials;
+mod parse;
 mod pictures;
+mod placed;
+mod pose;
+mod specular_glossiness;
+mod textures;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DAffine3, DMat3, DMat4, DVec3};
-use gltf::camera::Projection;
-use gltf::khr_lights_punctual::{Kind, Light};
+use glam::{DAffine3, DMat4};
+use serde_json::Value;
 
 use super::text::SceneText;
 use super::{finding, unreadable};
@@ -28,112 +40,157 @@ use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
 use buffers::Buffers;
-use geometry::ModelPrimitives;
-use materials::Materials;
-
-/// The far end of a camera that has none.
-const FAR: f64 = 1e9;
+use geometry::{ModelPrimitives, PrimitiveShape};
+use parse::ModelDocument;
+use pose::{MeshPose, PoseKey, Skins};
 
 /// Reads a glTF file.
 pub(super) fn read(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), SceneError> {
     let path = text.path;
-    let wrong = |message: String| finding(path, FindingKind::Mesh, [1, 1], message).error();
     let bytes = files.read(path, limits::MESH_BYTES).map_err(|e| unreadable(path, &e))?;
-    let gltf::Gltf { document, blob } = parse(&bytes).map_err(|e| match &e {
-        gltf::Error::Deserialize(json) => {
-            let place = [json.line().max(1), json.column().max(1)];
-            finding(path, FindingKind::Syntax, place, json.to_string()).error()
-        }
-        e => wrong(describe(e)),
-    })?;
-    let mut buffers = Buffers::new(path, &document, blob.as_deref(), bytes.len(), files);
+    let model = parse::parse(&bytes, text)?;
+    let mut buffers = Buffers::new(path, &model, bytes.len(), files);
+    show(&model, &mut buffers, text).map_err(|e| finding(path, FindingKind::Mesh, [1, 1], e).error())
+}
+
+/// A mesh at its places.
+struct ShownMesh<'a> {
+    mesh: gltf::Mesh<'a>,
+    pose: MeshPose,
+    places: Vec<DAffine3>,
+}
+
+/// Writes the scene of a model.
+fn show<'a>(
+    model: &'a ModelDocument,
+    buffers: &mut Buffers<'a>,
+    text: &mut SceneText<'_>,
+) -> Result<(), String> {
+    let ModelDocument { root, document, .. } = model;
     let scene = document.default_scene().or_else(|| document.scenes().next());
-    let roots = scene.iter().flat_map(gltf::Scene::nodes).collect();
-    let nodes = visit(roots).map_err(wrong)?;
-    let mut materials = Materials::default();
-    let mut primitives = ModelPrimitives::default();
-    let mut uses = BTreeMap::new();
-    nodes.iter().filter_map(|(node, _)| node.mesh()).for_each(|m| *uses.entry(m.index()).or_insert(0) += 1);
-    let mut groups = BTreeSet::new();
+    if let Some(scene) = &scene
+        && document.scenes().len() > 1
+    {
+        text.tell("one scene is shown: others are left out", &format!("all but scenes[{}]", scene.index()));
+    }
+    let nodes = visit(scene.iter().flat_map(gltf::Scene::nodes).collect())?;
+    let mut shown = meshes(&nodes, root, buffers, text)?;
+    let mut uses: BTreeMap<(usize, PoseKey), usize> = BTreeMap::new();
+    for mesh in shown.values() {
+        *uses.entry(mesh.key()).or_default() += mesh.places.len();
+    }
+    let mut primitives = ModelPrimitives::new(root);
+    let mut groups = BTreeMap::new();
     let mut flat = 0;
     for (node, to_world) in &nodes {
-        let turned = to_world.matrix3.determinant();
-        if !(to_world.is_finite() && turned.is_normal()) {
-            flat += usize::from(node.mesh().is_some());
+        let mesh = shown.remove(&node.index());
+        if let Some(mut mesh) = mesh {
+            let all = mesh.places.len();
+            mesh.places.retain(is_usable);
+            flat += all - mesh.places.len();
+            if !mesh.places.is_empty() {
+                let parts = primitives.of(&mesh.mesh, &mesh.pose, text, buffers)?;
+                mesh.write(&parts, uses[&mesh.key()] == 1, &mut groups, text);
+            }
+        }
+        if !is_usable(to_world) {
+            flat += usize::from(node.light().is_some() || node.camera().is_some());
             continue;
         }
-        if let Some(mesh) = node.mesh() {
-            let all = primitives.of(&mesh, text, &mut buffers, &mut materials).map_err(wrong)?;
-            let (shining, still): (Vec<_>, Vec<_>) =
-                all.iter().partition(|primitive| primitive.emission.is_some() || uses[&mesh.index()] == 1);
-            for primitive in shining {
-                primitive.write(text, to_world);
-            }
-            if !still.is_empty() {
-                let id = format!("mesh {}", mesh.index());
-                if groups.insert(mesh.index()) {
-                    text.object("shape", "shapegroup", &[("id", &id)], |text| {
-                        still.iter().for_each(|primitive| primitive.write(text, &DAffine3::IDENTITY));
-                    });
-                }
-                text.object("shape", "instance", &[], |text| {
-                    text.transform("to_world", to_world);
-                    text.reference(&id);
-                });
-            }
-        }
         if let Some(light) = node.light() {
-            self::light(text, &light, to_world);
+            placed::light(text, &light, to_world);
         }
-        if let Some(camera) = node.camera()
-            && let Projection::Perspective(lens) = camera.projection()
-        {
-            self::camera(text, &lens, to_world);
+        if let Some(camera) = node.camera() {
+            placed::camera(text, &camera, to_world);
         }
     }
     if flat > 0 {
         text.note(format!("{flat} nodes are scaled to nothing, or by no number: they are left out"));
     }
     if uses.is_empty() {
-        return Err(wrong("this model shows no mesh".to_owned()));
-    }
-    if document.skins().next().is_some() || document.animations().next().is_some() {
-        text.note("skins and animations are shown at rest");
+        return Err("this model shows no mesh".to_owned());
     }
     Ok(())
 }
 
-/// Parses the text and takes the binary part. The header is checked first: the crate subtracts its size from what it says.
-fn parse(bytes: &[u8]) -> Result<gltf::Gltf, gltf::Error> {
-    let said = bytes.get(8..12).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
-    if bytes.starts_with(b"glTF") && said.is_none_or(|length| length < 20 || length as usize > bytes.len()) {
-        let length = said.unwrap_or_default();
-        return Err(gltf::Error::Binary(gltf::binary::Error::Length { length, length_read: bytes.len() }));
-    }
-    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(bytes)?;
-    let root = document.into_json();
-    // The validation of the crate looks at accessors of primitives before it knows that they are there.
-    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    if primitives.any(|p| p.attributes.values().any(|index| index.value() >= root.accessors.len())) {
-        let fault =
-            (gltf::json::Path::new().field("meshes"), gltf::json::validation::Error::IndexOutOfBounds);
-        return Err(gltf::Error::Validation(vec![fault]));
-    }
-    Ok(gltf::Gltf { document: gltf::Document::from_json(root)?, blob })
+/// Whether a transform shows anything.
+fn is_usable(to_world: &DAffine3) -> bool {
+    to_world.is_finite() && to_world.matrix3.determinant().is_normal()
 }
 
-/// An error of the format in words: the first of many.
-fn describe(error: &gltf::Error) -> String {
-    match error {
-        gltf::Error::Validation(faults) => match faults.as_slice() {
-            [(place, fault), rest @ ..] => {
-                let more =
-                    if rest.is_empty() { String::new() } else { format!(", and {} more faults", rest.len()) };
-                format!("this is not valid glTF: {place} is {}{more}", fault.to_string().to_lowercase())
+/// The meshes by the indices of their nodes.
+fn meshes<'a>(
+    nodes: &[PlacedNode<'a>],
+    root: &Value,
+    buffers: &mut Buffers<'a>,
+    text: &mut SceneText<'_>,
+) -> Result<BTreeMap<usize, ShownMesh<'a>>, String> {
+    let worlds: BTreeMap<usize, DAffine3> =
+        nodes.iter().map(|(node, to_world)| (node.index(), *to_world)).collect();
+    let mut skins = Skins::default();
+    let mut shown = BTreeMap::new();
+    for (node, to_world) in nodes {
+        let Some(mesh) = node.mesh() else { continue };
+        let place = format!("nodes[{}]", node.index());
+        let mut pose = skins.pose(node, &mesh, &worlds, buffers)?;
+        if pose.is_skinned() && !pose::has_joints(&mesh) {
+            text.tell("a mesh whose vertices name no joints is not bent by its skin", &place);
+            pose = pose.without_skin();
+        }
+        let instances = instances::read(&root["nodes"][node.index()], buffers)?;
+        let places = match instances {
+            Some(_) if pose.is_skinned() => {
+                text.tell("`EXT_mesh_gpu_instancing` is not used for a mesh with a skin", &place);
+                vec![DAffine3::IDENTITY]
             }
-            [] => "this is not valid glTF".to_owned(),
-        },
-        error => format!("this is not valid glTF: {error}"),
+            Some(instances) => instances.iter().map(|instance| *to_world * *instance).collect(),
+            // Joints place the vertices in the world.
+            None if pose.is_skinned() => vec![DAffine3::IDENTITY],
+            None => vec![*to_world],
+        };
+        shown.insert(node.index(), ShownMesh { mesh, pose, places });
+    }
+    Ok(shown)
+}
+
+impl ShownMesh<'_> {
+    fn key(&self) -> (usize, PoseKey) {
+        (self.mesh.index(), self.pose.key())
+    }
+
+    /// Writes its parts at its places. `once`: there is no other place. `groups` has the ids of what is written as a shape group.
+    fn write(
+        &self,
+        parts: &[PrimitiveShape],
+        once: bool,
+        groups: &mut BTreeMap<(usize, PoseKey), String>,
+        text: &mut SceneText<'_>,
+    ) {
+        let (alone, grouped): (Vec<_>, Vec<_>) =
+            parts.iter().partition(|primitive| primitive.emission.is_some() || once);
+        for (to_world, primitive) in
+            self.places.iter().flat_map(|to_world| alone.iter().map(move |p| (to_world, p)))
+        {
+            primitive.write(text, to_world);
+        }
+        if grouped.is_empty() {
+            return;
+        }
+        let posed = groups.keys().filter(|(mesh, _)| *mesh == self.mesh.index()).count();
+        let id = groups.entry(self.key()).or_insert_with(|| {
+            let suffix = if posed == 0 { String::new() } else { format!(" pose {posed}") };
+            let id = format!("mesh {}{suffix}", self.mesh.index());
+            text.object("shape", "shapegroup", &[("id", &id)], |text| {
+                grouped.iter().for_each(|primitive| primitive.write(text, &DAffine3::IDENTITY));
+            });
+            id
+        });
+        for to_world in &self.places {
+            text.object("shape", "instance", &[], |text| {
+                text.transform("to_world", to_world);
+                text.reference(id);
+            });
+        }
     }
 }
 
@@ -158,60 +215,4 @@ fn visit(roots: Vec<gltf::Node<'_>>) -> Result<Vec<PlacedNode<'_>>, String> {
         nodes.push((node, to_world));
     }
     Ok(nodes)
-}
-
-/// Writes a light (`KHR_lights_punctual`), which shines along −z of its node.
-fn light(text: &mut SceneText<'_>, light: &Light<'_>, to_world: &DAffine3) {
-    let rgb = light.color().map(|c| (c * light.intensity()).max(0.0));
-    let id = text.id(light.name().unwrap_or("light"));
-    if !rgb.iter().all(|v| v.is_finite()) {
-        return text.note(format!("the light `{id}` has an intensity that is no number: it is left out"));
-    }
-    text.lit = true;
-    let [position, ahead] = [to_world.translation, to_world.transform_vector3(DVec3::NEG_Z)];
-    let words = |v: DVec3| format!("{} {} {}", v.x, v.y, v.z);
-    match light.kind() {
-        Kind::Directional => text.object("emitter", "directional", &[("id", &id)], |text| {
-            text.value("vector", "direction", words(ahead));
-            text.rgb("irradiance", rgb);
-        }),
-        Kind::Point => text.object("emitter", "point", &[("id", &id)], |text| {
-            text.value("point", "position", words(position));
-            text.rgb("intensity", rgb);
-        }),
-        Kind::Spot { inner_cone_angle, outer_cone_angle } => {
-            let outer = f64::from(outer_cone_angle).to_degrees().clamp(0.1, 90.0);
-            let inner = f64::from(inner_cone_angle).to_degrees().clamp(0.0, outer * 0.999);
-            text.object("emitter", "spot", &[("id", &id)], |text| {
-                text.transform("to_world", &looking(to_world));
-                text.rgb("intensity", rgb);
-                text.value("float", "cutoff_angle", outer);
-                text.value("float", "beam_width", inner);
-            });
-        }
-    }
-}
-
-/// The transform of what looks along −z with +x to the right, as one that looks along +z with +x to the left, without scale.
-fn looking(to_world: &DAffine3) -> DAffine3 {
-    let ahead = to_world.transform_vector3(DVec3::NEG_Z).normalize();
-    let up = to_world.transform_vector3(DVec3::Y);
-    let left = up.cross(ahead).normalize_or(ahead.any_orthonormal_vector());
-    DAffine3::from_mat3_translation(DMat3::from_cols(left, ahead.cross(left), ahead), to_world.translation)
-}
-
-/// Writes a camera; the first of the file counts.
-fn camera(text: &mut SceneText<'_>, lens: &gltf::camera::Perspective<'_>, to_world: &DAffine3) {
-    let (fov, near) = (f64::from(lens.yfov()).to_degrees(), f64::from(lens.znear()));
-    let far = lens.zfar().map_or(FAR, f64::from);
-    if text.framed || !(0.1..179.0).contains(&fov) || !(near > 0.0 && near < far && far.is_finite()) {
-        return;
-    }
-    text.framed = true;
-    let aspect = lens.aspect_ratio().map(f64::from).filter(|a| (0.05..20.0).contains(a));
-    text.camera(fov, "y", aspect, |text| {
-        text.transform("to_world", &looking(to_world));
-        text.value("float", "near_clip", near);
-        text.value("float", "far_clip", far);
-    });
 }
