@@ -16,9 +16,10 @@ use crate::spectrum::Spectrum;
 pub use super::aov::{AovDesc, AovKind};
 pub use super::bsdf::{
     AlphaTexture, BlendDesc, BsdfDesc, BumpDesc, BumpMapDesc, ConductorDesc, DielectricDesc, DiffuseDesc,
-    Facets, LobeTexture, MOST_PARTS, MaskDesc, NormalMapDesc, NullDesc, PlasticDesc, PrincipledDesc,
-    PrincipledLobes, PrincipledThinDesc, RoughConductorDesc, RoughDielectricDesc, RoughPlasticDesc,
-    Roughness, ThinDielectricDesc, TwoSidedDesc,
+    DiffuseTransmitterDesc, Facets, LobeTexture, MOST_PARTS, MaskDesc, MixtureDesc, NormalMapDesc, NullDesc,
+    PhongDesc, PlasticDesc, PrincipledDesc, PrincipledLobes, PrincipledThinDesc, RoughConductorDesc,
+    RoughDielectricDesc, RoughDiffuseDesc, RoughPlasticDesc, Roughness, SHARPEST_PHONG, ThinDielectricDesc,
+    TwoSidedDesc, WardDesc, WardVariant,
 };
 pub use super::lights::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
 

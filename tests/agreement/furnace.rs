@@ -263,3 +263,29 @@ fn principled() {
     };
     check("leaf", leaf.into(), &ALL, false);
 }
+
+/// A white sheet that light passes loses nothing; the lobes and cavities lose what goes below the horizon.
+#[test]
+fn models_of_version_0_6() {
+    check("sheet", DiffuseTransmitterDesc { transmittance: one().into() }.into(), &ALL, true);
+    let matt = RoughDiffuseDesc {
+        reflectance: Spectrum::Constant(0.9).into(),
+        alpha: Spectrum::Constant(0.5).into(),
+        use_fast_approx: false,
+    };
+    check("rough diffuse", matt.into(), &ALL, false);
+    let [specular_reflectance, diffuse_reflectance] = [0.6, 0.4].map(|v| Spectrum::Constant(v).into());
+    let ward = WardDesc {
+        variant: WardVariant::Balanced,
+        specular_reflectance,
+        diffuse_reflectance,
+        roughness: facets(Facets::Beckmann, 0.3),
+        alpha: None,
+    };
+    check("ward", ward.into(), &ALL, false);
+    let [specular_reflectance, diffuse_reflectance] = [0.6, 0.4].map(|v| Spectrum::Constant(v).into());
+    let exponent = Spectrum::Constant(20.0).into();
+    check("phong", PhongDesc { exponent, specular_reflectance, diffuse_reflectance }.into(), &ALL, false);
+    let parts = vec![(WHITE, 0.5), (NOTHING, 0.2), (WHITE, 0.3)];
+    check("whites and nothing", MixtureDesc { parts }.into(), &ALL, true);
+}

@@ -142,6 +142,23 @@ fn normal_maps_and_bump_maps() {
 }
 
 #[test]
+fn lobes_of_version_0_6() {
+    let phong = "<bsdf type='phong'><float name='exponent' value='15'/><rgb name='specular_reflectance' value='.5, .3, .2'/>\
+        <rgb name='diffuse_reflectance' value='.2, .3, .4'/></bsdf>";
+    let ward = "<bsdf type='ward'><float name='alpha_u' value='.5'/><float name='alpha_v' value='.2'/>\
+        <rgb name='specular_reflectance' value='.4, .4, .3'/><rgb name='diffuse_reflectance' value='.3, .2, .5'/></bsdf>";
+    assert_all_pairs("phong and ward", &room_of([phong, ward]), PLAN, PHOTONS);
+}
+
+#[test]
+fn diffuse_models_of_version_0_6() {
+    let clay = "<bsdf type='roughdiffuse'><rgb name='reflectance' value='.7, .4, .3'/><float name='alpha' value='.6'/></bsdf>";
+    let lampshade = "<bsdf type='mixturebsdf'><string name='weights' value='.6, .3'/><bsdf type='difftrans'>\
+        <rgb name='transmittance' value='.8, .7, .5'/></bsdf><bsdf type='twosided'><bsdf type='diffuse'/></bsdf></bsdf>";
+    assert_all_pairs("clay and lampshade", &room_of([clay, lampshade]), PLAN, PHOTONS);
+}
+
+#[test]
 fn a_pane_and_nothing() {
     let pane = "<bsdf type='thindielectric'><float name='int_ior' value='2'/></bsdf>";
     assert_all_pairs("pane", &room_of([pane, "<bsdf type='null'/>"]), PLAN, PHOTONS);

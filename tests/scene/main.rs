@@ -20,6 +20,7 @@ mod load;
 mod mixed;
 mod models;
 mod moved;
+mod old_bsdfs;
 mod rough;
 mod save;
 mod shapes;

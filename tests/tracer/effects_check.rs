@@ -178,6 +178,13 @@ fn material(grey: bool, class: usize) -> BoxedStrategy<String> {
             "principledthin",
             both(rgb("base_color").boxed(), shares(["spec_trans", "diff_trans", "sheen", "spec_tint"])),
         ),
+        bsdf("roughdiffuse", rgb("reflectance").boxed()),
+        bsdf("phong", both(rgb("diffuse_reflectance").boxed(), rgb("specular_reflectance").boxed())),
+        bsdf(
+            "ward",
+            both(shares(["alpha_u", "alpha_v", "diffuse_reflectance", "specular_reflectance"]), words("")),
+        ),
+        bsdf("difftrans", rgb("transmittance").boxed()),
     ];
     let count = [3, 9, all.len()][class.min(2)];
     let one = prop::strategy::Union::new(all.into_iter().take(count)).boxed();

@@ -18,6 +18,7 @@ mod curves;
 mod dispersion;
 mod effects_check;
 mod effects_plan;
+mod empirical;
 mod envmap;
 mod geometry;
 mod instances;

@@ -85,9 +85,21 @@ impl BsdfPlugin for NormalMapDesc {
     const NAME: &'static str = "normalmap";
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
-        let Some(id) = params.get_id("normalmap") else {
-            let found = params.fault(FindingKind::Missing, "a normalmap needs the texture `normalmap`");
-            return Err(found.help("add <texture name=\"normalmap\" type=\"bitmap\">").error());
+        let named = params.get_id("normalmap");
+        let others = if named.is_none() { params.objects("texture") } else { Vec::new() };
+        let id = match (named, others.as_slice()) {
+            (Some(named), _) => named,
+            // It has no name in version 0.6, and exporters give it others.
+            (None, [(only, span)]) => {
+                let message = "the texture of a normalmap is called `normalmap`: the only one here is taken";
+                let found = reader.document.finding(FindingKind::Parameter, *span, message);
+                params.note(found.advice());
+                *only
+            }
+            (None, _) => {
+                let found = params.fault(FindingKind::Missing, "a normalmap needs the texture `normalmap`");
+                return Err(found.help("add <texture name=\"normalmap\" type=\"bitmap\">").error());
+            }
         };
         let normals = picture(reader, params, id)?;
         Ok(Self { normals, bump: BumpDesc::read(reader, params)? })

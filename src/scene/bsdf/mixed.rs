@@ -1,10 +1,10 @@
-//! `blendbsdf` and `mask`: materials made of other materials.
+//! `blendbsdf`, `mixturebsdf` and `mask`: materials made of other materials.
 
 use super::textures::uniform;
 use super::{BsdfDesc, BsdfPlugin, parts};
 use crate::scene::desc::BsdfId;
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::mitsuba::{Params, Reader, Span, read_texture};
+use crate::scene::mitsuba::{Params, Reader, Span, numbers, read_texture};
 use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
@@ -52,6 +52,64 @@ impl BsdfPlugin for BlendDesc {
 
     fn nested(&self) -> Vec<BsdfId> {
         self.bsdfs.to_vec()
+    }
+}
+
+/// Several materials, each with the same share all over the surface.
+#[derive(Clone, Debug)]
+pub struct MixtureDesc {
+    /// The materials with their shares, which add up to 1. What a file leaves of 1 is black.
+    pub parts: Vec<(BsdfId, f32)>,
+}
+
+/// A rest smaller than this is a rounding of the weights.
+const LEAST_REST: f64 = 1e-3;
+
+impl BsdfPlugin for MixtureDesc {
+    const NAME: &'static str = "mixturebsdf";
+
+    fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
+        let nested = params.objects("bsdf");
+        let Some(list) = params.string("weights")? else {
+            let found = params.fault(FindingKind::Missing, "a mixture needs `weights`, one for each bsdf");
+            return Err(found.help("add <string name=\"weights\" value=\"0.5, 0.5\"/>").error());
+        };
+        let weights =
+            numbers(&list.replace(';', " ")).map_err(|message| params.error("weights", message).error())?;
+        if weights.len() != nested.len() {
+            let message = format!("{} weights for {} bsdfs", weights.len(), nested.len());
+            return Err(params.error("weights", message).help("each bsdf has one weight").error());
+        }
+        let sum: f64 = weights.iter().sum();
+        if weights.iter().any(|weight| *weight < 0.0) || sum <= 0.0 {
+            let message = "weights are not negative, and their sum is more than 0";
+            return Err(params.error("weights", message).error());
+        }
+        if sum > 1.0 + LEAST_REST {
+            let found =
+                params.error("weights", format!("these weights add up to {sum:.3}: they are scaled to 1"));
+            params.note(found.help("otherwise the surface would return more light than arrives").warning());
+        }
+        params.without_effect(&["ensure_energy_conservation"]);
+        let rest = 1.0 - sum;
+        let whole = if rest < LEAST_REST { sum } else { 1.0 };
+        let mut parts = Vec::new();
+        for ((id, span), weight) in nested.into_iter().zip(weights) {
+            let bsdf = super::read(reader, id)?;
+            warn_of_lost_dispersion(reader, params, bsdf, span);
+            parts.push((bsdf, (weight / whole) as f32));
+        }
+        if rest >= LEAST_REST {
+            parts.push((super::default(reader, true), rest as f32));
+        }
+        check_size(reader, params, &parts.iter().map(|(bsdf, _)| *bsdf).collect::<Vec<_>>())?;
+        Ok(Self { parts })
+    }
+
+    parts! {}
+
+    fn nested(&self) -> Vec<BsdfId> {
+        self.parts.iter().map(|(bsdf, _)| *bsdf).collect()
     }
 }
 

@@ -9,17 +9,22 @@ mod bump;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmitter;
 mod mixed;
 mod null;
 mod parts;
+mod phong;
 mod plastic;
 mod principled;
 mod principled_thin;
+mod rough_diffuse;
 mod roughness;
 mod shared;
+mod stand_ins;
 mod textures;
 mod thin_dielectric;
 mod two_sided;
+mod ward;
 
 use crate::scene::desc::BsdfId;
 use crate::scene::diagnostic::SceneError;
@@ -31,10 +36,13 @@ pub use bump::BumpDesc;
 pub use mixed::MOST_PARTS;
 pub(crate) use parts::BsdfParts;
 use parts::parts;
+pub use phong::SHARPEST_PHONG;
 pub use principled::{LobeTexture, PrincipledLobes};
 pub use roughness::{AlphaTexture, Facets, Roughness};
 pub(crate) use shared::{default, read};
+pub(crate) use stand_ins::STAND_INS;
 use textures::{Number, color, number};
+pub use ward::WardVariant;
 
 /// The interface of a bsdf plugin.
 pub(crate) trait BsdfPlugin: Sized {
@@ -43,6 +51,10 @@ pub(crate) trait BsdfPlugin: Sized {
 
     /// The index of refraction counts at every wavelength; otherwise at the sodium line only.
     const SPECTRAL_INDEX: bool = true;
+
+    /// It spreads light diffusely and does nothing else, but not as Lambert's reflector: as a diffuse part it is known by all methods, and
+    /// only code for every model traces it.
+    const OTHER_DIFFUSE: bool = false;
 
     /// Reads the plugin's parameters; those that it does not ask for are reported.
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError>;
@@ -197,6 +209,13 @@ macro_rules! bsdfs {
                 }
             }
 
+            /// True for a diffuse reflector or transmitter that is not Lambert's reflector.
+            pub(crate) fn is_other_diffuse(&self) -> bool {
+                match self {
+                    $(Self::$kind(_) => $desc::OTHER_DIFFUSE,)*
+                }
+            }
+
             /// The index of refraction counts at every wavelength; otherwise at the sodium line only.
             fn has_spectral_index(&self) -> bool {
                 match self {
@@ -232,12 +251,22 @@ bsdfs! {
     Principled = principled::PrincipledDesc,
     /// Leaves, paper and panes by parameters like those of `Principled`.
     PrincipledThin = principled_thin::PrincipledThinDesc,
+    /// Matt surface of V-shaped cavities.
+    RoughDiffuse = rough_diffuse::RoughDiffuseDesc,
+    /// Lobe around the mirror direction over a diffuse part.
+    Phong = phong::PhongDesc,
+    /// Elliptic lobe over a diffuse part.
+    Ward = ward::WardDesc,
+    /// Sheet that spreads light to its other side.
+    DiffuseTransmitter = diffuse_transmitter::DiffuseTransmitterDesc,
     /// Smooth pane that light passes straight.
     ThinDielectric = thin_dielectric::ThinDielectricDesc,
     /// A surface that rays pass as if it were not there.
     Null = null::NullDesc,
     /// Two materials in a ratio that may vary.
     Blend = mixed::BlendDesc,
+    /// Several materials in fixed shares.
+    Mixture = mixed::MixtureDesc,
     /// A material with holes.
     Mask = mixed::MaskDesc,
     /// A material whose normals a picture holds.
@@ -262,7 +291,7 @@ impl BsdfDesc {
 
     /// True for a material with a diffuse part.
     pub(crate) fn is_diffuse(&self) -> bool {
-        self.parts().albedo.is_some()
+        self.parts().albedo.is_some() || self.is_other_diffuse()
     }
 
     /// True for a material that reflects or refracts into a single direction, if only by a smooth coat.
@@ -279,7 +308,8 @@ impl BsdfDesc {
     /// light from its base.
     pub(crate) fn is_specular(&self) -> bool {
         let parts = self.parts();
-        (parts.reflection.is_some() || parts.transmission.is_some()) && !self.is_black()
+        let has_factor = parts.reflection.is_some() || parts.transmission.is_some();
+        has_factor && !self.is_other_diffuse() && !self.is_black()
     }
 
     /// True for a material that lets light through.

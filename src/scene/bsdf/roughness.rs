@@ -132,6 +132,23 @@ impl ReadRoughness {
         Ok(Self { roughness: Roughness { facets, alpha: roughness }, alpha: texture.map(Box::new) })
     }
 
+    /// Reads `alpha_u` and `alpha_v`, each [`ALPHA`] unless given.
+    pub(super) fn along_tangents(
+        reader: &mut Reader<'_>,
+        params: &Params<'_>,
+        facets: Facets,
+    ) -> Result<Self, SceneError> {
+        let mut along = |name| {
+            params.default(name, ALPHA);
+            let given = alpha(reader, params, name)?;
+            Ok(given.unwrap_or(Spectrum::Constant(ALPHA as f32).into()))
+        };
+        let alphas = [along("alpha_u")?, along("alpha_v")?];
+        let roughness = Roughness { facets, alpha: alphas.each_ref().map(mean) };
+        let varies = alphas.iter().any(SpectrumTexture::varies);
+        Ok(Self { roughness, alpha: varies.then(|| Box::new(AlphaTexture::Anisotropic(alphas))) })
+    }
+
     /// The roughness as one number for the whole surface.
     pub(super) fn uniform(self, params: &Params<'_>) -> Roughness {
         if self.alpha.is_some() {
@@ -148,7 +165,7 @@ fn mean(alpha: &SpectrumTexture) -> f32 {
 }
 
 /// Reads one roughness; refuses a number that is out of range, and raises one that is too small.
-fn alpha(
+pub(super) fn alpha(
     reader: &mut Reader<'_>,
     params: &Params<'_>,
     name: &'static str,

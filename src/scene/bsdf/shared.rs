@@ -1,6 +1,6 @@
 //! Materials as shapes and other materials refer to them: each is read once.
 
-use super::{BsdfDesc, PLUGINS};
+use super::{BsdfDesc, PLUGINS, STAND_INS};
 use crate::scene::desc::{BsdfId, Name};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
@@ -26,7 +26,13 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, Sce
                 .help("choose `principled` or `roughconductor`; with --lenient the rest is rendered")
                 .error())
         }
-        _ => reader.plugin(&params, PLUGINS, &[]),
+        name => match STAND_INS.iter().find(|(known, _)| *known == name) {
+            Some((_, plugin)) => Ok(*plugin),
+            None => {
+                let others: Vec<&str> = STAND_INS.iter().map(|(known, _)| *known).collect();
+                reader.plugin(&params, PLUGINS, &others)
+            }
+        },
     };
     let read = plugin.and_then(|plugin| plugin(reader, &params));
     reader.known.open_bsdfs.pop();

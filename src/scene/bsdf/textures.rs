@@ -1,9 +1,9 @@
 //! Colours and numbers of materials, which may be textures: how they are read, and all those of a material.
 
 use super::BsdfDesc;
-use crate::scene::diagnostic::SceneError;
+use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::mitsuba::{Params, Reader, read_texture};
-use crate::scene::texture::{AttributeTexture, SpectrumTexture};
+use crate::scene::texture::{AttributeTexture, SpectrumTexture, TexturePoint};
 use crate::spectrum::Spectrum;
 
 /// A reflectance or transmittance, with its default.
@@ -45,7 +45,20 @@ pub(super) fn number(
 
 /// The value of a number that does not vary.
 pub(super) fn uniform(number: &SpectrumTexture) -> Option<f32> {
-    (!number.varies()).then(|| number.mean_scalar())
+    (!number.varies()).then(|| number.scalar(&TexturePoint::default()))
+}
+
+/// Says that a lobe and the diffuse part under it add up to more than all light: together they count as all of it then.
+pub(super) fn warn_of_more_than_one(
+    params: &Params<'_>,
+    specular: &SpectrumTexture,
+    diffuse: &SpectrumTexture,
+) {
+    let [specular, diffuse] = [specular, diffuse].map(|texture| texture.mean().reflected_rgb());
+    if specular.into_iter().zip(diffuse).any(|(s, d)| s + d > 1.001) {
+        let message = "`specular_reflectance` and `diffuse_reflectance` add up to more than 1: where they do, both are scaled to 1";
+        params.note(params.fault(FindingKind::Value, message).warning());
+    }
 }
 
 impl BsdfDesc {

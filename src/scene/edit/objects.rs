@@ -1,8 +1,8 @@
 //! Lists the values of an object that can be changed, and names objects for the panel and for saved files.
 
 use crate::scene::desc::{
-    BlendDesc, BsdfDesc, BsdfId, LightDesc, MOST_PARTS, MaskDesc, Name, Place, SceneDesc, ShapeDesc,
-    ShapeKind, TwoSidedDesc,
+    BlendDesc, BsdfDesc, BsdfId, LightDesc, MOST_PARTS, MaskDesc, MixtureDesc, Name, Place, SceneDesc,
+    ShapeDesc, ShapeKind, TwoSidedDesc,
 };
 use crate::scene::limits;
 
@@ -64,6 +64,15 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
             Some(BsdfDesc::Blend(BlendDesc { bsdfs: [first, second], .. })) => {
                 all.push((id, what));
                 open.extend([(*second, " of the second part"), (*first, " of the first part")]);
+            }
+            Some(BsdfDesc::Mixture(MixtureDesc { parts })) => {
+                const PARTS: [&str; MOST_PARTS] = [
+                    " of the first part",
+                    " of the second part",
+                    " of the third part",
+                    " of the fourth part",
+                ];
+                open.extend(parts.iter().zip(PARTS).map(|((bsdf, _), what)| (*bsdf, what)).rev());
             }
             Some(BsdfDesc::Mask(MaskDesc { bsdf, .. })) => {
                 all.push((id, what));

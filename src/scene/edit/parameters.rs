@@ -56,6 +56,7 @@ bsdf_numbers! {
     Clearcoat "clearcoat" "clear coat" SHARE "Strength of a second reflection.",
     ClearcoatGloss "clearcoat_gloss" "clear coat gloss" SHARE "Its smoothness.",
     Weight "weight" "weight of the second part" SHARE "Share of the second material of a blend.",
+    Exponent "exponent" "exponent" EXPONENT "Sharpness of the lobe of a Phong material.",
     Opacity "opacity" "opacity" SHARE "Share of a surface that is there.",
 }
 

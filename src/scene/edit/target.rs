@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::scene::desc::{BsdfId, SceneDesc};
+use crate::scene::desc::{BsdfId, SHARPEST_PHONG, SceneDesc};
 
 pub use super::parameters::BsdfNumber;
 use super::parameters::parameters;
@@ -152,6 +152,12 @@ impl NumberRange {
     /// Roughness of microfacets.
     pub(crate) const ALPHA: Self =
         Self { accepted: [1e-4, 1e4], slider: [1e-4, 1.0], wanted: "a roughness is from 0.0001 to 10000" };
+    /// The exponent of a Phong lobe.
+    pub(crate) const EXPONENT: Self = Self {
+        accepted: [0.0, SHARPEST_PHONG as f64],
+        slider: [1.0, 1e4],
+        wanted: "an exponent is from 0 to 1000000",
+    };
     /// An index of refraction. The reader's bound is above 0, which no slider can say.
     pub(crate) const IOR: Self = Self {
         accepted: [f32::MIN_POSITIVE as f64, 1e3],

@@ -54,7 +54,7 @@ pub(crate) use sensor::AXES;
 pub(crate) use source::Span;
 pub(crate) use spectrum::read as read_spectrum;
 pub(crate) use texture::{read as read_texture, shared as texture_of};
-pub(crate) use value::shorten;
+pub(crate) use value::{numbers, shorten};
 
 pub use documentation::{ParameterDoc, PluginDoc, PluginKind, plugins};
 

@@ -1,7 +1,7 @@
 //! Files of versions 0.4 to 0.6: their names become those of Mitsuba 3, by the rules of its parser.
 //!
 //! Its parser (version 3.9.1) turns `camelCase` into `snake_case` in the names of parameters, calls the `diffuse_reflectance` of
-//! `diffuse` `reflectance`, and makes `to_uv` of `uoffset`, `voffset`, `uscale` and `vscale`. Values, ids and `$names` stay as they are.
+//! `diffuse` `reflectance`, here also that of `roughdiffuse`, and makes `to_uv` of `uoffset`, `voffset`, `uscale` and `vscale`. Values, ids and `$names` stay as they are.
 //! `<lookAt>`, which Mitsuba 3 refuses, becomes `<lookat>`. Versions before 0.4 had other cameras and lights (`<camera>` looked at
 //! a mirrored world): they are not read.
 
@@ -49,7 +49,7 @@ pub(crate) fn snake_case(name: &str) -> String {
 /// Gives the parameters of a plugin their present form.
 pub(crate) fn plugin(document: &mut Document, id: ElementId) {
     let plugin = document.element(id);
-    let is_diffuse = plugin.value("type") == Some("diffuse");
+    let is_diffuse = matches!(plugin.value("type"), Some("diffuse" | "roughdiffuse"));
     let mut moved: Vec<(&str, XmlAttribute)> = Vec::new();
     let mut kept = Vec::with_capacity(plugin.children.len());
     for child in plugin.children.clone() {

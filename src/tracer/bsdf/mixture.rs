@@ -96,13 +96,17 @@ pub struct Mixture {
 struct MixedPart {
     bsdf: Unmixed,
     share: f32,
-    /// The probability with which it is chosen: its share, rounded to the grid of random numbers.
+    /// The probability with which it is chosen: its share of what is not black, rounded to the grid of random numbers.
     chance: f32,
     turned: bool,
     bump: Option<Bump>,
 }
 
 impl MixedPart {
+    fn is_black(&self) -> bool {
+        self.bsdf.as_diffuse().is_some_and(|diffuse| diffuse.albedo.is_black())
+    }
+
     /// A direction in the part's own frame, or back from it: a turn by 180° about the s axis.
     fn turn(&self, w: Vec3) -> Vec3 {
         if self.turned { Vec3::new(w.x, -w.y, -w.z) } else { w }
@@ -145,12 +149,18 @@ impl MixedPart {
     }
 }
 
-/// Gives the parts their chances: multiples of the grid's step, none of them 0 where the share is not, which add up to 1.
+/// Gives the parts their chances: multiples of the grid's step, none of them 0 where the share is not, which add up to 1. Black parts are
+/// never chosen, because their paths end: directions would be rarer than their density says.
 fn choose_by_share(parts: &mut [MixedPart; MOST_PARTS]) {
-    let mut left = parts.iter().filter(|part| part.share > 0.0).count();
+    let chosen = |part: &MixedPart| part.share > 0.0 && !part.is_black();
+    let mut left = parts.iter().filter(|part| chosen(part)).count();
+    let scale = match parts.iter().any(|part| part.share > 0.0 && part.is_black()) {
+        true => 1.0 / parts.iter().filter(|part| chosen(part)).map(|part| part.share).sum::<f32>(),
+        false => 1.0,
+    };
     let (mut before, mut shares) = (0.0, 0.0);
-    for part in parts.iter_mut().filter(|part| part.share > 0.0) {
-        (shares, left) = (shares + part.share, left - 1);
+    for part in parts.iter_mut().filter(|part| chosen(part)) {
+        (shares, left) = (shares + part.share * scale, left - 1);
         let last = 1.0 - left as f32 * NUMBER_STEP;
         let end =
             if left == 0 { 1.0 } else { attainable(shares.min(1.0)).max(before + NUMBER_STEP).min(last) };

@@ -24,7 +24,7 @@
 //!    specular part is rough, and under `scalars` the textures that numbers are read from.
 //!    [`material_class`](crate::tracer::effects::material_class) follows from these: a scene whose materials have an
 //!    albedo alone is traced by code that knows [`Diffuse`] only, and one without a rough part by code that knows [`Smooth`] only.
-//!    A diffuse model other than Lambert's must therefore widen it. With that, colours
+//!    A diffuse model other than Lambert's says so by `OTHER_DIFFUSE` and is traced by code for all models. With that, colours
 //!    and indices can be edited, and the plan of effects knows whether the scene needs wavelengths, dispersion, deltas and so on.
 //!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`, its name to the `pub use` in `src/scene/desc.rs`, and what
 //!    is special about it to `src/scene/mitsuba/documentation/notes.rs`; `tools/plugins` writes its row in `scenes/README.md`.
@@ -49,17 +49,22 @@ mod bump;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmitter;
 pub mod fresnel;
+mod lobe;
 pub mod microfacet;
 mod mixture;
+mod phong;
 mod plastic;
 mod principled;
 mod principled_thin;
+mod rough_diffuse;
 mod scattering;
 mod set;
 mod share;
 mod thin;
 mod two_sided;
+mod ward;
 
 use glam::Vec3;
 
@@ -71,8 +76,10 @@ use crate::tracer::light_groups::GroupCredits;
 use crate::tracer::wavelength_mis::Parted;
 
 pub use bump::{BumpMaterial, Mirrors};
+pub use lobe::{Lobe, LobeOverDiffuse};
 pub use microfacet::Microfacet;
 pub use mixture::{MaterialPart, Mixture, MixtureMaterial};
+pub use phong::PhongLobe;
 pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
 pub use scattering::{
     BsdfSample, DeltaLobes, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel,
@@ -80,6 +87,7 @@ pub use scattering::{
 use set::bsdf_set;
 pub use share::SurfaceShare;
 pub use two_sided::Sides;
+pub use ward::WardLobe;
 
 /// Makes [`Material`], [`Bsdf`], [`CreditedBsdf`], [`Unmixed`] and [`Smooth`] from the models: `Model: file::Material`.
 macro_rules! bsdfs {
@@ -108,6 +116,7 @@ macro_rules! bsdfs {
                     BsdfDesc::Blend(_)
                     | BsdfDesc::BumpMap(_)
                     | BsdfDesc::Mask(_)
+                    | BsdfDesc::Mixture(_)
                     | BsdfDesc::NormalMap(_)
                     | BsdfDesc::Null(_)
                     | BsdfDesc::TwoSided(_) => return None,
@@ -209,5 +218,13 @@ bsdfs! {
         Principled: principled::PrincipledMaterial,
         /// Leaves, paper and panes by parameters like those of `Principled`.
         PrincipledThin: principled_thin::PrincipledThinMaterial,
+        /// Matt surface of V-shaped cavities.
+        RoughDiffuse: rough_diffuse::RoughDiffuseMaterial,
+        /// Lobe around the mirror direction over a diffuse part.
+        Phong: phong::PhongMaterial,
+        /// Elliptic lobe over a diffuse part.
+        Ward: ward::WardMaterial,
+        /// Sheet that spreads light to its other side.
+        DiffuseTransmitter: diffuse_transmitter::DiffuseTransmitterMaterial,
     }
 }

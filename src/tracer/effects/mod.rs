@@ -216,6 +216,7 @@ pub fn material_class(desc: &SceneDesc) -> MaterialClass {
     let has = |effect: Effect| (effect.entry().find)(&used, IntegratorKind::Path).is_ok();
     match (has(Effect::Glossy), has(Effect::Deltas)) {
         _ if used.mixes() => MaterialClass::Mixed,
+        _ if used.other_diffuse() => MaterialClass::General,
         (true, _) => MaterialClass::General,
         (false, true) => MaterialClass::Specular,
         (false, false) => MaterialClass::Diffuse,

@@ -50,9 +50,14 @@ impl<'a> Used<'a> {
     pub(super) fn mixes(&self) -> bool {
         let mixed = |i: &usize| {
             let bsdf = &self.desc.bsdfs[*i];
-            matches!(bsdf, BsdfDesc::Blend(_)) || bsdf.bump().is_some()
+            matches!(bsdf, BsdfDesc::Blend(_) | BsdfDesc::Mixture(_)) || bsdf.bump().is_some()
         };
         self.bsdfs.iter().any(mixed)
+    }
+
+    /// True where a surface is diffuse, but not as Lambert's reflector.
+    pub(super) fn other_diffuse(&self) -> bool {
+        self.bsdfs.iter().any(|i| self.desc.bsdfs[*i].is_other_diffuse())
     }
 
     /// The first material of which `is` holds.

@@ -4,8 +4,9 @@ use glam::Vec3;
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{
-    BlendDesc, BsdfDesc, BsdfId, BumpDesc, MOST_PARTS, MaskDesc, ShapeKind, TwoSidedDesc,
+    BlendDesc, BsdfDesc, BsdfId, BumpDesc, MOST_PARTS, MaskDesc, MixtureDesc, ShapeKind, TwoSidedDesc,
 };
+use crate::spectrum::Spectrum;
 use crate::tracer::bsdf::{
     BumpMaterial, Material, MaterialPart, Mirrors, MixtureMaterial, Sides, SurfaceShare,
 };
@@ -165,6 +166,12 @@ impl Layout<'_> {
             Some(BsdfDesc::Blend(BlendDesc { weight, bsdfs: [first, second] })) => {
                 add(*first, LayoutRole { share: share.rest_of(weight), ..role })?;
                 add(*second, LayoutRole { share: share.of(weight), ..role })?;
+            }
+            Some(BsdfDesc::Mixture(MixtureDesc { parts })) => {
+                for (bsdf, weight) in parts {
+                    let share = share.of(&Spectrum::Constant(*weight).into());
+                    add(*bsdf, LayoutRole { share, ..role })?;
+                }
             }
             Some(BsdfDesc::Mask(MaskDesc { bsdf, opacity })) => {
                 add(*bsdf, LayoutRole { share: share.of(opacity), ..role })?;

@@ -87,7 +87,11 @@ const KINDS: &[KindTable] = &[
         plugins: || [names(shape::PLUGINS), vec![shape::MERGE, shape::GROUP, shape::INSTANCE]].concat(),
         places: TOP,
     },
-    KindTable { name: "bsdf", plugins: || names(bsdf::PLUGINS), places: TOP },
+    KindTable {
+        name: "bsdf",
+        plugins: || [names(bsdf::PLUGINS), names(bsdf::STAND_INS)].concat(),
+        places: TOP,
+    },
     KindTable { name: "texture", plugins: || names(texture::PLUGINS), places: IN_BSDF },
     KindTable {
         name: "emitter",

@@ -37,8 +37,31 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
     ("bsdf", "mask", "what is not there is passed as by `null`; what emits does so in full, as in Mitsuba"),
     (
         "bsdf",
+        "mixturebsdf",
+        "of version 0.6; at most four materials make one; what the weights leave of 1 is black and counts as a material",
+    ),
+    ("bsdf", "roughdiffuse", "of version 0.6; `alpha` is √2 times the σ of Oren and Nayar"),
+    (
+        "bsdf",
+        "phong",
+        "of version 0.6; an exponent above 1000000 counts as that; where the two reflectances add up to more than 1 both are scaled",
+    ),
+    (
+        "bsdf",
+        "ward",
+        "of version 0.6; `variant` is `ward`, `ward-duer` or `balanced`, of which only the last never reflects more than arrives",
+    ),
+    ("bsdf", "difftrans", "of version 0.6"),
+    ("bsdf", "coating", "of version 0.6; the coat is left out, with a warning: the bsdf in it is shown"),
+    ("bsdf", "roughcoating", "as `coating`"),
+    ("bsdf", "pplastic", "light has no polarisation: rendered as `roughplastic`"),
+    ("bsdf", "polarizer", "lets half of `transmittance` straight through, as of unpolarised light"),
+    ("bsdf", "circular", "as `polarizer`"),
+    ("bsdf", "retarder", "lets `transmittance` straight through, as of unpolarised light"),
+    (
+        "bsdf",
         "normalmap",
-        "the map is a `bitmap`, best `raw`; no light gets through an opaque surface, also where `flip_invalid_normals` is false",
+        "the map is a `bitmap`, best `raw`; by another name it is taken if it is the only texture; no light gets through an opaque surface, also where `flip_invalid_normals` is false",
     ),
     (
         "bsdf",

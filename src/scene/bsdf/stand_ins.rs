@@ -1,0 +1,58 @@
+//! Plugins in whose place another material stands, which is told: coats, and what polarises light.
+
+use super::{BsdfDesc, BsdfPlugin, MaskDesc, RoughPlasticDesc, default};
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::mitsuba::{Params, PluginTable, Reader, read_texture};
+use crate::spectrum::Spectrum;
+
+/// The plugins.
+pub(crate) const STAND_INS: PluginTable<BsdfDesc> = &[
+    ("coating", coating),
+    ("roughcoating", coating),
+    ("pplastic", pplastic),
+    ("polarizer", |reader, params| filter(reader, params, 0.5)),
+    ("circular", |reader, params| filter(reader, params, 0.5)),
+    ("retarder", |reader, params| filter(reader, params, 1.0)),
+];
+
+/// A layer over a material, which is shown without it.
+fn coating(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
+    let [inner] = *params.objects("bsdf").as_slice() else {
+        let message = format!("a `{}` has one bsdf, which it coats", params.plugin());
+        return Err(params.fault(FindingKind::Parameter, message).error());
+    };
+    let of_coat = ["int_ior", "ext_ior", "thickness", "sigma_a", "specular_reflectance"];
+    let of_facets = ["alpha", "distribution", "specular_sampling_weight", "sample_visible"];
+    of_coat.into_iter().chain(of_facets).for_each(|name| _ = params.has(name));
+    let found =
+        params.type_fault(format!("the coat is left out: the bsdf in the `{}` is shown", params.plugin()));
+    params.note(found.help("`plastic` and `roughplastic` are diffuse with a coat").warning());
+    let inner = super::read(reader, inner.0)?;
+    Ok(reader.lists.bsdfs[inner.0 as usize].clone())
+}
+
+/// `roughplastic` whose reflection polarises.
+fn pplastic(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
+    let message = "light has no polarisation here: `pplastic` is rendered as `roughplastic`";
+    params.note(params.type_fault(message).advice());
+    Ok(RoughPlasticDesc::read(reader, params)?.into())
+}
+
+/// A sheet that lets a share of unpolarised light straight through, and absorbs the rest.
+fn filter(reader: &mut Reader<'_>, params: &Params<'_>, share: f32) -> Result<BsdfDesc, SceneError> {
+    params.default("transmittance", 1);
+    let given = read_texture(reader, params, "transmittance")?;
+    let transmittance = given.as_ref().map_or(1.0, |texture| texture.mean_scalar());
+    if given.is_some_and(|texture| texture.varies() || !texture.is_grey()) {
+        let message = "`transmittance` is one number here: its mean luminance is taken";
+        params.note(params.error("transmittance", message).warning());
+    }
+    for name in ["theta", "delta", "left_handed"] {
+        params.has(name);
+    }
+    let through = share * transmittance.clamp(0.0, 1.0);
+    let message =
+        format!("light has no polarisation here: this `{}` lets {through} of it through", params.plugin());
+    params.note(params.type_fault(message).advice());
+    Ok(MaskDesc { bsdf: default(reader, true), opacity: Spectrum::Constant(1.0 - through).into() }.into())
+}
