@@ -188,9 +188,7 @@ pub(super) fn clay(text: &mut SceneText<'_>, attribute: Option<&str>) {
 fn clay_as(text: &mut SceneText<'_>, id: &str, attribute: Option<&str>) {
     text.object("bsdf", "twosided", &[("id", id)], |text| {
         text.object("bsdf", "diffuse", &[], |text| match attribute {
-            Some(name) => text.object("texture", "mesh_attribute", &[("name", "reflectance")], |text| {
-                text.value("string", "name", name);
-            }),
+            Some(name) => text.attribute("reflectance", name),
             None => text.rgb("reflectance", CLAY),
         });
     });

@@ -100,10 +100,10 @@ impl<'a> SceneText<'a> {
         });
     }
 
-    /// Writes the colours of the vertices as the parameter `name`.
-    pub(super) fn vertex_colors(&mut self, name: &str) {
+    /// Writes an attribute of the mesh as the parameter `name`.
+    pub(super) fn attribute(&mut self, name: &str, attribute: &str) {
         self.object("texture", "mesh_attribute", &[("name", name)], |text| {
-            text.value("string", "name", "vertex_color");
+            text.value("string", "name", attribute);
         });
     }
 

@@ -57,20 +57,15 @@ pub(super) enum MaterialValue {
 
 impl MaterialValue {
     pub(super) fn write(&self, text: &mut SceneText<'_>, name: &str) {
-        let attribute = |text: &mut SceneText<'_>, name: &str, attribute: &str| {
-            text.object("texture", "mesh_attribute", &[("name", name)], |text| {
-                text.value("string", "name", attribute);
-            });
-        };
         match self {
             Self::Number(v) => text.value("float", name, v),
             Self::Rgb(rgb) => text.rgb(name, *rgb),
             Self::Texture(bitmap) => bitmap.write(text, name),
-            Self::Attribute(of) => attribute(text, name, of),
+            Self::Attribute(of) => text.attribute(name, of),
             Self::Product(bitmap, of) => {
                 text.object("texture", "product", &[("name", name)], |text| {
                     bitmap.write(text, "color0");
-                    attribute(text, "color1", of);
+                    text.attribute("color1", of);
                 });
             }
         }
