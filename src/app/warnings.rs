@@ -155,8 +155,8 @@ mod tests {
         let cubes = cube("<float name=\"odd\" value=\"1\"/>").repeat(3);
         let said = lines(&(cubes + &cube("<float name=\"strange\" value=\"1\"/>")));
         assert_eq!(said.len(), 3, "{said:#?}");
-        assert!(said[0].contains("`odd`") && said[0].contains("(t.xml:2:21; 2 more like it)"), "{}", said[0]);
-        assert!(said[1].contains("`strange`") && said[1].contains("(t.xml:5:21)"), "{}", said[1]);
+        assert!(said[0].contains("`odd`") && said[0].contains("(t.xml:2:20; 2 more like it)"), "{}", said[0]);
+        assert!(said[1].contains("`strange`") && said[1].contains("(t.xml:5:20)"), "{}", said[1]);
         assert_eq!(said[2], "note: --verbose shows all 4 warnings");
         assert!(lines(&cube("")).is_empty());
     }

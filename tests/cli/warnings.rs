@@ -17,7 +17,8 @@ fn run(subcommand: &[&str]) -> Output {
     text += "</film></sensor>\n";
     for i in 0..40 {
         let name = ["strange", "peculiar", "rare"][i % 3];
-        writeln!(text, "<shape type=\"cube\"><float name=\"{name}\" value=\"1\"/></shape>").unwrap();
+        let place = format!("<transform name=\"to_world\"><translate x=\"{}\"/></transform>", 3 * i);
+        writeln!(text, "<shape type=\"cube\"><float name=\"{name}\" value=\"1\"/>{place}</shape>").unwrap();
     }
     std::fs::write(&scene, text + "</scene>").unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_pointillist"));

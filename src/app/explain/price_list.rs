@@ -89,7 +89,8 @@ impl PriceList {
 }
 
 fn words(cost: &Cost) -> String {
-    let share = cost.share.map(|s| format!("{:5.1} %", 100.0 * s));
+    // Nothing is not less than nothing.
+    let share = cost.share.map(|s| format!("{:5.1} %", (1e3 * s).round() * 0.1 + 0.0));
     let ms = cost.milliseconds.map(|ms| format!("{ms:.2} ms"));
     let bytes = cost.bytes.filter(|b| *b > 0).map(|b| format!("{:.1} MB", b as f64 * 1e-6));
     let if_on = cost.if_on.map(|ms| format!("would take {ms:.2} ms"));
