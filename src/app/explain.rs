@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn long_reasons_go_on_below_themselves() {
         let start = "  glossy          yes  ";
-        let text = wrapped(start, "roughplastic is rough (5 more like it) (scene.xml:148:3)", 60);
+        let text = wrapped(start, "roughplastic is rough (5 more like it) (scene.xml:148:3)", 64);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(
             lines,
