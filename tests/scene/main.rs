@@ -21,6 +21,7 @@ mod mixed;
 mod models;
 mod moved;
 mod old_bsdfs;
+mod obj_models;
 mod rough;
 mod save;
 mod shapes;

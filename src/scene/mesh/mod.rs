@@ -3,6 +3,7 @@
 //! ```text
 //! obj, obj_parts    Wavefront OBJ, read by several threads
 //! ply, ply_header   Stanford PLY: text or binary
+//! ply_numbers       the numbers after its header
 //! serialized        Mitsuba's own format: compressed, several meshes in a file
 //! attributes        columns of a PLY file that are an attribute
 //! wedges            texture coordinates of corners of faces
@@ -21,6 +22,7 @@ mod obj;
 mod obj_parts;
 mod ply;
 mod ply_header;
+mod ply_numbers;
 mod serialized;
 mod wedges;
 

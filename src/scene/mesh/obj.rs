@@ -38,19 +38,13 @@ pub(super) fn read_named<'a>(
         let found = file.finding(1, "this file has neither vertices nor faces");
         return Err(found.help("is it an OBJ file? faces are lines like `f 1 2 3`").error());
     }
-    for corners in &mut lines.corners[1..] {
-        if corners.as_flattened().iter().all(|index| *index == 0) {
-            *corners = Vec::new();
-        }
-    }
     let (faults, materials) = (std::mem::take(&mut lines.faults), std::mem::take(&mut lines.materials));
     let mut left = std::mem::take(&mut lines.left);
     let smoothing = std::mem::take(&mut lines.smoothing);
     let facets = smoothing.has("s off") || smoothing.has("s 0") || smoothing.kinds() > 1;
     // Normals that are made from faces are smooth, whatever their group.
-    if facets && !options.face_normals && lines.corners[2].as_flattened().iter().any(|index| *index == 0)
-        || facets && !options.face_normals && lines.corners[2].is_empty()
-    {
+    let of_normals = lines.corners[2].as_flattened();
+    if facets && !options.face_normals && (of_normals.is_empty() || of_normals.contains(&0)) {
         left.merge(&smoothing);
     }
     if let Some(line) = lines.colored_line
@@ -86,6 +80,9 @@ fn assemble(lines: ObjLines, flip: bool) -> Mesh {
         if colors.is_empty() { Vec::new() } else { vec![attribute] }
     };
     let [mut triangles, of_uvs, of_normals] = corners;
+    // Those that no corner has are of no use.
+    let given = |of: Vec<[u32; 3]>| when(of.as_flattened().iter().any(|index| *index > 0), of);
+    let (of_uvs, of_normals) = (given(of_uvs), given(of_normals));
     if flip {
         uvs.par_iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
     }

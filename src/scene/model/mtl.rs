@@ -149,9 +149,10 @@ impl MtlMaterial {
         Some((found.rest.clone(), found.shown.clone(), found.line))
     }
 
-    /// Marks statements that have no effect beside those that are used.
-    pub(super) fn moot(&mut self, keywords: &[&str]) {
-        keywords.iter().for_each(|keyword| drop(self.take(&[*keyword])));
+    /// Takes the highlight, which was looked at before or has no effect beside what is used.
+    pub(super) fn take_highlight(&mut self) {
+        self.color("ks");
+        self.number("ns");
     }
 
     /// The numbers of the last statement with a keyword, which is not taken.

@@ -172,6 +172,9 @@ pub(super) fn write(
     };
     let opacity = opacity.clamp(0.0, 1.0);
     let illum = material.number("illum").unwrap_or(2.0) as i32;
+    if !(0..=9).contains(&illum) {
+        material.leave_statement("illum");
+    }
     if matches!(illum, 4 | 6 | 7 | 9) && !is_opaque(material, kd, given_ior, opacity) {
         glass(text, material, &id, ior);
         return (id, emission);
@@ -199,7 +202,7 @@ pub(super) fn write(
     if !surface.lobes.is_empty() {
         surface.gloss = material.number("pcr").map(|v| 1.0 - v.clamp(0.0, 1.0));
         // The highlights of older programs, which the extension replaces.
-        material.moot(&["ks", "ns"]);
+        material.take_highlight();
     } else {
         surface.classic(material, &mut pictures, illum, diffuse == [0.0; 3] && !textured);
     }
@@ -246,7 +249,7 @@ fn is_opaque(material: &MtlMaterial, kd: Option<[f32; 3]>, ior: Option<f32>, opa
 fn glass(text: &mut SceneText<'_>, material: &mut MtlMaterial, id: &str, ior: f32) {
     let filter = color(material.color("tf"), 1.0, 1.0);
     let alpha = material.number("pr").map_or(0.0, |roughness| roughness.clamp(0.0, 1.0).powi(2));
-    material.moot(&["ks", "ns"]);
+    material.take_highlight();
     let kind = if alpha > 1e-3 { "roughdielectric" } else { "dielectric" };
     text.object("bsdf", kind, &[("id", id)], |text| {
         text.value("float", "int_ior", ior);
@@ -317,13 +320,13 @@ impl MtlSurface {
         if matches!(illum, 3 | 5) && black {
             let map = pictures.of(material, &["map_ks"], false);
             self.mirror = Some(map.map_or(MtlValue::Rgb(specular), MtlValue::Bitmap));
-            material.moot(&["ks", "ns"]);
+            material.take_highlight();
         } else if shines && exponent > 1.0 {
             let map = pictures.of(material, &["map_ks"], false);
             self.coat = Some(((2.0 / (exponent + 2.0)).sqrt().clamp(1e-3, 1.0), map));
-            material.moot(&["ks", "ns"]);
+            material.take_highlight();
         } else if !shines {
-            material.moot(&["ns"]);
+            material.number("ns");
         }
     }
 
