@@ -234,3 +234,29 @@ fn a_picture_stands_in_for_one_that_is_not_supported() {
     let error = pointillist::scene::load(&path, &[]).expect_err("no picture").to_string();
     assert!(error.contains("textures[0]") && error.contains("KHR_texture_basisu"), "{error}");
 }
+
+/// The fallback of a compressed mesh is shown; where there is none, the extension is named.
+#[test]
+fn data_stand_in_for_compressed_ones() {
+    let compressed = |with_data: bool| {
+        changed_with(if with_data { "draco-fallback" } else { "draco" }, |text, _| {
+            text["meshes"][0]["primitives"][0]["extensions"] =
+                json!({ "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } });
+            if !with_data {
+                text["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+            }
+        })
+    };
+    let Loaded { warnings, .. } = read(&compressed(true));
+    assert!(warnings.len() == 1 && warnings[0].to_string().contains("KHR_draco"), "{warnings:?}");
+    let error = pointillist::scene::load(&compressed(false), &[]).expect_err("no data").to_string();
+    assert!(error.contains("meshes[0]") && error.contains("KHR_draco_mesh_compression"), "{error}");
+    let path = changed_with("meshopt", |text, _| {
+        text["buffers"].as_array_mut().unwrap().push(
+            json!({ "byteLength": 8, "extensions": { "EXT_meshopt_compression": { "fallback": true } } }),
+        );
+        text["bufferViews"][0]["buffer"] = json!(1);
+    });
+    let error = pointillist::scene::load(&path, &[]).expect_err("no data").to_string();
+    assert!(error.contains("buffers[1]") && error.contains("EXT_meshopt_compression"), "{error}");
+}

@@ -14,6 +14,7 @@ use super::json;
 use super::parse::ModelDocument;
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
+use crate::scene::mitsuba::shorten;
 
 /// The buffers of a file, read when they are asked for.
 pub(super) struct Buffers<'a> {
@@ -58,7 +59,10 @@ impl<'a> Buffers<'a> {
         if !self.read.contains_key(&index) {
             let bytes = match buffer.source() {
                 gltf::buffer::Source::Bin => {
-                    Cow::Borrowed(self.blob.ok_or("it names a binary part, which the file has not")?)
+                    let blob = self.blob.filter(|_| index == 0);
+                    Cow::Borrowed(
+                        blob.ok_or_else(|| without_data(&self.root["buffers"][index], "buffers", index))?,
+                    )
                 }
                 gltf::buffer::Source::Uri(uri) => match data_uri(uri)? {
                     Some(bytes) => Cow::Owned(bytes),
@@ -226,6 +230,17 @@ impl<'a> Buffers<'a> {
                 Ok(read.map_err(|e| e.to_string())?.into_owned())
             }
         }
+    }
+}
+
+/// The error of an object that has its data in an extension alone, or nowhere.
+pub(super) fn without_data(object: &Value, list: &str, index: usize) -> String {
+    match object["extensions"].as_object().and_then(|all| all.keys().next()) {
+        Some(name) => format!(
+            "{list}[{index}] has data in the extension `{}` alone, which is not supported: export the model without it",
+            shorten(name)
+        ),
+        None => format!("{list}[{index}] is to be in a binary part, which the file has not"),
     }
 }
 

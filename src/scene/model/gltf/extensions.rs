@@ -2,7 +2,7 @@
 //!
 //! | glTF | here |
 //! |---|---|
-//! | `KHR_materials_clearcoat` | `clearcoat`, whose reflection is a quarter as strong; `clearcoat_gloss` of the same α |
+//! | `KHR_materials_clearcoat` | `clearcoat`, as strong where it is faced, and on top of all light of its base; `clearcoat_gloss` of the same α |
 //! | `KHR_materials_sheen` | `sheen`, the luminance of its colour |
 //! | `KHR_materials_specular` | the index of refraction whose reflection at normal incidence has that luminance |
 //! | `KHR_materials_anisotropy` | `anisotropic` and `roughness` of the same α along and across u |
@@ -78,7 +78,7 @@ pub(super) fn clearcoat(reader: &mut MaterialReader<'_, '_, '_>, kind: &str) -> 
         reader.tell("`KHR_materials_clearcoat` is not used for what is thin");
         return Ok(Vec::new());
     }
-    reader.tell("`KHR_materials_clearcoat` is the coat of `principled`, which reflects a quarter as much");
+    reader.tell("`KHR_materials_clearcoat` is the coat of `principled`, which takes no light from its base");
     let roughness = share(coat, "clearcoatRoughnessFactor", 0.0);
     if roughness * roughness > 0.1 {
         reader.tell("`clearcoatRoughnessFactor` above .316 counts as .316");

@@ -4,10 +4,13 @@
 //! animations of unknown properties) and knows few extensions. So the JSON is read as plain values first, [`grammar`] checks it, and
 //! the crate gets the nodes, meshes, accessors, skins, cameras and lights alone. Materials are read from the plain values.
 
+use std::borrow::Cow;
+
 use gltf::binary::Glb;
 use serde_json::Value;
 
 use super::grammar;
+use super::json::{extension, index};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::scene::mitsuba::shorten;
@@ -37,6 +40,7 @@ pub(super) fn parse(bytes: &[u8], text: &mut SceneText<'_>) -> Result<ModelDocum
         return Err(finding(path, FindingKind::Plugin, [1, 1], message).help(help).error());
     }
     grammar::check(&root, text).map_err(wrong)?;
+    check_compressed(&root).map_err(wrong)?;
     let parsed = serde_json::from_value(for_the_crate(&root)).map_err(|e| {
         // Values have no place in the text; the text itself has, unless the crate refuses more of it.
         let placed = serde_json::from_slice::<gltf::json::Root>(&json).err();
@@ -58,8 +62,11 @@ pub(super) fn parse(bytes: &[u8], text: &mut SceneText<'_>) -> Result<ModelDocum
     Ok(ModelDocument { root, document, blob })
 }
 
-/// The text and the binary part. The header is checked first: the crate subtracts its size from what it says.
-fn container(bytes: &[u8]) -> Result<(std::borrow::Cow<'_, [u8]>, Option<Vec<u8>>), gltf::Error> {
+/// The text and the binary part.
+type FileParts<'a> = (Cow<'a, [u8]>, Option<Vec<u8>>);
+
+/// Takes a file apart. The header is checked first: the crate subtracts its size from what it says.
+fn container(bytes: &[u8]) -> Result<FileParts<'_>, gltf::Error> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes.into(), None));
     }
@@ -69,7 +76,7 @@ fn container(bytes: &[u8]) -> Result<(std::borrow::Cow<'_, [u8]>, Option<Vec<u8>
         return Err(gltf::Error::Binary(gltf::binary::Error::Length { length, length_read: bytes.len() }));
     }
     let glb = Glb::from_slice(bytes)?;
-    Ok((glb.json, glb.bin.map(std::borrow::Cow::into_owned)))
+    Ok((glb.json, glb.bin.map(Cow::into_owned)))
 }
 
 /// Refuses a text whose values would take far more memory than its bytes.
@@ -118,6 +125,23 @@ fn missing_extensions(root: &Value) -> Option<(String, String)> {
         }
     };
     Some((format!("this model requires the {plural} {named}, not supported here"), remedy.to_owned()))
+}
+
+/// Refuses a mesh that is there in compressed form only.
+fn check_compressed(root: &Value) -> Result<(), String> {
+    for (i, mesh) in root["meshes"].as_array().into_iter().flatten().enumerate() {
+        for (j, primitive) in mesh["primitives"].as_array().into_iter().flatten().enumerate() {
+            let positions = index(&primitive["attributes"], "POSITION");
+            let is_empty = positions.is_some_and(|i| root["accessors"][i]["bufferView"].is_null());
+            if is_empty && !extension(primitive, "KHR_draco_mesh_compression").is_null() {
+                return Err(format!(
+                    "meshes[{i}].primitives[{j}] has data in `KHR_draco_mesh_compression` alone, which is not supported: \
+                     export the model without it"
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// What the crate reads, and nothing that it would refuse although it is allowed.
