@@ -3,7 +3,7 @@
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 
 use super::args::PluginsArgs;
-use crate::scene::{ParameterDoc, PluginDoc, PluginKind, plugins};
+use crate::scene::{ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, plugins};
 
 /// Share of the plugins of a kind that have a parameter which the Markdown states once for all of them.
 const COMMON: f64 = 0.6;
@@ -18,7 +18,7 @@ pub fn list(args: &PluginsArgs) -> Result<()> {
         true => kinds.iter().map(markdown).collect(),
         false => kinds.iter().map(plain).collect(),
     };
-    print!("{text}");
+    print!("{text}{}", if args.which.is_none() { unsupported(args.markdown) } else { String::new() });
     Ok(())
 }
 
@@ -50,6 +50,19 @@ fn plain(kind: &PluginKind) -> String {
     };
     let note = if kind.note.is_empty() { String::new() } else { format!("  {}\n", kind.note) };
     format!("{}\n{note}{}\n", kind.name, kind.plugins.iter().map(plugin).collect::<String>())
+}
+
+/// What Mitsuba has besides, and why it is not supported.
+fn unsupported(markdown: bool) -> String {
+    let row = |(kind, name, why): &(&str, &str, &str)| match markdown {
+        true => format!("| {kind} `{name}` | {why} |\n"),
+        false => format!("  {:26} {why}\n", format!("{kind} {name}")),
+    };
+    let head = match markdown {
+        true => "### Not supported\n\n| plugin of Mitsuba 3.9 | because |\n|---|---|\n",
+        false => "not supported\n",
+    };
+    head.to_owned() + &UNSUPPORTED.iter().map(row).collect::<String>()
 }
 
 /// Its name, or in angle brackets the element that is nested.

@@ -36,7 +36,7 @@ pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
 pub use files::LoadProgress;
 pub use mitsuba::{
-    LoadOptions, Loaded, ParameterDoc, PluginDoc, PluginKind, load, load_str, load_str_with, load_telling,
-    load_with, plugins,
+    LoadOptions, Loaded, ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, load, load_str, load_str_with,
+    load_telling, load_with, plugins,
 };
 pub use rendering_space::RenderingSpace;

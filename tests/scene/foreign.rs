@@ -232,3 +232,28 @@ fn scenes_that_others_made_are_read_as_they_are() {
         }
     }
 }
+
+/// What the list of plugins says of those that Mitsuba has besides is what a file that names one is told.
+#[test]
+fn plugins_that_are_not_supported_are_refused_with_the_reason() {
+    for (kind, name, why) in pointillist::scene::UNSUPPORTED {
+        let plugin = format!("<{kind} type='{name}'/>");
+        let sensor = "<sensor type='perspective'/>";
+        let body = match *kind {
+            "shape" | "emitter" | "integrator" => format!("{sensor}{plugin}"),
+            "sensor" => plugin,
+            "bsdf" => format!("{sensor}<shape type='sphere'>{plugin}</shape>"),
+            "texture" => format!(
+                "{sensor}<shape type='sphere'><bsdf type='diffuse'><texture name='reflectance' type='{name}'/></bsdf></shape>"
+            ),
+            // Media are left out, with one warning for all.
+            _ => continue,
+        };
+        let told = match try_read(&body, false) {
+            Err(error) => error.to_string(),
+            Ok(loaded) if *kind == "integrator" => format!("{:?}", loaded.warnings),
+            Ok(_) => panic!("{kind} {name} is no error"),
+        };
+        assert!(told.contains(why) && told.contains(name), "{kind} {name}: {told}");
+    }
+}

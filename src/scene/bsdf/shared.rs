@@ -18,21 +18,12 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<BsdfId, Sce
     }
     let params = Params::new(reader.document, id)?;
     reader.known.open_bsdfs.push(id);
-    let plugin = match params.plugin() {
-        name @ ("measured" | "measured_polarized") => {
-            let found = params
-                .type_fault(format!("`{name}` is not supported: its tables of measurements are not read"));
-            Err(found
-                .help("choose `principled` or `roughconductor`; with --lenient the rest is rendered")
-                .error())
+    let plugin = match STAND_INS.iter().find(|(known, _)| *known == params.plugin()) {
+        Some((_, plugin)) => Ok(*plugin),
+        None => {
+            let others: Vec<&str> = STAND_INS.iter().map(|(known, _)| *known).collect();
+            reader.plugin(&params, PLUGINS, &others)
         }
-        name => match STAND_INS.iter().find(|(known, _)| *known == name) {
-            Some((_, plugin)) => Ok(*plugin),
-            None => {
-                let others: Vec<&str> = STAND_INS.iter().map(|(known, _)| *known).collect();
-                reader.plugin(&params, PLUGINS, &others)
-            }
-        },
     };
     let read = plugin.and_then(|plugin| plugin(reader, &params));
     reader.known.open_bsdfs.pop();

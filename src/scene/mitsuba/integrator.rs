@@ -3,8 +3,8 @@
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
-use super::suggest;
 use super::value::shorten;
+use super::{suggest, unsupported};
 use crate::scene::aov::{self, AovDesc, AovKind, AovList};
 use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
@@ -104,7 +104,10 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
         let found = params.type_fault(format!("`{}` renders the light of `{name}`", kind.name()));
         params.note(found.help("another method: --integrator").advice());
     } else if own.is_none() {
-        let message = format!("there is no integrator `{name}`: `auto` chooses the method");
+        let message = match unsupported::why("integrator", params.plugin()) {
+            Some(why) => format!("`{name}` is not supported: {why}"),
+            None => format!("there is no integrator `{name}`: `auto` chooses the method"),
+        };
         let names: Vec<&str> = OURS.iter().map(|k| k.0).collect();
         params.note(params.type_fault(message).help(suggest::hint(params.plugin(), &names)).warning());
     }

@@ -42,6 +42,7 @@ pub(super) mod suggest;
 mod tags;
 mod texture;
 mod transform;
+mod unsupported;
 mod upgrade;
 mod value;
 mod variables;
@@ -57,6 +58,7 @@ pub(crate) use texture::{read as read_texture, shared as texture_of};
 pub(crate) use value::{numbers, shorten};
 
 pub use documentation::{ParameterDoc, PluginDoc, PluginKind, plugins};
+pub use unsupported::UNSUPPORTED;
 
 use std::path::Path;
 use std::sync::Arc;

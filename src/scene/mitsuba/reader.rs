@@ -8,8 +8,8 @@ use super::document::{Document, ElementId};
 use super::params::Params;
 use super::prefetch::Prefetched;
 use super::source::Span;
-use super::suggest;
 use super::value::shorten;
+use super::{suggest, unsupported};
 use crate::image::bitmap::Bitmap;
 use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, Mesh, MeshId, Name, Names, Place, ShapeDesc,
@@ -169,13 +169,16 @@ impl Reader<'_> {
 
     /// An error: no plugin of this name.
     pub(crate) fn unknown_plugin(&self, params: &Params<'_>, known: &[&str]) -> SceneError {
-        let name = params.plugin();
-        let found =
-            params.type_fault(format!("there is no {} `{}`", params.element().tag.name, shorten(name)));
+        let (kind, name) = (params.element().tag.name, params.plugin());
+        let lenient = matches!(kind, "shape" | "bsdf" | "emitter" | "texture");
+        if let Some(why) = unsupported::why(kind, name) {
+            let found = params.type_fault(format!("`{name}` is not supported: {why}"));
+            return if lenient { found.help("with --lenient the rest is rendered") } else { found }.error();
+        }
         let mut help = suggest::hint(name, known);
-        if matches!(params.element().tag.name, "shape" | "bsdf" | "emitter" | "texture") {
+        if lenient {
             help += "; with --lenient the rest is rendered";
         }
-        found.help(help).error()
+        params.type_fault(format!("there is no {kind} `{}`", shorten(name))).help(help).error()
     }
 }
