@@ -69,7 +69,7 @@ fn folded(warnings: &[SceneWarning], folder: Option<&Path>) -> Vec<String> {
         (_, all_shown) => {
             let and = if all_shown { String::new() } else { format!(", and {all}") };
             lines.push(format!(
-                "note: {} settings have no effect here or are read in another way: --verbose shows them{and}",
+                "note: {} remarks on what has no effect here or is read in another way: --verbose shows them{and}",
                 remarks.len()
             ));
         }
@@ -191,7 +191,8 @@ mod tests {
         let one = of_film(&["odd"]);
         assert!(one.len() == 1 && one[0].starts_with("note: ") && one[0].contains("t.xml:2:"), "{one:?}");
         let two = of_film(&["odd", "strange"]);
-        let words = "note: 2 settings have no effect here or are read in another way: --verbose shows them";
+        let words =
+            "note: 2 remarks on what has no effect here or is read in another way: --verbose shows them";
         assert_eq!(two, [words]);
     }
 }

@@ -41,7 +41,10 @@ fn a_first_use_does_not_scroll_the_screen_away() {
             let found = said.lines().find(|text| words(text)).unwrap_or_else(|| panic!("{name} in {said}"));
             assert!(found.contains(&format!("slips.xml:{line}:20; {more} more like it")), "{found}");
         }
-        assert!(said.contains("20 settings have no effect") && said.contains("all 40 warnings"), "{said}");
+        assert!(
+            said.contains("20 remarks on what has no effect") && said.contains("all 40 warnings"),
+            "{said}"
+        );
     }
 }
 

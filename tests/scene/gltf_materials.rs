@@ -260,3 +260,60 @@ fn data_stand_in_for_compressed_ones() {
     let error = pointillist::scene::load(&path, &[]).expect_err("no data").to_string();
     assert!(error.contains("buffers[1]") && error.contains("EXT_meshopt_compression"), "{error}");
 }
+
+/// What a kind of material leaves no part for is told.
+#[test]
+fn extensions_without_a_part_are_told() {
+    let parts =
+        json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 1 }, "KHR_materials_transmission": {} });
+    let both = |kind: &str| {
+        let mut extensions = parts.clone();
+        extensions[kind] = json!({});
+        json!({ "extensions": extensions })
+    };
+    let (desc, told) = with("unlit", both("KHR_materials_unlit"));
+    assert!(matches!(bsdf(&desc), BsdfDesc::Diffuse(_)));
+    for name in ["clearcoat` is not used", "transmission` is not used", "unlit` is rendered as a diffuse"] {
+        assert!(
+            told.iter().any(|words| words.contains(&format!("KHR_materials_{name}"))),
+            "{name}: {told:?}"
+        );
+    }
+    let (_, told) = with("glossy", both("KHR_materials_pbrSpecularGlossiness"));
+    let unused = |name: &str| told.iter().any(|w| w.contains(&format!("{name}` is not used beside")));
+    assert!(unused("KHR_materials_transmission") && !unused("KHR_materials_clearcoat"), "{told:?}");
+}
+
+#[test]
+fn a_cutoff_above_one_cuts_all() {
+    let opaque = |cutoff: f32| {
+        let (desc, _) = with("cutoff", json!({ "alphaMode": "MASK", "alphaCutoff": cutoff }));
+        let BsdfDesc::Mask(mask) = &desc.bsdfs[desc.parts(&desc.shapes[0])[0].bsdf.0 as usize] else {
+            return true;
+        };
+        !mask.opacity.is_black()
+    };
+    assert!(opaque(1.0) && !opaque(1.5));
+}
+
+/// A skin that cannot be used leaves its mesh where it is, and names of materials are not those of meshes.
+#[test]
+fn a_model_with_faults_is_shown_without_them() {
+    let path = changed_with("odd-names", |text, _| {
+        text["materials"][0]["name"] = json!("mesh 0");
+        text["skins"] = json!([{ "joints": [99] }]);
+    });
+    assert!(pointillist::scene::load(&path, &[]).is_err(), "node 99 is not there");
+    let path = changed_with("odd-skin", |text, _| {
+        text["materials"][0]["name"] = json!("mesh 0");
+        let nodes = text["nodes"].as_array_mut().unwrap();
+        let outside = nodes.len();
+        nodes.push(json!({}));
+        text["nodes"][1]["skin"] = json!(0);
+        text["skins"] = json!([{ "joints": [outside] }]);
+    });
+    let Loaded { desc, warnings } = read(&path);
+    assert_eq!(desc.meshes.len(), 1);
+    let told: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert!(told.iter().any(|words| words.contains("skin") && words.contains("skins[0]")), "{told:?}");
+}

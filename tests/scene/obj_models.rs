@@ -90,6 +90,55 @@ fn glass_is_glass_unless_something_says_otherwise() {
     assert!(matches!(paint.reflectance, SpectrumTexture::Bitmap(_)));
 }
 
+/// A picture of opacity with alpha means its alpha: that of leaves is the picture of their colours.
+#[test]
+fn opacity_is_the_alpha_of_a_picture_that_has_one() {
+    let texels = [[255, 255, 255, 0], [0, 0, 0, 255], [255, 255, 255, 255], [0, 0, 0, 51]];
+    let leaf = image::RgbaImage::from_raw(2, 2, texels.concat()).unwrap();
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    leaf.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    let obj = format!("mtllib none.mtl a.mtl\nmtllib none.mtl a.mtl\n{SQUARE}{CORNERS}usemtl a\n{FACE}");
+    let path = write(
+        "leaf",
+        &[
+            ("m.obj", obj.as_bytes()),
+            ("a.mtl", b"newmtl a\nmap_Kd leaf.png\nmap_d leaf.png\n"),
+            ("leaf.png", &bytes.into_inner()),
+        ],
+    );
+    let loaded = load(&path, &[]).unwrap();
+    let told = messages(&loaded);
+    assert!(told.len() == 1 && told[0].contains("none.mtl"), "{told:?}");
+    let BsdfDesc::Mask(mask) = only(&loaded.desc) else { panic!("{:?}", only(&loaded.desc)) };
+    let at = |u: f32, v: f32| mask.opacity.scalar(&TexturePoint::from(Vec2::new(u, v)));
+    let found = [at(0.25, 0.25), at(0.75, 0.25), at(0.25, 0.75), at(0.75, 0.75)];
+    assert_eq!(found.map(|v| (v * 255.0).round()), [0.0, 255.0, 255.0, 51.0], "{found:?}");
+}
+
+/// What a material says and another statement takes the place of is told, and what says the same twice is not.
+#[test]
+fn statements_that_change_nothing_here_are_told() {
+    for (mtl, left) in [
+        ("Kd 0.25 0.25 0.25\nmap_Kd a.png\n", Some("`Kd`")),
+        ("Kd 1 1 1\nmap_Kd a.png\n", None),
+        ("Kd 0.8 0.1 0.1\nNi 1.5\nillum 7\n", Some("`Kd`")),
+        ("Ks 1 0 0\nNs 50\n", Some("`Ks`")),
+        ("Ks 0.5 0.5 0.5\nNs 50\n", None),
+        ("d 0.5\nTr 0.5\n", None),
+        ("d 0.5\nTr 0.25\n", Some("`Tr`")),
+        ("d -halo 0.5\n", Some("`-halo of d`")),
+    ] {
+        let loaded = square("left", mtl);
+        let told = messages(&loaded);
+        let expected = left.map(|left| format!("not used: {left}"));
+        assert_eq!(told, expected.into_iter().collect::<Vec<_>>(), "{mtl}");
+        assert_eq!(
+            mtl.contains("d 0.5") || mtl.contains("halo"),
+            matches!(only(&loaded.desc), BsdfDesc::Mask(_))
+        );
+    }
+}
+
 /// `-s` and `-o` as Maya and Blender mean them: u · scale + offset, with v upwards.
 #[test]
 fn options_move_and_repeat_a_picture() {

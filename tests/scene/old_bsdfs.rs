@@ -156,6 +156,13 @@ fn mixtures() {
         let error = try_read(&bad).expect_err("this must be refused");
         assert_eq!((error.kind(), error.location().1), (kind, 2), "{bad}: {error:?}");
     }
+    let error = try_read(&mixture(".2 .2 .2 .2", &MATT.repeat(4))).expect_err("five");
+    assert!(error.to_string().contains("0.200"), "{error}");
+    assert_eq!(
+        shares(&bsdf(&mixture("0.5 0 0.5 0 0", &MATT.repeat(5)))),
+        [0.5, 0.5],
+        "nothing of the others"
+    );
     // A sheet has both sides already.
     let sheet = mixture("0.5, 0.5", &format!("<bsdf type='difftrans'/>{MATT}"));
     assert!(try_read(&of("twosided", &sheet)).is_err() && try_read(&sheet).is_ok());

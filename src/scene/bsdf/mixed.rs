@@ -94,7 +94,7 @@ impl BsdfPlugin for MixtureDesc {
         let rest = 1.0 - sum;
         let whole = if rest < LEAST_REST { sum } else { 1.0 };
         let mut parts = Vec::new();
-        for ((id, span), weight) in nested.into_iter().zip(weights) {
+        for ((id, span), weight) in nested.into_iter().zip(weights).filter(|(_, weight)| *weight > 0.0) {
             let bsdf = super::read(reader, id)?;
             warn_of_lost_dispersion(reader, params, bsdf, span);
             parts.push((bsdf, (weight / whole) as f32));
@@ -102,7 +102,17 @@ impl BsdfPlugin for MixtureDesc {
         if rest >= LEAST_REST {
             parts.push((super::default(reader, true), rest as f32));
         }
-        check_size(reader, params, &parts.iter().map(|(bsdf, _)| *bsdf).collect::<Vec<_>>())?;
+        let all: Vec<BsdfId> = parts.iter().map(|(bsdf, _)| *bsdf).collect();
+        if rest >= LEAST_REST && all.iter().map(|id| size(reader, *id)).sum::<usize>() > MOST_PARTS {
+            let message = format!(
+                "this material is made of more than {MOST_PARTS} others, with the black one for the {rest:.3} that its weights leave of 1"
+            );
+            return Err(params
+                .fault(FindingKind::Limit, message)
+                .help("weights that add up to 1 need none")
+                .error());
+        }
+        check_size(reader, params, &all)?;
         Ok(Self { parts })
     }
 

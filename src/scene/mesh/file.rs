@@ -127,7 +127,7 @@ impl MeshFile<'_> {
         let missing: Vec<String> = missing.map(|(count, what)| format!("{count} have no {what}")).collect();
         if !missing.is_empty() {
             let message = format!("of {} vertices {}", mesh.positions.len(), missing.join("; "));
-            warnings.push(self.finding(1, message).label("in this file").advice());
+            warnings.push(self.finding(1, message).label("in this file").warning());
         }
         Ok(MeshRead { bytes: self.bytes.len(), mesh, nothing, warnings })
     }

@@ -315,6 +315,8 @@ impl ObjLines {
                     return;
                 }
             }
+            // The weight of a point of a curve.
+            (0, [Some(1.0)]) => return,
             // The depth of a solid texture, which pictures have not.
             (1, [Some(0.0)]) => return,
             (0, _) => "numbers after a position",

@@ -69,6 +69,8 @@ pub(crate) struct Document {
     pub(crate) files: SceneFiles,
     /// The text of a model that has no camera: its own stands for one that sees all of the model.
     pub(crate) unframed: Option<u32>,
+    /// What the files of pictures say of their colours does not count.
+    pub(crate) srgb_pictures: bool,
 }
 
 impl Document {

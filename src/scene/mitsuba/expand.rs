@@ -92,6 +92,7 @@ impl Expander {
         if model.unframed {
             self.document.unframed.get_or_insert(self.document.sources.paths().len() as u32);
         }
+        self.document.srgb_pictures |= model.srgb_pictures;
         let outer = std::mem::replace(&mut self.literal, true);
         let read = self.text(path.to_owned(), model.text.as_bytes(), parent, depth);
         self.literal = outer;

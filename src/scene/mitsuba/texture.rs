@@ -79,7 +79,7 @@ pub(crate) fn read_bitmap(files: &SceneFiles, path: &Path, raw: bool) -> Result<
 
 /// Tells what the file of a picture, named at `span`, says of its colours that is not used.
 pub(super) fn tell_remarks(reader: &mut Reader<'_>, bitmap: &Bitmap, span: Span) {
-    if !bitmap.remarks().is_empty() {
+    if !bitmap.remarks().is_empty() && !reader.document.srgb_pictures {
         let message =
             format!("what this picture says of its colours is not used: {}", bitmap.remarks().join(", "));
         let found = reader.document.finding(FindingKind::File, span, message);

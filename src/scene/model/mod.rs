@@ -28,6 +28,7 @@ use std::path::{Path, PathBuf};
 
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
 use crate::scene::files::{ReadError, SceneFiles};
+use crate::scene::limits;
 
 pub(crate) use stage::frame;
 use text::SceneText;
@@ -65,6 +66,8 @@ pub(crate) struct ModelScene {
     pub(crate) warnings: Vec<SceneWarning>,
     /// The model has no camera: that of the text is to be moved by [`frame`].
     pub(crate) unframed: bool,
+    /// Its pictures are encoded as sRGB whatever their files say, as glTF demands.
+    pub(crate) srgb_pictures: bool,
 }
 
 /// Reads a model.
@@ -79,7 +82,13 @@ pub(crate) fn read(path: &Path, format: ModelFormat, files: &SceneFiles) -> Resu
         ModelFormat::Ply => ply::read(&mut text, files)?,
         ModelFormat::Gltf => gltf::read(&mut text, files)?,
     }
-    Ok(text.finish())
+    if text.is_too_long() {
+        let message =
+            format!("as a scene this model has more than {} bytes of text", limits::TOTAL_XML_BYTES);
+        let found = finding(path, FindingKind::Limit, [1, 1], message);
+        return Err(found.help("it shows shapes that emit at too many places").error());
+    }
+    Ok(ModelScene { srgb_pictures: format == ModelFormat::Gltf, ..text.finish() })
 }
 
 /// A finding about a model as a whole, or at a line and column of it.

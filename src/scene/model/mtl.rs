@@ -195,7 +195,12 @@ impl MtlMaterial {
     /// The numbers of a statement, before a comment.
     fn numbers(&mut self, keyword: &str, most: usize) -> Option<(Vec<f32>, usize)> {
         let (rest, shown, line) = self.take(&[keyword])?;
-        let words: Vec<&str> = rest.split_whitespace().take_while(|word| !word.starts_with('#')).collect();
+        let mut words: Vec<&str> =
+            rest.split_whitespace().take_while(|word| !word.starts_with('#')).collect();
+        if words.first() == Some(&"-halo") {
+            words.remove(0);
+            self.left.add(&format!("-halo of {shown}"), line);
+        }
         let numbers: Vec<f32> = words.iter().map_while(|word| word.parse().ok()).take(most).collect();
         if !numbers.is_empty() && words.len() > numbers.len() {
             self.left.add(&format!("words after the numbers of {shown}"), line);
@@ -213,7 +218,7 @@ impl MtlMaterial {
         };
         let color = color.filter(|color| color.iter().all(|v| v.is_finite()));
         if color.is_none() {
-            self.fault(line, "a colour has one number or three");
+            self.fault(line, "this colour is not read: it has one number or three");
         }
         color
     }

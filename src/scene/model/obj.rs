@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
 use super::mtl::MtlFile;
-use super::obj_material::{self, ObjEmission};
+use super::obj_material::{self, ModelPictures, ObjEmission};
 use super::text::{PlyVertices, SceneText, ply};
 use super::{CLAY, finding, unreadable};
 use crate::scene::desc::Mesh;
@@ -40,13 +40,13 @@ pub(super) fn read(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), S
     }
     let colored = !mesh.attributes.is_empty();
     let (mut clay_is_there, mut colors_left, mut unknown) = (false, 0, Vec::new());
-    let mut missing = BTreeSet::new();
+    let mut pictures = ModelPictures::new(files);
     let height = 0.01 * diagonal(&mesh);
     for (i, (name, triangles)) in parts.iter().enumerate() {
         let material = known.iter_mut().rev().find_map(|file| file.materials.get_mut(*name));
         let of_material = material.is_some();
         let (id, emission) = match material {
-            Some(material) => obj_material::write(text, material, height, &mut missing),
+            Some(material) => obj_material::write(text, material, height, &mut pictures),
             None => {
                 if !name.is_empty() {
                     unknown.push(*name);
@@ -71,8 +71,8 @@ pub(super) fn read(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), S
             "the colours of vertices are not used where a material has its own, as {colors_left} have"
         ));
     }
-    if !missing.is_empty() {
-        let names: Vec<String> = missing.into_iter().collect();
+    if !pictures.missing.is_empty() {
+        let names: Vec<String> = pictures.missing.into_iter().collect();
         text.note(format!("{} pictures are not found and not used: {}", names.len(), names.join(", ")));
     }
     known.iter().for_each(|file| tell(text, file));
@@ -170,6 +170,17 @@ pub(super) fn write_part(
 /// The MTL files; those that cannot be read are noted.
 fn libraries(text: &mut SceneText<'_>, files: &SceneFiles, names: &[String]) -> Vec<MtlFile> {
     let mut known = Vec::new();
+    // A line names one file, whose name may have blanks, or several.
+    let several = |name: &String| match text.is_there(name) {
+        true => vec![name.clone()],
+        false => {
+            let words: Vec<String> = name.split_whitespace().map(str::to_owned).collect();
+            if words.iter().any(|word| text.is_there(word)) { words } else { vec![name.clone()] }
+        }
+    };
+    let mut names: Vec<String> = names.iter().flat_map(several).collect();
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(name.clone()));
     for name in names {
         let path = text.path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
         match files.read(&path, limits::XML_BYTES) {

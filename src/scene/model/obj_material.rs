@@ -10,7 +10,7 @@
 //! | `Ks` not black or `map_Ks`, and `Ns` above 1 | `roughplastic`, α = √(2 / (`Ns` + 2)) (Walter et al. 2007), `Ni` where above 1 |
 //! | anything else | `diffuse` |
 //! | `Ke`, `map_Ke` | an `area` emitter of the shape |
-//! | `d` < 1, `Tr` > 0, `map_d` | `mask` with this opacity |
+//! | `d` < 1, `Tr` > 0, `map_d` | `mask` with this opacity; of a picture with alpha that is the alpha |
 //! | `map_Kd` | in the place of `Kd` |
 //! | `norm` | `normalmap` |
 //! | `bump`, `map_bump` | `bumpmap`; heights have no unit, so that 1 is a hundredth of the model's size |
@@ -18,12 +18,18 @@
 //! Of the options of maps `-s`, `-o`, `-clamp`, `-bm` and `-blendu off -blendv off` are used. All but glass is two-sided, since no
 //! face of an OBJ file is meant to be black. Colours are linear.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Cursor;
+use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
+use image::{DynamicImage, GrayImage, ImageFormat, Luma};
 
 use super::mtl::MtlMaterial;
 use super::text::SceneText;
+use crate::image::bitmap;
+use crate::scene::files::SceneFiles;
+use crate::scene::limits;
 
 /// Statements of the physically based extension that make a material `principled`, with the parameter and its map.
 const PRINCIPLED: [(&str, &str, &str); 5] = [
@@ -106,6 +112,54 @@ impl MtlValue {
     }
 }
 
+/// The pictures of all materials of a model.
+pub(super) struct ModelPictures<'f> {
+    files: &'f SceneFiles,
+    /// Those that are not there.
+    pub(super) missing: BTreeSet<String>,
+    /// The alpha of pictures as pictures of their own; none of those that have none.
+    alphas: BTreeMap<String, Option<String>>,
+}
+
+impl<'f> ModelPictures<'f> {
+    pub(super) fn new(files: &'f SceneFiles) -> Self {
+        Self { files, missing: BTreeSet::new(), alphas: BTreeMap::new() }
+    }
+
+    /// A picture of opacity: of one with alpha that is not 1 everywhere, its alpha.
+    fn opacity(&mut self, bitmap: MtlBitmap, text: &mut SceneText<'_>) -> MtlBitmap {
+        let alpha = match self.alphas.get(&bitmap.file) {
+            Some(known) => known.clone(),
+            None => {
+                let made = self.alpha(&bitmap.file, text);
+                self.alphas.insert(bitmap.file.clone(), made.clone());
+                made
+            }
+        };
+        MtlBitmap { file: alpha.unwrap_or(bitmap.file), ..bitmap }
+    }
+
+    fn alpha(&self, name: &str, text: &mut SceneText<'_>) -> Option<String> {
+        let path = text.path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
+        // What cannot be read is told where the scene names it.
+        let bytes = self.files.read(&path, limits::IMAGE_BYTES).ok()?;
+        let picture = bitmap::picture(&path, &bytes, limits::IMAGE_PIXELS).ok()?;
+        if !picture.color().has_alpha() {
+            return None;
+        }
+        let picture = picture.into_rgba8();
+        let alpha = GrayImage::from_fn(picture.width(), picture.height(), |x, y| {
+            Luma([picture.get_pixel(x, y).0[3]])
+        });
+        if alpha.pixels().all(|texel| texel.0 == [u8::MAX]) {
+            return None;
+        }
+        let mut bytes = Cursor::new(Vec::new());
+        DynamicImage::from(alpha).write_to(&mut bytes, ImageFormat::Png).ok()?;
+        Some(text.file(&format!("alpha-{}.png", self.alphas.len()), bytes.into_inner()))
+    }
+}
+
 /// Reads the pictures of a material.
 struct MtlPictures<'a, 't> {
     text: &'a SceneText<'t>,
@@ -155,18 +209,24 @@ pub(super) fn write(
     text: &mut SceneText<'_>,
     material: &mut MtlMaterial,
     height: f32,
-    missing: &mut BTreeSet<String>,
+    of_model: &mut ModelPictures<'_>,
 ) -> (String, ObjEmission) {
     material.used = true;
     let id = text.id(&material.name);
-    let mut pictures = MtlPictures { text, missing };
+    let mut pictures = MtlPictures { text, missing: &mut of_model.missing };
     let emission = emission(material, &mut pictures);
     let given_ior = material.number("ni");
     let ior = given_ior.filter(|ior| *ior > 1.0 && *ior < 10.0).unwrap_or(1.5);
     let kd = material.color("kd");
     let diffuse = color(kd, 0.6, 1.0);
     let opacity = match (material.number("d"), material.has("tr")) {
-        (Some(d), _) => d,
+        (Some(d), _) => {
+            // 3ds Max writes both.
+            if material.peek_number("tr").is_some_and(|tr| (1.0 - d - tr).abs() < 1e-3) {
+                material.number("tr");
+            }
+            d
+        }
         (None, true) => 1.0 - material.number("tr").unwrap_or(0.0),
         (None, false) => 1.0,
     };
@@ -177,6 +237,9 @@ pub(super) fn write(
     }
     if matches!(illum, 4 | 6 | 7 | 9) && !is_opaque(material, kd, given_ior, opacity) {
         glass(text, material, &id, ior);
+        if kd.is_some_and(is_colored) {
+            material.leave_statement("kd");
+        }
         return (id, emission);
     }
     let mut number = |material: &mut MtlMaterial, keyword: &str, map: &str| {
@@ -191,6 +254,9 @@ pub(super) fn write(
         .collect();
     let map_kd = pictures.of(material, &["map_kd"], false);
     let textured = map_kd.is_some();
+    if textured {
+        material.leave_statement("kd");
+    }
     let base = map_kd.map_or(MtlValue::Rgb(diffuse), MtlValue::Bitmap);
     let normals = pictures.of(material, &["norm", "map_norm"], true);
     let heights = match &normals {
@@ -221,7 +287,7 @@ pub(super) fn write(
     let sides = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| {
         text.object("bsdf", "twosided", attributes, bumped);
     };
-    match map_d.map(MtlValue::Bitmap) {
+    match map_d.map(|map| MtlValue::Bitmap(of_model.opacity(map, text))) {
         None if opacity == 1.0 => sides(text, &[("id", &id)]),
         map => text.object("bsdf", "mask", &[("id", &id)], |text| {
             map.unwrap_or(MtlValue::Number(opacity)).write(text, "opacity");
@@ -325,6 +391,10 @@ impl MtlSurface {
             let map = pictures.of(material, &["map_ks"], false);
             self.coat = Some(((2.0 / (exponent + 2.0)).sqrt().clamp(1e-3, 1.0), map));
             material.take_highlight();
+            // A coat reflects by its index; how much a grey `Ks` says has no counterpart.
+            if specular != [specular[0]; 3] {
+                material.leave_statement("ks");
+            }
         } else if !shines {
             material.number("ns");
         }

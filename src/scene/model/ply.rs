@@ -23,15 +23,11 @@ pub(super) fn read(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), S
         let why = if has_uvs { "not found" } else { "not used: the model has no texture coordinates" };
         text.note(format!("`TextureFile` names pictures that are {why}: {}", unused.join(", ")));
     }
-    if let [Some(first), others @ ..] = found.as_slice()
-        && (others.is_empty() || !numbered)
+    if let Some(first) = found.iter().flatten().next()
+        && !numbered
     {
-        if !others.is_empty() {
-            let message = format!(
-                "faces have no `texnumber`, so that only the first of {} pictures is used",
-                found.len()
-            );
-            text.note(message);
+        if found.iter().flatten().count() > 1 {
+            text.note(format!("faces have no `texnumber`, so that of the pictures only `{first}` is used"));
         }
         textured(text, "textured", first);
         // Photogrammetry counts v upwards.

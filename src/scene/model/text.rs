@@ -25,6 +25,8 @@ pub(super) struct SceneText<'a> {
     depth: usize,
     files: BTreeMap<PathBuf, Vec<u8>>,
     ids: BTreeSet<String>,
+    /// The last number that was added to an id of this name.
+    numbers: BTreeMap<String, usize>,
     warnings: Vec<SceneWarning>,
     /// Messages about places within the model: the first place and how many there are.
     told: BTreeMap<String, (String, usize)>,
@@ -42,11 +44,17 @@ impl<'a> SceneText<'a> {
             out: "<scene version=\"3.0.0\">\n".to_owned(),
             depth: 1,
             files: BTreeMap::new(),
-            ids: BTreeSet::from(["sky".to_owned(), "clay".to_owned()]),
+            ids: ["sky", "clay", "coloured clay", "textured"].map(str::to_owned).into(),
+            numbers: BTreeMap::new(),
             warnings: Vec::new(),
             told: BTreeMap::new(),
             untold: 0,
         }
+    }
+
+    /// True for a text that is longer than any that is read: nothing more is written.
+    pub(super) fn is_too_long(&self) -> bool {
+        self.out.len() as u64 > limits::TOTAL_XML_BYTES
     }
 
     /// Writes what stands between the tags of `<tag type="kind" …>`.
@@ -57,6 +65,9 @@ impl<'a> SceneText<'a> {
         attributes: &[(&str, &str)],
         inside: impl FnOnce(&mut Self),
     ) {
+        if self.is_too_long() {
+            return;
+        }
         let all: Vec<_> = [("type", kind)].into_iter().chain(attributes.iter().copied()).collect();
         self.element(tag, &all, inside);
     }
@@ -121,10 +132,12 @@ impl<'a> SceneText<'a> {
         let plain = |c: char| if c.is_alphanumeric() || " -_.".contains(c) { c } else { '_' };
         let name: String = wanted.trim().chars().take(60).map(plain).collect();
         let name = if name.is_empty() { "object".to_owned() } else { name };
-        let numbered = (2..).map(|i| format!("{name} {i}"));
-        let id = std::iter::once(name.clone()).chain(numbered).find(|id| !self.ids.contains(id));
-        let id = id.unwrap_or(name); // the numbers do not end
-        self.ids.insert(id.clone());
+        let mut id = name.clone();
+        while !self.ids.insert(id.clone()) {
+            let number = self.numbers.entry(name.clone()).or_insert(1);
+            *number += 1;
+            id = format!("{name} {number}");
+        }
         id
     }
 
@@ -212,7 +225,7 @@ impl<'a> SceneText<'a> {
             self.camera(stage::FOV, "smaller", None, |_| ());
         }
         let Self { out, files, warnings, framed, .. } = self;
-        ModelScene { text: out + "</scene>\n", files, warnings, unframed: !framed }
+        ModelScene { text: out + "</scene>\n", files, warnings, unframed: !framed, srgb_pictures: false }
     }
 }
 

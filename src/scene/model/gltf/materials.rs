@@ -269,7 +269,7 @@ impl MaterialReader<'_, '_, '_> {
     fn opacity(&mut self, image: &Value) -> Result<Option<MaterialValue>, String> {
         let [.., factor] = self.factor();
         let mode = self.material["alphaMode"].as_str().unwrap_or("OPAQUE");
-        let cutoff = (mode == "MASK").then(|| share(self.material, "alphaCutoff", 0.5));
+        let cutoff = (mode == "MASK").then(|| number(self.material, "alphaCutoff", 0.5));
         if mode == "OPAQUE" {
             return Ok(None);
         }
@@ -297,6 +297,8 @@ impl MaterialReader<'_, '_, '_> {
         let bitmap = self.bitmap(&base["baseColorTexture"], Change::times([r, g, b]), false)?;
         let color = self.tinted(bitmap.map_or(MaterialValue::Rgb([r, g, b]), MaterialValue::Texture));
         if !extension(material, "KHR_materials_unlit").is_null() {
+            self.tell("`KHR_materials_unlit` is rendered as a diffuse surface, which light falls on");
+            self.tell_extensions("KHR_materials_unlit", &[]);
             return Ok(SurfaceModel {
                 kind: "diffuse",
                 parameters: vec![("reflectance", color)],
@@ -335,8 +337,26 @@ impl MaterialReader<'_, '_, '_> {
     /// The bsdf of a material with `KHR_materials_pbrSpecularGlossiness`.
     fn glossy(&mut self, material: ConvertedMaterial) -> Result<SurfaceModel, String> {
         let ConvertedMaterial { color, metallic, roughness, eta } = material;
+        let used = ["KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_anisotropy"];
+        self.tell_extensions("KHR_materials_pbrSpecularGlossiness", &used);
         let parameters = vec![("base_color", self.tinted(color)), ("metallic", metallic)];
         self.layers(SurfaceModel { kind: "principled", parameters, transmits: false }, roughness, eta)
+    }
+
+    /// Tells of the extensions of the material that have no part beside this `kind` of it, other than those `used`.
+    fn tell_extensions(&mut self, kind: &str, used: &[&str]) {
+        let names = self.material["extensions"].as_object().into_iter().flat_map(|all| all.keys());
+        let unused = |name: &&String| {
+            let name = name.as_str();
+            name.starts_with("KHR_materials_")
+                && name != kind
+                && name != "KHR_materials_emissive_strength"
+                && !used.contains(&name)
+        };
+        let unused: Vec<String> = names.filter(unused).cloned().collect();
+        for name in unused {
+            self.tell(&format!("`{name}` is not used beside `{kind}`"));
+        }
     }
 
     /// Adds what every kind may have.

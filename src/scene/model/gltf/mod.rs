@@ -132,7 +132,7 @@ fn meshes<'a>(
     for (node, to_world) in nodes {
         let Some(mesh) = node.mesh() else { continue };
         let place = format!("nodes[{}]", node.index());
-        let mut pose = skins.pose(node, &mesh, &worlds, buffers)?;
+        let mut pose = skins.pose(node, &mesh, &worlds, buffers, text);
         if pose.is_skinned() && !pose::has_joints(&mesh) {
             text.tell("a mesh whose vertices name no joints is not bent by its skin", &place);
             pose = pose.without_skin();
@@ -179,7 +179,7 @@ impl ShownMesh<'_> {
         let posed = groups.keys().filter(|(mesh, _)| *mesh == self.mesh.index()).count();
         let id = groups.entry(self.key()).or_insert_with(|| {
             let suffix = if posed == 0 { String::new() } else { format!(" pose {posed}") };
-            let id = format!("mesh {}{suffix}", self.mesh.index());
+            let id = text.id(&format!("mesh {}{suffix}", self.mesh.index()));
             text.object("shape", "shapegroup", &[("id", &id)], |text| {
                 grouped.iter().for_each(|primitive| primitive.write(text, &DAffine3::IDENTITY));
             });

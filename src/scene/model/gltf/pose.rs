@@ -7,6 +7,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
 use gltf::Semantic;
 
 use super::buffers::Buffers;
+use crate::scene::model::text::SceneText;
 
 /// How a node poses its mesh.
 #[derive(Clone)]
@@ -20,9 +21,9 @@ pub(super) struct MeshPose {
 /// Two poses with equal keys are the same.
 pub(super) type PoseKey = (Vec<u32>, Option<usize>);
 
-/// The skins that were read.
+/// The skins that were read: the transforms of their joints, none of one that cannot be used.
 #[derive(Default)]
-pub(super) struct Skins(BTreeMap<usize, Rc<Vec<DAffine3>>>);
+pub(super) struct Skins(BTreeMap<usize, Option<Rc<Vec<DAffine3>>>>);
 
 impl Skins {
     /// The pose of the mesh of a node. `worlds`: the transforms of the nodes of the scene.
@@ -32,20 +33,20 @@ impl Skins {
         mesh: &gltf::Mesh<'a>,
         worlds: &BTreeMap<usize, DAffine3>,
         buffers: &mut Buffers<'a>,
-    ) -> Result<MeshPose, String> {
+        text: &mut SceneText<'_>,
+    ) -> MeshPose {
         let weights = node.weights().or(mesh.weights()).unwrap_or_default();
         let weights = weights.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
-        let Some(skin) = node.skin() else { return Ok(MeshPose { weights, skin: None }) };
+        let Some(skin) = node.skin() else { return MeshPose { weights, skin: None } };
         let index = skin.index();
-        let joints = match self.0.get(&index) {
-            Some(known) => known.clone(),
-            None => {
-                let joints = Rc::new(joints(&skin, worlds, buffers)?);
-                self.0.insert(index, joints.clone());
-                joints
+        let known = self.0.entry(index).or_insert_with(|| match joints(&skin, worlds, buffers) {
+            Ok(joints) => Some(Rc::new(joints)),
+            Err(message) => {
+                text.tell(format!("a skin is not used, since {message}"), &format!("skins[{index}]"));
+                None
             }
-        };
-        Ok(MeshPose { weights, skin: Some((index, joints)) })
+        });
+        MeshPose { weights, skin: known.clone().map(|joints| (index, joints)) }
     }
 }
 
@@ -61,17 +62,15 @@ fn joints<'a>(
     worlds: &BTreeMap<usize, DAffine3>,
     buffers: &mut Buffers<'a>,
 ) -> Result<Vec<DAffine3>, String> {
-    let place = format!("skins[{}]", skin.index());
     let inverses =
         skin.inverse_bind_matrices().map(|accessor| buffers.floats::<16>(&accessor)).transpose()?;
     let count = skin.joints().count();
     if inverses.as_ref().is_some_and(|inverses| inverses.len() < count) {
-        return Err(format!("{place} has more joints than inverse bind matrices"));
+        return Err("it has more joints than inverse bind matrices".to_owned());
     }
     let joint = |(i, node): (usize, gltf::Node<'_>)| {
         let world = worlds.get(&node.index());
-        let world = world
-            .ok_or_else(|| format!("{place} has the joint nodes[{}], not in the scene", node.index()))?;
+        let world = world.ok_or_else(|| format!("its joint nodes[{}] is not in the scene", node.index()))?;
         let inverse = inverses.as_ref().map_or(DAffine3::IDENTITY, |inverses| {
             DAffine3::from_mat4(DMat4::from_cols_array(&inverses[i].map(f64::from)))
         });
