@@ -20,6 +20,7 @@ mod load;
 mod mixed;
 mod models;
 mod moved;
+mod mtl_materials;
 mod obj_models;
 mod old_bsdfs;
 mod rough;

@@ -101,7 +101,7 @@ fn what_is_said_of_colours_and_not_used_is_told() {
     let remarks = |name: &str, bytes: &[u8], raw| {
         Bitmap::decode(Path::new(name), bytes, raw, 9).expect("a picture").remarks().join(" ")
     };
-    let hdr = |lines: &str| format!("#?RADIANCE\n{lines}\n-Y 1 +X 1\n\u{1}\u{1}\u{1}\u{1}").into_bytes();
+    let hdr = |lines: &str| format!("#?RADIANCE\n{lines}\n-Y 1 +X 1\n\u{3}\u{3}\u{3}\u{3}").into_bytes();
     let other =
         "EXPOSURE=2\nEXPOSURE=1.0\nCOLORCORR=1 1 2\nPRIMARIES=.6 .3 .3 .6 .1 .1 .3 .3\nCOLORCORR= 1 1 1\n";
     let told = remarks("a.hdr", &hdr(other), false);
