@@ -383,7 +383,7 @@ mod tests {
         assert_eq!(material.left().note().expect("some").0, "not used: `Kd`, `Ke`, `new`");
         let mut short = self::material("Kd 0.5 1\nNi\nd 0.5 0.5");
         assert_eq!((short.color("kd"), short.number("ni"), short.number("d")), (None, None, Some(0.5)));
-        assert_eq!(short.faults().map(|fault| fault.0).collect::<Vec<_>>(), [2, 3]);
+        assert_eq!(short.faults().map(|fault| fault.0).collect::<Vec<_>>(), [3, 2]);
         assert_eq!(short.left().note().expect("some").0, "not used: `words after the numbers of d`");
         let stray = MtlFile::new(Path::new("a.mtl"), b"Kd 1\nnewmtl a\nnewmtl a\n".to_vec());
         assert_eq!(stray.left.note().expect("some").0, "not used: `Kd`, `newmtl a`");
