@@ -308,7 +308,7 @@ fn nothing_is_left_out_in_silence() {
     // MTL: a statement of each place, an option of each map, words after numbers.
     let statements = [
         "Ka 1 1 1",
-        "Kd 0.5 0.5 0.5",
+        "Kd 1 1 1",
         "Ks 0.5 0.5 0.5",
         "Ke 1 1 1",
         "Ns 50",
