@@ -146,7 +146,8 @@ impl SpectrumTexture {
         }
     }
 
-    /// The colour at a point, linear Rec.709 from 0 to 1.
+    /// The colour at a point, linear Rec.709 from 0 to 1. Few scenes have products: their code stands apart from that of others.
+    #[inline(never)]
     fn rgb(&self, at: &TexturePoint) -> Vec3A {
         match self {
             Self::Uniform(spectrum) => spectrum.reflected_rgb().map(clean).into(),
@@ -155,6 +156,12 @@ impl SpectrumTexture {
             Self::Attribute(texture) => texture.values(at).map(clean).into(),
             Self::Product(factors) => factors[0].rgb(at) * factors[1].rgb(at),
         }
+    }
+
+    /// The number of a product, apart as [`rgb`](Self::rgb) is.
+    #[inline(never)]
+    fn product_of_scalars(factors: &[Self; 2], at: &TexturePoint) -> f32 {
+        factors[0].scalar(at) * factors[1].scalar(at)
     }
 
     /// The number at a point, not negative: the luminance under D65 where there is a colour. Mitsuba's `eval_1`.
@@ -173,7 +180,7 @@ impl SpectrumTexture {
             Self::Bitmap(texture) => luminance(texture.value(at.uv, texel_not_negative).to_array()),
             Self::Checkerboard(board) => board.number(at.uv).scalar(at),
             Self::Attribute(texture) => luminance(texture.values(at).map(not_negative)),
-            Self::Product(factors) => factors[0].scalar(at) * factors[1].scalar(at),
+            Self::Product(factors) => Self::product_of_scalars(factors, at),
         }
     }
 

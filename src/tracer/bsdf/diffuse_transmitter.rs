@@ -18,7 +18,7 @@ pub type DiffuseTransmitterMaterial = DiffuseTransmitterDesc;
 impl MaterialModel for DiffuseTransmitterMaterial {
     type Bsdf = DiffuseTransmitter;
 
-    #[inline]
+    #[inline(never)]
     fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> DiffuseTransmitter {
         DiffuseTransmitter::new(self.transmittance.sample(at, lambda))
     }

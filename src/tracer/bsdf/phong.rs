@@ -22,7 +22,7 @@ pub type Phong = LobeOverDiffuse<PhongLobe>;
 impl MaterialModel for PhongMaterial {
     type Bsdf = Phong;
 
-    #[inline]
+    #[inline(never)]
     fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Phong {
         let lobe = PhongLobe::new(self.exponent.scalar(at));
         Phong::textured(lobe, [&self.specular_reflectance, &self.diffuse_reflectance], at, lambda)

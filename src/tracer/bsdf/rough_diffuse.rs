@@ -19,7 +19,7 @@ pub type RoughDiffuseMaterial = RoughDiffuseDesc;
 impl MaterialModel for RoughDiffuseMaterial {
     type Bsdf = RoughDiffuse;
 
-    #[inline]
+    #[inline(never)]
     fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> RoughDiffuse {
         RoughDiffuse::new(self.reflectance.sample(at, lambda), self.alpha.scalar(at), self.use_fast_approx)
     }

@@ -30,7 +30,7 @@ const LEAST_HEIGHT: f32 = 1e-12;
 impl MaterialModel for WardMaterial {
     type Bsdf = Ward;
 
-    #[inline]
+    #[inline(never)]
     fn bsdf(&self, at: &TexturePoint, lambda: &SampledWavelengths) -> Ward {
         let Roughness { alpha, .. } = self.roughness;
         let alpha = self.alpha.as_deref().map_or(alpha, |texture: &AlphaTexture| texture.at(at));
