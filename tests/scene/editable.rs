@@ -22,7 +22,7 @@ pub const SCENE: &str = r#"<scene version="3.0.0">
         <bsdf type="dielectric"><float name="int_ior" value="1.5"/></bsdf></shape>
     <shape type="rectangle" id="lamp &amp; shade"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
         <emitter type="area"><rgb name="radiance" value="$glow"/></emitter></shape>
-    <shape type="disk"><transform name="to_world"><rotate y="90"  angle="90"/><translate x="-3" y="1"/></transform>
+    <shape type="disk"><transform name="to_world"><rotate y="1"  angle="90"/><translate x="-3" y="1"/></transform>
         <emitter type="area"><spectrum name="radiance" value="400:1, 600:2, 700:1"/></emitter></shape>
     <emitter type="constant"><rgb name="radiance" value="0.1, 0.2, 0.4"/></emitter>
     <emitter type="point" id="bulb"><point name="position" x="1" y="2" z="1"/><float name="intensity" value="2"/></emitter>

@@ -71,7 +71,7 @@ fn transforms_are_mitsubas() {
     assert_matrix("<scale value=\"2 3, 4\"/>", [[2., 0., 0., 0.], [0., 3., 0., 0.], [0., 0., 4., 0.]]);
     assert_matrix("<scale y=\"-3\"/>", [[1., 0., 0., 0.], [0., -3., 0., 0.], [0., 0., 1., 0.]]);
     // In document order: first to (1,0,0), then a quarter turn about z takes it to (0,1,0).
-    let turn = "<translate x=\"1\"/><rotate value=\"0,0,2\" angle=\"90\"/>";
+    let turn = "<translate x=\"1\"/><rotate value=\"0,0,1\" angle=\"90\"/>";
     assert_matrix(turn, [[0., -1., 0., 0.], [1., 0., 0., 1.], [0., 0., 1., 0.]]);
     let other = "<rotate z=\"1\" angle=\"90\"/><translate x=\"1\"/>";
     assert_matrix(other, [[0., -1., 0., 1.], [1., 0., 0., 0.], [0., 0., 1., 0.]]);
@@ -90,6 +90,30 @@ fn transforms_are_mitsubas() {
     assert_matrix(nine, [[1., 2., 3., 0.], [4., 5., 6., 0.], [7., 8., 10., 0.]]);
     let sixteen = "<matrix value=\"1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\"/>";
     assert_matrix(sixteen, [[1., 0., 0., 5.], [0., 1., 0., 6.], [0., 0., 1., 7.]]);
+}
+
+/// Mitsuba 3.9.1 takes a cube to 1.754 where it is turned by 35° about (1, 1, 0): not a rotation, and not what the file asks for.
+#[test]
+fn an_axis_of_another_length_is_a_direction_and_told() {
+    let turned = |steps: &str| {
+        let body = format!(
+            "{SENSOR}{LIGHT}\n<shape type=\"cube\"><transform name=\"to_world\">{steps}</transform></shape>"
+        );
+        let loaded = try_read(&body, &[]).expect("valid");
+        (loaded.desc.shapes[0].to_world, loaded.warnings)
+    };
+    let unit = std::f64::consts::FRAC_1_SQRT_2;
+    let (wanted, silent) = turned(&format!("<rotate value=\"{unit},{unit},0\" angle=\"35\"/>"));
+    assert!(silent.is_empty(), "{silent:?}");
+    let (given, told) =
+        turned("<translate x=\"2\"/><rotate value=\"1,1,0\" angle=\"35\"/><translate x=\"-1\"/>");
+    let moved = DAffine3::from_translation(DVec3::new(-1.0, 0.0, 0.0)) * wanted;
+    let moved = moved * DAffine3::from_translation(DVec3::new(2.0, 0.0, 0.0));
+    assert!(given.abs_diff_eq(moved, 1e-9), "{given:?}");
+    let [told] = &told[..] else { panic!("{told:?}") };
+    assert!(told.to_string().contains("has not the length 1"), "{told}");
+    // As exact as files write it.
+    assert!(turned("<rotate value=\"0.7071,0.7071,0\" angle=\"35\"/>").1.is_empty());
 }
 
 #[test]

@@ -236,6 +236,15 @@ impl<'d> Params<'d> {
     /// A transform: the identity unless given; invertible.
     pub(crate) fn transform(&self, name: &'static str) -> Result<DAffine3, SceneError> {
         let matrix = self.typed(name, &["transform"], |e| transform::parse(self.document, e))?;
+        if let Some(element) = self.get(name)
+            && let Some(span) = transform::axis_of_other_length(self.document, element)
+        {
+            let message = "the axis of this rotation has not the length 1: its direction is used";
+            let found = self.document.finding(FindingKind::Value, span, message);
+            self.note(
+                found.help("Mitsuba 3 shears what it turns about such an axis; give a unit vector").warning(),
+            );
+        }
         Ok(matrix.unwrap_or(DAffine3::IDENTITY))
     }
 

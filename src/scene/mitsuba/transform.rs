@@ -88,6 +88,15 @@ fn rotate(element: &Element) -> Result<DAffine3, Fault> {
     Ok(DAffine3::from_axis_angle(axis.try_normalize().ok_or_else(zero)?, angle.to_radians()))
 }
 
+/// The first rotation of a transform whose axis has not the length 1, within what five digits of its numbers leave. Mitsuba 0.6
+/// normalises such an axis; Mitsuba 3 puts it into Rodrigues' formula as it is, which shears.
+pub(crate) fn axis_of_other_length(document: &Document, element: &Element) -> Option<Span> {
+    let steps = element.children.iter().map(|&child| document.element(child));
+    let is_other =
+        |step: &Element| components(step, Some(0.0)).is_ok_and(|axis| (axis.length() - 1.0).abs() > 1e-4);
+    steps.filter(|step| step.tag.name == "rotate").find(|step| is_other(step)).map(|step| step.span)
+}
+
 /// +z to the target, +y up, +x to the left (right-handed), as Mitsuba.
 fn lookat(element: &Element) -> Result<DAffine3, Fault> {
     let origin = attribute(element, "origin", value::triple)?;
