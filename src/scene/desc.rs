@@ -19,7 +19,7 @@ pub use super::bsdf::{
     DiffuseTransmitterDesc, Facets, LobeTexture, MOST_PARTS, MaskDesc, MixtureDesc, NormalMapDesc, NullDesc,
     PhongDesc, PlasticDesc, PrincipledDesc, PrincipledLobes, PrincipledThinDesc, RoughConductorDesc,
     RoughDielectricDesc, RoughDiffuseDesc, RoughPlasticDesc, Roughness, SHARPEST_PHONG, ThinDielectricDesc,
-    TwoSidedDesc, WardDesc, WardVariant,
+    ThinFilmDesc, TwoSidedDesc, WardDesc, WardVariant,
 };
 pub use super::lights::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
 

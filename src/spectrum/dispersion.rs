@@ -11,6 +11,11 @@ use super::{SampledSpectrum, SampledWavelengths};
 /// Wavelength of the sodium D line in nm, at which one number for an index that depends on wavelength is taken.
 pub const SODIUM_D: f32 = 589.3;
 
+/// The lines at which catalogues of glass give indices, in nm: helium d, and F and C of hydrogen.
+const HELIUM_D: f64 = 587.5618;
+const FRAUNHOFER_F: f64 = 486.1327;
+const FRAUNHOFER_C: f64 = 656.2725;
+
 /// The index of refraction of a transparent medium.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ior {
@@ -151,6 +156,14 @@ impl Ior {
         CONSTANT.iter().map(|m| m.0).chain(DISPERSIVE.iter().map(|f| f.0))
     }
 
+    /// Cauchy's law through the index at the helium d line with this Abbe number V = (n_d − 1) / (n_F − n_C).
+    pub fn of_abbe_number(n_d: f32, abbe: f32) -> Self {
+        let inverse_square = |nanometers: f64| 1e6 / (nanometers * nanometers);
+        let spread = inverse_square(FRAUNHOFER_F) - inverse_square(FRAUNHOFER_C);
+        let b = (f64::from(n_d) - 1.0) / (f64::from(abbe) * spread);
+        Self::cauchy((f64::from(n_d) - b * inverse_square(HELIUM_D)) as f32, b as f32)
+    }
+
     /// Cauchy's law n = a + b / λ², `b` in µm².
     pub fn cauchy(a: f32, b: f32) -> Self {
         if b == 0.0 { Ior::Constant(a) } else { Ior::Cauchy { a, b } }
@@ -175,6 +188,25 @@ impl Ior {
             Ior::Constant(n) => Vec4::splat(*n),
             Ior::Cauchy { a, b } => *a + *b * 1e6 / (lambda * lambda),
             Ior::Sellmeier(law) => law.eval(lambda),
+        }
+    }
+
+    /// The index as one number: at the helium d line, to which Abbe numbers belong; for a medium by name at the sodium line.
+    pub fn nominal(&self) -> f32 {
+        let line = if let Ior::Cauchy { .. } = self { HELIUM_D as f32 } else { SODIUM_D };
+        self.eval(Vec4::splat(line)).x
+    }
+
+    /// A medium of another index, with the same Abbe number where this one disperses by Cauchy's law.
+    pub(crate) fn with_index(&self, n: f32) -> Self {
+        match self {
+            Ior::Cauchy { a, b } => {
+                let scale = (n - 1.0) / (self.nominal() - 1.0);
+                let b = b * scale;
+                let at_d = self.nominal() - a;
+                Self::cauchy(n - at_d * scale, b)
+            }
+            _ => Ior::Constant(n),
         }
     }
 
@@ -251,6 +283,13 @@ mod tests {
         let cauchy = Ior::cauchy(1.5046, 0.0042);
         assert!((catalogue(&cauchy).0 - (1.5046 + 0.0042 / (0.5875618 * 0.5875618))).abs() < 1e-6);
         assert_eq!(Ior::cauchy(1.5, 0.0), Ior::Constant(1.5));
+        for (n_d, abbe) in [(1.5168, 64.17), (1.78472, 25.68), (1.5, 1.0), (1.0003, 89.3)] {
+            let (n, v) = catalogue(&Ior::of_abbe_number(n_d, abbe));
+            assert!((n - n_d).abs() < 1e-6, "{n_d}: {n}");
+            // Rounding of the indices, which differ little.
+            let rounding = 4.0 * f32::EPSILON * n_d * abbe / (n_d - 1.0);
+            assert!((v / abbe - 1.0).abs() < rounding, "{abbe}: {v}");
+        }
     }
 
     #[test]

@@ -237,6 +237,7 @@ fn principled() {
         spec_trans: Spectrum::Constant(spec_trans).into(),
         lobes,
         textures: Vec::new(),
+        thin_film: None,
     };
     check("principled metal", of(0.0, lobes).into(), &ALL, false);
     check(

@@ -60,7 +60,7 @@ fn what_a_model_requires_is_there_or_named() {
         ("KHR_draco_mesh_compression", "without compression"),
         ("EXT_meshopt_compression", "without compression"),
         ("KHR_texture_basisu", "PNG"),
-        ("KHR_materials_iridescence", "extensionsRequired"),
+        ("KHR_materials_iris", "extensionsRequired"),
         ("VENDOR_anything", "extensionsRequired"),
     ] {
         // The other faults of the file come after what it requires.

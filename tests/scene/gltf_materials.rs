@@ -1,9 +1,10 @@
 //! Extensions of glTF materials, and colours of vertices.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use pointillist::scene::desc::BsdfDesc;
 use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::{Loaded, SceneDesc};
+use pointillist::spectrum::dispersion::Ior;
 use serde_json::{Value, json};
 
 use super::gltf::floats;
@@ -109,6 +110,71 @@ fn light_goes_through_by_textures_and_diffusely() {
         share(0.25)
     );
     assert_eq!(warnings.len(), 1, "{warnings:?}");
+}
+
+/// Solid glass of one colour with an Abbe number of 20 over the dispersion; what it absorbs is half of its colour at each surface.
+#[test]
+fn glass_disperses_and_absorbs() {
+    let glass = |test: &str, roughness: f32, dispersion: f32| {
+        with(
+            test,
+            json!({
+                "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": roughness, "baseColorFactor": [1, 0.5, 1, 1] },
+                "extensions": {
+                    "KHR_materials_transmission": { "transmissionFactor": 1 },
+                    "KHR_materials_ior": { "ior": 1.6 },
+                    "KHR_materials_volume": { "thicknessFactor": 0.5, "attenuationColor": [0.25, 1, 0.81], "attenuationDistance": 0.25 },
+                    "KHR_materials_dispersion": { "dispersion": dispersion },
+                },
+            }),
+        )
+    };
+    let index = |ior: &Ior, nanometers: f32| ior.eval(Vec4::splat(nanometers)).x;
+    let (desc, told) = glass("flint", 0.5, 0.8);
+    let BsdfDesc::RoughDielectric(flint) = bsdf(&desc) else { panic!("{:?}", bsdf(&desc)) };
+    let abbe = (index(&flint.int_ior, 587.5618) - 1.0)
+        / (index(&flint.int_ior, 486.1327) - index(&flint.int_ior, 656.2725));
+    assert!((index(&flint.int_ior, 587.5618) - 1.6).abs() < 1e-5 && (abbe - 25.0).abs() < 0.01, "{abbe}");
+    assert_eq!((flint.roughness.alpha, index(&flint.ext_ior, 500.0)), ([0.25; 2], 1.0));
+    // Light passes two surfaces: together they let base colour times .25², 1, .81² through.
+    let once = flint.specular_transmittance.uniform().unwrap().reflected_rgb();
+    let twice = once.map(|c| c * c);
+    assert!(twice.iter().zip([0.0625, 0.5, 0.6561]).all(|(a, b)| (a - b).abs() < 3e-3), "{twice:?}");
+    assert!(told.len() == 1 && told[0].contains("thicknessFactor"), "{told:?}");
+    let (desc, _) = glass("smooth-flint", 0.0, 0.8);
+    assert!(matches!(bsdf(&desc), BsdfDesc::Dielectric(_)));
+    let (desc, told) = glass("crown", 0.5, 0.0);
+    let color = principled(&desc).base_color.uniform().unwrap().reflected_rgb();
+    assert!(color.iter().zip([0.0625, 0.5, 0.6561]).all(|(a, b)| (a - b).abs() < 3e-3), "{color:?} {told:?}");
+}
+
+/// From the least thickness to the greatest by a texture, the greatest without one.
+#[test]
+fn films_have_their_thickness_in_nanometers() {
+    let film = |test: &str, extension: Value| {
+        let (desc, told) = with(
+            test,
+            json!({
+                "pbrMetallicRoughness": { "metallicFactor": 1 },
+                "extensions": { "KHR_materials_iridescence": extension },
+            }),
+        );
+        assert!(told.is_empty(), "{told:?}");
+        principled(&desc).thin_film.clone()
+    };
+    let plain = film("film", json!({ "iridescenceFactor": 0.5, "iridescenceIor": 1.7 })).expect("a film");
+    let at = |texture: &SpectrumTexture, u: f32| texture.scalar(&TexturePoint::from(Vec2::new(u, 0.25)));
+    assert_eq!((plain.eta, at(&plain.weight, 0.0), at(&plain.thickness, 0.0)), (1.7, 0.5, 400.0));
+    let textured = film(
+        "film-textured",
+        json!({ "iridescenceFactor": 1, "iridescenceTexture": { "index": 0 }, "iridescenceThicknessTexture": { "index": 0 },
+            "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 900 }),
+    )
+    .expect("a film");
+    // Texels: red, then green.
+    assert_eq!((at(&textured.weight, 0.25), at(&textured.weight, 0.75)), (1.0, 0.0));
+    assert_eq!((at(&textured.thickness, 0.25), at(&textured.thickness, 0.75)), (200.0, 900.0));
+    assert!(film("no-film", json!({ "iridescenceThicknessMaximum": 900 })).is_none());
 }
 
 /// A weak grey reflection is an index of refraction; gold is metal, with or without pictures.

@@ -25,6 +25,8 @@ fn everything(text: &mut Value, binary: &mut Vec<u8>) {
             "KHR_materials_clearcoat": { "clearcoatFactor": 1, "clearcoatTexture": texture(), "clearcoatRoughnessTexture": texture() },
             "KHR_materials_emissive_strength": { "emissiveStrength": 2 },
             "KHR_materials_ior": { "ior": 1.4 },
+            "KHR_materials_iridescence": { "iridescenceFactor": 1, "iridescenceTexture": texture(),
+                "iridescenceThicknessTexture": texture() },
             "KHR_materials_sheen": { "sheenColorFactor": [0.5, 0.5, 0.5], "sheenColorTexture": texture() },
             "KHR_materials_specular": { "specularFactor": 0.5 },
         } },
@@ -33,6 +35,7 @@ fn everything(text: &mut Value, binary: &mut Vec<u8>) {
                 "diffuseTransmissionColorTexture": texture() },
             "KHR_materials_transmission": { "transmissionFactor": 1, "transmissionTexture": texture() },
             "KHR_materials_volume": { "thicknessFactor": 1 },
+            "KHR_materials_dispersion": { "dispersion": 1 },
         } },
         { "extensions": { "KHR_materials_unlit": {} } },
         { "extensions": { "KHR_materials_pbrSpecularGlossiness": { "diffuseTexture": texture(), "specularGlossinessTexture": texture() } } },
@@ -171,11 +174,14 @@ fn what_is_known_and_not_used_is_told() {
         ("scenes[0]", &|t| t["scenes"] = json!([t["scenes"][0], {}])),
         ("wrapT", &|t| t["samplers"][0]["wrapT"] = json!(10_497)),
         ("points and lines", &|t| t["meshes"][1]["primitives"][0]["mode"] = json!(1)),
-        ("KHR_materials_iridescence` (iridescenceFactor)", &|t| {
-            t["materials"][0]["extensions"]["KHR_materials_iridescence"] = json!({ "iridescenceFactor": 1 });
+        ("`iridescenceIor` is from 1 to 10", &|t| {
+            t["materials"][0]["extensions"]["KHR_materials_iridescence"] =
+                json!({ "iridescenceFactor": 1, "iridescenceIor": 0.5 });
         }),
-        ("attenuationColor", &|t| {
-            t["materials"][1]["extensions"]["KHR_materials_volume"]["attenuationColor"] = json!([1, 0, 0]);
+        ("absorbs light over its `thicknessFactor`", &|t| {
+            t["meshes"][0]["primitives"][0]["material"] = json!(1);
+            t["materials"][1]["extensions"]["KHR_materials_volume"] =
+                json!({ "thicknessFactor": 1, "attenuationColor": [1, 0, 0], "attenuationDistance": 2 });
         }),
         ("several sets", &|t| t["materials"][0]["normalTexture"]["texCoord"] = json!(1)),
         ("VENDOR_used", &|t| t["extensionsUsed"] = json!(["VENDOR_used", "KHR_materials_sheen"])),

@@ -14,7 +14,7 @@ use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use pointillist::tracer::bsdf::{
     Base, Bsdf, Coat, Conductor, Dielectric, Diffuse, Material, MaterialEvalContext, MaterialModel,
     MaterialPart, Microfacet, MixtureMaterial, Plastic, Principled, PrincipledThin, RoughConductor,
-    RoughDielectric, RoughPlastic, ScatteringModel, ThinDielectric, Transmittance, fresnel,
+    RoughDielectric, RoughPlastic, ScatteringModel, ThinDielectric, ThinFilm, Transmittance, fresnel,
     internal_reflectance,
 };
 
@@ -74,6 +74,12 @@ fn principled(spec_trans: f32, lobes: PrincipledLobes) -> Bsdf {
     Principled::new(COLOR, [0.45, 0.5], spec_trans, lobes).into()
 }
 
+/// Under a film whose reflectance differs between the wavelengths.
+fn iridescent(spec_trans: f32, lobes: PrincipledLobes) -> Bsdf {
+    let film = ThinFilm::new(0.8, 1.8, 350.0, Vec4::new(450.0, 520.0, 590.0, 660.0));
+    Principled::new(COLOR, [0.45, 0.5], spec_trans, lobes).under(film).into()
+}
+
 fn principled_thin(spec_trans: f32, diff_trans: f32, lobes: PrincipledLobes) -> Bsdf {
     PrincipledThin::new(COLOR, [0.45, 0.5], [spec_trans, diff_trans, 1.0], lobes).into()
 }
@@ -90,6 +96,9 @@ fn principled_materials() -> Vec<(String, Bsdf, f32)> {
         ("velvet", principled(0.0, rough), 1.0),
         ("metal", principled(0.0, metal), 1.0),
         ("glass", principled(1.0, glass), 1.5),
+        ("iridescent satin", iridescent(0.5, SATIN), 1.5),
+        ("iridescent glass", iridescent(1.0, glass), 1.5),
+        ("iridescent light glass", iridescent(1.0, PrincipledLobes { eta: 0.7, ..glass }), 0.7),
         ("light glass", principled(0.8, PrincipledLobes { eta: 0.7, ..glass }), 0.7),
         ("leaf", principled_thin(0.5, 0.6, rough), 1.0),
         ("paper", principled_thin(0.0, 0.5, rough), 1.0),

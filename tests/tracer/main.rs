@@ -42,5 +42,6 @@ mod sampler_nets;
 mod sampler_sequence;
 mod textured_lights;
 mod textures;
+mod thin_film;
 mod vcm;
 mod witness;

@@ -88,6 +88,10 @@ fn parameters_and_their_faults() {
     let (desc, warnings) = one("<float name='roughness' value='3'/><float name='clearcoat' value='-1'/>");
     assert_eq!((desc.lobes.roughness, desc.lobes.clearcoat, warnings), (1.0, 0.0, 2));
     assert_eq!(one("<float name='main_specular_sampling_rate' value='2'/>").1, 1);
+    let (film, warnings) = one("<float name='thin_film_weight' value='.5'/>");
+    let film = film.thin_film.expect("there is a film");
+    assert_eq!((film.eta, film.thickness.scalar(&Default::default()), warnings), (1.3, 400.0, 0));
+    assert!(one("<float name='thin_film_thickness' value='300'/>").0.thin_film.is_none());
     let invisible = one("<float name='eta' value='1'/><float name='spec_trans' value='1'/>").0;
     assert!(invisible.lobes.eta > 1.0, "glass without an index has no facets");
     for bad in [
@@ -97,6 +101,8 @@ fn parameters_and_their_faults() {
         "<float name='roughness' value='rough'/>",
         "<rgb name='base_color' value='2, 0, 0'/>",
         "<string name='metallic' value='1'/>",
+        "<float name='thin_film_weight' value='1'/><float name='thin_film_eta' value='.5'/>",
+        "<float name='thin_film_thickness' value='-1'/>",
     ] {
         let Err(error) = read(bad) else { panic!("this must be refused: {bad}") };
         assert!(format!("{error:?}").contains("t.xml"), "{bad}: {error:?}");

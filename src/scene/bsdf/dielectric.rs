@@ -25,7 +25,7 @@ impl BsdfPlugin for DielectricDesc {
 
     fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Self, SceneError> {
         Ok(Self {
-            int_ior: ior(params, "int_ior", "bk7")?,
+            int_ior: abbe_number(params, ior(params, "int_ior", "bk7")?)?,
             ext_ior: ior(params, "ext_ior", "air")?,
             specular_reflectance: color(reader, params, "specular_reflectance", 1.0)?,
             specular_transmittance: color(reader, params, "specular_transmittance", 1.0)?,
@@ -122,6 +122,22 @@ pub(super) fn ior(params: &Params<'_>, name: &'static str, default: &str) -> Res
             Err(params.error(name, "an index of refraction is above 0 and not above 1000").error())
         }
     }
+}
+
+/// The index inside with the dispersion that `int_abbe` gives it: the Abbe number V = (n_d − 1) / (n_F − n_C), an own parameter.
+fn abbe_number(params: &Params<'_>, inside: Ior) -> Result<Ior, SceneError> {
+    let Some(abbe) = params.float("int_abbe")? else { return Ok(inside) };
+    let Ior::Constant(n_d) = inside else {
+        let message =
+            "`int_abbe` goes with an `int_ior` that is a number: media by name have their own dispersion";
+        return Err(params.error("int_abbe", message).error());
+    };
+    // A NaN is no Abbe number, either.
+    if !(1.0..=1e6).contains(&abbe) {
+        let message = "an Abbe number is from 1 to 1000000, and of glass from 20 to 90";
+        return Err(params.error("int_abbe", message).error());
+    }
+    Ok(Ior::of_abbe_number(n_d, abbe as f32))
 }
 
 /// True for a number that can be an index of refraction.

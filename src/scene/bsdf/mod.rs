@@ -24,6 +24,7 @@ mod shared;
 mod stand_ins;
 mod textures;
 mod thin_dielectric;
+mod thin_film;
 mod two_sided;
 mod ward;
 
@@ -43,6 +44,7 @@ pub use roughness::{AlphaTexture, Facets, Roughness};
 pub(crate) use shared::{default, read};
 pub(crate) use stand_ins::STAND_INS;
 use textures::{Number, color, number};
+pub use thin_film::ThinFilmDesc;
 pub use ward::WardVariant;
 
 /// The interface of a bsdf plugin.
@@ -106,6 +108,11 @@ pub(crate) trait BsdfPlugin: Sized {
 
     /// Changes a number that [`number`](Self::number) has.
     fn set_number(&mut self, _name: &str, _value: f32) {}
+
+    /// Interference gives it colours that its parameters do not have.
+    fn is_iridescent(&self) -> bool {
+        false
+    }
 
     /// The materials that this one is made of.
     fn nested(&self) -> Vec<BsdfId> {
@@ -207,6 +214,13 @@ macro_rules! bsdfs {
             pub(crate) fn bump(&self) -> Option<&BumpDesc> {
                 match self {
                     $(Self::$kind(desc) => desc.bump(),)*
+                }
+            }
+
+            /// Interference gives it colours that its parameters do not have.
+            pub(crate) fn is_iridescent(&self) -> bool {
+                match self {
+                    $(Self::$kind(desc) => desc.is_iridescent(),)*
                 }
             }
 

@@ -2,7 +2,7 @@
 
 use super::dielectric::is_ior;
 use super::textures::uniform;
-use super::{BsdfParts, BsdfPlugin, Facets, Number, Roughness, color, number};
+use super::{BsdfParts, BsdfPlugin, Facets, Number, Roughness, ThinFilmDesc, color, number};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader};
 use crate::scene::texture::{SpectrumTexture, TexturePoint};
@@ -25,6 +25,8 @@ pub struct PrincipledDesc {
     pub lobes: PrincipledLobes,
     /// Those of `lobes` that vary; there they have their means, or 1 for a mesh attribute.
     pub textures: Vec<LobeTexture>,
+    /// The film on its facets.
+    pub thin_film: Option<Box<ThinFilmDesc>>,
 }
 
 /// The parameters of a [`PrincipledDesc`] that have no colour; from 0 to 1, the index excepted.
@@ -190,12 +192,13 @@ impl BsdfPlugin for PrincipledDesc {
         let mut lobes = PrincipledLobes::new(eta(params, !spec_trans.is_black())?);
         let mut textures = lobes.read(reader, params, SHARED)?;
         textures.extend(lobes.read(reader, params, COATED)?);
+        let thin_film = ThinFilmDesc::read(reader, params)?;
         params.without_effect(&[
             "main_specular_sampling_rate",
             "clearcoat_sampling_rate",
             "diffuse_reflectance_sampling_rate",
         ]);
-        Ok(Self { base_color, spec_trans, lobes, textures })
+        Ok(Self { base_color, spec_trans, lobes, textures, thin_film })
     }
 
     fn parts(&self) -> BsdfParts<&SpectrumTexture, &Spectrum, &Ior> {
@@ -225,22 +228,34 @@ impl BsdfPlugin for PrincipledDesc {
             // Without any it lets nothing through, and is another material.
             return uniform(&self.spec_trans).filter(|share| *share > 0.0);
         }
-        [SHARED, COATED, ETA].iter().find_map(|known| self.lobes.number(known, &self.textures, name))
+        let of_lobes =
+            || [SHARED, COATED, ETA].iter().find_map(|known| self.lobes.number(known, &self.textures, name));
+        self.thin_film.as_ref().and_then(|film| film.number(name)).or_else(of_lobes)
     }
 
     fn set_number(&mut self, name: &str, value: f32) {
         if name == "spec_trans" {
             self.spec_trans = Spectrum::Constant(value).into();
         }
+        self.thin_film.iter_mut().for_each(|film| film.set_number(name, value));
         [SHARED, COATED, ETA].iter().for_each(|known| self.lobes.set_number(known, name, value));
     }
 
     fn scalars(&self) -> Vec<&SpectrumTexture> {
-        self.textures.iter().map(|varying| &varying.texture).collect()
+        let of_film = self.thin_film.iter().flat_map(|film| [&film.weight, &film.thickness]);
+        self.textures.iter().map(|varying| &varying.texture).chain(of_film).collect()
     }
 
     fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
-        self.textures.iter_mut().map(|varying| &mut varying.texture).collect()
+        let of_film = self.thin_film.iter_mut().flat_map(|film| {
+            let ThinFilmDesc { weight, thickness, .. } = &mut **film;
+            [weight, thickness]
+        });
+        self.textures.iter_mut().map(|varying| &mut varying.texture).chain(of_film).collect()
+    }
+
+    fn is_iridescent(&self) -> bool {
+        self.thin_film.as_ref().is_some_and(|film| !film.weight.is_black())
     }
 }
 

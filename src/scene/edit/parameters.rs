@@ -1,12 +1,12 @@
 //! The table of values that can be changed: how each is read from a description, and set.
 
-use glam::{DVec3, Vec4};
+use glam::DVec3;
 
 use crate::scene::bsdf::BsdfParts;
 use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, ProjectorDesc, SceneDesc, SpotDesc};
 use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::Spectrum;
-use crate::spectrum::dispersion::{Ior, SODIUM_D};
+use crate::spectrum::dispersion::Ior;
 
 use super::target::{EditableParameter, NewValue, NumberRange, ObjectKind, Target, ValueKind};
 
@@ -55,6 +55,9 @@ bsdf_numbers! {
     Flatness "flatness" "flatness" SHARE "Share of an approximation of subsurface scattering.",
     Clearcoat "clearcoat" "clear coat" SHARE "Strength of a second reflection.",
     ClearcoatGloss "clearcoat_gloss" "clear coat gloss" SHARE "Its smoothness.",
+    ThinFilmWeight "thin_film_weight" "thin film" SHARE "Share of the facets under a film in which light interferes.",
+    ThinFilmThickness "thin_film_thickness" "thickness of the film" NANOMETERS "Its thickness in nm.",
+    ThinFilmEta "thin_film_eta" "index of the film" FILM_ETA "Its index over that in front of it.",
     Weight "weight" "weight of the second part" SHARE "Share of the second material of a blend.",
     Exponent "exponent" "exponent" EXPONENT "Sharpness of the lobe of a Phong material.",
     Opacity "opacity" "opacity" SHARE "Share of a surface that is there.",
@@ -278,11 +281,11 @@ fn set_light_direction(light: &mut LightDesc, value: NewValue) {
 
 fn int_ior(desc: &SceneDesc, index: u32) -> Option<NewValue> {
     let int_ior = desc.bsdfs.get(index as usize)?.parts().int_ior?;
-    Some(NewValue::Number(f64::from(int_ior.eval(Vec4::splat(SODIUM_D)).x)))
+    Some(NewValue::Number(f64::from(int_ior.nominal())))
 }
 
 fn set_int_ior(desc: &mut SceneDesc, index: u32, value: NewValue) {
     if let (Some(int_ior), NewValue::Number(n)) = (desc.bsdfs[index as usize].parts_mut().int_ior, value) {
-        *int_ior = Ior::Constant(n as f32);
+        *int_ior = int_ior.with_index(n as f32);
     }
 }

@@ -158,6 +158,15 @@ impl NumberRange {
         slider: [1.0, 1e4],
         wanted: "an exponent is from 0 to 1000000",
     };
+    /// The thickness of a film in nm.
+    pub(crate) const NANOMETERS: Self = Self {
+        accepted: [0.0, 1e5],
+        slider: [0.0, 1200.0],
+        wanted: "the thickness of a film is from 0 to 100000 nm",
+    };
+    /// The relative index of a film.
+    pub(crate) const FILM_ETA: Self =
+        Self { accepted: [1.0, 10.0], slider: [1.0, 3.0], wanted: "the index of a film is from 1 to 10" };
     /// An index of refraction. The reader's bound is above 0, which no slider can say.
     pub(crate) const IOR: Self = Self {
         accepted: [f32::MIN_POSITIVE as f64, 1e3],

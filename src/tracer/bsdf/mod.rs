@@ -63,6 +63,7 @@ mod scattering;
 mod set;
 mod share;
 mod thin;
+mod thin_film;
 mod two_sided;
 mod ward;
 
@@ -86,6 +87,7 @@ pub use scattering::{
 };
 use set::bsdf_set;
 pub use share::SurfaceShare;
+pub use thin_film::ThinFilm;
 pub use two_sided::Sides;
 pub use ward::WardLobe;
 

@@ -19,7 +19,8 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use super::dielectric::{bend, refracting_half, refracting_normal};
 use super::microfacet::resolves;
 use super::scattering::lobe_probability;
-use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, fresnel};
+use super::thin_film::index_of;
+use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, ThinFilm, fresnel};
 
 /// At least this share of the samples from the front goes to the microfacets: most of them may reflect little, and yet the grazing ones
 /// reflect everything.
@@ -57,6 +58,7 @@ impl MaterialModel for PrincipledMaterial {
             glass,
             self.desc.lobes.at(&self.desc.textures, at),
         )
+        .under(ThinFilm::of(self.desc.thin_film.as_deref(), at, lambda))
     }
 
     fn diffuse_texture(&self) -> Option<&SpectrumTexture> {
@@ -77,6 +79,7 @@ pub struct Principled {
     diffuse: f32,
     lobes: PrincipledLobes,
     microfacet: Microfacet,
+    film: ThinFilm,
 }
 
 /// Probabilities of the lobes other than the microfacets, seen from one side.
@@ -106,8 +109,8 @@ struct SeenFacet {
     cos: f32,
     /// Density of the facet over its cosine: D(m) / σ(wo).
     density: f32,
-    /// Reflectance of glass at this angle.
-    glass: f32,
+    /// Reflectance of glass at this angle, per lane.
+    glass: Vec4,
     /// Reflectance of the material per lane.
     reflectance: Vec4,
     /// Probabilities of reflection and of refraction.
@@ -135,7 +138,14 @@ impl Principled {
             diffuse,
             lobes,
             microfacet: Microfacet::new(lobes.facets(lobes.roughness)),
+            film: ThinFilm::default(),
         }
+    }
+
+    /// This material with a film on its facets.
+    #[inline]
+    pub fn under(self, film: ThinFilm) -> Self {
+        Self { film, ..self }
     }
 
     /// The base colour without its luminance.
@@ -144,12 +154,16 @@ impl Principled {
     }
 
     /// Reflectance of a facet per lane, seen from the front, where glass would reflect `glass` (Burley 2015, §4.2).
-    fn reflectance(&self, cos: f32, glass: f32) -> Vec4 {
+    fn reflectance(&self, cos: f32, glass: Vec4) -> Vec4 {
         let PrincipledLobes { metallic, spec_tint, eta, .. } = self.lobes;
         let rest = 1.0 - metallic;
         let weight = schlick_of(cos, eta);
         let toward_one = |r0: Vec4| r0 + (1.0 - r0) * weight;
-        let mut sum = Vec4::splat(rest * (1.0 - spec_tint) * glass) + metallic * toward_one(self.base.0);
+        let mut metal = toward_one(self.base.0);
+        if !self.film.is_absent() {
+            metal = self.film.over(metal, cos, index_of(self.base.0));
+        }
+        let mut sum = rest * (1.0 - spec_tint) * glass + metallic * metal;
         if spec_tint > 0.0 {
             let r0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
             sum += rest * spec_tint * toward_one(self.tint() * r0);
@@ -157,21 +171,34 @@ impl Principled {
         sum
     }
 
+    /// Reflectance of a facet of glass per lane.
+    fn glass_reflectance(&self, cos: f32, SeenFrom { eta, front, .. }: SeenFrom) -> Vec4 {
+        let bare = Vec4::splat(fresnel::dielectric(cos, Vec4::splat(eta)).x);
+        if self.film.is_absent() {
+            return bare;
+        }
+        // A film reflects the same to both sides: it is asked from outside.
+        match if front { Some(cos) } else { fresnel::through(cos, eta).map(|through| through / eta) } {
+            Some(outside) => self.film.over(bare, outside.min(1.0), Vec4::splat(self.lobes.eta)),
+            None => Vec4::ONE,
+        }
+    }
+
     /// `None` for a facet that is not seen, that does nothing, or where there is none; `cos` is its cosine to `wo`.
     fn facet(&self, seen: SeenFrom, m: Vec3, cos: f32, choice: &LobeChoice) -> Option<SeenFacet> {
-        let (SeenFrom { wo, eta, front }, cos) = (seen, cos.min(1.0));
+        let (SeenFrom { wo, front, .. }, cos) = (seen, cos.min(1.0));
         let density = self.microfacet.d(m) / self.microfacet.cross_section(wo);
         if cos.is_nan() || cos <= 0.0 || density <= 0.0 {
             return None;
         }
-        let glass = fresnel::dielectric(cos, Vec4::splat(eta)).x;
+        let glass = self.glass_reflectance(cos, seen);
         let reflectance = match front {
             // A surface without an index has no reflection, whatever it is made of.
-            _ if glass <= 0.0 => Vec4::ZERO,
+            _ if glass.max_element() <= 0.0 => Vec4::ZERO,
             true => self.reflectance(cos, glass),
-            false => Vec4::splat(self.glass * glass),
+            false => self.glass * glass,
         };
-        let through = self.glass * (1.0 - glass) * self.mean.sqrt();
+        let through = self.glass * (1.0 - glass.element_sum() * 0.25) * self.mean.sqrt();
         let reflected = reflectance.element_sum() * 0.25;
         let both = reflected + through;
         (both > 0.0).then(|| {
@@ -270,7 +297,7 @@ impl Principled {
 
     /// What a facet lets through, per lane.
     fn passes(&self, facet: &SeenFacet) -> Vec4 {
-        self.base.0.map(f32::sqrt) * (self.glass * (1.0 - facet.glass))
+        self.base.0.map(f32::sqrt) * (self.glass * (Vec4::ONE - facet.glass))
     }
 
     /// `wo` on the side where it is above the horizon: that, the factor on z, and the index of the far side over that of the near side.

@@ -256,6 +256,7 @@ fn grey(desc: &mut SceneDesc) {
         return;
     }
     for bsdf in &mut desc.bsdfs {
+        bsdf.set_number("thin_film_weight", 0.0);
         let parts = bsdf.parts_mut();
         [parts.int_ior, parts.ext_ior].into_iter().flatten().for_each(at_sodium);
         for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
@@ -349,7 +350,7 @@ fn is_colored(bsdf: &BsdfDesc) -> bool {
     let textures = [parts.albedo, parts.reflection, parts.transmission];
     let colored = textures.into_iter().flatten().any(|texture| !texture.is_grey())
         || [parts.eta, parts.k].into_iter().flatten().any(|spectrum| !spectrum.is_constant());
-    !bsdf.is_black() && (colored || has_dispersive_index(bsdf))
+    !bsdf.is_black() && (colored || has_dispersive_index(bsdf) || bsdf.is_iridescent())
 }
 
 /// True where the relative index depends on the wavelength, as paths see it: for any four wavelengths that they may carry.

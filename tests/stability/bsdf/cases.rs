@@ -1,6 +1,6 @@
 //! Every material × roughness × index.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use pointillist::scene::desc::{DiffuseDesc, Facets, PrincipledLobes, RoughDielectricDesc, Roughness};
 use pointillist::scene::texture::TexturePoint;
@@ -9,7 +9,7 @@ use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use pointillist::tracer::bsdf::{
     Base, Bsdf, Coat, Conductor, Dielectric, Diffuse, Material, MaterialModel, MaterialPart, Microfacet,
     MixtureMaterial, Plastic, Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
-    ThinDielectric, Transmittance, fresnel, internal_reflectance,
+    ThinDielectric, ThinFilm, Transmittance, fresnel, internal_reflectance,
 };
 
 use super::quadrature::{density_of_normals, lattice, normal};
@@ -177,6 +177,9 @@ pub fn all() -> Vec<Case> {
             add("principled", principled(0.0, facets), alpha, 1.0, false, burley);
             add("principled, coated", principled(0.3, coated), alpha, behind, true, burley);
             add("principled, glass", principled(1.0, facets), alpha, behind, true, burley);
+            let film = ThinFilm::new(1.0, 1.4, 350.0, Vec4::new(440.0, 510.0, 580.0, 650.0));
+            let iridescent = Principled::new(ONE, [1.0, 1.0], 1.0, facets).under(film).into();
+            add("principled, iridescent glass", iridescent, alpha, behind, true, burley);
             let thin = PrincipledThin::new(ONE, [1.0, 1.0], [0.5, 0.5, 1.0], facets).into();
             add("principledthin", thin, alpha, 1.0, true, burley);
         }

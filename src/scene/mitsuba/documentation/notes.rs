@@ -22,7 +22,8 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
         "bsdf",
         "",
         "Rough materials sample visible normals only; `alpha_u` and `alpha_v` follow texture coordinates. \
-         Metals by name (`material`) and media by name (`int_ior`, `ext_ior`) have their measured curves.",
+         Metals by name (`material`) and media by name (`int_ior`, `ext_ior`) have their measured curves; \
+         an `int_ior` that is a number disperses where `int_abbe` gives its Abbe number, which Mitsuba does not know.",
     ),
     (
         "bsdf",
@@ -62,6 +63,12 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
         "bsdf",
         "normalmap",
         "the map is a `bitmap`, best `raw`; by another name it is taken if it is the only texture; no light gets through an opaque surface, also where `flip_invalid_normals` is false",
+    ),
+    (
+        "bsdf",
+        "principled",
+        "a film of `thin_film_thickness` nm (of a texture: the same unit) and relative index `thin_film_eta` covers `thin_film_weight` of its \
+         facets, in which light interferes; Mitsuba does not know these three",
     ),
     (
         "bsdf",

@@ -6,6 +6,7 @@
 //! | `KHR_materials_sheen` | `sheen`, the luminance of its colour |
 //! | `KHR_materials_specular` | the index of refraction whose reflection at normal incidence has that luminance |
 //! | `KHR_materials_anisotropy` | `anisotropic` and `roughness` of the same α along and across u |
+//! | `KHR_materials_iridescence` | `thin_film_weight`, `thin_film_thickness`, `thin_film_eta` |
 //! | `KHR_materials_diffuse_transmission` | `diff_trans` of `principledthin` |
 //!
 //! What they cannot do is told.
@@ -106,6 +107,36 @@ pub(super) fn sheen(reader: &mut MaterialReader<'_, '_, '_>) -> Result<Parameter
     Ok(vec![("sheen", value)])
 }
 
+/// A thin film, where `kind` can have one: from the least thickness to the greatest by a texture, the greatest without one.
+pub(super) fn iridescence(reader: &mut MaterialReader<'_, '_, '_>, kind: &str) -> Result<Parameters, String> {
+    let film = extension(reader.material, "KHR_materials_iridescence");
+    let factor = share(film, "iridescenceFactor", 0.0);
+    if factor == 0.0 {
+        return Ok(Vec::new());
+    }
+    if kind != "principled" {
+        reader.tell("`KHR_materials_iridescence` is not used for what is thin");
+        return Ok(Vec::new());
+    }
+    let mut bounded = |name: &str, default: f32, [least, most]: [f32; 2]| {
+        let given = number(film, name, default);
+        if !(least..=most).contains(&given) {
+            reader.tell(&format!("`{name}` is from {least} to {most}: it counts as the nearer of them"));
+        }
+        given.clamp(least, most)
+    };
+    let eta = bounded("iridescenceIor", 1.3, [1.0, 10.0]);
+    let thinnest = bounded("iridescenceThicknessMinimum", 100.0, [0.0, 1e5]);
+    let thickest = bounded("iridescenceThicknessMaximum", 400.0, [0.0, 1e5]);
+    let between = Change::Between { channel: 1, range: [thinnest, thickest] };
+    let thickness = reader.bitmap(&film["iridescenceThicknessTexture"], between, true)?;
+    Ok(vec![
+        ("thin_film_weight", reader.channel(&film["iridescenceTexture"], 0, factor)?),
+        ("thin_film_thickness", thickness.map_or(MaterialValue::Number(thickest), MaterialValue::Texture)),
+        ("thin_film_eta", MaterialValue::Number(eta)),
+    ])
+}
+
 /// Stretched highlights: `roughness` as it is to be, and `anisotropic`. glTF has α along u between the material's and 1 by the
 /// square of the strength; `principled` has α / a and α · a with a² = 1 − .9 `anisotropic`.
 pub(super) fn anisotropy(
@@ -155,7 +186,7 @@ pub(super) fn diffuse_transmission(
     if color != [r, g, b] || textures.iter().any(|texture| !texture.is_null()) {
         reader.tell("light of `KHR_materials_diffuse_transmission` has the base colour, not its own");
     }
-    let wide = Change::Wide { channel: 3, factor: 2.0 * factor };
-    let bitmap = reader.bitmap(&extension["diffuseTransmissionTexture"], wide, true)?;
+    let between = Change::Between { channel: 3, range: [0.0, 2.0 * factor] };
+    let bitmap = reader.bitmap(&extension["diffuseTransmissionTexture"], between, true)?;
     Ok(Some(bitmap.map_or(MaterialValue::Number(2.0 * factor), MaterialValue::Texture)))
 }

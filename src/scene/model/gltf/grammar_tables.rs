@@ -194,7 +194,19 @@ pub(super) const KINDS: &[(&str, &[(&str, Rule)])] = &[
     ),
     ("KHR_materials_unlit", &[]),
     ("KHR_materials_emissive_strength", &[("emissiveStrength", Number)]),
+    ("KHR_materials_dispersion", &[("dispersion", Number)]),
     ("KHR_materials_ior", &[("ior", Number)]),
+    (
+        "KHR_materials_iridescence",
+        &[
+            ("iridescenceFactor", Share),
+            ("iridescenceIor", Number),
+            ("iridescenceTexture", Object("textureInfo")),
+            ("iridescenceThicknessMaximum", Number),
+            ("iridescenceThicknessMinimum", Number),
+            ("iridescenceThicknessTexture", Object("textureInfo")),
+        ],
+    ),
     (
         "KHR_materials_transmission",
         &[("transmissionFactor", Share), ("transmissionTexture", Object("textureInfo"))],
@@ -202,8 +214,8 @@ pub(super) const KINDS: &[(&str, &[(&str, Rule)])] = &[
     (
         "KHR_materials_volume",
         &[
-            ("attenuationColor", Told("nothing absorbs light within a material")),
-            ("attenuationDistance", Told("nothing absorbs light within a material")),
+            ("attenuationColor", Shares(3)),
+            ("attenuationDistance", Number),
             ("thicknessFactor", Number),
             // Rays find the other side of a solid themselves.
             ("thicknessTexture", Silent),
@@ -287,10 +299,10 @@ pub(super) const EXTENSIONS: &[(&str, &str, Rule)] = &[
     ("material", "KHR_materials_anisotropy", Object("KHR_materials_anisotropy")),
     ("material", "KHR_materials_clearcoat", Object("KHR_materials_clearcoat")),
     ("material", "KHR_materials_diffuse_transmission", Object("KHR_materials_diffuse_transmission")),
-    ("material", "KHR_materials_dispersion", Told("one index of refraction counts at all wavelengths")),
+    ("material", "KHR_materials_dispersion", Object("KHR_materials_dispersion")),
     ("material", "KHR_materials_emissive_strength", Object("KHR_materials_emissive_strength")),
     ("material", "KHR_materials_ior", Object("KHR_materials_ior")),
-    ("material", "KHR_materials_iridescence", Told("there are no thin films")),
+    ("material", "KHR_materials_iridescence", Object("KHR_materials_iridescence")),
     ("material", "KHR_materials_pbrSpecularGlossiness", Object("KHR_materials_pbrSpecularGlossiness")),
     ("material", "KHR_materials_sheen", Object("KHR_materials_sheen")),
     ("material", "KHR_materials_specular", Object("KHR_materials_specular")),

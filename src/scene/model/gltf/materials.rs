@@ -6,7 +6,7 @@
 //! | `alphaMode` `MASK`, `BLEND` | `mask`, outside of all else |
 //! | every material that lets no light through | `twosided`: a back face is never meant to be black |
 //! | `normalTexture` | `normalmap` |
-//! | `KHR_materials_transmission` | `principledthin`; with `KHR_materials_volume` the glass of `principled`, its absorption left out |
+//! | `KHR_materials_transmission` | `principledthin`; with `KHR_materials_volume` the glass of `principled`, or a `dielectric`: [`glass`](super::glass) |
 //! | `KHR_materials_unlit` | its base colour, diffuse |
 //! | `emissiveFactor`, `emissiveTexture`, `KHR_materials_emissive_strength` | the shape's `area` emitter, on both sides if `doubleSided` |
 //! | `COLOR_0` | times the base colour: the vertices have it times the factor, `product` multiplies it with the texture |
@@ -19,8 +19,9 @@ use serde_json::Value;
 
 use super::buffers::Buffers;
 use super::extensions::{
-    Parameters, anisotropy, clearcoat, diffuse_transmission, index_of_refraction, sheen,
+    Parameters, anisotropy, clearcoat, diffuse_transmission, index_of_refraction, iridescence, sheen,
 };
+use super::glass;
 use super::json::{extension, number, numbers, share, shares};
 use super::pictures::{Change, MaterialPictures};
 use super::specular_glossiness::{ConvertedMaterial, converted};
@@ -72,6 +73,8 @@ const TEXTURES: &[&[&str]] = &[
     &["extensions", "KHR_materials_clearcoat", "clearcoatRoughnessTexture"],
     &["extensions", "KHR_materials_sheen", "sheenColorTexture"],
     &["extensions", "KHR_materials_diffuse_transmission", "diffuseTransmissionTexture"],
+    &["extensions", "KHR_materials_iridescence", "iridescenceTexture"],
+    &["extensions", "KHR_materials_iridescence", "iridescenceThicknessTexture"],
 ];
 
 /// The sets of texture coordinates of the textures of a material.
@@ -154,18 +157,18 @@ pub(super) struct MaterialReader<'r, 'a, 't> {
     pub(super) root: &'r Value,
     pub(super) material: &'r Value,
     index: Option<usize>,
-    colors: VertexColors,
+    pub(super) colors: VertexColors,
     pub(super) text: &'a mut SceneText<'t>,
     buffers: &'a mut Buffers<'r>,
     pub(super) pictures: &'a mut MaterialPictures,
 }
 
 /// A bsdf with its parameters.
-struct SurfaceModel {
-    kind: &'static str,
-    parameters: Parameters,
+pub(super) struct SurfaceModel {
+    pub(super) kind: &'static str,
+    pub(super) parameters: Parameters,
     /// Light gets through.
-    transmits: bool,
+    pub(super) transmits: bool,
 }
 
 impl MaterialReader<'_, '_, '_> {
@@ -293,9 +296,14 @@ impl MaterialReader<'_, '_, '_> {
     /// The bsdf of a material with `pbrMetallicRoughness`.
     fn metallic_roughness(&mut self, base: &Value) -> Result<SurfaceModel, String> {
         let material = self.material;
+        let transmission = extension(material, "KHR_materials_transmission");
+        let through = share(transmission, "transmissionFactor", 0.0);
+        let solid = number(extension(material, "KHR_materials_volume"), "thicknessFactor", 0.0) > 0.0;
         let [r, g, b, _] = self.factor();
-        let bitmap = self.bitmap(&base["baseColorTexture"], Change::times([r, g, b]), false)?;
-        let color = self.tinted(bitmap.map_or(MaterialValue::Rgb([r, g, b]), MaterialValue::Texture));
+        let absorption = if solid && through > 0.0 { glass::absorption(self) } else { [1.0; 3] };
+        let factor = [r * absorption[0], g * absorption[1], b * absorption[2]];
+        let bitmap = self.bitmap(&base["baseColorTexture"], Change::times(factor), false)?;
+        let color = self.tinted(bitmap.map_or(MaterialValue::Rgb(factor), MaterialValue::Texture));
         if !extension(material, "KHR_materials_unlit").is_null() {
             self.tell("`KHR_materials_unlit` is rendered as a diffuse surface, which light falls on");
             self.tell_extensions("KHR_materials_unlit", &[]);
@@ -308,11 +316,14 @@ impl MaterialReader<'_, '_, '_> {
         let packed = &base["metallicRoughnessTexture"];
         let roughness = self.channel(packed, 1, share(base, "roughnessFactor", 1.0))?;
         let metallic = self.channel(packed, 2, share(base, "metallicFactor", 1.0))?;
-        let transmission = extension(material, "KHR_materials_transmission");
-        let through = share(transmission, "transmissionFactor", 0.0);
         let through = self.channel(&transmission["transmissionTexture"], 0, through)?;
         let refracts = !matches!(through, MaterialValue::Number(0.0));
-        let solid = number(extension(material, "KHR_materials_volume"), "thicknessFactor", 0.0) > 0.0;
+        if refracts
+            && solid
+            && let Some(glass) = glass::dispersive(self, &color, &roughness, [&metallic, &through])
+        {
+            return Ok(glass);
+        }
         let diffuse = diffuse_transmission(self, base)?;
         if diffuse.is_some() && refracts && solid {
             self.tell("`KHR_materials_diffuse_transmission` is not used for glass");
@@ -337,14 +348,19 @@ impl MaterialReader<'_, '_, '_> {
     /// The bsdf of a material with `KHR_materials_pbrSpecularGlossiness`.
     fn glossy(&mut self, material: ConvertedMaterial) -> Result<SurfaceModel, String> {
         let ConvertedMaterial { color, metallic, roughness, eta } = material;
-        let used = ["KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_anisotropy"];
+        let used = [
+            "KHR_materials_clearcoat",
+            "KHR_materials_sheen",
+            "KHR_materials_anisotropy",
+            "KHR_materials_iridescence",
+        ];
         self.tell_extensions("KHR_materials_pbrSpecularGlossiness", &used);
         let parameters = vec![("base_color", self.tinted(color)), ("metallic", metallic)];
         self.layers(SurfaceModel { kind: "principled", parameters, transmits: false }, roughness, eta)
     }
 
     /// Tells of the extensions of the material that have no part beside this `kind` of it, other than those `used`.
-    fn tell_extensions(&mut self, kind: &str, used: &[&str]) {
+    pub(super) fn tell_extensions(&mut self, kind: &str, used: &[&str]) {
         let names = self.material["extensions"].as_object().into_iter().flat_map(|all| all.keys());
         let unused = |name: &&String| {
             let name = name.as_str();
@@ -373,6 +389,7 @@ impl MaterialReader<'_, '_, '_> {
         parameters.push(("eta", MaterialValue::Number(eta)));
         parameters.extend(sheen(self)?);
         parameters.extend(clearcoat(self, surface.kind)?);
+        parameters.extend(iridescence(self, surface.kind)?);
         Ok(surface)
     }
 

@@ -5,7 +5,7 @@
 //! grammar     each property of each object (grammar_tables) and what becomes of it; json reads them
 //! buffers     bytes of buffers, accessors and images: beside the file, in it, or in data URIs
 //! geometry    primitives as PLY; pose: morph targets and skins; instances: EXT_mesh_gpu_instancing
-//! materials   metallic-roughness as `principled`; extensions and specular_glossiness: what else materials have
+//! materials   metallic-roughness as `principled`; extensions, glass and specular_glossiness: what else materials have
 //! textures    pictures with samplers and transforms; pictures: their channels and multiples
 //! placed      lights and cameras
 //! ```
@@ -17,6 +17,7 @@
 mod buffers;
 mod extensions;
 mod geometry;
+mod glass;
 mod grammar;
 mod grammar_tables;
 mod instances;

@@ -33,8 +33,8 @@ pub(super) enum Change {
     Rough(f32),
     /// `clearcoat_gloss` of `principled` from green times this, a roughness of glTF.
     Gloss(f32),
-    /// One channel times this, as numbers without a bound.
-    Wide { channel: usize, factor: f32 },
+    /// One channel as numbers without a bound: from the first of the range, where the picture is black, to the second.
+    Between { channel: usize, range: [f32; 2] },
     /// Light: the colours times this, linear, as numbers without a bound.
     Light([f32; 3]),
 }
@@ -156,10 +156,11 @@ fn changed(picture: &RgbaImage, change: Change) -> image::ImageResult<(&'static 
         Change::Channel { channel, factor } => grey(&|texel| f32::from(texel[channel]) / 255.0 * factor),
         Change::Rough(factor) => grey(&|[.., a]| 1.0 - f32::from(a) / 255.0 * factor),
         Change::Gloss(factor) => grey(&|[_, g, ..]| gloss(f32::from(g) / 255.0 * factor)),
-        Change::Wide { channel, factor } => {
+        Change::Between { channel, range: [least, most] } => {
             let mut out = format!("Pf\n{} {}\n-1.0\n", size[0], size[1]).into_bytes();
             for row in picture.rows().rev() {
-                let number = |texel: &image::Rgba<u8>| f32::from(texel.0[channel]) / 255.0 * factor;
+                let number =
+                    |texel: &image::Rgba<u8>| least + f32::from(texel.0[channel]) / 255.0 * (most - least);
                 out.extend(row.flat_map(|texel| number(texel).to_le_bytes()));
             }
             return Ok(("pfm", out));
