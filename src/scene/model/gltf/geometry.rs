@@ -26,7 +26,7 @@ pub(super) struct PrimitiveShape {
 /// The primitives of each mesh that was asked for, in each of its poses.
 pub(super) struct ModelPrimitives<'r> {
     root: &'r Value,
-    known: BTreeMap<(usize, PoseKey), Vec<PrimitiveShape>>,
+    known: BTreeMap<usize, BTreeMap<PoseKey, Vec<PrimitiveShape>>>,
     materials: Materials<'r>,
 }
 
@@ -44,11 +44,11 @@ impl<'r> ModelPrimitives<'r> {
         text: &mut SceneText<'_>,
         buffers: &mut Buffers<'r>,
     ) -> Result<Vec<PrimitiveShape>, String> {
-        let key = (mesh.index(), pose.key());
-        if let Some(known) = self.known.get(&key) {
+        let poses = self.known.entry(mesh.index()).or_default();
+        if let Some(known) = poses.get(&pose.key()) {
             return Ok(known.clone());
         }
-        let poses = self.known.keys().filter(|(index, _)| *index == mesh.index()).count();
+        let poses = poses.len();
         let suffix = if poses == 0 { String::new() } else { format!("-{poses}") };
         let mut shapes = Vec::new();
         for primitive in mesh.primitives() {
@@ -59,7 +59,7 @@ impl<'r> ModelPrimitives<'r> {
             let mut reader = PrimitiveReader { primitive, place, text, buffers };
             shapes.extend(reader.shape(&name, pose, material, &mut self.materials)?);
         }
-        self.known.insert(key, shapes.clone());
+        self.known.entry(mesh.index()).or_default().insert(pose.key(), shapes.clone());
         Ok(shapes)
     }
 }

@@ -163,7 +163,7 @@ impl ShownMesh<'_> {
         &self,
         parts: &[PrimitiveShape],
         once: bool,
-        groups: &mut BTreeMap<(usize, PoseKey), String>,
+        groups: &mut BTreeMap<usize, BTreeMap<PoseKey, String>>,
         text: &mut SceneText<'_>,
     ) {
         let (alone, grouped): (Vec<_>, Vec<_>) =
@@ -176,8 +176,9 @@ impl ShownMesh<'_> {
         if grouped.is_empty() {
             return;
         }
-        let posed = groups.keys().filter(|(mesh, _)| *mesh == self.mesh.index()).count();
-        let id = groups.entry(self.key()).or_insert_with(|| {
+        let poses = groups.entry(self.mesh.index()).or_default();
+        let posed = poses.len();
+        let id = poses.entry(self.pose.key()).or_insert_with(|| {
             let suffix = if posed == 0 { String::new() } else { format!(" pose {posed}") };
             let id = text.id(&format!("mesh {}{suffix}", self.mesh.index()));
             text.object("shape", "shapegroup", &[("id", &id)], |text| {
