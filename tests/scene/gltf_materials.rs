@@ -226,13 +226,13 @@ fn pictures_may_be_webp() {
 
 #[test]
 fn a_picture_stands_in_for_one_that_is_not_supported() {
-    let basisu = json!({ "KHR_texture_basisu": { "source": 0 } });
+    let avif = json!({ "EXT_texture_avif": { "source": 0 } });
     let Loaded { warnings, .. } =
-        read(&changed_with("fallback", |text, _| text["textures"][0]["extensions"] = basisu.clone()));
-    assert!(warnings.len() == 1 && warnings[0].to_string().contains("KHR_texture_basisu"), "{warnings:?}");
-    let path = changed_with("no-fallback", |text, _| text["textures"][0] = json!({ "extensions": basisu }));
+        read(&changed_with("fallback", |text, _| text["textures"][0]["extensions"] = avif.clone()));
+    assert!(warnings.len() == 1 && warnings[0].to_string().contains("EXT_texture_avif"), "{warnings:?}");
+    let path = changed_with("no-fallback", |text, _| text["textures"][0] = json!({ "extensions": avif }));
     let error = pointillist::scene::load(&path, &[]).expect_err("no picture").to_string();
-    assert!(error.contains("textures[0]") && error.contains("KHR_texture_basisu"), "{error}");
+    assert!(error.contains("textures[0]") && error.contains("EXT_texture_avif"), "{error}");
 }
 
 /// The fallback of a compressed mesh is shown; where there is none, the extension is named.

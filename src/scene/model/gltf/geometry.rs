@@ -54,10 +54,10 @@ impl<'r> ModelPrimitives<'r> {
         for primitive in mesh.primitives() {
             let (mesh, index) = (mesh.index(), primitive.index());
             let name = format!("mesh-{mesh}-{index}{suffix}.ply");
-            let material = json::index(&self.root["meshes"][mesh]["primitives"][index], "material");
+            let object = &self.root["meshes"][mesh]["primitives"][index];
             let place = format!("meshes[{mesh}].primitives[{index}]");
-            let mut reader = PrimitiveReader { primitive, place, text, buffers };
-            shapes.extend(reader.shape(&name, pose, material, &mut self.materials)?);
+            let mut reader = PrimitiveReader { primitive, object, count: 0, place, text, buffers };
+            shapes.extend(reader.shape(&name, pose, &mut self.materials)?);
         }
         self.known.entry(mesh.index()).or_default().insert(pose.key(), shapes.clone());
         Ok(shapes)
@@ -67,6 +67,9 @@ impl<'r> ModelPrimitives<'r> {
 /// A primitive that is being read.
 struct PrimitiveReader<'p, 'r, 't> {
     primitive: gltf::Primitive<'r>,
+    object: &'r Value,
+    /// The number of vertices.
+    count: usize,
     place: String,
     text: &'p mut SceneText<'t>,
     buffers: &'p mut Buffers<'r>,
@@ -78,9 +81,9 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         &mut self,
         name: &str,
         pose: &MeshPose,
-        material: Option<usize>,
         materials: &mut Materials<'r>,
     ) -> Result<Option<PrimitiveShape>, String> {
+        let material = json::index(self.object, "material");
         let cut = match self.primitive.mode() {
             Mode::Triangles => triangles as fn(&[u32]) -> Vec<[u32; 3]>,
             Mode::TriangleStrip => strip,
@@ -91,7 +94,9 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
             }
         };
         let Some(positions) = self.primitive.get(&Semantic::Positions) else { return Ok(None) };
+        let compressed = self.buffers.decompress_primitive(&self.primitive, self.object, &self.place)?;
         let mut positions = self.buffers.floats::<3>(&positions)?;
+        self.count = positions.len();
         let mut normals = match self.primitive.get(&Semantic::Normals) {
             Some(accessor) => self.buffers.floats::<3>(&accessor)?,
             None => Vec::new(),
@@ -100,11 +105,12 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         pose.apply(&self.primitive, &mut positions, &mut normals, self.buffers)?;
         let uvs = self.uvs(materials.set_of(material))?;
         let (colors, opacities) = self.colors(materials, material)?;
-        let corners = match self.primitive.indices() {
-            Some(accessor) => self.buffers.indices(&accessor)?,
-            None => (0..positions.len() as u32).collect(),
+        let triangles = match (compressed, self.primitive.indices()) {
+            // A stream has triangles also where the primitive says that it is a strip.
+            (Some(triangles), _) => triangles,
+            (None, Some(accessor)) => cut(&self.buffers.indices(&accessor)?),
+            (None, None) => cut(&(0..positions.len() as u32).collect::<Vec<_>>()),
         };
-        let triangles = cut(&corners);
         if triangles.is_empty() {
             self.text.tell("a primitive without triangles is left out", &self.place);
             return Ok(None);
@@ -117,14 +123,9 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         Ok(Some(PrimitiveShape { file, bsdf, flat: normals.is_empty(), emission }))
     }
 
-    /// The number of vertices.
-    fn count(&self) -> usize {
-        self.primitive.get(&Semantic::Positions).map_or(0, |accessor| accessor.count())
-    }
-
     /// Drops an attribute that belongs to more or fewer vertices than there are.
     fn check<T>(&mut self, attribute: &str, read: &mut Vec<T>) {
-        if !read.is_empty() && read.len() != self.count() {
+        if !read.is_empty() && read.len() != self.count {
             let message = format!("`{attribute}` has not an element for each vertex: it is not used");
             self.text.tell(message, &self.place);
             read.clear();

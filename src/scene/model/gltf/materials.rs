@@ -188,7 +188,7 @@ impl MaterialReader<'_, '_, '_> {
         raw: bool,
     ) -> Result<Option<MaterialBitmap>, String> {
         let Some(texture) = TextureUse::of(info) else { return Ok(None) };
-        let file = self.pictures.of(self.root, texture.texture, change, self.text, self.buffers)?;
+        let file = self.pictures.of(self.root, texture.texture, (change, raw), self.text, self.buffers)?;
         Ok(Some(texture.bitmap(self.root, file, raw, self.text)))
     }
 
