@@ -8,6 +8,7 @@ use gltf::mesh::Mode;
 use serde_json::Value;
 
 use super::buffers::Buffers;
+use super::cutout::CutVertices;
 use super::json;
 use super::materials::{EmittedRadiance, Materials, VertexColors};
 use super::pose::{MeshPose, PoseKey};
@@ -103,14 +104,29 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         };
         self.check("NORMAL", &mut normals);
         pose.apply(&self.primitive, &mut positions, &mut normals, self.buffers)?;
-        let uvs = self.uvs(materials.set_of(material))?;
-        let (colors, opacities) = self.colors(materials, material)?;
-        let triangles = match (compressed, self.primitive.indices()) {
+        let mut uvs = self.uvs(materials.set_of(material))?;
+        let (mut colors, mut opacities) = self.colors(materials, material)?;
+        let mut triangles = match (compressed, self.primitive.indices()) {
             // A stream has triangles also where the primitive says that it is a strip.
             (Some(triangles), _) => triangles,
             (None, Some(accessor)) => cut(&self.buffers.indices(&accessor)?),
             (None, None) => cut(&(0..positions.len() as u32).collect::<Vec<_>>()),
         };
+        if let Some(cutoff) = materials.cutoff(material).filter(|_| !opacities.is_empty()) {
+            let mut vertices = CutVertices {
+                positions: &mut positions,
+                normals: &mut normals,
+                uvs: &mut uvs,
+                colors: &mut colors,
+            };
+            triangles = vertices.cut(&triangles, &opacities, cutoff, self.buffers)?;
+            opacities.clear();
+            if materials.has_texture(material) {
+                let message = "under `alphaMode` `MASK` the opacities of vertices and of the texture are each compared with \
+                               the cutoff, not their product";
+                self.text.tell(message, &self.place);
+            }
+        }
         if triangles.is_empty() {
             self.text.tell("a primitive without triangles is left out", &self.place);
             return Ok(None);
@@ -170,10 +186,6 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         let opacities = self.buffers.shares::<4>(&accessor)?;
         let mut opacities: Vec<f32> = opacities.iter().map(|c| c[3]).collect();
         if opacities.iter().all(|v| *v == 1.0) {
-            opacities.clear();
-        } else if mode == "MASK" {
-            let message = "the opacity of vertices is not used where `alphaMode` is `MASK`";
-            self.text.tell(message, &self.place);
             opacities.clear();
         }
         opacities.iter_mut().for_each(|v| *v = (*v * a).clamp(0.0, 1.0));

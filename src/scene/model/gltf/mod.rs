@@ -6,7 +6,7 @@
 //! buffers     bytes of buffers, accessors and images: beside the file, in it, or in data URIs
 //! meshopt     views that are compressed; draco: primitives that are
 //! nodes       the tree and its transforms; instances: EXT_mesh_gpu_instancing
-//! geometry    primitives as PLY; pose: morph targets and skins
+//! geometry    primitives as PLY; pose: morph targets and skins; cutout: opacity of vertices
 //! materials   metallic-roughness as `principled`; extensions and specular_glossiness: what else materials have
 //! textures    pictures with samplers and transforms; pictures: their channels and multiples
 //! placed      lights and cameras
@@ -17,6 +17,7 @@
 //! taken by number. Animations are not played. Nodes form a tree, so that each is visited once.
 
 mod buffers;
+mod cutout;
 mod draco;
 mod extensions;
 mod geometry;
@@ -130,12 +131,16 @@ fn is_usable(to_world: &DAffine3) -> bool {
 /// The meshes by the indices of their nodes.
 fn meshes<'a>(
     nodes: &[PlacedNode<'a>],
-    ModelDocument { root, .. }: &'a ModelDocument,
+    ModelDocument { root, document, .. }: &'a ModelDocument,
     buffers: &mut Buffers<'a>,
     text: &mut SceneText<'_>,
 ) -> Result<BTreeMap<usize, ShownMesh<'a>>, String> {
-    let worlds: BTreeMap<usize, DAffine3> =
+    let mut worlds: BTreeMap<usize, DAffine3> =
         nodes.iter().map(|(node, to_world)| (node.index(), *to_world)).collect();
+    let mut joints = nodes.iter().filter_map(|(node, _)| node.skin()).flat_map(|skin| skin.joints());
+    if joints.any(|joint| !worlds.contains_key(&joint.index())) {
+        nodes::add_unshown(document, &mut worlds);
+    }
     let mut skins = Skins::default();
     let mut shown = BTreeMap::new();
     for (node, to_world) in nodes {

@@ -1,8 +1,20 @@
 //! The tree of nodes with their transforms to the world.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DAffine3, DMat4};
+
+/// Adds the transforms of nodes that the shown scene has not: joints may be among them.
+pub(super) fn add_unshown(document: &gltf::Document, worlds: &mut BTreeMap<usize, DAffine3>) {
+    let below: BTreeSet<usize> =
+        document.nodes().flat_map(|node| node.children().map(|child| child.index())).collect();
+    let others = document.nodes().filter(|node| !below.contains(&node.index()));
+    let others: Vec<_> = others.filter(|node| !worlds.contains_key(&node.index())).collect();
+    // Nodes that form no tree have no transforms.
+    for (node, to_world) in visit(others).unwrap_or_default() {
+        worlds.entry(node.index()).or_insert(to_world);
+    }
+}
 
 pub(super) type PlacedNode<'a> = (gltf::Node<'a>, DAffine3);
 
