@@ -334,6 +334,12 @@ pub(crate) fn is_linear(bytes: &[u8]) -> bool {
         && bytes.get(offset..).and_then(|descriptor| descriptor.get(14)).is_some_and(|v| *v == LINEAR)
 }
 
+/// Pixels of the largest level, as the header of a KTX2 file says.
+pub(crate) fn pixels(bytes: &[u8]) -> usize {
+    let side = |at| short(bytes, at).unwrap_or(0) as usize;
+    side(20).saturating_mul(side(24))
+}
+
 /// Whether a file is KTX2, by its first bytes.
 pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(SIGNATURE)

@@ -5,7 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
+use draco_core::{
+    DataType, DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute, PointIndex,
+};
 use gltf::accessor::DataType as ElementType;
 use serde_json::{Map, Value};
 
@@ -59,7 +61,12 @@ impl<'r> CompressedPrimitive<'r> {
         let mut mesh = Mesh::new();
         let mut buffer = DecoderBuffer::new(bytes).with_limits(allowed);
         let read = MeshDecoder::new().decode(&mut buffer, &mut mesh);
-        read.map_err(|e| format!("its stream holds no mesh that can be decoded ({})", e.message()))?;
+        read.map_err(|e| match e.kind() {
+            ErrorKind::LimitExceeded | ErrorKind::AllocationExceedsInput => {
+                "its mesh is far larger than its stream".to_owned()
+            }
+            _ => format!("its stream holds no mesh that can be decoded ({})", e.message()),
+        })?;
         let triangles = mesh.faces().iter().map(|face| face.map(|corner| corner.0)).collect();
         let mut elements = BTreeMap::new();
         let mut left = most;

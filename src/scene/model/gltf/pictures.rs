@@ -1,6 +1,6 @@
 //! Pictures as materials need them: as they are, one channel, or a multiple.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use super::extensions::gloss;
 use super::json::{extension, index};
 use crate::color::srgb;
 use crate::image::bitmap;
-use crate::image::ktx2::{is_ktx2, is_linear};
+use crate::image::ktx2::{self, is_ktx2};
 use crate::scene::limits;
 use crate::scene::mitsuba::shorten;
 use crate::scene::model::text::SceneText;
@@ -51,8 +51,12 @@ impl Change {
 #[derive(Default)]
 pub(super) struct MaterialPictures {
     known: BTreeMap<(usize, String), String>,
-    /// The images that textures with several of them use.
-    chosen: BTreeMap<usize, usize>,
+    /// Why images that another one stands in for cannot be read; none of those that can.
+    checked: BTreeMap<usize, Option<String>>,
+    /// Textures whose other image is used.
+    replaced: BTreeSet<usize>,
+    /// Whether images are KTX2 files that say that they are linear.
+    linear: BTreeMap<usize, bool>,
     texels: usize,
 }
 
@@ -90,23 +94,38 @@ impl MaterialPictures {
     fn source(&mut self, root: &Value, texture: usize, buffers: &mut Buffers<'_>) -> Result<usize, String> {
         let (first, other) = sources(root, texture)?;
         let Some(other) = other else { return Ok(first) };
-        if let Some(chosen) = self.chosen.get(&texture) {
-            return Ok(*chosen);
+        if !self.checked.contains_key(&first) {
+            let fault = match buffers.image_bytes(first) {
+                Ok(bytes) if is_ktx2(&bytes) => {
+                    self.spend(ktx2::pixels(&bytes).min(limits::IMAGE_PIXELS))?;
+                    texels(first, &bytes).err()
+                }
+                Ok(_) => None,
+                Err(message) => Some(message),
+            };
+            self.checked.insert(first, fault);
         }
-        let read = buffers.image_bytes(first).and_then(|bytes| match is_ktx2(&bytes) {
-            true => texels(first, &bytes).map(|_| ()),
-            false => Ok(()),
-        });
-        let chosen = match read {
-            Ok(()) => first,
-            Err(message) => {
-                let message = format!("the picture that stands in for another is used, since {message}");
-                buffers.remarks.push((message, format!("textures[{texture}]")));
-                other
-            }
+        let Some(Some(message)) = self.checked.get(&first) else { return Ok(first) };
+        if self.replaced.insert(texture) {
+            let message = format!("the picture that stands in for another is used, since {message}");
+            buffers.remarks.push((message, format!("textures[{texture}]")));
+        }
+        Ok(other)
+    }
+
+    /// Whether an image is a KTX2 file that says that it is linear.
+    fn is_linear(&mut self, index: usize, buffers: &mut Buffers<'_>) -> Result<bool, String> {
+        if let Some(known) = self.linear.get(&index) {
+            return Ok(*known);
+        }
+        let is_linear = match buffers.image(index)? {
+            ImageSource::Bytes(bytes) => ktx2::is_linear(&bytes),
+            ImageSource::File(name) if !is_ktx2_name(&name) => false,
+            // A file that cannot be read is the error of who asks for its texels.
+            ImageSource::File(_) => buffers.image_bytes(index).is_ok_and(|bytes| ktx2::is_linear(&bytes)),
         };
-        self.chosen.insert(texture, chosen);
-        Ok(chosen)
+        self.linear.insert(index, is_linear);
+        Ok(is_linear)
     }
 
     /// The name of the file of a texture's image. `raw`: its numbers are no colours.
@@ -120,19 +139,13 @@ impl MaterialPictures {
     ) -> Result<String, String> {
         let index = self.source(root, texture, buffers)?;
         // A KTX2 file says whether it is linear, but glTF has colours in sRGB and other numbers not, whatever it says.
-        let is_linear = |source: &ImageSource, buffers: &mut Buffers<'_>| match source {
-            ImageSource::Bytes(bytes) => is_linear(bytes),
-            ImageSource::File(name) if !is_ktx2_name(name) => false,
-            ImageSource::File(_) => buffers.image_bytes(index).is_ok_and(|bytes| is_linear(&bytes)),
-        };
-        let source = buffers.image(index)?;
-        let recoded = !raw && matches!(change, Change::None) && is_linear(&source, buffers);
+        let recoded = !raw && matches!(change, Change::None) && self.is_linear(index, buffers)?;
         let key = (index, format!("{change:?} {recoded}"));
         if let Some(known) = self.known.get(&key) {
             return Ok(known.clone());
         }
         let number = self.known.len();
-        let name = match (change, source) {
+        let name = match (change, buffers.image(index)?) {
             (Change::None, ImageSource::File(name)) if !recoded => name,
             (Change::None, ImageSource::Bytes(bytes)) if !recoded => {
                 buffers.spend(bytes.len())?;
