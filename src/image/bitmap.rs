@@ -6,12 +6,15 @@ use std::path::Path;
 
 use glam::Vec3A;
 use half::f16;
-use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{
+    ColorType, DynamicImage, ImageBuffer, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage,
+};
 
 use crate::color::srgb;
 use crate::image::error::ImageError;
 use crate::image::exr::{self, check_inflation, check_pixels};
 use crate::image::grid::Grid;
+use crate::image::ktx2::{self, Ktx2Picture, Ktx2Texels};
 use crate::image::{colors, layer, pfm, radiance};
 use crate::memory::collect_in_huge_pages;
 
@@ -49,9 +52,10 @@ impl Bitmap {
         Self::decode(path, &bytes, raw, most)
     }
 
-    /// Reads OpenEXR (the main layer, see [`layer::main`]), Radiance RGBE, PFM, PNG, JPEG, WebP, BMP and TGA; grey pictures become RGB, and
-    /// alpha is ignored. The first bytes tell the format, for TGA the ending of `path`, which otherwise names the file in errors.
-    /// Integers are decoded by the curve of sRGB (IEC 61966-2-1) unless they are `raw`. Colours of an EXR file of other chromaticities are
+    /// Reads OpenEXR (the main layer, see [`layer::main`]), Radiance RGBE, PFM, PNG, JPEG, WebP, BMP, TGA and KTX2 (the largest level);
+    /// grey pictures become RGB, and alpha is ignored. The first bytes tell the format, for TGA the ending of `path`, which otherwise
+    /// names the file in errors. Integers are decoded by the curve of sRGB (IEC 61966-2-1) unless they are `raw`, or of a KTX2 file
+    /// whose data format descriptor says that they are linear. Colours of an EXR file of other chromaticities are
     /// converted to Rec.709 unless they are `raw`; [`remarks`](Self::remarks) are what else a file says of its colours.
     ///
     /// # Errors
@@ -62,6 +66,7 @@ impl Bitmap {
         let refuse = ImageError::decode(path);
         let mut remarks = Vec::new();
         let float = |(width, height, pixels)| (width, height, Texels::of_floats(pixels));
+        let mut linear = raw;
         let (width, height, texels) = match bytes {
             [0x76, 0x2f, 0x31, 0x01, ..] => {
                 let promised = exr::check_size(bytes, most).map_err(refuse)?;
@@ -84,6 +89,12 @@ impl Bitmap {
             [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => {
                 pfm::decode(bytes, most).map(float).map_err(refuse)?
             }
+            bytes if ktx2::is_ktx2(bytes) => {
+                let picture = ktx2::decode(bytes, most).map_err(refuse)?;
+                linear |= !picture.is_srgb;
+                remarks = picture.remarks;
+                (picture.width, picture.height, Texels::of_ktx2(picture.texels))
+            }
             _ => {
                 let (picture, profile) = read_integers(path, bytes, most).map_err(refuse)?;
                 remarks.extend(profile.as_deref().and_then(colors::remark_of_profile));
@@ -96,7 +107,7 @@ impl Bitmap {
         if raw {
             remarks.clear();
         }
-        Ok(Self { remarks, ..Self::new(width, height, texels, raw) })
+        Ok(Self { remarks, ..Self::new(width, height, texels, linear) })
     }
 
     /// What its file says of its colours that is not used, as words that follow “is not used:”. Nothing is said of raw texels.
@@ -202,6 +213,19 @@ impl Texels {
             false => Self::Float(pixels),
         }
     }
+
+    /// Without alpha.
+    fn of_ktx2(texels: Ktx2Texels) -> Self {
+        match texels {
+            Ktx2Texels::Eight(t) => {
+                Self::Eight(collect_in_huge_pages(t.iter().map(|[r, g, b, _]| [*r, *g, *b])))
+            }
+            Ktx2Texels::Sixteen(t) => {
+                Self::Sixteen(collect_in_huge_pages(t.iter().map(|[r, g, b, _]| [*r, *g, *b])))
+            }
+            Ktx2Texels::Float(t) => Self::of_floats(t.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect()),
+        }
+    }
 }
 
 /// Width, height and texels of a picture.
@@ -216,9 +240,26 @@ fn integers(picture: DynamicImage) -> (usize, usize, Texels) {
     (width, height, texels)
 }
 
-/// A PNG, JPEG, WebP, BMP or TGA file of at most `most` pixels, with alpha where it has some.
+/// A PNG, JPEG, WebP, BMP, TGA or KTX2 file of at most `most` pixels, with alpha where it has some.
 pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicImage, String> {
+    if ktx2::is_ktx2(bytes) {
+        return dynamic(ktx2::decode(bytes, most)?).ok_or_else(|| "its sides are too long".to_owned());
+    }
     read_integers(path, bytes, most).map(|(picture, _)| picture)
+}
+
+/// A KTX2 picture with its alpha.
+fn dynamic(picture: Ktx2Picture) -> Option<DynamicImage> {
+    let (width, height) = (u32::try_from(picture.width).ok()?, u32::try_from(picture.height).ok()?);
+    Some(match picture.texels {
+        Ktx2Texels::Eight(t) => RgbaImage::from_raw(width, height, t.into_flattened())?.into(),
+        Ktx2Texels::Sixteen(t) => {
+            DynamicImage::ImageRgba16(ImageBuffer::from_raw(width, height, t.into_flattened())?)
+        }
+        Ktx2Texels::Float(t) => {
+            DynamicImage::ImageRgba32F(ImageBuffer::from_raw(width, height, t.into_flattened())?)
+        }
+    })
 }
 
 /// A picture of [`picture`] with its ICC profile.
@@ -231,7 +272,9 @@ fn read_integers(path: &Path, bytes: &[u8], most: usize) -> Result<(DynamicImage
         Err(_) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga")) => {
             reader.set_format(ImageFormat::Tga);
         }
-        _ => return Err("it is neither OpenEXR, Radiance, PFM, PNG, JPEG, WebP, BMP nor TGA".to_owned()),
+        _ => {
+            return Err("it is neither OpenEXR, Radiance, PFM, PNG, JPEG, WebP, BMP, TGA nor KTX2".to_owned());
+        }
     }
     let mut limits = Limits::default();
     limits.max_alloc = Some(most as u64 * 16);

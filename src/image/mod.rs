@@ -10,6 +10,7 @@ pub mod data_uri;
 pub mod error;
 pub mod exr;
 pub mod grid;
+pub(crate) mod ktx2;
 pub mod layer;
 pub mod mix;
 mod pfm;

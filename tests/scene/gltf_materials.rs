@@ -249,7 +249,55 @@ fn colors_of_vertices_are_multiplied() {
     assert!((opacity - 0.25 * 128.0 / 255.0).abs() < 1e-3, "{opacity}");
     blended["alphaMode"] = json!("MASK");
     let Loaded { warnings, .. } = scene("colors-mask", blended, [0.5, 0.5, 0.5, 0.5]);
-    assert!(warnings.len() == 1 && warnings[0].to_string().contains("MASK"), "{warnings:?}");
+    let told: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        told[0].contains("without triangles is left out"),
+        "an opacity of a quarter is below the cutoff: {told:?}"
+    );
+    assert!(told.len() == 2 && told[1].contains("MASK"), "{told:?}");
+}
+
+/// Opacity that grows from 0 to 1 along u, times .8, reaches the cutoff of .2 at a quarter of each face of the cube.
+#[test]
+fn opacity_of_vertices_cuts_triangles() {
+    let masked = |test: &str, opacities: [f32; 4], factor: f64| {
+        changed_with(test, |text, binary| {
+            let colors: Vec<f32> = opacities.iter().flat_map(|a| [0.25 + 0.5 * a, 1.0, 1.0, *a]).collect();
+            let colors = floats(text, binary, "VEC4", &colors.repeat(6));
+            text["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+            text["materials"] = json!([{ "name": "painted", "alphaMode": "MASK", "alphaCutoff": 0.2,
+                "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, factor] } }]);
+        })
+    };
+    let Loaded { desc, warnings } = read(&masked("cut", [0.0, 1.0, 0.0, 1.0], 0.8));
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let mesh = &desc.meshes[0];
+    let area: f32 = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            (b - a).cross(c - a).length() / 2.0
+        })
+        .sum();
+    assert!((area - 6.0 * 4.0 * 0.75).abs() < 1e-4, "{area}");
+    let colors = &mesh.attributes.iter().find(|a| a.name == "vertex_color").unwrap().values;
+    for t in &mesh.triangles {
+        for i in t.map(|i| i as usize) {
+            let (uv, color, normal) = (mesh.uvs[i], colors[3 * i], mesh.normals[i]);
+            assert!(uv.x > 0.25 - 1e-5 && (color - (0.25 + 0.5 * uv.x)).abs() < 1e-5, "{uv} {color}");
+            let normal_of_face = mesh.positions[i].abs().dot(normal.abs());
+            assert!((normal_of_face - 1.0).abs() < 1e-5, "{normal}");
+        }
+        // No triangle is turned around.
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        assert!((b - a).cross(c - a).dot(mesh.normals[t[0] as usize]) > 0.0);
+    }
+    // All or nothing.
+    assert_eq!(read(&masked("uncut", [0.3; 4], 0.8)).desc.meshes[0].triangles.len(), 12);
+    let error = pointillist::scene::load(&masked("cut-away", [0.2; 4], 0.8), &[]);
+    let warnings = error.map(|loaded| loaded.warnings.len());
+    assert!(warnings.is_err() || warnings.is_ok_and(|n| n > 0), "a mesh without triangles is told");
 }
 
 /// Normal textures have transforms of their own, as all others.
@@ -292,13 +340,13 @@ fn pictures_may_be_webp() {
 
 #[test]
 fn a_picture_stands_in_for_one_that_is_not_supported() {
-    let basisu = json!({ "KHR_texture_basisu": { "source": 0 } });
+    let avif = json!({ "EXT_texture_avif": { "source": 0 } });
     let Loaded { warnings, .. } =
-        read(&changed_with("fallback", |text, _| text["textures"][0]["extensions"] = basisu.clone()));
-    assert!(warnings.len() == 1 && warnings[0].to_string().contains("KHR_texture_basisu"), "{warnings:?}");
-    let path = changed_with("no-fallback", |text, _| text["textures"][0] = json!({ "extensions": basisu }));
+        read(&changed_with("fallback", |text, _| text["textures"][0]["extensions"] = avif.clone()));
+    assert!(warnings.len() == 1 && warnings[0].to_string().contains("EXT_texture_avif"), "{warnings:?}");
+    let path = changed_with("no-fallback", |text, _| text["textures"][0] = json!({ "extensions": avif }));
     let error = pointillist::scene::load(&path, &[]).expect_err("no picture").to_string();
-    assert!(error.contains("textures[0]") && error.contains("KHR_texture_basisu"), "{error}");
+    assert!(error.contains("textures[0]") && error.contains("EXT_texture_avif"), "{error}");
 }
 
 /// The fallback of a compressed mesh is shown; where there is none, the extension is named.
@@ -374,7 +422,7 @@ fn a_model_with_faults_is_shown_without_them() {
         text["materials"][0]["name"] = json!("mesh 0");
         let nodes = text["nodes"].as_array_mut().unwrap();
         let outside = nodes.len();
-        nodes.push(json!({}));
+        nodes.push(json!({ "children": [outside] }));
         text["nodes"][1]["skin"] = json!(0);
         text["skins"] = json!([{ "joints": [outside] }]);
     });

@@ -13,6 +13,7 @@ mod editable;
 mod emitters;
 mod foreign;
 mod gltf;
+mod gltf_compressed;
 mod gltf_materials;
 mod gltf_words;
 mod instances;

@@ -40,6 +40,7 @@ mod image {
     mod bitmap;
     mod data_uri;
     mod grid;
+    mod ktx2;
     mod layer;
 }
 mod math {

@@ -44,7 +44,6 @@ pub(crate) fn prefetch(document: &Document) -> Prefetched {
     }
     let textured = files.iter().any(|file| matches!(file, NamedFile::Bitmap(..)));
     let (triangles, bytes, texels) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicUsize::new(0));
-    let all = Prefetched::default();
     let read = files.into_par_iter().map(|file| {
         let mut one = Prefetched::default();
         match file {
@@ -75,11 +74,13 @@ pub(crate) fn prefetch(document: &Document) -> Prefetched {
         // Ready when the first path needs it, while the scene is prepared.
         rayon::spawn(Spectrum::prepare_textures);
     }
-    read.into_iter().fold(all, |mut all, mut one| {
-        all.meshes.append(&mut one.meshes);
-        all.bitmaps.append(&mut one.bitmaps);
-        all
-    })
+    let mut all = Prefetched::default();
+    for one in read {
+        // `append` would build the whole map anew for each file.
+        all.meshes.extend(one.meshes);
+        all.bitmaps.extend(one.bitmaps);
+    }
+    all
 }
 
 /// The file that an element names, if it can be told beforehand.

@@ -137,7 +137,7 @@ pub(super) fn picture(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Bi
             let bitmap = read.map_err(|e| match e {
                 BitmapError::Unreadable(e) => at(e.kind(), e.to_string()).error(),
                 BitmapError::Damaged(e) => {
-                    let help = "a texture is a PNG, JPEG, WebP, BMP, TGA, OpenEXR or Radiance file";
+                    let help = "a texture is a PNG, JPEG, WebP, BMP, TGA, KTX2, OpenEXR or Radiance file";
                     at(FindingKind::File, e.to_string()).help(help).error()
                 }
             })?;

@@ -11,7 +11,7 @@ use crate::client::window::action::Action;
 const SCENES: [&str; 5] = ["xml", "gltf", "glb", "obj", "ply"];
 
 /// Endings of pictures that the light mix may look like.
-const IMAGES: [&str; 9] = ["png", "exr", "jpg", "jpeg", "hdr", "pfm", "bmp", "tga", "tif"];
+const IMAGES: [&str; 10] = ["png", "exr", "jpg", "jpeg", "hdr", "pfm", "bmp", "tga", "webp", "ktx2"];
 
 /// What a file is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -79,7 +79,7 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
     (
         "texture",
         "bitmap",
-        "PNG, JPEG, WebP, BMP, TGA, OpenEXR, Radiance, PFM; kept in the depth of the file; alpha is ignored",
+        "PNG, JPEG, WebP, BMP, TGA, OpenEXR, Radiance, PFM, KTX2 (its largest level; BasisU or plain numbers); kept in the depth of the file; alpha is ignored",
     ),
     ("texture", "checkerboard", "where a number is wanted the colours are exchanged, as in Mitsuba 3.9.1"),
     (

@@ -10,8 +10,10 @@ use base64::engine::general_purpose::STANDARD;
 use gltf::accessor::DataType;
 use serde_json::Value;
 
-use super::json;
+use super::draco::{self, CompressedPrimitive, DecodedPrimitive};
+use super::meshopt::{self, CompressedView};
 use super::parse::ModelDocument;
+use super::{grammar, json};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
 use crate::scene::mitsuba::shorten;
@@ -24,13 +26,21 @@ pub(super) struct Buffers<'a> {
     blob: Option<&'a [u8]>,
     files: &'a SceneFiles,
     read: BTreeMap<usize, Cow<'a, [u8]>>,
+    /// Views that were decompressed; none where the data that stand in for them are used.
+    decompressed: BTreeMap<usize, Option<Vec<u8>>>,
+    /// Elements of accessors that are compressed in the primitive that is being read.
+    elements: BTreeMap<usize, Vec<u8>>,
+    /// Views whose compressed primitives cannot be decoded, with the reason.
+    damaged: BTreeMap<usize, String>,
+    /// What was not used, with its place.
+    pub(super) remarks: Vec<(String, String)>,
     /// Bytes of numbers that may still be made of the file: meshes may share accessors without end.
     left: u64,
 }
 
 /// The bytes of an image, or its file on the disk.
 pub(super) enum ImageSource {
-    /// PNG or JPEG.
+    /// PNG, JPEG, WebP or KTX2.
     Bytes(Vec<u8>),
     /// A name relative to the model.
     File(String),
@@ -42,7 +52,19 @@ impl<'a> Buffers<'a> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let left = limits::MESH_INFLATED_FREE + limits::MESH_INFLATION * size as u64;
         let ModelDocument { root, document, blob } = model;
-        Self { folder, document, root, blob: blob.as_deref(), files, read: BTreeMap::new(), left }
+        Self {
+            folder,
+            document,
+            root,
+            blob: blob.as_deref(),
+            files,
+            read: BTreeMap::new(),
+            decompressed: BTreeMap::new(),
+            elements: BTreeMap::new(),
+            damaged: BTreeMap::new(),
+            remarks: Vec::new(),
+            left,
+        }
     }
 
     /// Takes part of the memory that a file of this size may need.
@@ -78,18 +100,131 @@ impl<'a> Buffers<'a> {
         Ok(&self.read[&index])
     }
 
-    /// The bytes of a view.
+    /// The bytes of a view, decompressed.
     fn view(&mut self, view: &gltf::buffer::View<'a>) -> Result<&[u8], String> {
         let index = view.index();
-        let bytes = self.buffer(&view.buffer())?;
-        let end = view.offset().checked_add(view.length());
-        end.and_then(|end| bytes.get(view.offset()..end))
-            .ok_or_else(|| format!("bufferViews[{index}] reaches beyond its buffer of {} bytes", bytes.len()))
+        if !self.decompressed.contains_key(&index) {
+            let bytes = self.decompress(index)?;
+            self.decompressed.insert(index, bytes);
+        }
+        match self.decompressed.get(&index) {
+            // Asked for anew: the borrow checker does not see that the other case has let go of it.
+            Some(Some(_)) => Ok(self.decompressed[&index].as_deref().unwrap_or_default()),
+            _ => self.range(index, &view.buffer(), view.offset(), view.length()),
+        }
+    }
+
+    /// So many bytes of a buffer, for this view.
+    fn range(
+        &mut self,
+        view: usize,
+        buffer: &gltf::Buffer<'a>,
+        offset: usize,
+        length: usize,
+    ) -> Result<&[u8], String> {
+        let bytes = self.buffer(buffer)?;
+        let end = offset.checked_add(length);
+        end.and_then(|end| bytes.get(offset..end))
+            .ok_or_else(|| format!("bufferViews[{view}] reaches beyond its buffer of {} bytes", bytes.len()))
+    }
+
+    /// The bytes of a compressed view; none for another one, and where only the data that stand in for it can be used.
+    fn decompress(&mut self, view: usize) -> Result<Option<Vec<u8>>, String> {
+        let root = self.root;
+        let Some(compressed) = CompressedView::of(&root["bufferViews"][view]) else { return Ok(None) };
+        match self.decompressed_view(view, &compressed) {
+            Ok(bytes) => Ok(Some(bytes)),
+            Err(message) => {
+                let (name, place) = (compressed.extension, format!("bufferViews[{view}]"));
+                let buffer = json::index(&root["bufferViews"][view], "buffer").unwrap_or(0);
+                let object = &root["buffers"][buffer];
+                let is_binary = buffer == 0 && self.blob.is_some() && !meshopt::is_fallback(object);
+                if object["uri"].is_string() || is_binary {
+                    let message = format!("data that stand in for `{name}` are used, since {message}");
+                    self.remarks.push((message, place));
+                    return Ok(None);
+                }
+                Err(format!(
+                    "{place} cannot be read (`{name}`): {message}; export the model again, or without the extension"
+                ))
+            }
+        }
+    }
+
+    fn decompressed_view(&mut self, view: usize, compressed: &CompressedView<'_>) -> Result<Vec<u8>, String> {
+        let size = compressed.size().filter(|size| *size <= limits::MESH_BYTES as usize);
+        self.spend(size.ok_or("it has more elements than any mesh")?)?;
+        let buffer = self.document.buffers().nth(compressed.buffer).ok_or("its buffer is not there")?;
+        let source = self.range(view, &buffer, compressed.offset, compressed.length)?;
+        compressed.decoded(source)
+    }
+
+    /// Decodes a primitive that is compressed as a whole: its triangles. From now on its accessors have the elements that were
+    /// decoded. None for another primitive, and where only the data that stand in for it can be used.
+    pub(super) fn decompress_primitive(
+        &mut self,
+        primitive: &gltf::Primitive<'a>,
+        object: &'a Value,
+        place: &str,
+    ) -> Result<Option<Vec<[u32; 3]>>, String> {
+        self.elements.clear();
+        let Some(compressed) = CompressedPrimitive::of(object) else { return Ok(None) };
+        let decoded = match self.damaged.get(&compressed.view) {
+            Some(message) => Err(message.clone()),
+            None => self.decoded_primitive(&compressed, object),
+        };
+        let name = draco::NAME;
+        match decoded {
+            Ok(DecodedPrimitive { triangles, elements }) => {
+                self.elements = elements;
+                Ok(Some(triangles))
+            }
+            Err(message) => {
+                self.damaged.insert(compressed.view, message.clone());
+                let has_data = |accessor: gltf::Accessor<'_>| accessor.view().is_some();
+                if primitive.attributes().all(|(_, accessor)| has_data(accessor))
+                    && primitive.indices().is_none_or(has_data)
+                {
+                    let message = format!("data that stand in for `{name}` are used, since {message}");
+                    self.remarks.push((message, place.to_owned()));
+                    return Ok(None);
+                }
+                Err(format!(
+                    "{place} cannot be read (`{name}`): {message}; export the model again, or without the extension"
+                ))
+            }
+        }
+    }
+
+    fn decoded_primitive(
+        &mut self,
+        compressed: &CompressedPrimitive<'_>,
+        object: &Value,
+    ) -> Result<DecodedPrimitive, String> {
+        let named = object["attributes"].as_object().into_iter().flatten();
+        let accessors = named
+            .filter(|(name, _)| grammar::is_attribute(name))
+            .filter_map(|(name, index)| {
+                let index = usize::try_from(index.as_u64()?).ok()?;
+                Some((name.clone(), self.accessor(index).ok()?))
+            })
+            .collect();
+        let view = self.document.views().nth(compressed.view).ok_or("its view is not there")?;
+        // Primitives may share a stream, which is decoded for each.
+        self.spend(view.length())?;
+        let most = self.left;
+        let decoded = compressed.decoded(self.view(&view)?, &accessors, most)?;
+        let elements: usize = decoded.elements.values().map(Vec::len).sum();
+        self.spend(elements + 12 * decoded.triangles.len())?;
+        Ok(decoded)
     }
 
     /// The elements of an accessor without what is between them.
     fn elements(&mut self, accessor: &gltf::Accessor<'a>) -> Result<Vec<u8>, String> {
         let (size, count, index) = (accessor.size(), accessor.count(), accessor.index());
+        if let Some(elements) = self.elements.get(&index) {
+            return Ok(elements.clone());
+        }
         let bytes = size.checked_mul(count).filter(|_| count <= limits::MESH_VERTICES);
         let bytes = bytes.ok_or_else(|| format!("accessors[{index}] has more elements than any mesh"))?;
         self.spend(bytes)?;
@@ -97,7 +232,7 @@ impl<'a> Buffers<'a> {
             Some(view) => self.strided(&view, accessor.offset(), size, count, index)?,
             None => vec![0; bytes],
         };
-        if let Some(sparse) = accessor.sparse() {
+        if let Some(sparse) = accessor.sparse().filter(|sparse| sparse.count() > 0) {
             let (places, values, count) = (sparse.indices(), sparse.values(), sparse.count());
             if count > accessor.count() {
                 return Err(format!("accessors[{index}] has more sparse elements than elements"));
@@ -236,6 +371,10 @@ impl<'a> Buffers<'a> {
 /// The error of an object that has its data in an extension alone, or nowhere.
 pub(super) fn without_data(object: &Value, list: &str, index: usize) -> String {
     match object["extensions"].as_object().and_then(|all| all.keys().next()) {
+        Some(name) if meshopt::is_fallback(object) => format!(
+            "{list}[{index}] has no data, since it stands in for views that are compressed by `{}`: another view must not use it",
+            shorten(name)
+        ),
         Some(name) => format!(
             "{list}[{index}] has data in the extension `{}` alone, which is not supported: export the model without it",
             shorten(name)

@@ -8,6 +8,7 @@ use gltf::mesh::Mode;
 use serde_json::Value;
 
 use super::buffers::Buffers;
+use super::cutout::CutVertices;
 use super::json;
 use super::materials::{EmittedRadiance, Materials, VertexColors};
 use super::pose::{MeshPose, PoseKey};
@@ -26,7 +27,7 @@ pub(super) struct PrimitiveShape {
 /// The primitives of each mesh that was asked for, in each of its poses.
 pub(super) struct ModelPrimitives<'r> {
     root: &'r Value,
-    known: BTreeMap<(usize, PoseKey), Vec<PrimitiveShape>>,
+    known: BTreeMap<usize, BTreeMap<PoseKey, Vec<PrimitiveShape>>>,
     materials: Materials<'r>,
 }
 
@@ -44,22 +45,22 @@ impl<'r> ModelPrimitives<'r> {
         text: &mut SceneText<'_>,
         buffers: &mut Buffers<'r>,
     ) -> Result<Vec<PrimitiveShape>, String> {
-        let key = (mesh.index(), pose.key());
-        if let Some(known) = self.known.get(&key) {
+        let poses = self.known.entry(mesh.index()).or_default();
+        if let Some(known) = poses.get(&pose.key()) {
             return Ok(known.clone());
         }
-        let poses = self.known.keys().filter(|(index, _)| *index == mesh.index()).count();
+        let poses = poses.len();
         let suffix = if poses == 0 { String::new() } else { format!("-{poses}") };
         let mut shapes = Vec::new();
         for primitive in mesh.primitives() {
             let (mesh, index) = (mesh.index(), primitive.index());
             let name = format!("mesh-{mesh}-{index}{suffix}.ply");
-            let material = json::index(&self.root["meshes"][mesh]["primitives"][index], "material");
+            let object = &self.root["meshes"][mesh]["primitives"][index];
             let place = format!("meshes[{mesh}].primitives[{index}]");
-            let mut reader = PrimitiveReader { primitive, place, text, buffers };
-            shapes.extend(reader.shape(&name, pose, material, &mut self.materials)?);
+            let mut reader = PrimitiveReader { primitive, object, count: 0, place, text, buffers };
+            shapes.extend(reader.shape(&name, pose, &mut self.materials)?);
         }
-        self.known.insert(key, shapes.clone());
+        self.known.entry(mesh.index()).or_default().insert(pose.key(), shapes.clone());
         Ok(shapes)
     }
 }
@@ -67,6 +68,9 @@ impl<'r> ModelPrimitives<'r> {
 /// A primitive that is being read.
 struct PrimitiveReader<'p, 'r, 't> {
     primitive: gltf::Primitive<'r>,
+    object: &'r Value,
+    /// The number of vertices.
+    count: usize,
     place: String,
     text: &'p mut SceneText<'t>,
     buffers: &'p mut Buffers<'r>,
@@ -78,9 +82,9 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         &mut self,
         name: &str,
         pose: &MeshPose,
-        material: Option<usize>,
         materials: &mut Materials<'r>,
     ) -> Result<Option<PrimitiveShape>, String> {
+        let material = json::index(self.object, "material");
         let cut = match self.primitive.mode() {
             Mode::Triangles => triangles as fn(&[u32]) -> Vec<[u32; 3]>,
             Mode::TriangleStrip => strip,
@@ -91,20 +95,38 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
             }
         };
         let Some(positions) = self.primitive.get(&Semantic::Positions) else { return Ok(None) };
+        let compressed = self.buffers.decompress_primitive(&self.primitive, self.object, &self.place)?;
         let mut positions = self.buffers.floats::<3>(&positions)?;
+        self.count = positions.len();
         let mut normals = match self.primitive.get(&Semantic::Normals) {
             Some(accessor) => self.buffers.floats::<3>(&accessor)?,
             None => Vec::new(),
         };
         self.check("NORMAL", &mut normals);
         pose.apply(&self.primitive, &mut positions, &mut normals, self.buffers)?;
-        let uvs = self.uvs(materials.set_of(material))?;
-        let (colors, opacities) = self.colors(materials, material)?;
-        let corners = match self.primitive.indices() {
-            Some(accessor) => self.buffers.indices(&accessor)?,
-            None => (0..positions.len() as u32).collect(),
+        let mut uvs = self.uvs(materials.set_of(material))?;
+        let (mut colors, mut opacities) = self.colors(materials, material)?;
+        let mut triangles = match (compressed, self.primitive.indices()) {
+            // A stream has triangles also where the primitive says that it is a strip.
+            (Some(triangles), _) => triangles,
+            (None, Some(accessor)) => cut(&self.buffers.indices(&accessor)?),
+            (None, None) => cut(&(0..positions.len() as u32).collect::<Vec<_>>()),
         };
-        let triangles = cut(&corners);
+        if let Some(cutoff) = materials.cutoff(material).filter(|_| !opacities.is_empty()) {
+            let mut vertices = CutVertices {
+                positions: &mut positions,
+                normals: &mut normals,
+                uvs: &mut uvs,
+                colors: &mut colors,
+            };
+            triangles = vertices.cut(&triangles, &opacities, cutoff, self.buffers)?;
+            opacities.clear();
+            if materials.has_texture(material) {
+                let message = "under `alphaMode` `MASK` the opacities of vertices and of the texture are each compared with \
+                               the cutoff, not their product";
+                self.text.tell(message, &self.place);
+            }
+        }
         if triangles.is_empty() {
             self.text.tell("a primitive without triangles is left out", &self.place);
             return Ok(None);
@@ -117,14 +139,9 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         Ok(Some(PrimitiveShape { file, bsdf, flat: normals.is_empty(), emission }))
     }
 
-    /// The number of vertices.
-    fn count(&self) -> usize {
-        self.primitive.get(&Semantic::Positions).map_or(0, |accessor| accessor.count())
-    }
-
     /// Drops an attribute that belongs to more or fewer vertices than there are.
     fn check<T>(&mut self, attribute: &str, read: &mut Vec<T>) {
-        if !read.is_empty() && read.len() != self.count() {
+        if !read.is_empty() && read.len() != self.count {
             let message = format!("`{attribute}` has not an element for each vertex: it is not used");
             self.text.tell(message, &self.place);
             read.clear();
@@ -169,10 +186,6 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         let opacities = self.buffers.shares::<4>(&accessor)?;
         let mut opacities: Vec<f32> = opacities.iter().map(|c| c[3]).collect();
         if opacities.iter().all(|v| *v == 1.0) {
-            opacities.clear();
-        } else if mode == "MASK" {
-            let message = "the opacity of vertices is not used where `alphaMode` is `MASK`";
-            self.text.tell(message, &self.place);
             opacities.clear();
         }
         opacities.iter_mut().for_each(|v| *v = (*v * a).clamp(0.0, 1.0));

@@ -4,6 +4,7 @@ use super::grammar::Rule;
 use super::grammar::Rule::{
     Boolean, Code, Index, Kept, List, Number, Numbers, Object, Share, Shares, Silent, Text, Told, Whole, Word,
 };
+use super::meshopt;
 use super::textures::{CLAMP, LINEAR, MIRROR, NEAREST, REPEAT};
 
 /// Kinds whose properties have free names: there `name`, `extras` and `extensions` mean nothing.
@@ -19,6 +20,13 @@ pub(super) const REQUIRED: &[(&str, &str)] = &[
     ("KHR_texture_basisu", "source"),
     ("EXT_texture_webp", "source"),
     ("EXT_mesh_gpu_instancing", "attributes"),
+    ("compressed primitive", "attributes"),
+    ("compressed primitive", "bufferView"),
+    ("compressed view", "buffer"),
+    ("compressed view", "byteLength"),
+    ("compressed view", "byteStride"),
+    ("compressed view", "count"),
+    ("compressed view", "mode"),
 ];
 
 const TRANSFORMED: Rule = Object("KHR_texture_transform");
@@ -187,7 +195,22 @@ pub(super) const KINDS: &[(&str, &[(&str, Rule)])] = &[
             ("TRANSLATION", Index("accessors")),
         ],
     ),
+    ("compressed primitive", &[("attributes", Kept), ("bufferView", Index("bufferViews"))]),
+    (
+        "compressed view",
+        &[
+            ("buffer", Index("buffers")),
+            ("byteLength", Whole),
+            ("byteOffset", Whole),
+            ("byteStride", Whole),
+            ("count", Whole),
+            ("filter", Word(meshopt::FILTERS)),
+            ("mode", Word(meshopt::MODES)),
+        ],
+    ),
+    ("fallback buffer", &[("fallback", Boolean)]),
     ("EXT_texture_webp", &[("source", Index("images"))]),
+    ("KHR_texture_basisu", &[("source", Index("images"))]),
     (
         "KHR_texture_transform",
         &[("offset", Numbers(2)), ("rotation", Number), ("scale", Numbers(2)), ("texCoord", Whole)],
@@ -284,14 +307,16 @@ pub(super) const EXTENSIONS: &[(&str, &str, Rule)] = &[
     ("file", "KHR_materials_variants", Told("the first look of each material is shown")),
     ("node", "KHR_lights_punctual", Object("KHR_lights_punctual of a node")),
     ("node", "EXT_mesh_gpu_instancing", Object("EXT_mesh_gpu_instancing")),
-    ("primitive", "KHR_draco_mesh_compression", FALLBACK),
+    ("primitive", "KHR_draco_mesh_compression", Object("compressed primitive")),
+    // How triangles are parts of polygons, which look the same.
+    ("primitive", "FB_ngon_encoding", Silent),
     ("primitive", "KHR_materials_variants", Told("the first look of each material is shown")),
-    ("bufferView", "EXT_meshopt_compression", FALLBACK),
-    ("bufferView", "KHR_meshopt_compression", FALLBACK),
-    ("buffer", "EXT_meshopt_compression", FALLBACK),
-    ("buffer", "KHR_meshopt_compression", FALLBACK),
+    ("bufferView", "EXT_meshopt_compression", Object("compressed view")),
+    ("bufferView", "KHR_meshopt_compression", Object("compressed view")),
+    ("buffer", "EXT_meshopt_compression", Object("fallback buffer")),
+    ("buffer", "KHR_meshopt_compression", Object("fallback buffer")),
     ("texture", "EXT_texture_webp", Object("EXT_texture_webp")),
-    ("texture", "KHR_texture_basisu", FALLBACK),
+    ("texture", "KHR_texture_basisu", Object("KHR_texture_basisu")),
     ("texture", "EXT_texture_avif", FALLBACK),
     ("texture", "MSFT_texture_dds", FALLBACK),
     ("textureInfo", "KHR_texture_transform", TRANSFORMED),

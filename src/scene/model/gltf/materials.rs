@@ -10,6 +10,7 @@
 //! | `KHR_materials_unlit` | its base colour, diffuse |
 //! | `emissiveFactor`, `emissiveTexture`, `KHR_materials_emissive_strength` | the shape's `area` emitter, on both sides if `doubleSided` |
 //! | `COLOR_0` | times the base colour: the vertices have it times the factor, `product` multiplies it with the texture |
+//! | alpha of `COLOR_0` | the same under `BLEND`; under `MASK` it [cuts triangles](super::cutout) |
 //! | other extensions | [`extensions`](super::extensions), [`specular_glossiness`](super::specular_glossiness) |
 
 use std::collections::BTreeMap;
@@ -107,6 +108,24 @@ impl<'r> Materials<'r> {
         (base_factor(material), material["alphaMode"].as_str().unwrap_or("OPAQUE"))
     }
 
+    /// The least opacity that is shown, if `alphaMode` is `MASK`.
+    pub(super) fn cutoff(&self, index: Option<usize>) -> Option<f32> {
+        let material = self.material(index);
+        (material["alphaMode"].as_str() == Some("MASK")).then(|| number(material, "alphaCutoff", 0.5))
+    }
+
+    /// Whether the base colour has a texture, which may have opacities of its own.
+    pub(super) fn has_texture(&self, index: Option<usize>) -> bool {
+        let material = self.material(index);
+        let glossy = extension(material, "KHR_materials_pbrSpecularGlossiness");
+        let base = if glossy.is_null() {
+            &material["pbrMetallicRoughness"]["baseColorTexture"]
+        } else {
+            &glossy["diffuseTexture"]
+        };
+        !base.is_null()
+    }
+
     /// Writes a material, once; returns its id and what it emits.
     pub(super) fn of(
         &mut self,
@@ -191,7 +210,7 @@ impl MaterialReader<'_, '_, '_> {
         raw: bool,
     ) -> Result<Option<MaterialBitmap>, String> {
         let Some(texture) = TextureUse::of(info) else { return Ok(None) };
-        let file = self.pictures.of(self.root, texture.texture, change, self.text, self.buffers)?;
+        let file = self.pictures.of(self.root, texture.texture, (change, raw), self.text, self.buffers)?;
         Ok(Some(texture.bitmap(self.root, file, raw, self.text)))
     }
 

@@ -4,7 +4,9 @@
 //! parse       the container and the JSON; extensions that are required
 //! grammar     each property of each object (grammar_tables) and what becomes of it; json reads them
 //! buffers     bytes of buffers, accessors and images: beside the file, in it, or in data URIs
-//! geometry    primitives as PLY; pose: morph targets and skins; instances: EXT_mesh_gpu_instancing
+//! meshopt     views that are compressed; draco: primitives that are
+//! nodes       the tree and its transforms; instances: EXT_mesh_gpu_instancing
+//! geometry    primitives as PLY; pose: morph targets and skins; cutout: opacity of vertices
 //! materials   metallic-roughness as `principled`; extensions, glass and specular_glossiness: what else materials have
 //! textures    pictures with samplers and transforms; pictures: their channels and multiples
 //! placed      lights and cameras
@@ -15,6 +17,8 @@
 //! taken by number. Animations are not played. Nodes form a tree, so that each is visited once.
 
 mod buffers;
+mod cutout;
+mod draco;
 mod extensions;
 mod geometry;
 mod glass;
@@ -23,6 +27,8 @@ mod grammar_tables;
 mod instances;
 mod json;
 mod materials;
+mod meshopt;
+mod nodes;
 mod parse;
 mod pictures;
 mod placed;
@@ -30,10 +36,9 @@ mod pose;
 mod specular_glossiness;
 mod textures;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use glam::{DAffine3, DMat4};
-use serde_json::Value;
+use glam::DAffine3;
 
 use super::text::SceneText;
 use super::{finding, unreadable};
@@ -42,6 +47,7 @@ use crate::scene::files::SceneFiles;
 use crate::scene::limits;
 use buffers::Buffers;
 use geometry::{ModelPrimitives, PrimitiveShape};
+use nodes::PlacedNode;
 use parse::ModelDocument;
 use pose::{MeshPose, PoseKey, Skins};
 
@@ -51,7 +57,11 @@ pub(super) fn read(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), S
     let bytes = files.read(path, limits::MESH_BYTES).map_err(|e| unreadable(path, &e))?;
     let model = parse::parse(&bytes, text)?;
     let mut buffers = Buffers::new(path, &model, bytes.len(), files);
-    show(&model, &mut buffers, text).map_err(|e| finding(path, FindingKind::Mesh, [1, 1], e).error())
+    let shown = show(&model, &mut buffers, text);
+    for (message, place) in std::mem::take(&mut buffers.remarks) {
+        text.tell(message, &place);
+    }
+    shown.map_err(|e| finding(path, FindingKind::Mesh, [1, 1], e).error())
 }
 
 /// A mesh at its places.
@@ -74,8 +84,8 @@ fn show<'a>(
     {
         text.tell("one scene is shown: others are left out", &format!("all but scenes[{}]", scene.index()));
     }
-    let nodes = visit(scene.iter().flat_map(gltf::Scene::nodes).collect())?;
-    let mut shown = meshes(&nodes, root, buffers, text)?;
+    let nodes = nodes::visit(scene.iter().flat_map(gltf::Scene::nodes).collect())?;
+    let mut shown = meshes(&nodes, model, buffers, text)?;
     let mut uses: BTreeMap<(usize, PoseKey), usize> = BTreeMap::new();
     for mesh in shown.values() {
         *uses.entry(mesh.key()).or_default() += mesh.places.len();
@@ -122,12 +132,16 @@ fn is_usable(to_world: &DAffine3) -> bool {
 /// The meshes by the indices of their nodes.
 fn meshes<'a>(
     nodes: &[PlacedNode<'a>],
-    root: &Value,
+    ModelDocument { root, document, .. }: &'a ModelDocument,
     buffers: &mut Buffers<'a>,
     text: &mut SceneText<'_>,
 ) -> Result<BTreeMap<usize, ShownMesh<'a>>, String> {
-    let worlds: BTreeMap<usize, DAffine3> =
+    let mut worlds: BTreeMap<usize, DAffine3> =
         nodes.iter().map(|(node, to_world)| (node.index(), *to_world)).collect();
+    let mut joints = nodes.iter().filter_map(|(node, _)| node.skin()).flat_map(|skin| skin.joints());
+    if joints.any(|joint| !worlds.contains_key(&joint.index())) {
+        nodes::add_unshown(document, &mut worlds);
+    }
     let mut skins = Skins::default();
     let mut shown = BTreeMap::new();
     for (node, to_world) in nodes {
@@ -164,7 +178,7 @@ impl ShownMesh<'_> {
         &self,
         parts: &[PrimitiveShape],
         once: bool,
-        groups: &mut BTreeMap<(usize, PoseKey), String>,
+        groups: &mut BTreeMap<usize, BTreeMap<PoseKey, String>>,
         text: &mut SceneText<'_>,
     ) {
         let (alone, grouped): (Vec<_>, Vec<_>) =
@@ -177,8 +191,9 @@ impl ShownMesh<'_> {
         if grouped.is_empty() {
             return;
         }
-        let posed = groups.keys().filter(|(mesh, _)| *mesh == self.mesh.index()).count();
-        let id = groups.entry(self.key()).or_insert_with(|| {
+        let poses = groups.entry(self.mesh.index()).or_default();
+        let posed = poses.len();
+        let id = poses.entry(self.pose.key()).or_insert_with(|| {
             let suffix = if posed == 0 { String::new() } else { format!(" pose {posed}") };
             let id = text.id(&format!("mesh {}{suffix}", self.mesh.index()));
             text.object("shape", "shapegroup", &[("id", &id)], |text| {
@@ -193,27 +208,4 @@ impl ShownMesh<'_> {
             });
         }
     }
-}
-
-type PlacedNode<'a> = (gltf::Node<'a>, DAffine3);
-
-/// All nodes below these with their transforms to the world; an error where one is reached twice.
-fn visit(roots: Vec<gltf::Node<'_>>) -> Result<Vec<PlacedNode<'_>>, String> {
-    let mut open: Vec<PlacedNode<'_>> =
-        roots.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
-    let (mut seen, mut nodes) = (BTreeSet::new(), Vec::new());
-    while let Some((node, parent)) = open.pop() {
-        if !seen.insert(node.index()) {
-            let message =
-                format!("nodes[{}] is below itself, or below two others: nodes form a tree", node.index());
-            return Err(message);
-        }
-        let matrix = DMat4::from_cols_array_2d(&node.transform().matrix().map(|c| c.map(f64::from)));
-        let to_world = parent * DAffine3::from_mat4(matrix);
-        let at = open.len();
-        open.extend(node.children().map(|child| (child, to_world)));
-        open[at..].reverse();
-        nodes.push((node, to_world));
-    }
-    Ok(nodes)
 }

@@ -7,10 +7,9 @@
 use std::borrow::Cow;
 
 use gltf::binary::Glb;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::grammar;
-use super::json::{extension, index};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::scene::mitsuba::shorten;
@@ -40,7 +39,6 @@ pub(super) fn parse(bytes: &[u8], text: &mut SceneText<'_>) -> Result<ModelDocum
         return Err(finding(path, FindingKind::Plugin, [1, 1], message).help(help).error());
     }
     grammar::check(&root, text).map_err(wrong)?;
-    check_compressed(&root).map_err(wrong)?;
     let parsed = serde_json::from_value(for_the_crate(&root)).map_err(|e| {
         // Values have no place in the text; the text itself has, unless the crate refuses more of it.
         let placed = serde_json::from_slice::<gltf::json::Root>(&json).err();
@@ -114,34 +112,14 @@ fn missing_extensions(root: &Value) -> Option<(String, String)> {
     let named = missing.iter().take(8).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let plural = if missing.len() > 1 { "extensions" } else { "extension" };
     let remedy = match first.as_str() {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "export the model without compression of its meshes"
-        }
-        "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => {
-            "export the model with pictures in PNG, JPEG or WebP"
+        "EXT_texture_avif" | "MSFT_texture_dds" => {
+            "export the model with pictures in PNG, JPEG, WebP or KTX2"
         }
         _ => {
             "export the model without it, or take it out of `extensionsRequired` to see what remains of the model"
         }
     };
     Some((format!("this model requires the {plural} {named}, not supported here"), remedy.to_owned()))
-}
-
-/// Refuses a mesh that is there in compressed form only.
-fn check_compressed(root: &Value) -> Result<(), String> {
-    for (i, mesh) in root["meshes"].as_array().into_iter().flatten().enumerate() {
-        for (j, primitive) in mesh["primitives"].as_array().into_iter().flatten().enumerate() {
-            let positions = index(&primitive["attributes"], "POSITION");
-            let is_empty = positions.is_some_and(|i| root["accessors"][i]["bufferView"].is_null());
-            if is_empty && !extension(primitive, "KHR_draco_mesh_compression").is_null() {
-                return Err(format!(
-                    "meshes[{i}].primitives[{j}] has data in `KHR_draco_mesh_compression` alone, which is not supported: \
-                     export the model without it"
-                ));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// What the crate reads, and nothing that it would refuse although it is allowed.
@@ -165,6 +143,14 @@ fn for_the_crate(root: &Value) -> Value {
     let scenes = root.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten();
     for scene in scenes.filter_map(Value::as_object_mut) {
         scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    }
+    // Of data in an extension, or of zeros: the crate asks for one or the other.
+    let accessors = root.get_mut("accessors").and_then(Value::as_array_mut).into_iter().flatten();
+    for accessor in accessors.filter_map(Value::as_object_mut) {
+        if !accessor.contains_key("bufferView") {
+            let nothing = json!({ "count": 0, "indices": { "bufferView": 0, "componentType": 5125 }, "values": { "bufferView": 0 } });
+            accessor.entry("sparse").or_insert(nothing);
+        }
     }
     let meshes = root.get_mut("meshes").and_then(Value::as_array_mut).into_iter().flatten();
     let primitives = meshes.filter_map(|mesh| mesh.get_mut("primitives").and_then(Value::as_array_mut));

@@ -26,7 +26,7 @@ pub(super) type PoseKey = (Vec<u32>, Option<usize>);
 pub(super) struct Skins(BTreeMap<usize, Option<Rc<Vec<DAffine3>>>>);
 
 impl Skins {
-    /// The pose of the mesh of a node. `worlds`: the transforms of the nodes of the scene.
+    /// The pose of the mesh of a node. `worlds`: the transforms of the nodes.
     pub(super) fn pose<'a>(
         &mut self,
         node: &gltf::Node<'a>,
@@ -70,7 +70,8 @@ fn joints<'a>(
     }
     let joint = |(i, node): (usize, gltf::Node<'_>)| {
         let world = worlds.get(&node.index());
-        let world = world.ok_or_else(|| format!("its joint nodes[{}] is not in the scene", node.index()))?;
+        let world =
+            world.ok_or_else(|| format!("its joint nodes[{}] is in no tree of nodes", node.index()))?;
         let inverse = inverses.as_ref().map_or(DAffine3::IDENTITY, |inverses| {
             DAffine3::from_mat4(DMat4::from_cols_array(&inverses[i].map(f64::from)))
         });
