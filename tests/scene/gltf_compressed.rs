@@ -132,6 +132,18 @@ fn draco_is_decoded() {
     }
 }
 
+/// Floats that are not quantised are as they were, and a stream has triangles also where its primitive says that it is a strip.
+#[test]
+fn draco_without_quantisation_loses_nothing() {
+    let whole = read(&file("whole.glb"));
+    let exact = Tolerance { position: 1e-9, normal: 1e-9, uv: Some(0.0), color: 0.0 };
+    assert_alike(&whole.desc, &read(&file("draco-exact.glb")).desc, &exact, "draco-exact.glb");
+    let (mut text, binary) = parts(&bytes("draco-exact.glb"));
+    text["meshes"][0]["primitives"][1]["mode"] = json!(5);
+    let path = changed_with("draco-strip", |t, b| (*t, *b) = (text, binary));
+    assert_alike(&whole.desc, &read(&path).desc, &exact, "a strip");
+}
+
 /// The stream counts where both are there, and where it is damaged what stands in for it does, told once.
 #[test]
 fn draco_may_stand_beside_other_data() {

@@ -36,7 +36,8 @@ impl CutVertices<'_> {
         cutoff: f32,
         buffers: &mut Buffers<'_>,
     ) -> Result<Vec<[u32; 3]>, String> {
-        let height = |corner: u32| opacities.get(corner as usize).map_or(0.0, |v| v - cutoff);
+        // The larger of zero and no number is zero.
+        let height = |corner: u32| opacities.get(corner as usize).map_or(0.0, |v| v.max(0.0) - cutoff);
         // Triangles on both sides of an edge share the corner on it.
         let mut corners = BTreeMap::new();
         let mut kept = Vec::with_capacity(triangles.len());
