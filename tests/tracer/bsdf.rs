@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::coats::coats;
 use crate::empirical::empirical_materials;
 use crate::support::scenes::{Random, assert_counts};
 use pointillist::scene::desc::{
@@ -129,6 +130,7 @@ fn mixtures() -> Vec<(String, Bsdf, f32)> {
             share: share.into(),
             turned,
             bump: None,
+            coat: None,
         };
         let parts = parts.into_iter().map(part).collect();
         let bsdf =
@@ -200,6 +202,7 @@ fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
     all.extend(mixtures());
     all.extend(textured());
     all.extend(empirical_materials());
+    all.extend(coats());
     for facets in [Facets::Beckmann, Facets::Ggx] {
         for &alpha in alphas {
             let name = |kind: &str| format!("{kind} {facets:?} {alpha:?}");
