@@ -29,4 +29,5 @@ mod shapes;
 mod sky;
 mod spectra;
 mod versions;
+mod volumes;
 mod xml;

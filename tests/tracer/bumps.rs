@@ -83,7 +83,8 @@ fn heights_are_lengths_of_the_world() {
             "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{shapes}</scene>"
         );
         let desc = load_str(&beside.display().to_string(), &text, &[]).expect("valid").desc;
-        let scene = Scene::prepare(&desc).expect("a scene");
+        // Also in a scene that was edited.
+        let scene = Scene::prepare(&desc).expect("a scene").edited(&desc).expect("a scene");
         let lambda = SampledWavelengths::sample(0.3);
         let value = |i: u32| {
             let at = DVec3::new(0.23 * f64::from(i % 7) - 0.7, 0.19 * f64::from(i / 7) - 0.6, 1.0) * size;

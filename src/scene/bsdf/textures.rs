@@ -1,9 +1,12 @@
 //! Colours and numbers of materials, which may be textures: how they are read, and all those of a material.
 
+use std::sync::Arc;
+
 use super::{BsdfDesc, BsdfParts};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::mitsuba::{Params, Reader, read_texture};
 use crate::scene::texture::{AttributeTexture, SpectrumTexture, TexturePoint};
+use crate::scene::volume::VolumeTexture;
 use crate::spectrum::Spectrum;
 
 /// A reflectance or transmittance, with its default.
@@ -79,6 +82,20 @@ impl BsdfDesc {
         let parts = self.parts_mut();
         colors_of(parts).flat_map(SpectrumTexture::attributes_mut).for_each(&mut visit);
         self.scalars_mut().into_iter().flat_map(SpectrumTexture::attributes_mut).for_each(visit);
+    }
+
+    /// The textures over space in its textures, to change.
+    pub(crate) fn for_each_volume(&mut self, mut visit: impl FnMut(&mut Arc<VolumeTexture>)) {
+        if !self.textures().into_iter().any(SpectrumTexture::asks_place) {
+            return;
+        }
+        colors_of(self.parts_mut()).flat_map(SpectrumTexture::volumes_mut).for_each(&mut visit);
+        self.scalars_mut().into_iter().flat_map(SpectrumTexture::volumes_mut).for_each(visit);
+    }
+
+    /// True for a material with a texture that depends on where a surface lies.
+    pub(crate) fn asks_place(&self) -> bool {
+        self.textures().into_iter().any(SpectrumTexture::asks_place)
     }
 
     /// Replaces every texture by its mean.

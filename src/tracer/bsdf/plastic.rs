@@ -12,7 +12,7 @@ use crate::scene::texture::TexturePoint;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
-use super::scattering::lobe_probability;
+use super::scattering::{carried_mean, lobe_probability};
 use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A diffuse base under a smooth coat.
@@ -166,8 +166,7 @@ impl ScatteringModel for Plastic {
 /// The part of `coat` in the sum of both, as the carried wavelengths see it; 1 when both are black.
 #[inline]
 fn share(coat: SampledSpectrum, base: SampledSpectrum, hero_only: bool) -> f32 {
-    let mean = |s: SampledSpectrum| if hero_only { s.0.x } else { s.mean() };
-    let (coat, base) = (mean(coat), mean(base));
+    let (coat, base) = (carried_mean(coat, hero_only), carried_mean(base, hero_only));
     if base > 0.0 { coat / (coat + base) } else { 1.0 }
 }
 

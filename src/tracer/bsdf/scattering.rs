@@ -28,6 +28,12 @@ pub(super) fn lobe_probability(p: f32) -> f32 {
     attainable(if p > 0.0 && p < LEAST_LOBE { LEAST_LOBE } else { p })
 }
 
+/// The mean of a factor over the wavelengths that a path carries: its first lane, if it carries the hero only.
+#[inline]
+pub(super) fn carried_mean(factor: SampledSpectrum, hero_only: bool) -> f32 {
+    if hero_only { factor.0.x } else { factor.mean() }
+}
+
 /// A direction chosen by a material.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {

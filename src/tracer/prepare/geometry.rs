@@ -233,12 +233,16 @@ impl Geometry {
             Some(along) if along.is_empty() => tangents::of_shape(shape),
             Some(along) => Tangents::Each { first: first as u32, along },
         });
-        self.uvs.push(match input.uvs {
+        let coordinates = match input.uvs {
             None => TextureCoordinates::Unused,
             Some(uvs) if uvs.is_empty() => texture_coordinates::of_shape(shape),
             Some(of) => {
                 TextureCoordinates::Triangles { first: first as u32, of, attributes: input.attributes }
             }
+        };
+        self.uvs.push(match texture_coordinates::is_placed(desc, shape.bsdf) {
+            true => TextureCoordinates::Placed(Box::new(coordinates)),
+            false => coordinates,
         });
         if input.dropped > 0 {
             self.notices.push(format!(

@@ -91,6 +91,17 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
         "two textures multiplied, which Mitsuba has not; its mean is the product of their means",
     ),
     (
+        "texture",
+        "volume",
+        "the values of a <volume> where a surface lies in world space; of what an instance shows, where the instance shows it; not for what emits",
+    ),
+    (
+        "volume",
+        "gridvolume",
+        "a `.vol` of version 3 of 32-bit or 16-bit floats or bytes (Mitsuba reads the first only); with one channel a number, with three a \
+         colour, with others their mean counts",
+    ),
+    (
         "emitter",
         "area",
         "emits from the front, as Mitsuba's does; a texture is unbounded, lit by D65 and importance-sampled",
