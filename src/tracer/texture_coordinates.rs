@@ -52,6 +52,11 @@ pub(super) enum TextureCoordinates {
 }
 
 impl TextureCoordinates {
+    /// These, and where a point lies, if the material of the shape asks for that.
+    pub(super) fn placed(self, desc: &SceneDesc, bsdf: BsdfId) -> Self {
+        if is_placed(desc, bsdf) { Self::Placed(Box::new(self)) } else { self }
+    }
+
     /// The coordinates at `hit`, which is at `world` and in the space of the primitive at `p()`, and the attributes of the mesh.
     #[inline(always)]
     pub(super) fn at(&self, hit: &Hit, world: Vec3, p: impl FnOnce() -> Vec3) -> TexturePoint {
@@ -153,6 +158,15 @@ pub(super) fn is_textured(desc: &SceneDesc, id: BsdfId) -> bool {
 /// True if a material, or one that it is made of, has a texture that depends on where a surface lies.
 pub(super) fn is_placed(desc: &SceneDesc, id: BsdfId) -> bool {
     desc.made_of(id).iter().any(|bsdf| bsdf.asks_place())
+}
+
+/// The coordinates of the triangles from `first` on, with the attributes that the material asks for.
+pub(super) fn of_triangles(
+    first: u32,
+    of: Vec<[Vec2; 3]>,
+    attributes: Option<Box<ShapeAttributes>>,
+) -> TextureCoordinates {
+    TextureCoordinates::Triangles { first, of, attributes }
 }
 
 /// The coordinates of a shape that is not made of triangles.

@@ -64,7 +64,7 @@ pub fn coats() -> Vec<(String, Bsdf, f32)> {
         ("absorbing over grey", coat("coating", 1.5, &absorbing, &matt(0.6))),
         (
             "lighter than around it",
-            of("coating", &(float("int_ior", 1.0) + &float("ext_ior", 1.4) + &matt(0.8))),
+            of("coating", &(float("int_ior", 1.0) + &float("ext_ior", 1.1) + &matt(0.8))),
         ),
         ("smooth over metal", coat("coating", 1.5, "", &silver(0.4))),
         ("smooth over a smooth one", coat("coating", 1.3, "", &plastic)),

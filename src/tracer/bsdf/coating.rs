@@ -94,8 +94,13 @@ fn refracted(w: Vec3, eta: f32) -> Option<Vec3> {
     if eta == 1.0 {
         return Some(w);
     }
-    let cos = fresnel::through(w.z.abs(), eta)? / eta;
-    Some((w.truncate() / eta).extend(cos.min(1.0).copysign(w.z)))
+    let (cos, across) = (fresnel::through(w.z.abs(), eta)? / eta, w.truncate() / eta);
+    // Near the normal a cosine has few digits of the sine, and light that fans out would lose them.
+    let cos = match across.length_squared() {
+        sin2 if eta < 1.0 && w.z.abs() > 0.5 => (1.0 - sin2).max(0.0).sqrt(),
+        _ => cos.min(1.0),
+    };
+    Some(across.extend(cos.copysign(w.z)))
 }
 
 impl Coating {

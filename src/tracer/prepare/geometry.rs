@@ -236,14 +236,9 @@ impl Geometry {
         let coordinates = match input.uvs {
             None => TextureCoordinates::Unused,
             Some(uvs) if uvs.is_empty() => texture_coordinates::of_shape(shape),
-            Some(of) => {
-                TextureCoordinates::Triangles { first: first as u32, of, attributes: input.attributes }
-            }
+            Some(of) => texture_coordinates::of_triangles(first as u32, of, input.attributes),
         };
-        self.uvs.push(match texture_coordinates::is_placed(desc, shape.bsdf) {
-            true => TextureCoordinates::Placed(Box::new(coordinates)),
-            false => coordinates,
-        });
+        self.uvs.push(coordinates.placed(desc, shape.bsdf));
         if input.dropped > 0 {
             self.notices.push(format!(
                 "{}: {} primitives have no area, or coordinates beyond 1e12 times the size of most shapes, and were dropped",
