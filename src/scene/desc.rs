@@ -15,11 +15,12 @@ use crate::spectrum::Spectrum;
 
 pub use super::aov::{AovDesc, AovKind};
 pub use super::bsdf::{
-    AlphaTexture, BlendDesc, BsdfDesc, BumpDesc, BumpMapDesc, ConductorDesc, DielectricDesc, DiffuseDesc,
-    DiffuseTransmitterDesc, Facets, LobeTexture, MOST_PARTS, MaskDesc, MixtureDesc, NormalMapDesc, NullDesc,
-    PhongDesc, PlasticDesc, PrincipledDesc, PrincipledLobes, PrincipledThinDesc, RoughConductorDesc,
-    RoughDielectricDesc, RoughDiffuseDesc, RoughPlasticDesc, Roughness, SHARPEST_PHONG, ThinDielectricDesc,
-    ThinFilmDesc, TwoSidedDesc, WardDesc, WardVariant,
+    AlphaTexture, BlendDesc, BsdfDesc, BumpDesc, BumpMapDesc, CoatDesc, CoatingDesc, ConductorDesc,
+    DielectricDesc, DiffuseDesc, DiffuseTransmitterDesc, Facets, LobeTexture, MOST_PARTS, MaskDesc,
+    MixtureDesc, NormalMapDesc, NullDesc, PhongDesc, PlasticDesc, PrincipledDesc, PrincipledLobes,
+    PrincipledThinDesc, RoughCoatingDesc, RoughConductorDesc, RoughDielectricDesc, RoughDiffuseDesc,
+    RoughPlasticDesc, Roughness, SHARPEST_PHONG, ThinDielectricDesc, ThinFilmDesc, TwoSidedDesc, WardDesc,
+    WardVariant,
 };
 pub use super::lights::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
 

@@ -46,6 +46,9 @@ pub const IMAGE_PIXELS: usize = 1 << 26;
 /// Texels of all textures of a scene together, each file counted once.
 pub const TOTAL_TEXELS: usize = 1 << 29;
 
+/// Bytes of one file of a grid.
+pub const GRID_BYTES: u64 = 1 << 30;
+
 /// Bytes of one mesh file.
 pub const MESH_BYTES: u64 = 1 << 30;
 

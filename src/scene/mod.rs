@@ -31,6 +31,7 @@ pub mod mitsuba;
 pub mod model;
 mod rendering_space;
 pub mod texture;
+pub mod volume;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};

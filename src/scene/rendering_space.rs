@@ -89,7 +89,7 @@ impl RenderingSpace {
     }
 
     /// The transform to world space.
-    fn inverse_transform(&self) -> DAffine3 {
+    pub(super) fn inverse_transform(&self) -> DAffine3 {
         DAffine3 { translation: self.origin, ..DAffine3::from_scale(DVec3::splat(1.0 / self.scale)) }
     }
 
@@ -138,12 +138,7 @@ impl SceneDesc {
                 shape.to_world *= group.inverse_transform();
             }
         }
-        for bsdf in &mut moved.bsdfs {
-            // Heights are lengths of world space, wherever a surface lies: of what an instance shows, too.
-            if let BsdfDesc::BumpMap(bump) = bsdf {
-                bump.scale = space.length(bump.scale);
-            }
-        }
+        moved.move_materials(&space);
         for light in &mut moved.lights {
             match light {
                 LightDesc::Point { position, .. } | LightDesc::Spot(SpotDesc { position, .. }) => {
@@ -159,6 +154,24 @@ impl SceneDesc {
             }
         }
         moved
+    }
+
+    /// The description with its materials in rendering space, and all else where it was.
+    pub(crate) fn with_materials_in_rendering_space(&self) -> SceneDesc {
+        let mut moved = self.clone();
+        moved.move_materials(&self.space);
+        moved
+    }
+
+    /// Takes what materials know of world space to `space`, wherever a surface lies: on what an instance shows, too.
+    fn move_materials(&mut self, space: &RenderingSpace) {
+        for bsdf in &mut self.bsdfs {
+            // Heights are lengths.
+            if let BsdfDesc::BumpMap(bump) = bsdf {
+                bump.scale = space.length(bump.scale);
+            }
+            bsdf.for_each_volume(|volume| *volume = Arc::new(volume.placed(space)));
+        }
     }
 
     /// A box around a shape (an index into [`SceneDesc::shapes`]) in object space, or around what an instance shows; `None` where it is empty.

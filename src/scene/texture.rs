@@ -1,7 +1,7 @@
 //! Textures: reflectances and factors that vary over a surface.
 //!
-//! A texture is asked at a [`TexturePoint`]: the texture coordinates (u, v) of a point, as Mitsuba defines them for each shape, and
-//! the attributes of its mesh. Its colours become spectra by the same upsampling as `<rgb>`, through a table
+//! A texture is asked at a [`TexturePoint`]: the texture coordinates (u, v) of a point, as Mitsuba defines them for each shape, the
+//! attributes of its mesh, and where it lies. Its colours become spectra by the same upsampling as `<rgb>`, through a table
 //! ([`Spectrum::textured_rgb`]); where a number is wanted, it is the luminance ([`SpectrumTexture::scalar`]).
 
 use std::ops::RangeInclusive;
@@ -10,6 +10,7 @@ use std::sync::Arc;
 use glam::{Affine2, Vec2, Vec3, Vec3A};
 
 use crate::image::bitmap::Bitmap;
+use crate::scene::volume::VolumeTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 /// The numbers of mesh attributes that the material of one shape can ask for: a colour counts as three.
@@ -22,11 +23,13 @@ pub struct TexturePoint {
     pub uv: Vec2,
     /// The attributes of the mesh that the material of the shape asks for, each from [`AttributeLayout::first`] on.
     pub attributes: [f32; ATTRIBUTE_NUMBERS],
+    /// Where the point lies, in the space that the scene is traced in; 0 where no texture of the surface asks for it.
+    pub p: Vec3,
 }
 
 impl From<Vec2> for TexturePoint {
     fn from(uv: Vec2) -> Self {
-        Self { uv, attributes: [0.0; ATTRIBUTE_NUMBERS] }
+        Self { uv, attributes: [0.0; ATTRIBUTE_NUMBERS], p: Vec3::ZERO }
     }
 }
 
@@ -43,6 +46,8 @@ pub enum SpectrumTexture {
     Attribute(AttributeTexture),
     /// Two textures multiplied.
     Product(Arc<[SpectrumTexture; 2]>),
+    /// Values over space.
+    Volume(Arc<VolumeTexture>),
 }
 
 /// Mitsuba's `bitmap`. Cheap to clone.
@@ -142,7 +147,7 @@ impl SpectrumTexture {
             Self::Bitmap(texture) => Spectrum::textured_rgb(texture.value(at.uv, clean_texel), lambda),
             Self::Checkerboard(board) => board.color(at.uv).sample(at, lambda),
             Self::Attribute(texture) => Spectrum::textured_rgb(texture.values(at).map(clean).into(), lambda),
-            Self::Product(_) => Spectrum::textured_rgb(self.rgb(at), lambda),
+            Self::Product(_) | Self::Volume(_) => Spectrum::textured_rgb(self.rgb(at), lambda),
         }
     }
 
@@ -155,6 +160,7 @@ impl SpectrumTexture {
             Self::Checkerboard(board) => board.color(at.uv).rgb(at),
             Self::Attribute(texture) => texture.values(at).map(clean).into(),
             Self::Product(factors) => factors[0].rgb(at) * factors[1].rgb(at),
+            Self::Volume(texture) => texture.value(at.p, clean_texel),
         }
     }
 
@@ -181,7 +187,14 @@ impl SpectrumTexture {
             Self::Checkerboard(board) => board.number(at.uv).scalar(at),
             Self::Attribute(texture) => luminance(texture.values(at).map(not_negative)),
             Self::Product(factors) => Self::product_of_scalars(factors, at),
+            Self::Volume(texture) => Self::number_of_volume(texture, at),
         }
+    }
+
+    /// The number of a volume, apart as [`rgb`](Self::rgb) is.
+    #[inline(never)]
+    fn number_of_volume(texture: &VolumeTexture, at: &TexturePoint) -> f32 {
+        luminance(texture.number(at.p))
     }
 
     /// The luminance under D65 at a point, if it depends on the place.
@@ -197,6 +210,7 @@ impl SpectrumTexture {
             Self::Checkerboard(board) => 0.5 * (board.color0.mean_scalar() + board.color1.mean_scalar()),
             Self::Attribute(texture) => luminance(texture.mean()),
             Self::Product(factors) => factors[0].mean_scalar() * factors[1].mean_scalar(),
+            Self::Volume(texture) => luminance(texture.mean()),
         }
     }
 
@@ -215,7 +229,7 @@ impl SpectrumTexture {
     /// The mesh attributes that it asks for.
     pub fn attributes(&self) -> Vec<&AttributeTexture> {
         match self {
-            Self::Uniform(_) | Self::Bitmap(_) => Vec::new(),
+            Self::Uniform(_) | Self::Bitmap(_) | Self::Volume(_) => Vec::new(),
             Self::Checkerboard(board) => {
                 [&board.color0, &board.color1].into_iter().flat_map(Self::attributes).collect()
             }
@@ -227,7 +241,7 @@ impl SpectrumTexture {
     /// The mesh attributes that it asks for, to change.
     pub fn attributes_mut(&mut self) -> Vec<&mut AttributeTexture> {
         match self {
-            Self::Uniform(_) | Self::Bitmap(_) => Vec::new(),
+            Self::Uniform(_) | Self::Bitmap(_) | Self::Volume(_) => Vec::new(),
             Self::Checkerboard(board)
                 if board.color0.attributes().len() + board.color1.attributes().len() == 0 =>
             {
@@ -244,6 +258,32 @@ impl SpectrumTexture {
             Self::Product(factors) => {
                 Arc::make_mut(factors).iter_mut().flat_map(Self::attributes_mut).collect()
             }
+        }
+    }
+
+    /// True when the value depends on where a surface lies.
+    pub fn asks_place(&self) -> bool {
+        match self {
+            Self::Uniform(_) | Self::Bitmap(_) | Self::Attribute(_) => false,
+            Self::Checkerboard(board) => board.color0.asks_place() || board.color1.asks_place(),
+            Self::Product(factors) => factors.iter().any(Self::asks_place),
+            Self::Volume(_) => true,
+        }
+    }
+
+    /// The textures over space in it, to change.
+    pub(super) fn volumes_mut(&mut self) -> Vec<&mut Arc<VolumeTexture>> {
+        if !self.asks_place() {
+            return Vec::new();
+        }
+        match self {
+            Self::Uniform(_) | Self::Bitmap(_) | Self::Attribute(_) => Vec::new(),
+            Self::Checkerboard(board) => {
+                let Checkerboard { color0, color1, .. } = Arc::make_mut(board);
+                [color0, color1].into_iter().flat_map(Self::volumes_mut).collect()
+            }
+            Self::Product(factors) => Arc::make_mut(factors).iter_mut().flat_map(Self::volumes_mut).collect(),
+            Self::Volume(texture) => vec![texture],
         }
     }
 
@@ -268,6 +308,7 @@ impl SpectrumTexture {
             Self::Checkerboard(board) => board.color0.is_grey() && board.color1.is_grey(),
             Self::Attribute(texture) => texture.grey || !texture.layout.colored,
             Self::Product(factors) => factors.iter().all(Self::is_grey),
+            Self::Volume(texture) => texture.is_grey(),
         }
     }
 
@@ -279,6 +320,7 @@ impl SpectrumTexture {
             Self::Checkerboard(board) => board.color0.is_black() && board.color1.is_black(),
             Self::Attribute(texture) => texture.mean() == [0.0; 3],
             Self::Product(factors) => factors.iter().any(Self::is_black),
+            Self::Volume(texture) => texture.mean() == [0.0; 3],
         }
     }
 
@@ -287,11 +329,12 @@ impl SpectrumTexture {
         let rgb = |texture: &Self| match texture {
             Self::Bitmap(bitmap) => bitmap.mean,
             Self::Attribute(attribute) => attribute.mean().map(clean),
+            Self::Volume(volume) => volume.mean().map(clean),
             other => other.mean().reflected_rgb().map(|v| v.clamp(0.0, 1.0)),
         };
         match self {
             Self::Uniform(spectrum) => spectrum.clone(),
-            Self::Bitmap(_) | Self::Attribute(_) => Spectrum::reflectance_rgb(rgb(self)),
+            Self::Bitmap(_) | Self::Attribute(_) | Self::Volume(_) => Spectrum::reflectance_rgb(rgb(self)),
             Self::Checkerboard(board) => {
                 let (a, b) = (rgb(&board.color0), rgb(&board.color1));
                 Spectrum::reflectance_rgb(std::array::from_fn(|i| 0.5 * (a[i] + b[i])))
@@ -327,6 +370,7 @@ impl SpectrumTexture {
             })),
             Self::Attribute(texture) => Self::Attribute(AttributeTexture { grey: true, ..texture.clone() }),
             Self::Product(factors) => Self::Product(Arc::new(factors.as_ref().clone().map(|t| t.grey()))),
+            Self::Volume(texture) => Self::Volume(Arc::new(texture.grey())),
         }
     }
 }

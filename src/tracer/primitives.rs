@@ -134,7 +134,9 @@ impl Primitives {
         };
         let Some(coordinates) = self.uvs.get(surface as usize) else { return TexturePoint::default() };
         let placement = self.placement(at);
-        coordinates.at(&at.hit, || placement.map_or(at.point.p, |place| place.point_in_group(&at.point).p))
+        coordinates.at(&at.hit, at.point.p, || {
+            placement.map_or(at.point.p, |place| place.point_in_group(&at.point).p)
+        })
     }
 
     /// The surface interaction in the space of the primitive, which is also that of `ray`.

@@ -221,8 +221,8 @@ impl ScatteringModel for Recorded {
         self.0.delta_lobes(wo)
     }
 
-    fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
-        self.0.delta_lobe(lobe, transmitted)
+    fn delta_lobe(&self, wo: Vec3, lobe: f32, transmitted: bool) -> f32 {
+        self.0.delta_lobe(wo, lobe, transmitted)
     }
 
     fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {

@@ -26,6 +26,8 @@ pub(super) enum TextureCoordinates {
         /// The attributes that the material asks for.
         attributes: Option<Box<ShapeAttributes>>,
     },
+    /// Those within, and where a point lies.
+    Placed(Box<TextureCoordinates>),
     /// (radius, angle / 2π) in the plane of a disk.
     Disk {
         /// World space to the disk's own.
@@ -50,10 +52,15 @@ pub(super) enum TextureCoordinates {
 }
 
 impl TextureCoordinates {
-    /// The coordinates at `hit`, which is at `p()` in the space of the primitive, and the attributes of the mesh.
+    /// These, and where a point lies, if the material of the shape asks for that.
+    pub(super) fn placed(self, desc: &SceneDesc, bsdf: BsdfId) -> Self {
+        if is_placed(desc, bsdf) { Self::Placed(Box::new(self)) } else { self }
+    }
+
+    /// The coordinates at `hit`, which is at `world` and in the space of the primitive at `p()`, and the attributes of the mesh.
     #[inline(always)]
-    pub(super) fn at(&self, hit: &Hit, p: impl FnOnce() -> Vec3) -> TexturePoint {
-        let Self::Triangles { first, of, attributes } = self else { return self.of_round(p()).into() };
+    pub(super) fn at(&self, hit: &Hit, world: Vec3, p: impl FnOnce() -> Vec3) -> TexturePoint {
+        let Self::Triangles { first, of, attributes } = self else { return self.of_others(hit, world, p()) };
         let i = hit.prim.checked_sub(*first).map_or(usize::MAX, |i| i as usize);
         let uv = of.get(i).map_or(Vec2::ZERO, |[uv, du, dv]| *uv + *du * hit.uv[0] + *dv * hit.uv[1]);
         let mut at = TexturePoint::from(uv);
@@ -64,13 +71,21 @@ impl TextureCoordinates {
     }
 
     #[inline(never)]
+    fn of_others(&self, hit: &Hit, world: Vec3, p: Vec3) -> TexturePoint {
+        match self {
+            Self::Placed(within) => TexturePoint { p: world, ..within.at(hit, world, || p) },
+            _ => self.of_round(p).into(),
+        }
+    }
+
+    #[inline(never)]
     fn of_round(&self, p: Vec3) -> Vec2 {
         let angle = |p: DVec3| {
             let phi = p.y.atan2(p.x) as f32;
             if phi < 0.0 { phi + TAU } else { phi }
         };
         match self {
-            Self::Unused | Self::Triangles { .. } => Vec2::ZERO,
+            Self::Unused | Self::Placed(_) | Self::Triangles { .. } => Vec2::ZERO,
             Self::Disk { to_local, center } => {
                 let p = *to_local * (p.as_dvec3() - center.as_dvec3());
                 Vec2::new(p.truncate().length() as f32, angle(p) / TAU)
@@ -138,6 +153,20 @@ impl ShapeAttributes {
 pub(super) fn is_textured(desc: &SceneDesc, id: BsdfId) -> bool {
     desc.integrator.aovs.iter().any(|aov| aov.kind == AovKind::Uv)
         || desc.made_of(id).iter().any(|bsdf| bsdf.is_textured() || bsdf.bump().is_some())
+}
+
+/// True if a material, or one that it is made of, has a texture that depends on where a surface lies.
+pub(super) fn is_placed(desc: &SceneDesc, id: BsdfId) -> bool {
+    desc.made_of(id).iter().any(|bsdf| bsdf.asks_place())
+}
+
+/// The coordinates of the triangles from `first` on, with the attributes that the material asks for.
+pub(super) fn of_triangles(
+    first: u32,
+    of: Vec<[Vec2; 3]>,
+    attributes: Option<Box<ShapeAttributes>>,
+) -> TextureCoordinates {
+    TextureCoordinates::Triangles { first, of, attributes }
 }
 
 /// The coordinates of a shape that is not made of triangles.

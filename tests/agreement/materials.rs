@@ -150,6 +150,16 @@ fn lobes_of_version_0_6() {
     assert_all_pairs("phong and ward", &room_of([phong, ward]), PLAN, PHOTONS);
 }
 
+/// A coat over metal and over a map, and rough ones that absorb over matt and glossy shares.
+#[test]
+fn coats() {
+    let copper = "<bsdf type='coating'><rgb name='sigma_a' value='.1, .4, .6'/><bsdf type='roughconductor'>\
+        <string name='material' value='Cu'/><float name='alpha' value='.4'/></bsdf></bsdf>";
+    let paint = "<bsdf type='roughcoating'><float name='alpha' value='.3'/><float name='sigma_a' value='.3'/><float name='thickness' value='.5'/>\
+        <bsdf type='blendbsdf'><float name='weight' value='.5'/><bsdf type='diffuse'/><bsdf type='plastic'/></bsdf></bsdf>";
+    assert_all_pairs("coats", &room_of([copper, paint]), PLAN, PHOTONS);
+}
+
 #[test]
 fn diffuse_models_of_version_0_6() {
     let clay = "<bsdf type='roughdiffuse'><rgb name='reflectance' value='.7, .4, .3'/><float name='alpha' value='.6'/></bsdf>";

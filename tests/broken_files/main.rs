@@ -19,3 +19,4 @@ mod models;
 mod spectra;
 #[path = "../../tools/fuzz_targets/src/targets.rs"]
 mod targets;
+mod volumes;

@@ -222,7 +222,7 @@ fn colors_of_vertices_are_multiplied() {
         }))
     };
     let color_at = |color: &SpectrumTexture, attributes: [f32; 4]| {
-        let at = TexturePoint { uv: Vec2::splat(0.25), attributes };
+        let at = TexturePoint { attributes, ..Vec2::splat(0.25).into() };
         color.scalar(&at)
     };
     let paint =

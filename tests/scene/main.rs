@@ -30,4 +30,5 @@ mod shapes;
 mod sky;
 mod spectra;
 mod versions;
+mod volumes;
 mod xml;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use miette::Severity;
-use pointillist::scene::desc::{BsdfDesc, BsdfId, MaskDesc, MixtureDesc, WardVariant};
+use pointillist::scene::desc::{BsdfDesc, BsdfId, Facets, MaskDesc, MixtureDesc, WardVariant};
 use pointillist::scene::edit::{BsdfNumber, Edits, NewValue, Target, editable};
 use pointillist::scene::{FindingKind, Loaded, SceneError, load_str};
 use pointillist::spectrum::Spectrum;
@@ -213,20 +213,108 @@ fn normal_maps_by_other_names() {
     assert!(told.len() == 1 && told[0].0.contains("no `b`"), "{told:?}");
 }
 
-/// Coats are left out with a warning; what polarises lets through what it lets through of unpolarised light.
+/// Parameters and defaults of coats; what they stand over, and what is refused.
+#[test]
+fn coats() {
+    for plugin in ["coating", "roughcoating"] {
+        let bare = bsdf(&of(plugin, MATT));
+        let coat = bare.coat().expect("a coat");
+        assert!((coat.eta - 1.5168 / 1.000_277).abs() < 1e-3 && coat.thickness == 1.0, "{coat:?}");
+        assert!(*coat.sigma_a == constant(0.0) && *coat.specular_reflectance == constant(1.0), "{coat:?}");
+        let alpha = coat.roughness.map(|roughness| (roughness.facets, roughness.alpha));
+        assert_eq!(alpha, (plugin == "roughcoating").then_some((Facets::Beckmann, [0.1; 2])));
+        let text = [
+            float("intIOR", 1.75) + &float("extIOR", 1.25) + &float("thickness", 0.5),
+            "<spectrum name='sigmaA' value='2.5'/><spectrum name='specularReflectance' value='.25'/>".into(),
+            SHINY.into(),
+        ];
+        let full = bsdf(&of(plugin, &text.concat()));
+        let coat = full.coat().expect("a coat");
+        assert!((coat.eta - 1.4).abs() < 1e-6 && coat.thickness == 0.5, "{coat:?}");
+        assert!(*coat.sigma_a == constant(2.5) && *coat.specular_reflectance == constant(0.25), "{coat:?}");
+        // Without bound as a colour, and by a texture.
+        let (loaded, told) = read(&of(plugin, &format!("<rgb name='sigma_a' value='0.5, 2, 8'/>{MATT}")));
+        assert!(told.is_empty(), "{told:?}");
+        let [r, _, b] = shown(&loaded).coat().expect("a coat").sigma_a.mean().reflected_rgb();
+        assert!((r - 0.5).abs() < 0.2 && (b - 8.0).abs() < 0.4, "{r} {b}");
+        let board = "<texture type='checkerboard' name='sigma_a'/>";
+        assert!(bsdf(&of(plugin, &format!("{board}{MATT}"))).coat().expect("a coat").sigma_a.varies());
+        // Within a pair, a mixture and a map, and over them.
+        let picture = "<texture type='bitmap' name='m'><string name='filename' value='bsdf_bumpmap.png'/><boolean name='raw' value='true'/></texture>";
+        let both = of("blendbsdf", &format!("{}{MATT}{SHINY}", float("weight", 0.5)));
+        for inner in [MATT, SHINY, &of("plastic", ""), &of("twosided", MATT), &of("difftrans", ""), &both] {
+            let coated = of(plugin, inner);
+            bsdf(&coated);
+            bsdf(&of("bumpmap", &format!("{picture}{coated}")));
+            bsdf(&of(plugin, &of("bumpmap", &format!("{picture}{inner}"))));
+            bsdf(&of("mask", &coated));
+            bsdf(&of("blendbsdf", &format!("{}{coated}{MATT}", float("weight", 0.5))));
+        }
+        let (_, words, advice) = bsdf_told(&of(plugin, &of("mask", MATT)));
+        assert!(advice && words.contains("holes"), "{words}");
+        for (bad, kind) in [
+            (String::new(), FindingKind::Parameter),
+            (format!("{MATT}{MATT}"), FindingKind::Parameter),
+            (float("thickness", -1.0) + MATT, FindingKind::Value),
+            (format!("<spectrum name='sigmaA' value='-1'/>{MATT}"), FindingKind::Value),
+            (of("coating", MATT), FindingKind::Plugin),
+            (of("twosided", &of("roughcoating", MATT)), FindingKind::Plugin),
+        ] {
+            let error = try_read(&of(plugin, &bad)).expect_err("this must be refused");
+            assert_eq!((error.kind(), error.location().1), (kind, 2), "{bad}: {error:?}");
+        }
+        let (loaded, _) = read(&of("twosided", &of(plugin, MATT)));
+        let scene = Scene::prepare(&loaded.desc).expect("valid");
+        assert_eq!(scene.material_class(), MaterialClass::Mixed);
+    }
+}
+
+/// The weights of a mixture count in proportion; a coat's numbers and colours are its own.
+#[test]
+fn weights_and_coats_can_be_edited() {
+    let (loaded, _) = read(&mixture("0.5, 0.25 .25", &format!("{MATT}{SHINY}<bsdf type='phong'/>")));
+    let bsdf = loaded.desc.shapes[0].bsdf;
+    let labels: Vec<String> = editable(&loaded.desc, 0).into_iter().map(|value| value.label).collect();
+    for label in ["weight of the first part", "weight of the third part", "exponent of the third part"] {
+        assert!(labels.iter().any(|known| known == label), "no {label} in {labels:?}");
+    }
+    let mut edits = Edits::default();
+    for (number, value) in [(BsdfNumber::Weight1, 1.0), (BsdfNumber::Weight3, 0.75)] {
+        edits.set(Target::Number(bsdf, number), NewValue::Number(value)).expect("in range");
+    }
+    let changed = edits.apply(&loaded.desc).expect("the material is there");
+    let BsdfDesc::Mixture(mixture) = &changed.bsdfs[bsdf.0 as usize] else { panic!("a mixture") };
+    let shares: Vec<f32> = mixture.shares().map(|(_, share)| share).collect();
+    assert_eq!(shares, [0.5, 0.125, 0.375]);
+    Scene::prepare(&loaded.desc).expect("valid").edited(&changed).expect("valid");
+    assert!(edits.set(Target::Number(bsdf, BsdfNumber::Weight1), NewValue::Number(-0.1)).is_err());
+    // A mixture of nothing is black, and has no fourth weight.
+    for number in [BsdfNumber::Weight1, BsdfNumber::Weight2, BsdfNumber::Weight3] {
+        edits.set(Target::Number(bsdf, number), NewValue::Number(0.0)).expect("in range");
+    }
+    Scene::prepare(&edits.apply(&loaded.desc).expect("valid")).expect("valid");
+    assert!(Target::Number(bsdf, BsdfNumber::Weight4).get(&loaded.desc).is_err());
+
+    let (loaded, _) = read(&of("roughcoating", MATT));
+    let values = editable(&loaded.desc, 0);
+    for label in
+        ["thickness of the coat", "roughness of the coat", "index of refraction of the coat", "reflectance"]
+    {
+        assert!(values.iter().any(|value| value.label == label), "no {label} in {values:?}");
+    }
+    let mut edits = Edits::default();
+    let bsdf = loaded.desc.shapes[0].bsdf;
+    for (number, value) in [(BsdfNumber::Thickness, 2.0), (BsdfNumber::Alpha, 0.5)] {
+        edits.set(Target::Number(bsdf, number), NewValue::Number(value)).expect("in range");
+    }
+    let changed = edits.apply(&loaded.desc).expect("valid");
+    let coat = changed.bsdfs[bsdf.0 as usize].coat().expect("a coat");
+    assert_eq!((coat.thickness, coat.roughness.map(|r| r.alpha)), (2.0, Some([0.5; 2])));
+}
+
+/// What polarises lets through what it lets through of unpolarised light.
 #[test]
 fn stand_ins() {
-    let coat = format!("{}<spectrum name='sigmaA' value='2'/>{SHINY}", float("thickness", 0.5));
-    for plugin in ["coating", "roughcoating"] {
-        let (shown, words, advice) = bsdf_told(&of(plugin, &coat));
-        assert!(matches!(shown, BsdfDesc::RoughConductor(_)) && !advice, "{shown:?}");
-        assert!(words.contains(plugin), "{words}");
-        let error = try_read(&of(plugin, "")).expect_err("nothing to coat");
-        assert_eq!(error.location().1, 2);
-    }
-    let twosided = of("twosided", &of("coating", MATT));
-    assert!(matches!(bsdf_told(&twosided).0, BsdfDesc::TwoSided(_)));
-
     let (plastic, words, advice) = bsdf_told(&of("pplastic", &float("alpha", 0.25)));
     let BsdfDesc::RoughPlastic(plastic) = plastic else { panic!("{plastic:?}") };
     assert!(plastic.roughness.alpha == [0.25; 2] && advice && words.contains("pplastic"), "{words}");

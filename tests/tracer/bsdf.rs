@@ -2,10 +2,11 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::empirical::empirical_materials;
+use crate::coats::coats;
+use crate::empirical::{empirical_materials, phong, ward};
 use crate::support::scenes::{Random, assert_counts};
 use pointillist::scene::desc::{
-    ConductorDesc, DiffuseDesc, Facets, PrincipledLobes, RoughDielectricDesc, Roughness,
+    ConductorDesc, DiffuseDesc, Facets, PrincipledLobes, RoughDielectricDesc, Roughness, WardVariant,
 };
 use pointillist::scene::load_str;
 use pointillist::scene::texture::TexturePoint;
@@ -138,6 +139,7 @@ fn mixtures() -> Vec<(String, Bsdf, f32)> {
             share: share.into(),
             turned,
             bump: None,
+            coat: None,
         };
         let parts = parts.into_iter().map(part).collect();
         let bsdf =
@@ -209,6 +211,7 @@ fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
     all.extend(mixtures());
     all.extend(textured());
     all.extend(empirical_materials());
+    all.extend(coats());
     for facets in [Facets::Beckmann, Facets::Ggx] {
         for &alpha in alphas {
             let name = |kind: &str| format!("{kind} {facets:?} {alpha:?}");
@@ -455,6 +458,14 @@ fn extremes_stay_finite() {
     let numbers = [0.0, 1e-7, 0.5, 0.999_999_94];
     let alphas = [[1e-4, 1e-4], [1e-2, 1e-2], [1.0, 1.0], [100.0, 100.0], [1e-4, 1.0]];
     let mut all = materials(&alphas);
+    for exponent in [0.0, 1e3, 1e6] {
+        all.push((format!("phong {exponent}"), phong(exponent), 1.0));
+    }
+    for alpha in alphas {
+        for variant in [WardVariant::Ward, WardVariant::Duer, WardVariant::Balanced] {
+            all.push((format!("ward {variant:?} {alpha:?}"), ward(variant, alpha), 1.0));
+        }
+    }
     for eta in [1.000_2, 0.999_8, 1e-3, 1e3] {
         for alpha in alphas {
             let bsdf = glass(Facets::Ggx, alpha, [eta; 4]);

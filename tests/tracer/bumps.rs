@@ -16,7 +16,8 @@ use pointillist::spectrum::{SampledWavelengths, Spectrum};
 use pointillist::tracer::Scene;
 use pointillist::tracer::accel::Ray;
 use pointillist::tracer::bsdf::{
-    Bsdf, BumpMaterial, Material, MaterialModel, MaterialPart, Mirrors, MixtureMaterial, ScatteringModel,
+    Bsdf, BumpMaterial, CoatingMaterial, Material, MaterialModel, MaterialPart, Mirrors, MixtureMaterial,
+    PartCoat, ScatteringModel,
 };
 
 /// A file beside the pictures of the table scenes.
@@ -82,7 +83,8 @@ fn heights_are_lengths_of_the_world() {
             "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{shapes}</scene>"
         );
         let desc = load_str(&beside.display().to_string(), &text, &[]).expect("valid").desc;
-        let scene = Scene::prepare(&desc).expect("a scene");
+        // Also in a scene that was edited.
+        let scene = Scene::prepare(&desc).expect("a scene").edited(&desc).expect("a scene");
         let lambda = SampledWavelengths::sample(0.3);
         let value = |i: u32| {
             let at = DVec3::new(0.23 * f64::from(i % 7) - 0.7, 0.19 * f64::from(i / 7) - 0.6, 1.0) * size;
@@ -115,7 +117,7 @@ fn map(normal: Vec3, nested: u32) -> NormalMapDesc {
 
 fn bumped(material: &Material, map: &NormalMapDesc, share: f32) -> MaterialPart {
     let bump = BumpMaterial::new(&map.clone().into(), Mirrors::NONE);
-    MaterialPart { material: material.clone(), share: share.into(), turned: false, bump }
+    MaterialPart { material: material.clone(), share: share.into(), turned: false, bump, coat: None }
 }
 
 /// Materials without deltas in tilted frames.
@@ -167,10 +169,44 @@ fn materials() -> Vec<(String, Bsdf)> {
     ]
 }
 
+/// A tilted rough mirror and a tilted matt surface under a flat coat and a tilted one, smooth and rough.
+pub fn flat_and_tilted() -> Vec<(String, Bsdf)> {
+    let read = |coat: &str| {
+        let text = format!(
+            "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>\
+             <bsdf type='{coat}'><float name='alpha' value='.4'/><float name='sigma_a' value='.2'/><bsdf type='diffuse'/></bsdf></scene>"
+        );
+        let desc = load_str("coat.xml", &text, &[]).expect("valid").desc;
+        let coat = desc.bsdfs.iter().find_map(|bsdf| bsdf.coat()).expect("a coat");
+        CoatingMaterial::new(&coat, [])
+    };
+    let rough = Roughness { facets: Facets::Ggx, alpha: [0.4; 2] };
+    let (eta, k) = (Spectrum::Constant(0.0), Spectrum::Constant(1.0));
+    let specular_reflectance = Spectrum::Constant(1.0).into();
+    let metal = RoughConductorDesc { eta, k, specular_reflectance, roughness: rough, alpha: None };
+    let lambda = SampledWavelengths::sample(0.3);
+    let mut all = Vec::new();
+    for plugin in ["coating", "roughcoating"] {
+        for tilted in [false, true] {
+            for (name, desc) in [("white", BsdfDesc::grey(1.0)), ("metal", metal.clone().into())] {
+                let material = Material::new(&desc).expect("no mixture");
+                let part = bumped(&material, &map(Vec3::new(0.4, -0.2, 1.0), 0), 1.0);
+                let coat = Some(PartCoat { coat: read(plugin), tilted });
+                let parts = vec![MaterialPart { coat, ..part }];
+                let bsdf =
+                    MixtureMaterial { parts, has_holes: false }.bsdf(&TexturePoint::default(), &lambda);
+                let over = if tilted { "tilted" } else { "flat" };
+                all.push((format!("{over} {plugin} over {name}"), Bsdf::Mixture(bsdf)));
+            }
+        }
+    }
+    all
+}
+
 const VIEWS: [f32; 5] = [1.0, 0.6, 0.15, 0.02, -0.4];
 
 /// Counts and weights of one end's samples against the density and the value that `expected` states.
-fn check_samples(
+pub fn check_samples(
     what: &str,
     expected: impl Fn(Vec3) -> (f32, f32),
     mut sample: impl FnMut([f32; 2], f32) -> Option<(Vec3, f32)>,

@@ -26,11 +26,11 @@ fn spectrum(values: [f32; 4]) -> SampledSpectrum {
     SampledSpectrum(Vec4::from_array(values))
 }
 
-fn phong(exponent: f32) -> Bsdf {
+pub fn phong(exponent: f32) -> Bsdf {
     Phong::new(PhongLobe::new(exponent), [SPECULAR, ALBEDO].map(spectrum), false).into()
 }
 
-fn ward(variant: WardVariant, alpha: [f32; 2]) -> Bsdf {
+pub fn ward(variant: WardVariant, alpha: [f32; 2]) -> Bsdf {
     Ward::new(WardLobe::new(variant, alpha), [SPECULAR, ALBEDO].map(spectrum), false).into()
 }
 

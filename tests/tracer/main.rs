@@ -14,6 +14,7 @@ mod camera;
 mod casters;
 mod cells;
 mod choice;
+mod coats;
 mod curves;
 mod dispersion;
 mod effects_check;

@@ -44,10 +44,11 @@ impl BsdfDesc {
         self.parts().transmission.is_some_and(|factor| !factor.is_black())
     }
 
-    /// True for a material without a diffuse part whose factors are all black.
+    /// True for a material without a diffuse part whose factors are all black. A coat is none: something shines through it.
     pub(crate) fn is_black(&self) -> bool {
         let parts = self.parts();
         parts.albedo.is_none()
+            && parts.absorption.is_none()
             && [parts.reflection, parts.transmission].into_iter().flatten().all(SpectrumTexture::is_black)
     }
 

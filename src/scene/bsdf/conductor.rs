@@ -3,7 +3,7 @@
 use glam::Vec4;
 
 use super::dielectric::ior;
-use super::roughness::ReadRoughness;
+use super::roughness::{ReadRoughness, varying_roughness};
 use super::{AlphaTexture, BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Reader, Role, read_spectrum, shorten};
@@ -62,25 +62,7 @@ impl BsdfPlugin for RoughConductorDesc {
 
     parts! { reflection: specular_reflectance, eta: eta, k: k }
 
-    fn roughness(&self) -> Option<Roughness> {
-        Some(self.roughness)
-    }
-
-    fn number(&self, name: &str) -> Option<f32> {
-        self.roughness.number(name).filter(|_| self.alpha.is_none())
-    }
-
-    fn set_number(&mut self, name: &str, value: f32) {
-        self.roughness.set_number(name, value);
-    }
-
-    fn alpha(&self) -> Option<&AlphaTexture> {
-        self.alpha.as_deref()
-    }
-
-    fn alpha_mut(&mut self) -> Option<&mut AlphaTexture> {
-        self.alpha.as_deref_mut()
-    }
+    varying_roughness! {}
 }
 
 /// The complex index η + i k of a metal, relative to `ext_eta` in front of it, which version 0.6 of the format had.

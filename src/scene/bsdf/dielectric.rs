@@ -1,6 +1,6 @@
 //! `dielectric` and `roughdielectric`: an interface between two transparent media, and how an index of refraction is read.
 
-use super::roughness::ReadRoughness;
+use super::roughness::{ReadRoughness, varying_roughness};
 use super::{AlphaTexture, BsdfPlugin, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, Question, Reader, shorten};
@@ -79,25 +79,7 @@ impl BsdfPlugin for RoughDielectricDesc {
         ext_ior: ext_ior,
     }
 
-    fn roughness(&self) -> Option<Roughness> {
-        Some(self.roughness)
-    }
-
-    fn number(&self, name: &str) -> Option<f32> {
-        self.roughness.number(name).filter(|_| self.alpha.is_none())
-    }
-
-    fn set_number(&mut self, name: &str, value: f32) {
-        self.roughness.set_number(name, value);
-    }
-
-    fn alpha(&self) -> Option<&AlphaTexture> {
-        self.alpha.as_deref()
-    }
-
-    fn alpha_mut(&mut self) -> Option<&mut AlphaTexture> {
-        self.alpha.as_deref_mut()
-    }
+    varying_roughness! {}
 }
 
 /// An index of refraction: a number, or the name of a medium.

@@ -58,8 +58,21 @@ impl BsdfPlugin for BlendDesc {
 /// Several materials, each with the same share all over the surface.
 #[derive(Clone, Debug)]
 pub struct MixtureDesc {
-    /// The materials with their shares, which add up to 1. What a file leaves of 1 is black.
+    /// The materials with their weights from 0, which count in proportion; those of a file add up to 1. What a file leaves of 1 is black.
     pub parts: Vec<(BsdfId, f32)>,
+}
+
+/// Names of the weights, by which they are edited.
+const WEIGHTS: [&str; MOST_PARTS] = ["weight_1", "weight_2", "weight_3", "weight_4"];
+
+impl MixtureDesc {
+    /// The materials with their shares, which add up to 1; all of them are 0 where no weight is more.
+    pub fn shares(&self) -> impl Iterator<Item = (BsdfId, f32)> {
+        let sum: f32 = self.parts.iter().map(|(_, weight)| weight).sum();
+        // Weights of a file are shares already, but for their rounding.
+        let scale = if sum <= 0.0 || (sum - 1.0).abs() < 1e-6 { 1.0 } else { 1.0 / sum };
+        self.parts.iter().map(move |(bsdf, weight)| (*bsdf, weight * scale))
+    }
 }
 
 /// A rest smaller than this is a rounding of the weights.
@@ -117,6 +130,16 @@ impl BsdfPlugin for MixtureDesc {
     }
 
     parts! {}
+
+    fn number(&self, name: &str) -> Option<f32> {
+        let named = WEIGHTS.iter().zip(&self.parts).find(|(known, _)| **known == name);
+        named.map(|(_, (_, weight))| *weight)
+    }
+
+    fn set_number(&mut self, name: &str, value: f32) {
+        let named = WEIGHTS.iter().zip(&mut self.parts).find(|(known, _)| **known == name);
+        named.into_iter().for_each(|(_, (_, weight))| *weight = value);
+    }
 
     fn nested(&self) -> Vec<BsdfId> {
         self.parts.iter().map(|(bsdf, _)| *bsdf).collect()

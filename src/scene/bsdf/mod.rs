@@ -7,6 +7,7 @@
 
 mod bump;
 mod classes;
+mod coating;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -35,6 +36,7 @@ use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
 pub use bump::BumpDesc;
+pub use coating::CoatDesc;
 pub use mixed::MOST_PARTS;
 pub(crate) use parts::BsdfParts;
 use parts::parts;
@@ -121,6 +123,11 @@ pub(crate) trait BsdfPlugin: Sized {
 
     /// How it tilts the frame of the one that it is made of; `None` for what is no map of normals or heights.
     fn bump(&self) -> Option<&BumpDesc> {
+        None
+    }
+
+    /// The layer that it lays over the one that it is made of; `None` for what is no coat.
+    fn coat(&self) -> Option<CoatDesc<'_>> {
         None
     }
 }
@@ -224,6 +231,13 @@ macro_rules! bsdfs {
                 }
             }
 
+            /// The layer that it lays over the one that it is made of; `None` for what is no coat.
+            pub fn coat(&self) -> Option<CoatDesc<'_>> {
+                match self {
+                    $(Self::$kind(desc) => desc.coat(),)*
+                }
+            }
+
             /// True for a diffuse reflector or transmitter that is not Lambert's reflector.
             pub(crate) fn is_other_diffuse(&self) -> bool {
                 match self {
@@ -288,6 +302,10 @@ bsdfs! {
     NormalMap = bump::NormalMapDesc,
     /// A material whose normals follow from a picture of heights.
     BumpMap = bump::BumpMapDesc,
+    /// A material under a smooth transparent layer.
+    Coating = coating::CoatingDesc,
+    /// A material under a rough transparent layer.
+    RoughCoating = coating::RoughCoatingDesc,
     /// Two one-sided materials, one for each side.
     TwoSided = two_sided::TwoSidedDesc,
 }

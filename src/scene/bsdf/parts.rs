@@ -12,6 +12,8 @@ pub(crate) struct BsdfParts<T, S, I> {
     pub(crate) eta: Option<S>,
     /// Imaginary part of the same.
     pub(crate) k: Option<S>,
+    /// What a coat absorbs on a length of 1, without bound.
+    pub(crate) absorption: Option<T>,
     /// Index of refraction behind the surface, or of a coat.
     pub(crate) int_ior: Option<I>,
     /// Index of refraction in front of the surface.
@@ -28,6 +30,7 @@ impl<T, S, I> Default for BsdfParts<T, S, I> {
             transmission: None,
             eta: None,
             k: None,
+            absorption: None,
             int_ior: None,
             ext_ior: None,
             share: None,

@@ -89,6 +89,32 @@ impl AlphaTexture {
     }
 }
 
+/// Writes what [`BsdfPlugin`](super::BsdfPlugin) asks of a roughness, where `roughness` has it, or its mean, and `alpha` where it varies.
+macro_rules! varying_roughness {
+    () => {
+        fn roughness(&self) -> Option<crate::scene::bsdf::Roughness> {
+            Some(self.roughness)
+        }
+
+        fn number(&self, name: &str) -> Option<f32> {
+            self.roughness.number(name).filter(|_| self.alpha.is_none())
+        }
+
+        fn set_number(&mut self, name: &str, value: f32) {
+            self.roughness.set_number(name, value);
+        }
+
+        fn alpha(&self) -> Option<&crate::scene::bsdf::AlphaTexture> {
+            self.alpha.as_deref()
+        }
+
+        fn alpha_mut(&mut self) -> Option<&mut crate::scene::bsdf::AlphaTexture> {
+            self.alpha.as_deref_mut()
+        }
+    };
+}
+pub(super) use varying_roughness;
+
 /// Roughness as a file says it.
 pub(super) struct ReadRoughness {
     /// Where it varies, its mean.

@@ -1,35 +1,17 @@
-//! Plugins in whose place another material stands, which is told: coats, and what polarises light.
+//! Plugins in whose place another material stands, which is told: what polarises light.
 
 use super::{BsdfDesc, BsdfPlugin, MaskDesc, RoughPlasticDesc, default};
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::SceneError;
 use crate::scene::mitsuba::{Params, PluginTable, Reader, read_texture};
 use crate::spectrum::Spectrum;
 
 /// The plugins.
 pub(crate) const STAND_INS: PluginTable<BsdfDesc> = &[
-    ("coating", coating),
-    ("roughcoating", coating),
     ("pplastic", pplastic),
     ("polarizer", |reader, params| filter(reader, params, 0.5)),
     ("circular", |reader, params| filter(reader, params, 0.5)),
     ("retarder", |reader, params| filter(reader, params, 1.0)),
 ];
-
-/// A layer over a material, which is shown without it.
-fn coating(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {
-    let [inner] = *params.objects("bsdf").as_slice() else {
-        let message = format!("a `{}` has one bsdf, which it coats", params.plugin());
-        return Err(params.fault(FindingKind::Parameter, message).error());
-    };
-    let of_coat = ["int_ior", "ext_ior", "thickness", "sigma_a", "specular_reflectance"];
-    let of_facets = ["alpha", "distribution", "specular_sampling_weight", "sample_visible"];
-    of_coat.into_iter().chain(of_facets).for_each(|name| _ = params.has(name));
-    let found =
-        params.type_fault(format!("the coat is left out: the bsdf in the `{}` is shown", params.plugin()));
-    params.note(found.help("`plastic` and `roughplastic` are diffuse with a coat").warning());
-    let inner = super::read(reader, inner.0)?;
-    Ok(reader.lists.bsdfs[inner.0 as usize].clone())
-}
 
 /// `roughplastic` whose reflection polarises.
 fn pplastic(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BsdfDesc, SceneError> {

@@ -1,9 +1,12 @@
 //! Colours and numbers of materials, which may be textures: how they are read, and all those of a material.
 
-use super::BsdfDesc;
+use std::sync::Arc;
+
+use super::{BsdfDesc, BsdfParts};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::mitsuba::{Params, Reader, read_texture};
 use crate::scene::texture::{AttributeTexture, SpectrumTexture, TexturePoint};
+use crate::scene::volume::VolumeTexture;
 use crate::spectrum::Spectrum;
 
 /// A reflectance or transmittance, with its default.
@@ -61,26 +64,46 @@ pub(super) fn warn_of_more_than_one(
     }
 }
 
+/// All colours and factors.
+fn colors_of<T, S, I>(parts: BsdfParts<T, S, I>) -> impl Iterator<Item = T> {
+    let BsdfParts { albedo, reflection, transmission, absorption, share, .. } = parts;
+    [albedo, reflection, transmission, absorption, share].into_iter().flatten()
+}
+
 impl BsdfDesc {
     /// All colours, factors and textures of numbers.
     pub(crate) fn textures(&self) -> Vec<&SpectrumTexture> {
         let parts = self.parts();
-        let colors = [parts.albedo, parts.reflection, parts.transmission, parts.share].into_iter().flatten();
-        colors.chain(self.scalars()).collect()
+        colors_of(parts).chain(self.scalars()).collect()
     }
 
     /// The mesh attributes that its textures ask for, to change.
     pub(crate) fn for_each_attribute(&mut self, mut visit: impl FnMut(&mut AttributeTexture)) {
         let parts = self.parts_mut();
-        let colors = [parts.albedo, parts.reflection, parts.transmission, parts.share].into_iter().flatten();
-        colors.flat_map(SpectrumTexture::attributes_mut).for_each(&mut visit);
+        colors_of(parts).flat_map(SpectrumTexture::attributes_mut).for_each(&mut visit);
         self.scalars_mut().into_iter().flat_map(SpectrumTexture::attributes_mut).for_each(visit);
+    }
+
+    /// The textures over space in its textures, to change.
+    pub(crate) fn for_each_volume(&mut self, mut visit: impl FnMut(&mut Arc<VolumeTexture>)) {
+        if !self.textures().into_iter().any(SpectrumTexture::asks_place) {
+            return;
+        }
+        colors_of(self.parts_mut()).flat_map(SpectrumTexture::volumes_mut).for_each(&mut visit);
+        self.scalars_mut().into_iter().flat_map(SpectrumTexture::volumes_mut).for_each(visit);
+    }
+
+    /// True for a material with a texture that depends on where a surface lies.
+    pub(crate) fn asks_place(&self) -> bool {
+        self.textures().into_iter().any(SpectrumTexture::asks_place)
     }
 
     /// Replaces every texture by its mean.
     pub(crate) fn flatten(&mut self) {
         let parts = self.parts_mut();
-        for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
+        for texture in
+            [parts.albedo, parts.reflection, parts.transmission, parts.absorption].into_iter().flatten()
+        {
             *texture = texture.mean().into();
         }
         if let Some(share) = parts.share {

@@ -1,6 +1,6 @@
 //! `ward` of version 0.6: an elliptic lobe over a diffuse part, as measured from brushed metal and varnished wood.
 
-use super::roughness::ReadRoughness;
+use super::roughness::{ReadRoughness, varying_roughness};
 use super::textures::warn_of_more_than_one;
 use super::{AlphaTexture, BsdfPlugin, Facets, Roughness, color, parts};
 use crate::scene::diagnostic::SceneError;
@@ -59,23 +59,5 @@ impl BsdfPlugin for WardDesc {
 
     parts! { albedo: diffuse_reflectance, reflection: specular_reflectance }
 
-    fn roughness(&self) -> Option<Roughness> {
-        Some(self.roughness)
-    }
-
-    fn number(&self, name: &str) -> Option<f32> {
-        self.roughness.number(name).filter(|_| self.alpha.is_none())
-    }
-
-    fn set_number(&mut self, name: &str, value: f32) {
-        self.roughness.set_number(name, value);
-    }
-
-    fn alpha(&self) -> Option<&AlphaTexture> {
-        self.alpha.as_deref()
-    }
-
-    fn alpha_mut(&mut self) -> Option<&mut AlphaTexture> {
-        self.alpha.as_deref_mut()
-    }
+    varying_roughness! {}
 }

@@ -72,6 +72,7 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
                     " of the third part",
                     " of the fourth part",
                 ];
+                all.push((id, what));
                 open.extend(parts.iter().zip(PARTS).map(|((bsdf, _), what)| (*bsdf, what)).rev());
             }
             Some(BsdfDesc::Mask(MaskDesc { bsdf, .. })) => {
@@ -79,6 +80,10 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
                 open.push((*bsdf, what));
             }
             Some(bsdf) if let Some(bump) = bsdf.bump() => open.push((bump.bsdf, what)),
+            Some(bsdf) if let Some(coat) = bsdf.coat() => {
+                all.push((id, " of the coat"));
+                open.push((coat.bsdf, what));
+            }
             _ => all.push((id, what)),
         }
     }

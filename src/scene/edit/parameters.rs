@@ -59,6 +59,11 @@ bsdf_numbers! {
     ThinFilmThickness "thin_film_thickness" "thickness of the film" NANOMETERS "Its thickness in nm.",
     ThinFilmEta "thin_film_eta" "index of the film" FILM_ETA "Its index over that in front of it.",
     Weight "weight" "weight of the second part" SHARE "Share of the second material of a blend.",
+    Weight1 "weight_1" "weight of the first part" SHARE "Weight of the first material of a mixture; weights count in proportion.",
+    Weight2 "weight_2" "weight of the second part" SHARE "Weight of the second material of a mixture.",
+    Weight3 "weight_3" "weight of the third part" SHARE "Weight of the third material of a mixture.",
+    Weight4 "weight_4" "weight of the fourth part" SHARE "Weight of the fourth material of a mixture.",
+    Thickness "thickness" "thickness" THICKNESS "Thickness of a coat.",
     Exponent "exponent" "exponent" EXPONENT "Sharpness of the lobe of a Phong material.",
     Opacity "opacity" "opacity" SHARE "Share of a surface that is there.",
 }

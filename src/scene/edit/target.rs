@@ -152,6 +152,9 @@ impl NumberRange {
     /// Roughness of microfacets.
     pub(crate) const ALPHA: Self =
         Self { accepted: [1e-4, 1e4], slider: [1e-4, 1.0], wanted: "a roughness is from 0.0001 to 10000" };
+    /// The thickness of a coat.
+    pub(crate) const THICKNESS: Self =
+        Self { accepted: [0.0, 1e12], slider: [0.0, 10.0], wanted: "a thickness is from 0 to 1e12" };
     /// The exponent of a Phong lobe.
     pub(crate) const EXPONENT: Self = Self {
         accepted: [0.0, SHARPEST_PHONG as f64],

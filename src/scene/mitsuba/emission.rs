@@ -20,7 +20,14 @@ use crate::spectrum::emission_map::{self, TexelRepairs};
 use crate::spectrum::{EmissionMap, Spectrum};
 
 /// Every texture that can shine.
-const PLUGINS: PluginTable<EmissionTexture> = &[("bitmap", bitmap), ("checkerboard", checkerboard)];
+const PLUGINS: PluginTable<EmissionTexture> =
+    &[("bitmap", bitmap), ("checkerboard", checkerboard), ("volume", volume)];
+
+/// Light is sampled over texture coordinates, which say nothing of space.
+fn volume(_: &mut Reader<'_>, params: &Params<'_>) -> Result<EmissionTexture, SceneError> {
+    let found = params.type_fault("a `volume` does not shine here: it colours what light falls on");
+    Err(found.help("give a <texture type=\"bitmap\">").error())
+}
 
 /// What a light emits.
 pub(super) struct ReadEmission {

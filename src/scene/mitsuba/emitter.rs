@@ -15,6 +15,7 @@ use crate::scene::desc::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::emission_texture::EmissionProfile;
 use crate::scene::limits;
+use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::Spectrum;
 
 /// Every light that is not a shape.
@@ -188,6 +189,11 @@ fn spot(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<LightDesc, Scene
         return Err(found.help("both are angles to the axis").error());
     }
     let texture = texture::read(reader, params, "texture")?.filter(|t| *t != Spectrum::Constant(1.0));
+    if texture.as_ref().is_some_and(SpectrumTexture::asks_place) {
+        let found =
+            params.error("texture", "the texture of a spot is a picture: a `volume` shows on surfaces only");
+        return Err(found.help("give a <texture type=\"bitmap\">").error());
+    }
     let texture = texture.map(|texture| Arc::new(SpotTextureDesc { texture, to_world: to_world.matrix3 }));
     let intensity = emission::even(reader, params, "intensity")?;
     let axis = to_world.transform_vector3(DVec3::Z).normalize();

@@ -11,7 +11,8 @@
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
 //! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens, orthographic; films and filters |
 //! | integrator, sampler | `integrator.rs` | path, ptracer, depth and our own, layers of `aov`, methods that stand for others; any sampler |
-//! | texture | `texture.rs` | bitmap, checkerboard, mesh_attribute, product |
+//! | texture | `texture.rs` | bitmap, checkerboard, mesh_attribute, product, volume |
+//! | volume | `volume.rs` | gridvolume, constvolume, within the texture `volume` |
 //! | spectrum | `spectrum.rs` | uniform, d65, srgb, blackbody, regular, irregular |
 //! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!
@@ -46,6 +47,7 @@ mod unsupported;
 mod upgrade;
 mod value;
 mod variables;
+mod volume;
 mod walk;
 
 pub(crate) use document::ElementId;

@@ -9,6 +9,7 @@ use super::params::Params;
 use super::prefetch::Prefetched;
 use super::source::Span;
 use super::value::shorten;
+use super::volume::Grids;
 use super::{suggest, unsupported};
 use crate::image::bitmap::Bitmap;
 use crate::scene::desc::{
@@ -87,6 +88,8 @@ pub(crate) struct Known {
     pub(crate) area_lights: BTreeSet<ElementId>,
     /// Those that stand outside of shapes.
     pub(crate) lone_area_lights: Vec<ElementId>,
+    /// Grids of volumes.
+    pub(crate) grids: Grids,
     /// Textures that shine.
     pub(crate) emission_textures: BTreeMap<ElementId, Arc<EmissionTexture>>,
     /// Their pictures, as those in `bitmaps`.

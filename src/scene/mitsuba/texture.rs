@@ -9,7 +9,7 @@ use super::document::ElementId;
 use super::params::{Params, Question};
 use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
-use super::{spectrum, value};
+use super::{spectrum, value, volume};
 use crate::image::bitmap::Bitmap;
 use crate::image::error::ImageError;
 use crate::scene::desc::MeshAttribute;
@@ -27,6 +27,7 @@ pub(super) const PLUGINS: PluginTable<SpectrumTexture> = &[
     ("checkerboard", checkerboard),
     ("mesh_attribute", mesh_attribute),
     ("product", product),
+    ("volume", volume::volume),
 ];
 
 /// The parameter `name`, a reflectance or a factor: a texture, or a colour or spectrum that is the same everywhere. Nothing if it is
@@ -120,11 +121,7 @@ pub(super) fn picture(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Bi
             false
         }
     };
-    let wrap = match choice(params, "wrap_mode", &["repeat", "mirror", "clamp"])? {
-        0 => WrapMode::Repeat,
-        1 => WrapMode::Mirror,
-        _ => WrapMode::Clamp,
-    };
+    let wrap = wrap(params, WrapMode::Repeat)?;
     let to_uv = to_uv(params)?;
     let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
     let path = reader.document.resolve(&name, span);
@@ -154,6 +151,17 @@ pub(super) fn picture(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Bi
         }
     };
     Ok(BitmapParams { path, raw, bitmap, to_uv, wrap, nearest, span })
+}
+
+/// `wrap_mode`.
+pub(super) fn wrap(params: &Params<'_>, default: WrapMode) -> Result<WrapMode, SceneError> {
+    let clamps = default == WrapMode::Clamp;
+    let names = if clamps { ["clamp", "repeat", "mirror"] } else { ["repeat", "mirror", "clamp"] };
+    Ok(match names[choice(params, "wrap_mode", &names)?] {
+        "repeat" => WrapMode::Repeat,
+        "mirror" => WrapMode::Mirror,
+        _ => WrapMode::Clamp,
+    })
 }
 
 fn checkerboard(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
@@ -202,7 +210,7 @@ fn mesh_attribute(_: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTex
 }
 
 /// The index of the value of the string `name` among `names`, of which the first is the default.
-fn choice(params: &Params<'_>, name: &'static str, names: &[&str]) -> Result<usize, SceneError> {
+pub(super) fn choice(params: &Params<'_>, name: &'static str, names: &[&str]) -> Result<usize, SceneError> {
     params.default(name, names[0]);
     let Some(given) = params.string(name)? else { return Ok(0) };
     names.iter().position(|known| *known == given).ok_or_else(|| {

@@ -17,7 +17,6 @@ pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
         "measured_polarized",
         "its tables of measurements are not read: choose `principled` or `roughconductor`",
     ),
-    ("texture", "volume", "textures are pictures on surfaces: bake it into a `bitmap` or a `mesh_attribute`"),
     ("emitter", "timed_sunsky", "it changes within a picture: `sunsky` has the sky of one moment"),
     ("sensor", "batch", "a render has one sensor: give each a file that includes the scene"),
     ("sensor", "distant", NO_PICTURE),
@@ -38,8 +37,6 @@ pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
     ("phase", "rayleigh", MEDIA),
     ("phase", "sggx", MEDIA),
     ("phase", "tabphase", MEDIA),
-    ("volume", "constvolume", MEDIA),
-    ("volume", "gridvolume", MEDIA),
 ];
 
 /// Why a plugin of Mitsuba is not supported; `None` for one that is, or that Mitsuba does not have.

@@ -9,7 +9,7 @@ use crate::math::warp;
 use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-use super::scattering::lobe_probability;
+use super::scattering::{carried_mean, lobe_probability};
 use super::{BsdfSample, ScatteringModel};
 
 /// A lobe of reflectance 1. Both directions are above the horizon.
@@ -38,9 +38,8 @@ impl<L: Lobe> LobeOverDiffuse<L> {
     pub fn new(lobe: L, [specular, diffuse]: [SampledSpectrum; 2], hero_only: bool) -> Self {
         let scale = SampledSpectrum(Vec4::ONE / (specular + diffuse).0.max(Vec4::ONE));
         let [specular, diffuse] = [specular, diffuse].map(|factor| factor * scale);
-        let share = |factor: SampledSpectrum| if hero_only { factor.0.x } else { factor.mean() };
-        let both = share(specular) + share(diffuse);
-        let chance = if both > 0.0 { lobe_probability(share(specular) / both) } else { 0.0 };
+        let [lobes, base] = [specular, diffuse].map(|factor| carried_mean(factor, hero_only));
+        let chance = if lobes + base > 0.0 { lobe_probability(lobes / (lobes + base)) } else { 0.0 };
         Self { lobe, specular, diffuse, chance }
     }
 

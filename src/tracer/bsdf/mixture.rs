@@ -12,6 +12,7 @@ use crate::tracer::sampler::{NUMBER_STEP, attainable};
 use crate::tracer::wavelength_mis::Parted;
 
 use super::bump::{Bump, BumpMaterial};
+use super::coating::{Coating, CoatingMaterial};
 use super::scattering::{
     BsdfSample, LAST_LOBE, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel,
 };
@@ -38,6 +39,17 @@ pub struct MaterialPart {
     pub turned: bool,
     /// It is evaluated in a frame of its own, if it has a map of normals or heights; `turned` has no effect then.
     pub bump: Option<BumpMaterial>,
+    /// The layer over it.
+    pub coat: Option<PartCoat<CoatingMaterial>>,
+}
+
+/// A layer over a part of a mixture.
+#[derive(Clone, Copy, Debug)]
+pub struct PartCoat<C> {
+    /// The layer.
+    pub coat: C,
+    /// It is tilted with the material under it: otherwise it is flat, and the map of normals or heights, if there is one, is under it.
+    pub tilted: bool,
 }
 
 impl MaterialModel for MixtureMaterial {
@@ -50,13 +62,17 @@ impl MaterialModel for MixtureMaterial {
 
     fn at(&self, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Mixture {
         let bsdf = Diffuse::new(SampledSpectrum::ZERO).into();
-        let nothing = MixedPart { bsdf, share: 0.0, chance: 0.0, turned: false, bump: None };
+        let nothing = MixedPart { bsdf, share: 0.0, chance: 0.0, turned: false, bump: None, coat: None };
         let part = |part: &MaterialPart| MixedPart {
             bsdf: Unmixed::of(&part.material, context, lambda),
             share: part.share.at(&context.texture),
             chance: 0.0,
             turned: part.turned,
             bump: part.bump.as_ref().map(|bump| bump.at(context)),
+            coat: part.coat.as_ref().map(|PartCoat { coat, tilted }| PartCoat {
+                coat: coat.at(&context.texture, lambda),
+                tilted: *tilted,
+            }),
         };
         let mut parts: [MixedPart; MOST_PARTS] =
             std::array::from_fn(|i| self.parts.get(i).map_or(nothing, part));
@@ -100,11 +116,12 @@ struct MixedPart {
     chance: f32,
     turned: bool,
     bump: Option<Bump>,
+    coat: Option<PartCoat<Coating>>,
 }
 
 impl MixedPart {
     fn is_black(&self) -> bool {
-        self.bsdf.as_diffuse().is_some_and(|diffuse| diffuse.albedo.is_black())
+        self.coat.is_none() && self.bsdf.as_diffuse().is_some_and(|diffuse| diffuse.albedo.is_black())
     }
 
     /// A direction in the part's own frame, or back from it: a turn by 180° about the s axis.
@@ -113,19 +130,20 @@ impl MixedPart {
     }
 
     fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
-        match &self.bump {
-            None => self.bsdf.eval(self.turn(wo), self.turn(wi)),
-            Some(bump) => bump.eval(&self.bsdf, wo, wi),
+        match (&self.coat, &self.bump) {
+            (None, _) => Uncoated(self).eval(wo, wi),
+            (Some(PartCoat { coat, tilted: true }), Some(bump)) => bump.eval(&coat.over(self.bsdf), wo, wi),
+            (Some(PartCoat { coat, .. }), _) => coat.over(Uncoated(self)).eval(wo, wi),
         }
     }
 
     fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        match &self.bump {
-            None => {
-                let s = self.bsdf.sample(self.turn(wo), u, lobe)?;
-                Some(BsdfSample { wi: self.turn(s.wi), ..s })
+        match (&self.coat, &self.bump) {
+            (None, _) => Uncoated(self).sample(wo, u, lobe),
+            (Some(PartCoat { coat, tilted: true }), Some(bump)) => {
+                bump.sample(&coat.over(self.bsdf), wo, u, lobe)
             }
-            Some(bump) => bump.sample(&self.bsdf, wo, u, lobe),
+            (Some(PartCoat { coat, .. }), _) => coat.over(Uncoated(self)).sample(wo, u, lobe),
         }
     }
 
@@ -135,17 +153,73 @@ impl MixedPart {
     }
 
     fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        match &self.bump {
-            None => self.sample(wo, u, lobe),
-            Some(bump) => bump.sample_from_light(&self.bsdf, wo, u, lobe),
+        match (&self.coat, &self.bump) {
+            (None, _) => Uncoated(self).sample_from_light(wo, u, lobe),
+            (Some(PartCoat { coat, tilted: true }), Some(bump)) => {
+                bump.sample_from_light(&coat.over(self.bsdf), wo, u, lobe)
+            }
+            (Some(PartCoat { coat, .. }), _) => coat.over(Uncoated(self)).sample_from_light(wo, u, lobe),
         }
     }
 
     fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
-        match &self.bump {
-            None => self.bsdf.pdf_from_light(self.turn(wo), self.turn(wi)),
-            Some(bump) => bump.pdf_from_light(&self.bsdf, wo, wi),
+        match (&self.coat, &self.bump) {
+            (None, _) => Uncoated(self).pdf_from_light(wo, wi),
+            (Some(PartCoat { coat, tilted: true }), Some(bump)) => {
+                bump.pdf_from_light(&coat.over(self.bsdf), wo, wi)
+            }
+            (Some(PartCoat { coat, .. }), _) => coat.over(Uncoated(self)).pdf_from_light(wo, wi),
         }
+    }
+
+    /// The first number of the delta that `lobe` chooses, of a part with a coat.
+    fn delta_lobe(&self, coat: &Coating, wo: Vec3, lobe: f32) -> f32 {
+        coat.over(Uncoated(self)).delta_lobe(wo, lobe, false)
+    }
+}
+
+/// A part without its coat.
+#[derive(Clone, Copy)]
+struct Uncoated<'a>(&'a MixedPart);
+
+impl ScatteringModel for Uncoated<'_> {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
+        let part = self.0;
+        match &part.bump {
+            None => part.bsdf.eval(part.turn(wo), part.turn(wi)),
+            Some(bump) => bump.eval(&part.bsdf, wo, wi),
+        }
+    }
+
+    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        let part = self.0;
+        match &part.bump {
+            None => {
+                let s = part.bsdf.sample(part.turn(wo), u, lobe)?;
+                Some(BsdfSample { wi: part.turn(s.wi), ..s })
+            }
+            Some(bump) => bump.sample(&part.bsdf, wo, u, lobe),
+        }
+    }
+
+    fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
+        match &self.0.bump {
+            None => self.sample(wo, u, lobe),
+            Some(bump) => bump.sample_from_light(&self.0.bsdf, wo, u, lobe),
+        }
+    }
+
+    fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let part = self.0;
+        match &part.bump {
+            None => part.bsdf.pdf_from_light(part.turn(wo), part.turn(wi)),
+            Some(bump) => bump.pdf_from_light(&part.bsdf, wo, wi),
+        }
+    }
+
+    fn as_diffuse(&self) -> Option<&Diffuse> {
+        let part = self.0;
+        part.bsdf.as_diffuse().filter(|_| part.bump.is_none() && !part.turned)
     }
 }
 
@@ -183,6 +257,12 @@ impl Mixture {
 
     fn any(&self, is: impl Fn(&Unmixed) -> bool) -> bool {
         self.parts.iter().any(|part| part.share > 0.0 && is(&part.bsdf))
+    }
+
+    /// True where a part has a rough coat.
+    fn any_rough_coat(&self) -> bool {
+        let is_rough = |coat: PartCoat<Coating>| coat.coat.is_rough();
+        self.parts.iter().any(|part| part.share > 0.0 && part.coat.is_some_and(is_rough))
     }
 }
 
@@ -236,11 +316,11 @@ impl ScatteringModel for Mixture {
     }
 
     fn is_delta(&self) -> bool {
-        !self.any(|bsdf| !bsdf.is_delta())
+        !self.any(|bsdf| !bsdf.is_delta()) && !self.any_rough_coat()
     }
 
     fn is_glossy(&self) -> bool {
-        self.any(Unmixed::is_glossy)
+        self.any(Unmixed::is_glossy) || self.any_rough_coat()
     }
 
     fn transmits(&self) -> bool {
@@ -261,10 +341,14 @@ impl ScatteringModel for Mixture {
         Parted { eta2: Vec4::select(usable, eta2, Vec4::ONE), ..Parted::NOTHING }
     }
 
-    fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
-        let number = |(part, first): (&MixedPart, f32)| match transmitted {
-            true => first + (part.chance - NUMBER_STEP),
-            false => first,
+    fn delta_lobe(&self, wo: Vec3, lobe: f32, transmitted: bool) -> f32 {
+        let number = |(part, first): (&MixedPart, f32)| match (transmitted, &part.coat) {
+            (true, _) => first + (part.chance - NUMBER_STEP),
+            (false, None) => first,
+            (false, Some(PartCoat { coat, .. })) => {
+                let within = part.delta_lobe(coat, wo, ((lobe - first) / part.chance).min(LAST_LOBE));
+                first + within * part.chance
+            }
         };
         self.part_at(lobe).map_or(lobe, number)
     }

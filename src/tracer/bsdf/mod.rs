@@ -46,6 +46,7 @@
 //! of one material stand in one file.
 
 mod bump;
+mod coating;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -77,9 +78,10 @@ use crate::tracer::light_groups::GroupCredits;
 use crate::tracer::wavelength_mis::Parted;
 
 pub use bump::{BumpMaterial, Mirrors};
+pub use coating::{Coating, CoatingMaterial};
 pub use lobe::{Lobe, LobeOverDiffuse};
 pub use microfacet::Microfacet;
-pub use mixture::{MaterialPart, Mixture, MixtureMaterial};
+pub use mixture::{MaterialPart, Mixture, MixtureMaterial, PartCoat};
 pub use phong::PhongLobe;
 pub use plastic::{Base, Coat, Transmittance, internal_reflectance};
 pub use scattering::{
@@ -117,10 +119,12 @@ macro_rules! bsdfs {
                     $(BsdfDesc::$rough(desc) => Self::$rough(desc.into()),)*
                     BsdfDesc::Blend(_)
                     | BsdfDesc::BumpMap(_)
+                    | BsdfDesc::Coating(_)
                     | BsdfDesc::Mask(_)
                     | BsdfDesc::Mixture(_)
                     | BsdfDesc::NormalMap(_)
                     | BsdfDesc::Null(_)
+                    | BsdfDesc::RoughCoating(_)
                     | BsdfDesc::TwoSided(_) => return None,
                 })
             }

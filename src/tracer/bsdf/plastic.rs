@@ -12,7 +12,7 @@ use crate::scene::texture::TexturePoint;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
-use super::scattering::lobe_probability;
+use super::scattering::{carried_mean, lobe_probability};
 use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, fresnel};
 
 /// A diffuse base under a smooth coat.
@@ -166,8 +166,7 @@ impl ScatteringModel for Plastic {
 /// The part of `coat` in the sum of both, as the carried wavelengths see it; 1 when both are black.
 #[inline]
 fn share(coat: SampledSpectrum, base: SampledSpectrum, hero_only: bool) -> f32 {
-    let mean = |s: SampledSpectrum| if hero_only { s.0.x } else { s.mean() };
-    let (coat, base) = (mean(coat), mean(base));
+    let (coat, base) = (carried_mean(coat, hero_only), carried_mean(base, hero_only));
     if base > 0.0 { coat / (coat + base) } else { 1.0 }
 }
 
@@ -264,6 +263,45 @@ pub struct Coat {
     pub transmittance: Transmittance,
 }
 
+/// A direction into which a rough coat reflects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CoatSample {
+    /// The direction, which may be below the horizon.
+    pub(super) wi: Vec3,
+    /// The weight of a reflection that single precision does not tell from a single direction ([`Microfacet::resolves`]).
+    pub(super) delta: Option<f32>,
+}
+
+impl Coat {
+    /// `F D G₁G₁ / (4 cos θₒ)` and the density of the choice, both directions above the horizon; `None` for what is a delta.
+    #[inline]
+    pub(super) fn reflection(&self, wo: Vec3, wi: Vec3) -> Option<(f32, f32)> {
+        let Self { eta, microfacet, .. } = self;
+        let half = wo + wi;
+        microfacet.resolves(half).then(|| {
+            let length = half.length();
+            let density = microfacet.d(half * (1.0 / length)) / (4.0 * microfacet.cross_section(wo));
+            // As a product of the normal and a direction the cosine would have lost its digits where both directions graze.
+            let r = fresnel::dielectric((0.5 * length).min(1.0), Vec4::splat(*eta)).x;
+            (r * density * microfacet.g1(wi), density)
+        })
+    }
+
+    /// Mirrors in a visible facet.
+    #[inline]
+    pub(super) fn sample_reflection(&self, wo: Vec3, u: [f32; 2]) -> CoatSample {
+        let Self { eta, microfacet, .. } = self;
+        let m = microfacet.sample_visible(wo, u);
+        let cos = wo.dot(m);
+        let wi = (m * (2.0 * cos) - wo).normalize();
+        let delta = (!microfacet.resolves(wo + wi)).then(|| {
+            let r = fresnel::dielectric(cos.clamp(0.0, 1.0), Vec4::splat(*eta)).x;
+            r * microfacet.g1(wi)
+        });
+        CoatSample { wi, delta }
+    }
+}
+
 impl RoughPlastic {
     /// `reflectance`: factor on the reflection of the coat; `hero_only`: only the hero wavelength is carried.
     #[inline]
@@ -280,18 +318,12 @@ impl ScatteringModel for RoughPlastic {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return None;
         }
-        let Coat { eta, microfacet, transmittance } = &self.coat;
+        let transmittance = &self.coat.transmittance;
         let t_o = transmittance.at(wo.z);
         let p = coat_probability(1.0 - t_o, t_o, self.coat_share)?;
-        let half = wo + wi;
-        let (coat, density) = if microfacet.resolves(half) {
-            let length = half.length();
-            let density = microfacet.d(half * (1.0 / length)) / (4.0 * microfacet.cross_section(wo));
-            // As a product of the normal and a direction the cosine would have lost its digits where both directions graze.
-            let r = fresnel::dielectric((0.5 * length).min(1.0), Vec4::splat(*eta)).x;
-            (self.reflectance * (r * density * microfacet.g1(wi)), density)
-        } else {
-            (SampledSpectrum::ZERO, 0.0)
+        let (coat, density) = match self.coat.reflection(wo, wi) {
+            Some((value, density)) => (self.reflectance * value, density),
+            None => (SampledSpectrum::ZERO, 0.0),
         };
         let base = self.base * (t_o * transmittance.at(wi.z) * wi.z * FRAC_1_PI);
         let pdf = p * density + (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z);
@@ -304,16 +336,12 @@ impl ScatteringModel for RoughPlastic {
         if wo.z <= 0.0 {
             return None;
         }
-        let Coat { eta, microfacet, transmittance } = &self.coat;
-        let t_o = transmittance.at(wo.z);
+        let t_o = self.coat.transmittance.at(wo.z);
         let p = coat_probability(1.0 - t_o, t_o, self.coat_share)?;
         let wi = if lobe < p {
-            let m = microfacet.sample_visible(wo, u);
-            let cos = wo.dot(m);
-            let wi = (m * (2.0 * cos) - wo).normalize();
-            if !microfacet.resolves(wo + wi) {
-                let r = fresnel::dielectric(cos.clamp(0.0, 1.0), Vec4::splat(*eta)).x;
-                let weight = self.reflectance * (r * microfacet.g1(wi) / p);
+            let CoatSample { wi, delta } = self.coat.sample_reflection(wo, u);
+            if let Some(weight) = delta {
+                let weight = self.reflectance * (weight / p);
                 return (wi.z > 0.0).then_some(BsdfSample::delta(wi, weight, p));
             }
             wi

@@ -20,12 +20,18 @@ pub(super) const LAST_LOBE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A lobe with any light in it has at least this probability, 2⁻¹²: rounding to the grid of random numbers is then no step of its
 /// density that counts.
-const LEAST_LOBE: f32 = 1.0 / 4096.0;
+pub(super) const LEAST_LOBE: f32 = 1.0 / 4096.0;
 
 /// The probability with which a lobe number is below it, for a lobe that wants the share `p` from 0 to 1 of the samples.
 #[inline]
 pub(super) fn lobe_probability(p: f32) -> f32 {
     attainable(if p > 0.0 && p < LEAST_LOBE { LEAST_LOBE } else { p })
+}
+
+/// The mean of a factor over the wavelengths that a path carries: its first lane, if it carries the hero only.
+#[inline]
+pub(super) fn carried_mean(factor: SampledSpectrum, hero_only: bool) -> f32 {
+    if hero_only { factor.0.x } else { factor.mean() }
 }
 
 /// A direction chosen by a material.
@@ -219,9 +225,9 @@ pub trait ScatteringModel: Copy {
         [None; 2]
     }
 
-    /// A lobe number that chooses the same delta as `lobe` did, reflection or transmission, at all wavelengths that choose it at all.
+    /// A lobe number that chooses the same delta as `lobe` did for `wo`, reflection or transmission, at all wavelengths that choose it at all.
     #[inline]
-    fn delta_lobe(&self, _lobe: f32, transmitted: bool) -> f32 {
+    fn delta_lobe(&self, _wo: Vec3, _lobe: f32, transmitted: bool) -> f32 {
         if transmitted { LAST_LOBE } else { 0.0 }
     }
 

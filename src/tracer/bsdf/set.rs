@@ -92,8 +92,8 @@ macro_rules! bsdf_set {
             }
 
             #[inline]
-            fn delta_lobe(&self, lobe: f32, transmitted: bool) -> f32 {
-                match self { $(Self::$kind(bsdf) => bsdf.delta_lobe(lobe, transmitted),)* }
+            fn delta_lobe(&self, wo: Vec3, lobe: f32, transmitted: bool) -> f32 {
+                match self { $(Self::$kind(bsdf) => bsdf.delta_lobe(wo, lobe, transmitted),)* }
             }
 
             #[inline]

@@ -7,9 +7,9 @@ use glam::Vec4;
 use crate::color::srgb;
 use crate::math::random::Random;
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, BumpDesc, DielectricDesc, DiffuseDesc, Facets, LightDesc, MaskDesc, Mesh, Name,
-    NormalMapDesc, PlasticDesc, ProjectorDesc, RoughPlasticDesc, Roughness, SceneDesc, ShapeDesc, ShapeKind,
-    SpotDesc, SpotTextureDesc,
+    BsdfDesc, BsdfId, BumpDesc, CoatDesc, DielectricDesc, DiffuseDesc, Facets, LightDesc, MaskDesc, Mesh,
+    Name, NormalMapDesc, PlasticDesc, ProjectorDesc, RoughPlasticDesc, Roughness, SceneDesc, ShapeDesc,
+    ShapeKind, SpotDesc, SpotTextureDesc,
 };
 use crate::scene::texture::{BitmapTexture, SpectrumTexture};
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
@@ -259,7 +259,9 @@ fn grey(desc: &mut SceneDesc) {
         bsdf.set_number("thin_film_weight", 0.0);
         let parts = bsdf.parts_mut();
         [parts.int_ior, parts.ext_ior].into_iter().flatten().for_each(at_sodium);
-        for texture in [parts.albedo, parts.reflection, parts.transmission].into_iter().flatten() {
+        for texture in
+            [parts.albedo, parts.reflection, parts.transmission, parts.absorption].into_iter().flatten()
+        {
             *texture = texture.grey();
         }
         for index in [parts.eta, parts.k].into_iter().flatten() {
@@ -310,8 +312,18 @@ fn crown(ior: &Ior) -> Ior {
     Ior::Cauchy { a: ior.eval(Vec4::splat(SODIUM_D)).x - b / (SODIUM_D * 1e-3).powi(2), b }
 }
 
-/// Replaces every material of which `is` holds by its diffuse part; one without a diffuse part becomes black.
+/// Replaces every material of which `is` holds by its diffuse part, and a coat by what is under it; one without either becomes black.
 fn strip(desc: &mut SceneDesc, is: fn(&BsdfDesc) -> bool) {
+    for i in 0..desc.bsdfs.len() {
+        // Ends where coats form a circle, which preparing refuses.
+        for _ in 0..desc.bsdfs.len() {
+            let Some(CoatDesc { bsdf, .. }) = desc.bsdfs[i].coat().filter(|_| is(&desc.bsdfs[i])) else {
+                break;
+            };
+            let Some(inner) = desc.bsdfs.get(bsdf.0 as usize) else { break };
+            desc.bsdfs[i] = inner.clone();
+        }
+    }
     for bsdf in desc.bsdfs.iter_mut().filter(|bsdf| is(bsdf)) {
         let reflectance = bsdf.parts().albedo.cloned().unwrap_or(Spectrum::Constant(0.0).into());
         *bsdf = DiffuseDesc { reflectance }.into();
@@ -347,7 +359,7 @@ fn disperses(bsdf: &BsdfDesc) -> bool {
 /// True for a material that depends on the wavelength in any way.
 fn is_colored(bsdf: &BsdfDesc) -> bool {
     let parts = bsdf.parts();
-    let textures = [parts.albedo, parts.reflection, parts.transmission];
+    let textures = [parts.albedo, parts.reflection, parts.transmission, parts.absorption];
     let colored = textures.into_iter().flatten().any(|texture| !texture.is_grey())
         || [parts.eta, parts.k].into_iter().flatten().any(|spectrum| !spectrum.is_constant());
     !bsdf.is_black() && (colored || has_dispersive_index(bsdf) || bsdf.is_iridescent())

@@ -50,7 +50,9 @@ impl<'a> Used<'a> {
     pub(super) fn mixes(&self) -> bool {
         let mixed = |i: &usize| {
             let bsdf = &self.desc.bsdfs[*i];
-            matches!(bsdf, BsdfDesc::Blend(_) | BsdfDesc::Mixture(_)) || bsdf.bump().is_some()
+            matches!(bsdf, BsdfDesc::Blend(_) | BsdfDesc::Mixture(_))
+                || bsdf.bump().is_some()
+                || bsdf.coat().is_some()
         };
         self.bsdfs.iter().any(mixed)
     }

@@ -233,13 +233,12 @@ impl Geometry {
             Some(along) if along.is_empty() => tangents::of_shape(shape),
             Some(along) => Tangents::Each { first: first as u32, along },
         });
-        self.uvs.push(match input.uvs {
+        let coordinates = match input.uvs {
             None => TextureCoordinates::Unused,
             Some(uvs) if uvs.is_empty() => texture_coordinates::of_shape(shape),
-            Some(of) => {
-                TextureCoordinates::Triangles { first: first as u32, of, attributes: input.attributes }
-            }
-        });
+            Some(of) => texture_coordinates::of_triangles(first as u32, of, input.attributes),
+        };
+        self.uvs.push(coordinates.placed(desc, shape.bsdf));
         if input.dropped > 0 {
             self.notices.push(format!(
                 "{}: {} primitives have no area, or coordinates beyond 1e12 times the size of most shapes, and were dropped",

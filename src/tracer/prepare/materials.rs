@@ -4,11 +4,12 @@ use glam::Vec3;
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{
-    BlendDesc, BsdfDesc, BsdfId, BumpDesc, MOST_PARTS, MaskDesc, MixtureDesc, ShapeKind, TwoSidedDesc,
+    BlendDesc, BsdfDesc, BsdfId, BumpDesc, CoatDesc, MOST_PARTS, MaskDesc, ShapeKind, TwoSidedDesc,
 };
 use crate::spectrum::Spectrum;
 use crate::tracer::bsdf::{
-    BumpMaterial, Material, MaterialPart, Mirrors, MixtureMaterial, Sides, SurfaceShare,
+    BumpMaterial, CoatingMaterial, Material, MaterialPart, Mirrors, MixtureMaterial, PartCoat, Sides,
+    SurfaceShare,
 };
 use crate::tracer::effects::at_sodium;
 use crate::tracer::opacity::Opacity;
@@ -81,9 +82,9 @@ fn prepare(descs: &[BsdfDesc], before: &[Material]) -> Result<(Vec<Material>, Ve
     let mut side = |id: u32, behind: bool| {
         let (parts, has_holes, two_sided) = Default::default();
         let mut layout = Layout { descs, before, of_back: behind, parts, has_holes, two_sided };
-        layout.add(BsdfId(id), LayoutRole { share: SurfaceShare::ALL, behind, bump: None }, 0)?;
+        layout.add(BsdfId(id), LayoutRole { share: SurfaceShare::ALL, behind, bump: None, coat: None }, 0)?;
         let index = match layout.parts.as_slice() {
-            [LayoutPart { id, turned: false, bump: None, .. }] => own[id.0 as usize],
+            [LayoutPart { id, turned: false, bump: None, coat: None, .. }] => own[id.0 as usize],
             // All of it is passed.
             [] => {
                 materials.extend(Material::new(&BsdfDesc::grey(0.0)));
@@ -129,6 +130,8 @@ struct LayoutPart {
     share: SurfaceShare,
     turned: bool,
     bump: Option<LayoutBump>,
+    /// The coat over it, and whether the map is over the coat.
+    coat: Option<PartCoat<BsdfId>>,
 }
 
 /// A map of normals or heights over a material in a layout.
@@ -146,12 +149,14 @@ struct LayoutRole {
     behind: bool,
     /// The map that tilts it.
     bump: Option<LayoutBump>,
+    /// The coat over it, and whether the map is over the coat.
+    coat: Option<PartCoat<BsdfId>>,
 }
 
 impl Layout<'_> {
     /// Adds a material and all that it is made of.
     fn add(&mut self, id: BsdfId, role: LayoutRole, depth: usize) -> Result<(), PrepareError> {
-        let LayoutRole { share, behind, bump } = role;
+        let LayoutRole { share, behind, bump, coat } = role;
         let descs = self.descs;
         if depth > descs.len() {
             return Err(PrepareError::NestedTwoSided { id });
@@ -160,17 +165,17 @@ impl Layout<'_> {
         match descs.get(id.0 as usize) {
             None => return Err(PrepareError::UnknownMaterial { id }),
             Some(BsdfDesc::TwoSided(TwoSidedDesc { front, back })) => {
-                add(if behind { *back } else { *front }, LayoutRole { share, behind: false, bump })?;
+                add(if behind { *back } else { *front }, LayoutRole { share, behind: false, bump, coat })?;
                 self.two_sided = true;
             }
             Some(BsdfDesc::Blend(BlendDesc { weight, bsdfs: [first, second] })) => {
                 add(*first, LayoutRole { share: share.rest_of(weight), ..role })?;
                 add(*second, LayoutRole { share: share.of(weight), ..role })?;
             }
-            Some(BsdfDesc::Mixture(MixtureDesc { parts })) => {
-                for (bsdf, weight) in parts {
-                    let share = share.of(&Spectrum::Constant(*weight).into());
-                    add(*bsdf, LayoutRole { share, ..role })?;
+            Some(BsdfDesc::Mixture(mixture)) => {
+                for (bsdf, part) in mixture.shares() {
+                    let share = share.of(&Spectrum::Constant(part).into());
+                    add(bsdf, LayoutRole { share, ..role })?;
                 }
             }
             Some(BsdfDesc::Mask(MaskDesc { bsdf, opacity })) => {
@@ -180,10 +185,17 @@ impl Layout<'_> {
             Some(BsdfDesc::Null(_)) => self.has_holes |= !share.is_none(),
             Some(map) if let Some(BumpDesc { bsdf, .. }) = map.bump() => {
                 // Of several maps within each other, which no file has, the innermost counts.
-                add(*bsdf, LayoutRole { share, behind, bump: Some(LayoutBump { id, behind }) })?;
+                add(*bsdf, LayoutRole { share, behind, bump: Some(LayoutBump { id, behind }), coat })?;
+            }
+            // Of several coats over each other, which no file has, the innermost counts.
+            Some(over) if let Some(CoatDesc { bsdf, .. }) = over.coat() => {
+                let coat = Some(PartCoat { coat: id, tilted: bump.is_some() });
+                add(bsdf, LayoutRole { share, behind, bump, coat })?;
             }
             // What has no share is not made, but it may have two sides.
-            Some(_) if !share.is_none() => self.parts.push(LayoutPart { id, share, turned: behind, bump }),
+            Some(_) if !share.is_none() => {
+                self.parts.push(LayoutPart { id, share, turned: behind, bump, coat });
+            }
             Some(_) => {}
         }
         if self.parts.len() > MOST_PARTS { Err(PrepareError::TooManyParts { id }) } else { Ok(()) }
@@ -197,7 +209,7 @@ impl Layout<'_> {
     }
 
     fn mixture(&self) -> MixtureMaterial {
-        let part = |LayoutPart { id, share, turned, bump }: &LayoutPart| {
+        let part = |LayoutPart { id, share, turned, bump, coat }: &LayoutPart| {
             let mut desc = self.descs[id.0 as usize].clone();
             // Each wavelength goes its own way in one glass, but not in several at once.
             if desc.transmits() {
@@ -206,9 +218,22 @@ impl Layout<'_> {
             }
             let (share, turned) = (share.clone(), *turned);
             let bump = bump.and_then(|bump| self.bump(bump, turned));
-            Some(MaterialPart { material: material(&desc, self.before)?, share, turned, bump })
+            let coat = coat.and_then(|coat| self.coat(coat));
+            Some(MaterialPart { material: material(&desc, self.before)?, share, turned, bump, coat })
         };
         MixtureMaterial { parts: self.parts.iter().filter_map(part).collect(), has_holes: self.has_holes }
+    }
+
+    /// A coat, with the table of a scene before.
+    fn coat(&self, PartCoat { coat, tilted }: PartCoat<BsdfId>) -> Option<PartCoat<CoatingMaterial>> {
+        let mixtures = self.before.iter().filter_map(|known| match known {
+            Material::Mixture(mixture) => Some(mixture),
+            _ => None,
+        });
+        let known =
+            mixtures.flat_map(|mixture| &mixture.parts).filter_map(|part| part.coat.as_ref()?.coat.rough());
+        let desc = self.descs[coat.0 as usize].coat()?;
+        Some(PartCoat { coat: CoatingMaterial::new(&desc, known), tilted })
     }
 
     /// A map over a material that is seen from behind if `turned`. The frame of a back is that of the front turned by 180° about its s

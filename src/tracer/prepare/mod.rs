@@ -228,7 +228,8 @@ impl Scene {
             return Ok(anew.expect("the processor is the same, and nobody else has the new geometry"));
         }
         let desc = &planned(desc);
-        let SceneMaterials { materials, surfaces, opacities } = materials::of(desc, &self.materials)?;
+        let SceneMaterials { materials, surfaces, opacities } =
+            materials::of(&desc.with_materials_in_rendering_space(), &self.materials)?;
         let (mut lights, mut chains) = (self.lights.relit(spectra(desc)), self.chains.clone());
         let specular_uses = SpecularUse::of_surfaces(desc);
         if specular_uses != self.specular_uses {

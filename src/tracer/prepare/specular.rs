@@ -115,8 +115,11 @@ fn continues(desc: &SceneDesc, id: BsdfId) -> bool {
 fn casts(desc: &SceneDesc, id: BsdfId) -> bool {
     let Some(bsdf) = desc.bsdfs.get(id.0 as usize) else { return false };
     let is_smooth = bsdf.roughness().is_none_or(|r| r.alpha[0] * r.alpha[1] <= ROUGHEST * ROUGHEST);
-    // A pane bends nothing.
-    let own =
-        bsdf.is_specular() && is_smooth && !bsdf.is_diffuse() && !matches!(bsdf, BsdfDesc::ThinDielectric(_));
+    // A pane bends nothing, and what is under a coat says for itself.
+    let own = bsdf.is_specular()
+        && is_smooth
+        && !bsdf.is_diffuse()
+        && !matches!(bsdf, BsdfDesc::ThinDielectric(_))
+        && bsdf.coat().is_none();
     own || bsdf.nested().into_iter().any(|id| casts(desc, id))
 }

@@ -42,6 +42,7 @@ struct ShapeStructure {
     brushed: bool,
     bumpy: bool,
     textured: bool,
+    placed: bool,
 }
 
 /// A light that is not a shape, without its spectrum.
@@ -78,6 +79,7 @@ impl SceneStructure {
             emission_profile: shape.emission_profile.clone(),
             brushed: tangents::is_brushed(desc, shape.bsdf),
             bumpy: tangents::has_bump(desc, shape.bsdf),
+            placed: texture_coordinates::is_placed(desc, shape.bsdf),
             textured: texture_coordinates::is_textured(desc, shape.bsdf),
         };
         let light = |light: &LightDesc| match light {

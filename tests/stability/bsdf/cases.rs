@@ -2,14 +2,18 @@
 
 use glam::{Vec3, Vec4};
 
-use pointillist::scene::desc::{DiffuseDesc, Facets, PrincipledLobes, RoughDielectricDesc, Roughness};
-use pointillist::scene::texture::TexturePoint;
+use pointillist::scene::desc::{
+    BsdfDesc, BsdfId, CoatDesc, DiffuseDesc, Facets, PrincipledLobes, RoughConductorDesc,
+    RoughDielectricDesc, Roughness, SHARPEST_PHONG, WardVariant,
+};
+use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use pointillist::tracer::bsdf::{
-    Base, Bsdf, Coat, Conductor, Dielectric, Diffuse, Material, MaterialModel, MaterialPart, Microfacet,
-    MixtureMaterial, Plastic, Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
-    ThinDielectric, ThinFilm, Transmittance, fresnel, internal_reflectance,
+    Base, Bsdf, Coat, CoatingMaterial, Conductor, Dielectric, Diffuse, DiffuseTransmitter, Material,
+    MaterialModel, MaterialPart, Microfacet, MixtureMaterial, PartCoat, Phong, PhongLobe, Plastic,
+    Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughDiffuse, RoughPlastic, ThinDielectric,
+    ThinFilm, Transmittance, Ward, WardLobe, fresnel, internal_reflectance,
 };
 
 use super::quadrature::{density_of_normals, lattice, normal};
@@ -105,14 +109,73 @@ fn blend(alpha: f32, eta: f32) -> Bsdf {
         roughness: Roughness { facets: Facets::Ggx, alpha: [alpha; 2] },
         alpha: None,
     };
-    let part =
-        |material, share: f32| MaterialPart { material, share: share.into(), turned: false, bump: None };
+    let part = |material, share: f32| MaterialPart {
+        material,
+        share: share.into(),
+        turned: false,
+        bump: None,
+        coat: None,
+    };
     let parts = vec![
         part(Material::RoughDielectric(glass.into()), 0.3),
         part(Material::Diffuse(DiffuseDesc { reflectance: constant(1.0).into() }), 0.7),
     ];
     let lambda = SampledWavelengths::sample(0.3);
     Bsdf::Mixture(MixtureMaterial { parts, has_holes: false }.bsdf(&TexturePoint::default(), &lambda))
+}
+
+/// A description's material, with a coat over it.
+fn coated(desc: BsdfDesc, coat: CoatDesc<'_>) -> Bsdf {
+    let material = Material::new(&desc).expect("one material");
+    let coat = Some(PartCoat { coat: CoatingMaterial::new(&coat, []), tilted: false });
+    let parts = vec![MaterialPart { material, share: 1.0.into(), turned: false, bump: None, coat }];
+    let lambda = SampledWavelengths::sample(0.3);
+    Bsdf::Mixture(MixtureMaterial { parts, has_holes: false }.bsdf(&TexturePoint::default(), &lambda))
+}
+
+/// Coats of an index, smooth and rough, over white and over metal that loses nothing.
+fn coats(alpha: f32, eta: f32) -> [(&'static str, Bsdf); 3] {
+    let constant = |v: f32| SpectrumTexture::from(Spectrum::Constant(v));
+    let (clear, one) = (constant(0.0), constant(1.0));
+    let coat = |roughness| CoatDesc {
+        bsdf: BsdfId(0),
+        eta,
+        thickness: 1.0,
+        sigma_a: &clear,
+        specular_reflectance: &one,
+        roughness,
+    };
+    let rough = Roughness { facets: Facets::Ggx, alpha: [alpha; 2] };
+    let silver = RoughConductorDesc {
+        eta: Spectrum::Constant(0.0),
+        k: Spectrum::Constant(1.0),
+        specular_reflectance: constant(1.0),
+        roughness: rough,
+        alpha: None,
+    };
+    [
+        ("coating over white", coated(BsdfDesc::grey(1.0), coat(None))),
+        ("coating over metal", coated(silver.into(), coat(None))),
+        ("roughcoating over white", coated(BsdfDesc::grey(1.0), coat(Some(rough)))),
+    ]
+}
+
+/// Materials of version 0.6 without an index, with the width of their lobes and the most that they return.
+fn empirical(alpha: f32) -> Vec<(&'static str, Bsdf, f32, Energy)> {
+    let half = [SampledSpectrum::splat(0.5); 2];
+    let exponent = (2.0 / (alpha * alpha) - 2.0).clamp(0.0, SHARPEST_PHONG);
+    let ward = |variant| Ward::new(WardLobe::new(variant, [alpha; 2]), half, false).into();
+    let at_most = Energy::AtMost;
+    let width = (2.0 / (exponent + 2.0)).sqrt();
+    vec![
+        ("roughdiffuse", RoughDiffuse::new(ONE, alpha, false).into(), 1.0, at_most(1.3)),
+        ("roughdiffuse, fast", RoughDiffuse::new(ONE, alpha, true).into(), 1.0, at_most(1.3)),
+        ("phong", Phong::new(PhongLobe::new(exponent), half, false).into(), width, at_most(1.0)),
+        ("ward, balanced", ward(WardVariant::Balanced), alpha, at_most(1.0)),
+        // Without a bound, as published: at 89.9999° this much.
+        ("ward", ward(WardVariant::Ward), alpha, at_most(1e4)),
+        ("ward-duer", ward(WardVariant::Duer), alpha, at_most(1e7)),
+    ]
 }
 
 /// The list. The coat of rough plastic lets through what a table over 16 angles says, which is off by .08 where all happens below one
@@ -128,6 +191,19 @@ pub fn all() -> Vec<Case> {
         transmits: false,
         energy: Energy::All,
     }];
+    let sheet = DiffuseTransmitter::new(ONE).into();
+    all.push(Case { model: "difftrans", bsdf: sheet, transmits: true, ..all[0].clone() });
+    // Narrower lobes around the mirror direction are rounder than those of facets, for which the points of the integrals are chosen.
+    for alpha in [0.01, 0.03, 0.1, 0.25, 1.0] {
+        for (model, bsdf, width, energy) in empirical(alpha) {
+            if model == "phong" && alpha < 0.1 {
+                continue;
+            }
+            let width = f64::from(width).max(1e-4);
+            let alpha = LobeWidths { mirror: width, refract: width, pane: 1.0 };
+            all.push(Case { model, bsdf, alpha, energy, ..all[0].clone() });
+        }
+    }
     for index in INDICES {
         let behind = f64::from(index);
         let splat = SampledSpectrum::splat;
@@ -169,6 +245,15 @@ pub fn all() -> Vec<Case> {
                 add("roughdielectric", glass, alpha, behind, true, single(Energy::SingleInterface));
             }
             add("roughplastic", rough_plastic(alpha, index), alpha, 1.0, false, Energy::AtMost(1.1));
+            // Light that leaves a coat fans out, and so do its lobes.
+            for (model, bsdf) in coats(alpha, index) {
+                // Of a roughness of 1e-4 at an index of 1.0003 the density adds up to 1.004 at 89°.
+                if model == "coating over metal" && alpha < 1e-2 {
+                    continue;
+                }
+                let wide = if model == "coating over metal" { alpha * index } else { alpha };
+                add(model, bsdf, wide, 1.0, false, Energy::AtMost(1.1));
+            }
             add("blendbsdf", blend(alpha, index), alpha, behind, true, Energy::AtMost(1.0));
             let burley = Energy::AtMost(2.2);
             let facets = lobes(alpha, index);

@@ -92,8 +92,13 @@ fn b5_lobes_that_are_rarely_chosen() {
             specular_reflectance: Spectrum::Constant(1.0).into(),
         };
         let white = DiffuseDesc { reflectance: Spectrum::Constant(1.0).into() };
-        let part =
-            |material, share: f32| MaterialPart { material, share: share.into(), turned: false, bump: None };
+        let part = |material, share: f32| MaterialPart {
+            material,
+            share: share.into(),
+            turned: false,
+            bump: None,
+            coat: None,
+        };
         let parts =
             vec![part(Material::Conductor(mirror), share), part(Material::Diffuse(white), 1.0 - share)];
         let material = MixtureMaterial { parts, has_holes: false };

@@ -9,7 +9,7 @@ mod notes;
 mod trial;
 
 use super::params::Question;
-use super::{emitter, integrator, sensor, shape, spectrum, texture};
+use super::{emitter, integrator, sensor, shape, spectrum, texture, volume};
 use crate::scene::bsdf;
 use trial::DocumentationRun;
 
@@ -80,6 +80,9 @@ fn names<P>(table: &[(&'static str, P)]) -> Vec<&'static str> {
 const TOP: &[PluginPlace] = &[place("", "", "")];
 const IN_BSDF: &[PluginPlace] = &[place("<bsdf type='diffuse'>", "name='reflectance'", "</bsdf>")];
 
+const IN_TEXTURE: &[PluginPlace] =
+    &[place("<bsdf type='diffuse'><texture type='volume' name='reflectance'>", "", "</texture></bsdf>")];
+
 /// Every kind of plugin.
 const KINDS: &[KindTable] = &[
     KindTable {
@@ -93,6 +96,7 @@ const KINDS: &[KindTable] = &[
         places: TOP,
     },
     KindTable { name: "texture", plugins: || names(texture::PLUGINS), places: IN_BSDF },
+    KindTable { name: "volume", plugins: || names(volume::PLUGINS), places: IN_TEXTURE },
     KindTable {
         name: "emitter",
         plugins: || [emitter::AREA.to_vec(), names(emitter::PLUGINS)].concat(),

@@ -53,8 +53,13 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
         "of version 0.6; `variant` is `ward`, `ward-duer` or `balanced`, of which only the last never reflects more than arrives",
     ),
     ("bsdf", "difftrans", "of version 0.6"),
-    ("bsdf", "coating", "of version 0.6; the coat is left out, with a warning: the bsdf in it is shown"),
-    ("bsdf", "roughcoating", "as `coating`"),
+    (
+        "bsdf",
+        "coating",
+        "of version 0.6; over any bsdf but another coat; its index counts at the sodium line; light that the coat throws back to the bsdf in it is \
+         lost, as in version 0.6",
+    ),
+    ("bsdf", "roughcoating", "as `coating`; a texture of `alpha` counts by its mean"),
     ("bsdf", "pplastic", "light has no polarisation: rendered as `roughplastic`"),
     ("bsdf", "polarizer", "lets half of `transmittance` straight through, as of unpolarised light"),
     ("bsdf", "circular", "as `polarizer`"),
@@ -91,6 +96,17 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
         "texture",
         "product",
         "two textures multiplied, which Mitsuba has not; its mean is the product of their means",
+    ),
+    (
+        "texture",
+        "volume",
+        "the values of a <volume> where a surface lies in world space; of what an instance shows, where the instance shows it; not for what emits",
+    ),
+    (
+        "volume",
+        "gridvolume",
+        "a `.vol` of version 3 of 32-bit or 16-bit floats or bytes (Mitsuba reads the first only); with one channel a number, with three a \
+         colour, with others their mean counts",
     ),
     (
         "emitter",

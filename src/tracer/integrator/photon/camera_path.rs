@@ -304,7 +304,7 @@ impl RecordedScattering {
     ) -> Self {
         let BsdfSample { wi, pdf, delta, transmitted, .. } = *sample;
         let scale = 1.0 / pdf.0 * roulette;
-        let lobe = vertex.bsdf.delta_lobe(lobe, transmitted);
+        let lobe = vertex.bsdf.delta_lobe(vertex.wo, lobe, transmitted);
         let material = scene.material_index(&vertex.hit);
         let context = scene.surface_material(&vertex.hit).context;
         Self { material, context, wo: vertex.wo, wi, delta, transmitted, lobe, scale }
