@@ -18,3 +18,4 @@ mod models;
 mod spectra;
 #[path = "../../tools/fuzz_targets/src/targets.rs"]
 mod targets;
+mod usd;
