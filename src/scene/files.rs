@@ -105,6 +105,11 @@ impl SceneFiles {
         self.made.extend(made);
     }
 
+    /// The same files without those that are only in memory.
+    pub(crate) fn on_disk(&self) -> Self {
+        Self { made: BTreeMap::new(), progress: Arc::clone(&self.progress) }
+    }
+
     /// The bytes of a file of at most `limit` bytes.
     pub(crate) fn read(&self, path: &Path, limit: u64) -> Result<Cow<'_, [u8]>, ReadError> {
         if let Some(bytes) = self.made.get(path) {

@@ -19,4 +19,5 @@ mod models;
 mod spectra;
 #[path = "../../tools/fuzz_targets/src/targets.rs"]
 mod targets;
+mod usd;
 mod volumes;

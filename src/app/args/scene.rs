@@ -14,7 +14,7 @@ use crate::tracer::accel::SimdKernel;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Scene and light transport")]
 pub struct SceneArgs {
-    /// The scene, a Mitsuba XML file of version 0.4 to 3; or a model by itself: OBJ, PLY, glTF or GLB.
+    /// The scene, a Mitsuba XML file of version 0.4 to 3; or a model by itself: OBJ, PLY, glTF (GLB) or USD (usda, usdc, usdz).
     ///
     /// A model has the materials, lights and cameras of its file; where it has none, it stands in a soft sky, and the camera sees
     /// all of it.

@@ -1,4 +1,4 @@
-//! Models as scenes: OBJ with its materials, PLY and glTF, without a scene file around them.
+//! Models as scenes: OBJ with its materials, PLY, glTF and USD, without a scene file around them.
 //!
 //! A model becomes the text of a scene that Mitsuba's reader then reads, and files in memory that the text names: meshes as PLY,
 //! pictures of which a material needs one channel or a multiple. So every material, texture and check exists once, and what
@@ -11,17 +11,24 @@
 //! | `mtl.rs`, `obj_material.rs` | MTL files; what bsdf each of their materials is |
 //! | `ply.rs` | PLY: its colours and pictures |
 //! | `gltf/` | glTF 2.0: nodes, lights and cameras; buffers; materials; pictures |
+//! | `usd/` | USD: composed stages, materials, lights, cameras |
+//! | `surface.rs`, `specular.rs`, `picture_changes.rs`, `mesh_shape.rs` | what glTF and USD share: materials, their pictures, meshes at places |
 //! | `stage.rs` | what a model lacks: a sky, a camera that sees all of it |
 //!
 //! Units are those of glTF, one to one: a radiance of 1 in the scene is 1 cd/m², a point of 1 cd has the intensity 1.
 
 mod gltf;
+mod mesh_shape;
 mod mtl;
 mod obj;
 mod obj_material;
+mod picture_changes;
 mod ply;
+mod specular;
 mod stage;
+mod surface;
 mod text;
+mod usd;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -42,6 +49,8 @@ pub enum ModelFormat {
     Ply,
     /// glTF 2.0, as text or in one binary file.
     Gltf,
+    /// Pixar's USD, as text, as a binary crate or in a package.
+    Usd,
 }
 
 impl ModelFormat {
@@ -52,6 +61,7 @@ impl ModelFormat {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
             "gltf" | "glb" => Some(Self::Gltf),
+            "usd" | "usda" | "usdc" | "usdz" => Some(Self::Usd),
             _ => None,
         }
     }
@@ -81,6 +91,7 @@ pub(crate) fn read(path: &Path, format: ModelFormat, files: &SceneFiles) -> Resu
         ModelFormat::Obj => obj::read(&mut text, files)?,
         ModelFormat::Ply => ply::read(&mut text, files)?,
         ModelFormat::Gltf => gltf::read(&mut text, files)?,
+        ModelFormat::Usd => usd::read(&mut text, files)?,
     }
     if text.is_too_long() {
         let message =
@@ -88,7 +99,8 @@ pub(crate) fn read(path: &Path, format: ModelFormat, files: &SceneFiles) -> Resu
         let found = finding(path, FindingKind::Limit, [1, 1], message);
         return Err(found.help("it shows shapes that emit at too many places").error());
     }
-    Ok(ModelScene { srgb_pictures: format == ModelFormat::Gltf, ..text.finish() })
+    let srgb_pictures = matches!(format, ModelFormat::Gltf | ModelFormat::Usd);
+    Ok(ModelScene { srgb_pictures, ..text.finish() })
 }
 
 /// A finding about a model as a whole, or at a line and column of it.

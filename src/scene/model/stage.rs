@@ -50,6 +50,14 @@ fn air(y: f64) -> DVec3 {
     if y > 0.0 { horizon.lerp(zenith, y.sqrt()) } else { horizon.lerp(floor, (-y * 6.0).min(1.0).sqrt()) }
 }
 
+/// The transform of what looks along −z with +x to the right, as one that looks along +z with +x to the left, without scale.
+pub(super) fn looking(to_world: &DAffine3) -> DAffine3 {
+    let ahead = to_world.transform_vector3(DVec3::NEG_Z).normalize();
+    let up = to_world.transform_vector3(DVec3::Y);
+    let left = up.cross(ahead).normalize_or(ahead.any_orthonormal_vector());
+    DAffine3::from_mat3_translation(DMat3::from_cols(left, ahead.cross(left), ahead), to_world.translation)
+}
+
 /// Moves the camera so that it sees the whole model, from the front, its side and above.
 pub(crate) fn frame(desc: &mut SceneDesc) {
     let Some((center, radius)) = bounds(desc) else { return };
@@ -78,17 +86,21 @@ fn bounds(desc: &SceneDesc) -> Option<(DVec3, f64)> {
     (center.is_finite() && radius2 > 0.0 && radius2.is_finite()).then(|| (center, radius2.sqrt()))
 }
 
-/// Calls `visit` with every vertex in the world. A model has no other shapes than meshes and instances of such.
+/// Calls `visit` with every vertex of meshes and every control point of curves in the world. Other shapes of models are lights.
 fn points(desc: &SceneDesc, visit: &mut impl FnMut(DVec3)) {
     for shape in &desc.shapes {
         let instance = matches!(shape.kind, ShapeKind::Instance(_));
         let outer = if instance { shape.to_world } else { DAffine3::IDENTITY };
         for ShapeDesc { kind, to_world, .. } in desc.parts(shape) {
-            if let ShapeKind::Mesh(id) = kind
-                && let Some(mesh) = desc.meshes.get(id.0 as usize)
-            {
-                let to_world = outer * *to_world;
-                mesh.positions.iter().for_each(|p| visit(to_world.transform_point3(p.as_dvec3())));
+            let to_world = outer * *to_world;
+            let mut at = |p: glam::Vec3| visit(to_world.transform_point3(p.as_dvec3()));
+            match kind {
+                ShapeKind::Mesh(id) => {
+                    let mesh = desc.meshes.get(id.0 as usize);
+                    mesh.iter().flat_map(|mesh| &mesh.positions).for_each(|p| at(*p));
+                }
+                ShapeKind::Curves(curves) => curves.points.iter().for_each(|p| at(p.truncate())),
+                _ => {}
             }
         }
     }

@@ -19,6 +19,8 @@ pub(super) struct SceneText<'a> {
     pub(super) path: &'a Path,
     /// The model has a light of its own, so that it needs no sky.
     pub(super) lit: bool,
+    /// It has a light all around, of which a scene can have one.
+    pub(super) domed: bool,
     /// It has a camera.
     pub(super) framed: bool,
     out: String,
@@ -40,6 +42,7 @@ impl<'a> SceneText<'a> {
         Self {
             path,
             lit: false,
+            domed: false,
             framed: false,
             out: "<scene version=\"3.0.0\">\n".to_owned(),
             depth: 1,

@@ -8,7 +8,7 @@ use egui_file_dialog::{DialogState, FileDialog};
 use crate::client::window::action::Action;
 
 /// Endings of what can be opened.
-const SCENES: [&str; 5] = ["xml", "gltf", "glb", "obj", "ply"];
+const SCENES: [&str; 9] = ["xml", "gltf", "glb", "usd", "usda", "usdc", "usdz", "obj", "ply"];
 
 /// Endings of pictures that the light mix may look like.
 const IMAGES: [&str; 10] = ["png", "exr", "jpg", "jpeg", "hdr", "pfm", "bmp", "tga", "webp", "ktx2"];

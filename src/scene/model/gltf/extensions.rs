@@ -15,27 +15,11 @@ use serde_json::Value;
 
 use super::json::{extension, number, numbers, share, shares};
 use super::materials::MaterialReader;
-use super::pictures::Change;
-use super::textures::MaterialValue;
+use crate::scene::model::picture_changes::Change;
+use crate::scene::model::surface::{MaterialValue, Parameters, gloss, index_of, is_grey, luminance};
 
 /// Index of refraction of a material that gives none.
 const ETA: f32 = 1.5;
-
-/// Parameters of a bsdf.
-pub(super) type Parameters = Vec<(&'static str, MaterialValue)>;
-
-/// `clearcoat_gloss` of the α that a roughness of glTF means: it runs from α = .1 to α = .001.
-pub(super) fn gloss(roughness: f32) -> f32 {
-    ((0.1 - roughness * roughness) / 0.099).clamp(0.0, 1.0)
-}
-
-fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
-fn is_grey([r, g, b]: [f32; 3]) -> bool {
-    r == g && g == b
-}
 
 /// The index of refraction, from that of the material and the strength of its reflection.
 pub(super) fn index_of_refraction(reader: &mut MaterialReader<'_, '_, '_>, transmits: bool) -> f32 {
@@ -60,12 +44,6 @@ pub(super) fn index_of_refraction(reader: &mut MaterialReader<'_, '_, '_>, trans
     }
     let at_normal = ((eta - 1.0) / (eta + 1.0)).powi(2) * factor * luminance(tint).max(0.0);
     index_of(at_normal.min(1.0))
-}
-
-/// The index of refraction that reflects this much at normal incidence.
-pub(super) fn index_of(at_normal: f32) -> f32 {
-    let root = at_normal.clamp(0.0, 0.9).sqrt();
-    (1.0 + root) / (1.0 - root)
 }
 
 /// A clear coat, where `kind` can have one.

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use glam::DAffine3;
 use gltf::Semantic;
 use gltf::mesh::Mode;
 use serde_json::Value;
@@ -10,24 +9,15 @@ use serde_json::Value;
 use super::buffers::Buffers;
 use super::cutout::CutVertices;
 use super::json;
-use super::materials::{EmittedRadiance, Materials, VertexColors};
+use super::materials::{Materials, VertexColors};
 use super::pose::{MeshPose, PoseKey};
+use crate::scene::model::mesh_shape::MeshShape;
 use crate::scene::model::text::{PlyVertices, SceneText, ply_with_opacities};
-
-/// A primitive: a mesh file with its material.
-#[derive(Clone)]
-pub(super) struct PrimitiveShape {
-    file: String,
-    bsdf: String,
-    /// Facets: the primitive has no normals.
-    flat: bool,
-    pub(super) emission: Option<EmittedRadiance>,
-}
 
 /// The primitives of each mesh that was asked for, in each of its poses.
 pub(super) struct ModelPrimitives<'r> {
     root: &'r Value,
-    known: BTreeMap<usize, BTreeMap<PoseKey, Vec<PrimitiveShape>>>,
+    known: BTreeMap<usize, BTreeMap<PoseKey, Vec<MeshShape>>>,
     materials: Materials<'r>,
 }
 
@@ -44,7 +34,7 @@ impl<'r> ModelPrimitives<'r> {
         pose: &MeshPose,
         text: &mut SceneText<'_>,
         buffers: &mut Buffers<'r>,
-    ) -> Result<Vec<PrimitiveShape>, String> {
+    ) -> Result<Vec<MeshShape>, String> {
         let poses = self.known.entry(mesh.index()).or_default();
         if let Some(known) = poses.get(&pose.key()) {
             return Ok(known.clone());
@@ -83,7 +73,7 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         name: &str,
         pose: &MeshPose,
         materials: &mut Materials<'r>,
-    ) -> Result<Option<PrimitiveShape>, String> {
+    ) -> Result<Option<MeshShape>, String> {
         let material = json::index(self.object, "material");
         let cut = match self.primitive.mode() {
             Mode::Triangles => triangles as fn(&[u32]) -> Vec<[u32; 3]>,
@@ -136,7 +126,7 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
         let vertices = PlyVertices { positions: &positions, normals: &normals, uvs: &uvs, colors: &colors };
         self.buffers.spend(48 * positions.len() + 13 * triangles.len())?;
         let file = self.text.file(name, ply_with_opacities(&vertices, &opacities, &triangles));
-        Ok(Some(PrimitiveShape { file, bsdf, flat: normals.is_empty(), emission }))
+        Ok(Some(MeshShape { file, bsdf, flat: normals.is_empty(), emission }))
     }
 
     /// Drops an attribute that belongs to more or fewer vertices than there are.
@@ -206,32 +196,4 @@ fn strip(corners: &[u32]) -> Vec<[u32; 3]> {
 fn fan(corners: &[u32]) -> Vec<[u32; 3]> {
     let Some((first, rest)) = corners.split_first() else { return Vec::new() };
     rest.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect()
-}
-
-impl PrimitiveShape {
-    /// Writes it at this place.
-    pub(super) fn write(&self, text: &mut SceneText<'_>, to_world: &DAffine3) {
-        self.write_side(text, to_world, false);
-        // An area light shines from one side: the other is a shape of its own at the same place.
-        if self.emission.as_ref().is_some_and(|emission| emission.both_sides) {
-            self.write_side(text, to_world, true);
-        }
-    }
-
-    fn write_side(&self, text: &mut SceneText<'_>, to_world: &DAffine3, back: bool) {
-        text.shape("ply", &self.file, &self.bsdf, |text| {
-            if *to_world != DAffine3::IDENTITY {
-                text.transform("to_world", to_world);
-            }
-            if self.flat {
-                text.value("boolean", "face_normals", true);
-            }
-            if back {
-                text.value("boolean", "flip_normals", true);
-            }
-            if let Some(emission) = &self.emission {
-                text.object("emitter", "area", &[], |text| emission.write(text));
-            }
-        });
-    }
 }

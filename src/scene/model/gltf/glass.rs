@@ -2,8 +2,8 @@
 
 use super::extensions::index_of_refraction;
 use super::json::{extension, number, shares};
-use super::materials::{MaterialReader, SurfaceModel};
-use super::textures::MaterialValue;
+use super::materials::MaterialReader;
+use crate::scene::model::surface::{MaterialValue, SurfaceModel};
 
 /// A glass of this index is none: it is never closer to 1.
 const LEAST_ETA: f32 = 1.001;

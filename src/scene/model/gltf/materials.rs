@@ -20,13 +20,15 @@ use serde_json::Value;
 
 use super::buffers::Buffers;
 use super::extensions::{
-    Parameters, anisotropy, clearcoat, diffuse_transmission, index_of_refraction, iridescence, sheen,
+    anisotropy, clearcoat, diffuse_transmission, index_of_refraction, iridescence, sheen,
 };
 use super::glass;
 use super::json::{extension, number, numbers, share, shares};
-use super::pictures::{Change, MaterialPictures};
+use super::pictures::MaterialPictures;
 use super::specular_glossiness::{ConvertedMaterial, converted};
-use super::textures::{MaterialBitmap, MaterialValue, TextureUse};
+use super::textures::TextureUse;
+use crate::scene::model::picture_changes::Change;
+use crate::scene::model::surface::{EmittedRadiance, MaterialBitmap, MaterialValue, SurfaceModel};
 use crate::scene::model::text::SceneText;
 
 /// What the colours of the vertices of a primitive give its material.
@@ -34,21 +36,6 @@ use crate::scene::model::text::SceneText;
 pub(super) struct VertexColors {
     pub(super) rgb: bool,
     pub(super) opacity: bool,
-}
-
-/// Radiance of a shape.
-#[derive(Clone)]
-pub(super) struct EmittedRadiance {
-    value: MaterialValue,
-    /// The back shines, too.
-    pub(super) both_sides: bool,
-}
-
-impl EmittedRadiance {
-    /// Writes the parameter `radiance`.
-    pub(super) fn write(&self, text: &mut SceneText<'_>) {
-        self.value.write(text, "radiance");
-    }
 }
 
 /// Key of a material: its index, none for the default, and what the vertices give it.
@@ -182,14 +169,6 @@ pub(super) struct MaterialReader<'r, 'a, 't> {
     pub(super) pictures: &'a mut MaterialPictures,
 }
 
-/// A bsdf with its parameters.
-pub(super) struct SurfaceModel {
-    pub(super) kind: &'static str,
-    pub(super) parameters: Parameters,
-    /// Light gets through.
-    pub(super) transmits: bool,
-}
-
 impl MaterialReader<'_, '_, '_> {
     /// Tells what is not used of this material.
     pub(super) fn tell(&mut self, message: &str) {
@@ -254,36 +233,14 @@ impl MaterialReader<'_, '_, '_> {
         let image = if glossy.is_null() { &base["baseColorTexture"] } else { &glossy["diffuseTexture"] };
         let opacity = self.opacity(image)?;
         let normals = self.normals()?;
-        let SurfaceModel { kind, parameters, transmits } = match glossy {
+        let surface = match glossy {
             Value::Null => self.metallic_roughness(base)?,
             glossy => {
                 let material = converted(self, glossy, self.colors.rgb)?;
                 self.glossy(material)?
             }
         };
-        let surface = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| {
-            text.object("bsdf", kind, attributes, |text| {
-                parameters.iter().for_each(|(name, value)| value.write(text, name));
-            });
-        };
-        let bent = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| match &normals {
-            None => surface(text, attributes),
-            Some(normals) => text.object("bsdf", "normalmap", attributes, |text| {
-                normals.write(text, "normalmap");
-                surface(text, &[]);
-            }),
-        };
-        let sides = |text: &mut SceneText<'_>, attributes: &[(&str, &str)]| match transmits {
-            true => bent(text, attributes),
-            false => text.object("bsdf", "twosided", attributes, |text| bent(text, &[])),
-        };
-        match &opacity {
-            None => sides(self.text, &[("id", id)]),
-            Some(opacity) => self.text.object("bsdf", "mask", &[("id", id)], |text| {
-                opacity.write(text, "opacity");
-                sides(text, &[]);
-            }),
-        }
+        surface.write(self.text, id, normals.as_ref(), opacity.as_ref());
         Ok(())
     }
 

@@ -40,13 +40,14 @@ use std::collections::BTreeMap;
 
 use glam::DAffine3;
 
+use super::mesh_shape::MeshShape;
 use super::text::SceneText;
 use super::{finding, unreadable};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
 use buffers::Buffers;
-use geometry::{ModelPrimitives, PrimitiveShape};
+use geometry::ModelPrimitives;
 use nodes::PlacedNode;
 use parse::ModelDocument;
 use pose::{MeshPose, PoseKey, Skins};
@@ -176,7 +177,7 @@ impl ShownMesh<'_> {
     /// Writes its parts at its places. `once`: there is no other place. `groups` has the ids of what is written as a shape group.
     fn write(
         &self,
-        parts: &[PrimitiveShape],
+        parts: &[MeshShape],
         once: bool,
         groups: &mut BTreeMap<usize, BTreeMap<PoseKey, String>>,
         text: &mut SceneText<'_>,

@@ -1,9 +1,10 @@
 //! What nodes place beside meshes: lights (`KHR_lights_punctual`) and cameras.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 use gltf::camera::Projection;
 use gltf::khr_lights_punctual::{Kind, Light};
 
+use crate::scene::model::stage::looking;
 use crate::scene::model::text::SceneText;
 
 /// The far end of a camera that has none.
@@ -39,14 +40,6 @@ pub(super) fn light(text: &mut SceneText<'_>, light: &Light<'_>, to_world: &DAff
             });
         }
     }
-}
-
-/// The transform of what looks along −z with +x to the right, as one that looks along +z with +x to the left, without scale.
-fn looking(to_world: &DAffine3) -> DAffine3 {
-    let ahead = to_world.transform_vector3(DVec3::NEG_Z).normalize();
-    let up = to_world.transform_vector3(DVec3::Y);
-    let left = up.cross(ahead).normalize_or(ahead.any_orthonormal_vector());
-    DAffine3::from_mat3_translation(DMat3::from_cols(left, ahead.cross(left), ahead), to_world.translation)
 }
 
 /// Writes a camera; the first of the scene counts.

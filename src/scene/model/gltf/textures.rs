@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use serde_json::Value;
 
 use super::json::{extension, index, number, numbers};
+use crate::scene::model::surface::MaterialBitmap;
 use crate::scene::model::text::SceneText;
 
 /// Codes of samplers.
@@ -12,65 +13,6 @@ pub(super) const LINEAR: u64 = 9729;
 pub(super) const REPEAT: u64 = 10_497;
 pub(super) const CLAMP: u64 = 33_071;
 pub(super) const MIRROR: u64 = 33_648;
-
-/// A bitmap of the scene.
-#[derive(Clone)]
-pub(super) struct MaterialBitmap {
-    file: String,
-    raw: bool,
-    nearest: bool,
-    wrap: &'static str,
-    to_uv: DAffine3,
-}
-
-impl MaterialBitmap {
-    pub(super) fn write(&self, text: &mut SceneText<'_>, name: &str) {
-        text.object("texture", "bitmap", &[("name", name)], |text| {
-            text.value("string", "filename", &self.file);
-            if self.raw {
-                text.value("boolean", "raw", true);
-            }
-            if self.nearest {
-                text.value("string", "filter_type", "nearest");
-            }
-            if self.wrap != "repeat" {
-                text.value("string", "wrap_mode", self.wrap);
-            }
-            if self.to_uv != DAffine3::IDENTITY {
-                text.transform("to_uv", &self.to_uv);
-            }
-        });
-    }
-}
-
-/// A number or a colour, or a texture of such.
-#[derive(Clone)]
-pub(super) enum MaterialValue {
-    Number(f32),
-    Rgb([f32; 3]),
-    Texture(MaterialBitmap),
-    /// An attribute of the mesh.
-    Attribute(&'static str),
-    /// A texture times an attribute of the mesh.
-    Product(MaterialBitmap, &'static str),
-}
-
-impl MaterialValue {
-    pub(super) fn write(&self, text: &mut SceneText<'_>, name: &str) {
-        match self {
-            Self::Number(v) => text.value("float", name, v),
-            Self::Rgb(rgb) => text.rgb(name, *rgb),
-            Self::Texture(bitmap) => bitmap.write(text, name),
-            Self::Attribute(of) => text.attribute(name, of),
-            Self::Product(bitmap, of) => {
-                text.object("texture", "product", &[("name", name)], |text| {
-                    bitmap.write(text, "color0");
-                    text.attribute("color1", of);
-                });
-            }
-        }
-    }
-}
 
 /// A texture as a material refers to it.
 #[derive(Clone, Copy, PartialEq)]
