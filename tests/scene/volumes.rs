@@ -167,9 +167,8 @@ fn surfaces_show_the_values_where_they_lie() {
         );
         let bsdf = format!("<bsdf type='twosided' id='b'>{}</bsdf>", matt(&of_file("one.vol", &place)));
         let alone = |kind: &str| format!("<shape type='{kind}'>{place}<ref id='b'/></shape>");
-        let bitten =
-            format!("<shape type='shapegroup' id='g'><shape type='sphere'><ref id='b'/></shape></shape>");
-        let shown = format!("{bitten}<shape type='instance'><ref id='g'/>{place}</shape>");
+        let group = "<shape type='shapegroup' id='g'><shape type='sphere'><ref id='b'/></shape></shape>";
+        let shown = format!("{group}<shape type='instance'><ref id='g'/>{place}</shape>");
         for (what, shape) in [
             ("rectangle", alone("rectangle")),
             ("cube", alone("cube")),
