@@ -67,12 +67,13 @@ impl Skeletons {
                 // Constant influences are those of all points.
                 let first = if indices.len() == size { 0 } else { i * size };
                 let (mut sum, mut total) = ([DVec3::ZERO; 4], 0.0);
-                for k in first..first + size {
-                    let weight = f64::from(weights.values[k]);
+                let pairs = indices.iter().zip(&weights.values).skip(first).take(size);
+                for (index, weight) in pairs {
+                    let weight = f64::from(*weight);
                     if weight == 0.0 {
                         continue;
                     }
-                    let joint = usize::try_from(indices[k]).ok().and_then(|j| moves.get(j));
+                    let joint = usize::try_from(*index).ok().and_then(|j| moves.get(j));
                     let joint = joint.ok_or("a mesh names joints that its skeleton has not")?;
                     let DMat3 { x_axis, y_axis, z_axis } = joint.matrix3;
                     for (sum, column) in sum.iter_mut().zip([x_axis, y_axis, z_axis, joint.translation]) {

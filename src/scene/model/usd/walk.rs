@@ -27,8 +27,10 @@ use crate::scene::model::text::SceneText;
 /// Prims within prims.
 const DEPTH: usize = 512;
 
-/// Prims that a stage may have beyond one for each byte of its layers: references can make many of a few.
-const PRIMS_FREE: u64 = 1 << 12;
+/// Prims that any stage may have, and the bytes of its layers beyond which it may have one more for each: references can make many
+/// of a few, and each that is below ten others takes 50 kB.
+const PRIMS_FREE: u64 = 1 << 11;
+const BYTES_FREE: u64 = 16 << 10;
 
 /// Bytes of numbers that may be made for each byte of the layers, and beyond.
 const INFLATION: u64 = 40;
@@ -127,7 +129,7 @@ impl<'a, 't> StageWalker<'a, 't> {
     /// Gathers what a prim and those below it show.
     fn visit(&mut self, prim: Prim, above: &Inherited, items: &mut Vec<PlacedItem>) -> Result<(), String> {
         self.prims += 1;
-        if self.prims > PRIMS_FREE + self.assets.bytes_read() {
+        if self.prims > PRIMS_FREE + self.assets.bytes_read().saturating_sub(BYTES_FREE) {
             return Err(
                 "it has far more prims than its files are long: references make too many of a few".to_owned()
             );
