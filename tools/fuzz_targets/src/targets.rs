@@ -41,6 +41,8 @@ pub const ALL: &[Target] = &[
     Target { name: "serialized", read: |_, bytes| mesh_file(MeshFormat::Serialized, bytes) },
     Target { name: "model", read: model },
     Target { name: "gltf", read: gltf },
+    Target { name: "usd", read: usd },
+    Target { name: "volume", read: volume },
     Target { name: "curves", read: curves },
     Target { name: "spectrum", read: spectrum },
     Target { name: "png", read: |_, bytes| bitmap("a.png", bytes) },
@@ -50,6 +52,7 @@ pub const ALL: &[Target] = &[
     Target { name: "pfm", read: |_, bytes| bitmap("a.pfm", bytes) },
     Target { name: "tga", read: |_, bytes| bitmap("a.tga", bytes) },
     Target { name: "bmp", read: |_, bytes| bitmap("a.bmp", bytes) },
+    Target { name: "ktx2", read: |_, bytes| bitmap("a.ktx2", bytes) },
     Target { name: "layers", read: layers },
     Target { name: "icc", read: |_, bytes| icc::parse(bytes).is_ok() },
     Target { name: "state", read: state },
@@ -199,6 +202,11 @@ fn gltf(folder: &Path, bytes: &[u8]) -> bool {
     load_model(folder, name, bytes)
 }
 
+/// A stage: text, a crate or a package.
+fn usd(folder: &Path, bytes: &[u8]) -> bool {
+    load_model(folder, if bytes.starts_with(b"PK") { "model.usdz" } else { "model.usd" }, bytes)
+}
+
 /// A file that a shape, or the light around it, names.
 fn named(folder: &Path, name: &str, bytes: &[u8], body: &str) -> bool {
     write(folder, name, bytes);
@@ -217,6 +225,13 @@ fn curves(folder: &Path, bytes: &[u8]) -> bool {
 fn spectrum(folder: &Path, bytes: &[u8]) -> bool {
     let body = "<emitter type=\"constant\"><spectrum name=\"radiance\" filename=\"light.spd\"/></emitter>";
     named(folder, "light.spd", bytes, body)
+}
+
+fn volume(folder: &Path, bytes: &[u8]) -> bool {
+    let body = "<shape type=\"cube\"><bsdf type=\"diffuse\"><texture type=\"volume\" name=\"reflectance\">\
+                <volume type=\"gridvolume\"><string name=\"filename\" value=\"smoke.vol\"/></volume>\
+                </texture></bsdf></shape><emitter type=\"constant\"/>";
+    named(folder, "smoke.vol", bytes, body)
 }
 
 /// Most pixels of a picture here: larger ones take the same way, and longer.
