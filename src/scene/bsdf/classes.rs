@@ -44,6 +44,11 @@ impl BsdfDesc {
         self.parts().transmission.is_some_and(|factor| !factor.is_black())
     }
 
+    /// True for a material to which interference in a film gives colours that its parameters do not have.
+    pub(crate) fn is_iridescent(&self) -> bool {
+        matches!(self, Self::Principled(desc) if desc.thin_film.as_ref().is_some_and(|film| !film.weight.is_black()))
+    }
+
     /// True for a material without a diffuse part whose factors are all black. A coat is none: something shines through it.
     pub(crate) fn is_black(&self) -> bool {
         let parts = self.parts();

@@ -111,11 +111,6 @@ pub(crate) trait BsdfPlugin: Sized {
     /// Changes a number that [`number`](Self::number) has.
     fn set_number(&mut self, _name: &str, _value: f32) {}
 
-    /// Interference gives it colours that its parameters do not have.
-    fn is_iridescent(&self) -> bool {
-        false
-    }
-
     /// The materials that this one is made of.
     fn nested(&self) -> Vec<BsdfId> {
         self.bump().map(|bump| bump.bsdf).into_iter().collect()
@@ -221,13 +216,6 @@ macro_rules! bsdfs {
             pub(crate) fn bump(&self) -> Option<&BumpDesc> {
                 match self {
                     $(Self::$kind(desc) => desc.bump(),)*
-                }
-            }
-
-            /// Interference gives it colours that its parameters do not have.
-            pub(crate) fn is_iridescent(&self) -> bool {
-                match self {
-                    $(Self::$kind(desc) => desc.is_iridescent(),)*
                 }
             }
 

@@ -253,10 +253,6 @@ impl BsdfPlugin for PrincipledDesc {
         });
         self.textures.iter_mut().map(|varying| &mut varying.texture).chain(of_film).collect()
     }
-
-    fn is_iridescent(&self) -> bool {
-        self.thin_film.as_ref().is_some_and(|film| !film.weight.is_black())
-    }
 }
 
 /// The relative index: `eta`, or from `specular` with 0.5 for glass. A material that lets light through has an index other than 1.

@@ -70,7 +70,8 @@ const NAMED: &[(&str, &[u8])] = &[
 ];
 
 /// Names that messages may begin their place with.
-const PLACES: &[&str] = &[".xml", ".obj", ".mtl", ".ply", ".serialized", ".gltf", ".glb", ".txt", ".spd"];
+const PLACES: &[&str] =
+    &[".xml", ".obj", ".mtl", ".ply", ".serialized", ".gltf", ".glb", ".usd", ".usdz", ".txt", ".spd"];
 
 /// Makes a folder with the files that inputs may name.
 pub fn prepare(folder: &Path) {

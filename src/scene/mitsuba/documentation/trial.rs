@@ -208,6 +208,7 @@ fn candidates(name: &'static str, question: &Question) -> Vec<GivenParameter> {
             "film" => vec!["<film type='hdrfilm'/>".to_owned()],
             "rfilter" => vec!["<rfilter type='box'/>".to_owned()],
             "sampler" => vec!["<sampler type='independent'/>".to_owned()],
+            "volume" => vec!["<volume type='constvolume'/>".to_owned()],
             _ => Vec::new(),
         },
         Question::File(ending) => vec![value("string", &format!("sample.{ending}"))],
@@ -250,7 +251,13 @@ pub(super) fn samples() -> std::io::Result<tempfile::TempDir> {
     // A portable float map of 2 × 2 white pixels: pictures are told by what they begin with, whatever their ending.
     let white = 1.0_f32.to_le_bytes().repeat(2 * 2 * 3);
     let picture = [&b"PF\n2 2\n-1\n"[..], &white].concat();
+    // A grid of 2 × 2 × 2 bytes of one channel, in the unit cube.
+    let mut grid = b"VOL\x03".to_vec();
+    grid.extend([3, 2, 2, 2, 1_i32].iter().flat_map(|n| n.to_le_bytes()));
+    grid.extend([0.0, 0.0, 0.0, 1.0, 1.0, 1.0_f32].iter().flat_map(|v| v.to_le_bytes()));
+    grid.extend([0, 255, 0, 255, 0, 255, 0, 255]);
     for (ending, bytes) in [
+        ("vol", &grid[..]),
         ("obj", obj.as_bytes()),
         ("ply", ply.as_bytes()),
         ("serialized", &serialized),
