@@ -78,6 +78,9 @@ pub(super) fn check_value(check: &mut ValueCheck<'_>, value: u64, depth: usize) 
         return match kind {
             10 if index >= check.sizes.strings => broken("a string is not there"),
             11 | 12 | 53 | 57 if index >= check.sizes.tokens => broken("a token is not there"),
+            // The crate reads these from their place whatever the flag says.
+            31 if payload != 0 => broken("a dictionary has no place"),
+            32..=41 | 45..=50 | 54 | 55 | 58 => broken("a value that needs a place has none"),
             _ => Ok(()),
         };
     }
