@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use pointillist::math::random::Random;
-use pointillist::scene::load;
 use serde_json::{Value, json};
 
 use crate::corrupt::{NUMBERS, corrupt};
-use crate::guard::{folder, guarded, write};
-use crate::messages::{assert_has_place, render};
+use crate::guard::{folder, model_outcome, write};
+use crate::messages::assert_has_place;
 use crate::models::{cube, glb};
 
 /// Pieces of JSON in wrong places.
@@ -35,16 +34,7 @@ const PIECES: &[&str] = &[
 
 /// Loads the model under guard; the message if it is refused.
 fn outcome(folder: &Path, name: &str, what: &str) -> Result<(), String> {
-    let path = folder.join(name);
-    guarded(what, move || match load(&path, &[]) {
-        Ok(loaded) => {
-            for warning in &loaded.warnings {
-                assert_has_place("a warning", &render(warning), &[".glb", ".gltf", ".ply"]);
-            }
-            Ok(())
-        }
-        Err(e) => Err(render(&e)),
-    })
+    model_outcome(folder, name, what, &[".glb", ".gltf", ".ply"])
 }
 
 /// The cube with a light, a camera and most of what a material can have that needs no other plugin.

@@ -17,6 +17,23 @@ const TIME: Duration = Duration::from_secs(60);
 /// Lets one reader run at a time, so that only its memory is counted.
 static ALONE: Mutex<()> = Mutex::new(());
 
+/// Loads a model under guard; the rendered message if it is refused. `places`: endings of files that a warning may be about.
+pub fn model_outcome(
+    folder: &Path,
+    name: &str,
+    what: &str,
+    places: &'static [&'static str],
+) -> Result<(), String> {
+    let path = folder.join(name);
+    guarded(what, move || match load_with(&path, &LoadOptions::default()) {
+        Ok(loaded) => {
+            loaded.warnings.iter().for_each(|w| assert_has_place("a warning", &render(w), places));
+            Ok(())
+        }
+        Err(e) => Err(render(&e)),
+    })
+}
+
 /// Runs `work` on a thread with a small stack and fails if it panics, takes too long or too much.
 pub fn guarded<T: Send + 'static>(what: &str, work: impl FnOnce() -> T + Send + 'static) -> T {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use pointillist::math::random::Random;
-use pointillist::scene::load;
 
 use crate::corrupt::{NUMBERS, corrupt};
-use crate::guard::{folder, guarded, write};
-use crate::messages::{assert_has_place, render};
+use crate::guard::{folder, model_outcome, write};
+use crate::messages::assert_has_place;
 
 const TEXT: &[u8] = include_bytes!("../scene/usd/stage.usda");
 const CRATE: &[u8] = include_bytes!("../scene/usd/stage.usdc");
@@ -56,16 +55,7 @@ const PIECES: &[&str] = &[
 
 /// Loads the file under guard; the message if it is refused.
 fn outcome(folder: &Path, name: &str, what: &str) -> Result<(), String> {
-    let path = folder.join(name);
-    guarded(what, move || match load(&path, &[]) {
-        Ok(loaded) => {
-            for warning in &loaded.warnings {
-                assert_has_place("a warning", &render(warning), &[".usda", ".usdc", ".usdz", ".ply", ".txt"]);
-            }
-            Ok(())
-        }
-        Err(e) => Err(render(&e)),
-    })
+    model_outcome(folder, name, what, &[".usda", ".usdc", ".usdz", ".ply", ".txt"])
 }
 
 /// One of the bytes, or of the whole numbers of eight bytes, is another one; or the end is missing.

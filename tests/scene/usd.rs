@@ -58,6 +58,22 @@ fn close(a: DVec3, b: [f64; 3]) -> bool {
     a.distance(DVec3::from(b)) < 1e-5
 }
 
+/// The crate would look for what is above such a name without end.
+#[test]
+fn prims_whose_names_are_none_are_left_out_or_refused() {
+    for name in ["a}", "a.b c", "a}.b", ".", "a{b}c"] {
+        let nested = format!("def Xform \"{name}\" {{\n{}\n}}\n", triangle("inner", ""));
+        let text = format!("#usda 1.0\n{}{nested}", triangle("whole", ""));
+        // The crate refuses some of them itself.
+        match load(&write("names", &[("stage.usda", text.as_bytes())]), &[]) {
+            Ok(loaded) => assert!(!loaded.desc.shapes.is_empty(), "{name}"),
+            Err(error) => assert!(error.to_string().contains("not valid USD"), "{name}: {error}"),
+        }
+    }
+    let (desc, told) = stage("names", &(triangle("whole", "") + &triangle("a}b", "")));
+    assert!(desc.shapes.len() == 1 && told.iter().any(|words| words.contains("a}b")), "{told:?}");
+}
+
 /// Places that `UsdGeomXformCache` of usd-core gives for the same file.
 #[test]
 fn operations_of_a_transform_follow_each_other() {

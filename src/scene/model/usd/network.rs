@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use openusd::sdf::{Path, Value};
 use openusd::usd::Stage;
 
-use super::prim::PrimReader;
+use super::prim::{PrimReader, leads_up};
 use super::values;
 use crate::scene::mitsuba::shorten;
 use crate::scene::model::text::SceneText;
@@ -36,7 +36,7 @@ impl ShaderNetwork {
     /// The prim at this path.
     pub(super) fn prim(&mut self, path: &str) -> Option<&PrimReader> {
         if !self.prims.contains_key(path) {
-            let parsed = Path::new(path).ok()?;
+            let parsed = Path::new(path).ok().filter(leads_up)?;
             self.prims.insert(path.to_owned(), PrimReader::new(self.stage.prim(parsed)));
         }
         self.prims.get(path)

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use openusd::sdf::Value;
+use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, TimeCode};
 
 use super::values::{self, Tuples};
@@ -37,6 +37,19 @@ pub(super) fn guarded<T, E: std::fmt::Display>(call: impl FnOnce() -> Result<T, 
         Ok(Err(error)) => Err(shorten(&format!("{error:#}"))),
         Err(_) => Err("its data are broken".to_owned()),
     }
+}
+
+/// Whether each step from a path to the prim above it makes it shorter. The crate goes up until it has arrived, which it never has
+/// where a name holds a `.` or a `}`.
+pub(super) fn leads_up(path: &Path) -> bool {
+    let mut at = path.clone();
+    while let Some(above) = at.parent() {
+        if above.as_str().len() >= at.as_str().len() {
+            return false;
+        }
+        at = above;
+    }
+    true
 }
 
 impl PrimReader {

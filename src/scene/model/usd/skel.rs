@@ -11,7 +11,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Mat3, Vec3};
 use openusd::sdf::{Path, Value};
 use openusd::usd::Stage;
 
-use super::prim::PrimReader;
+use super::prim::{PrimReader, leads_up};
 use super::transform;
 use super::values;
 
@@ -119,7 +119,7 @@ impl Skeletons {
     }
 
     fn read(&self, path: &str, animation: Option<&str>) -> Result<PosedSkeleton, String> {
-        let parsed = Path::new(path).map_err(|_| "a skeleton has no path".to_owned())?;
+        let parsed = Path::new(path).ok().filter(leads_up).ok_or("a skeleton has no path")?;
         let prim = PrimReader::new(self.stage.prim(parsed.clone()));
         let joints = prim.value("joints").as_ref().and_then(values::words).unwrap_or_default();
         let bind = matrices(&prim, "bindTransforms");
@@ -157,7 +157,7 @@ impl Skeletons {
 
     /// The places of the joints of an animation, relative to their parents.
     fn animation(&self, path: &str) -> Option<Vec<(String, DAffine3)>> {
-        let prim = PrimReader::new(self.stage.prim(Path::new(path).ok()?));
+        let prim = PrimReader::new(self.stage.prim(Path::new(path).ok().filter(leads_up)?));
         let joints = prim.value("joints").as_ref().and_then(values::words)?;
         let [moves, turns, scales] =
             ["translations", "rotations", "scales"].map(|name| prim.tuples(name).unwrap_or_default());

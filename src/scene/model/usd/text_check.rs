@@ -1,6 +1,8 @@
 //! Layers as text before the crate reads them: its parser goes down a level for each bracket, so that a file of brackets would use
 //! up the stack; and it does not know numbers that begin with their point, as `.5`.
 
+use super::prim::leads_up;
+
 /// Brackets within brackets.
 const NESTING: usize = 512;
 
@@ -86,6 +88,7 @@ fn is_path(path: &[u8]) -> bool {
     parts.next();
     !path.contains(|c: char| c.is_whitespace() || c == '"' || c == '<')
         && parts.all(|part| !part.contains('.') || part.chars().all(|c| c == '.'))
+        && openusd::sdf::Path::new(&path).map_or(true, |path| leads_up(&path))
 }
 
 /// The place after a string that begins at `start`, and the line breaks in it.

@@ -14,7 +14,7 @@ use super::lights::{self, EmittedLight, StageLight};
 use super::materials::{MaterialNeeds, MeshGives, StageMaterials, WrittenMaterial};
 use super::mesh::{MeshValues, Polygons};
 use super::place::{ItemWriter, PlacedItem, StageItem, StagePrototype};
-use super::prim::{PrimReader, guarded};
+use super::prim::{PrimReader, guarded, leads_up};
 use super::primvars::{ElementCounts, Interpolation, Primvar};
 use super::skel::Skeletons;
 use super::{solids, strands, transform};
@@ -135,6 +135,10 @@ impl<'a, 't> StageWalker<'a, 't> {
             );
         }
         let place = prim.path().as_str().to_owned();
+        if !leads_up(prim.path()) {
+            self.text.tell("a prim whose name is no name is left out", &place);
+            return Ok(());
+        }
         if above.depth > DEPTH {
             self.text.tell(format!("prims more than {DEPTH} levels deep are left out"), &place);
             return Ok(());
