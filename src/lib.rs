@@ -10,7 +10,7 @@
 //!     index ─ Sampler ─▶ wavelengths, ray ─ Integrator ─▶ SampledSpectrum ─ CIE 1931 ─▶ Xyz
 //!     ─▶ SampleSink ─▶ Block ─▶ lane ════════ the contract: module stream ════════
 //!   client: lanes.drain ─▶ splat ─▶ fold ─▶ variance ─▶ mips ─▶ reconstruct ─▶ glare ─▶ tonemap
-//!     ─▶ PNG, EXR, or with the panel over it the swapchain: app::view runs this as a loop, once a frame
+//!     ─▶ PNG, EXR, or with the panel over it the swapchain: viewer runs this as a loop, once a frame
 //! ```
 //!
 //! # A sample from the integrator to the screen
@@ -18,34 +18,37 @@
 //! 1. `server/worker.rs` claims a chunk of indices and calls [`Integrator::trace`](tracer::Integrator::trace) for each.
 //! 2. The integrator hands its samples to a [`BlockSink`](stream::BlockSink), which fills a block; `LaneWriter::send` swaps
 //!    it into the lane of the worker.
-//! 3. `app` drains the lanes ([`stream::Lanes::drain`]): `app/drive.rs` for a render, `app/view/picture.rs` for the window, both through
-//!    `app/film_writer.rs`, which counts paths, adds the samples to the film and feeds the observer of the error. The window also keeps
+//! 3. The lanes are drained ([`stream::Lanes::drain`]) by `render/drive.rs` for a render and by `viewer/picture.rs` for the window, both
+//!    through `render/film_writer.rs`, which counts paths, adds the samples to the film and feeds the observer of the error. The window also keeps
 //!    them ([`client::retained`]), to fill a film of another size.
 //! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, or before a repaint what there
 //!    is of one, folds it into its sums and updates the variance.
 //! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare and tone-maps.
-//! 6. `app/view/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.
+//! 6. `viewer/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.
 //!
 //! A tracer may be on another machine: then [`remote`] stands where the lanes do, and its blocks come over the network.
 //!
 //! # Where to begin
 //!
-//! [`tracer`] for light transport, [`stream`] for the contract, [`client`] for the display, [`study`] for the error and its interval, [`app`] for the
+//! [`tracer`] for light transport, [`stream`] for the contract, [`client`] for the display, [`study`] for the error and its interval, [`cmd`] for the
 //! program, with an example that loads a scene, renders it and reads the error.
 //!
 //! Imports go downwards only; `tests/architecture.rs` holds the table and fails with file and line.
 
-pub mod app;
 pub mod client;
+pub mod cmd;
 pub mod color;
+mod denoise;
 pub mod gpu;
 pub mod image;
 pub mod math;
 mod memory;
 pub mod remote;
+mod render;
 pub mod scene;
 pub mod server;
 pub mod spectrum;
 pub mod stream;
 pub mod study;
 pub mod tracer;
+mod viewer;

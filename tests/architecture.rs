@@ -26,10 +26,28 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("client", &["gpu", "stream", "color", "image", "math"]),
     ("study", &["image", "color", "math", "stream"]),
     (
-        "app",
+        "denoise",
+        &["math", "color", "spectrum", "image", "scene", "stream", "study", "gpu", "client", "tracer"],
+    ),
+    (
+        "render",
         &[
-            "client", "color", "gpu", "image", "math", "remote", "scene", "server", "spectrum", "stream",
-            "study", "tracer",
+            "math", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene", "tracer",
+            "server", "remote", "denoise",
+        ],
+    ),
+    (
+        "viewer",
+        &[
+            "math", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene", "tracer",
+            "server", "remote", "denoise", "render",
+        ],
+    ),
+    (
+        "cmd",
+        &[
+            "math", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene", "tracer",
+            "server", "remote", "denoise", "render", "viewer",
         ],
     ),
 ];
@@ -45,6 +63,10 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("server", &["ash::", "winit::"]),
     ("remote", &["ash::", "winit::", "rayon::"]),
     ("study", &["ash::", "winit::", "rayon::", "std::thread", "std::time"]),
+    ("denoise", &["winit::", "egui::"]),
+    ("render", &["clap::", "winit::", "egui::"]),
+    // Its values of options name themselves (`ValueEnum`); the options are the command line's.
+    ("viewer", &["clap::Args", "clap::Parser", "clap::Subcommand"]),
 ];
 
 /// Longest file, in lines. A cap against monsters and no aim: judgement comes first, and what belongs together stays together.
@@ -55,7 +77,7 @@ const PLACES: &[(&[&str], &[&str])] = &[
     (&["ash", "vk", "ash_window", "gpu_allocator"], &["src/gpu/"]),
     (&["egui", "egui_plot", "egui_winit", "egui_ash_renderer"], &["src/client/window/"]),
     // The event loop needs the window itself.
-    (&["winit"], &["src/client/window/", "src/app/view/"]),
+    (&["winit"], &["src/client/window/", "src/viewer/"]),
 ];
 
 /// Where `unsafe` may stand.

@@ -21,8 +21,8 @@
 //! # Who owns what
 //!
 //! A film owns its batch, its sums and everything that is derived from them: [`film::VulkanFilm`] on a device,
-//! [`reference::ReferenceFilm`] on the CPU. `app` owns the film: in the window `app/view/screen.rs` has it
-//! beside the swapchain, and `app/view/picture.rs` the [`retained`] samples, from which a film of another size is filled, and so are the
+//! [`reference::ReferenceFilm`] on the CPU. The program owns the film: in the window `viewer/screen.rs` has it
+//! beside the swapchain, and `viewer/picture.rs` the [`retained`] samples, from which a film of another size is filled, and so are the
 //! full sums after the coarse ones of a moving picture ([`film`]). Values of [`Settings`] may change from one repaint to the next;
 //! another [`FilmSpec`] needs another film.
 //!

@@ -18,6 +18,9 @@ use glam::DVec2;
 use crate::image::error::ImageError;
 use crate::image::{Attribute, colors, write};
 
+/// A channel: its full name, and its values `[height][width]`.
+pub type Channel = (String, Vec<f32>);
+
 /// Pixels in named channels, `[height][width]` each, with what the file tells about itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
@@ -26,7 +29,7 @@ pub struct Layers {
     /// Height in pixels.
     pub height: usize,
     /// Name (`R`, `camera.X`) and values of every channel.
-    pub channels: Vec<(String, Vec<f32>)>,
+    pub channels: Vec<Channel>,
     /// Name and value of every attribute.
     pub attributes: Vec<(String, Attribute)>,
     /// Primaries and white, where a file that was read names others than those of Rec.709, which are written.

@@ -24,7 +24,7 @@
 //! # Adding a display pass
 //!
 //! 1. **Setting.** Add a field to [`Settings`](crate::client::Settings). An option with a closed set of values derives
-//!    `clap::ValueEnum` and gets its labels in `client/settings.rs`; the command line takes it in `app/args/display.rs`.
+//!    `clap::ValueEnum` and gets its labels in `client/settings.rs`; the command line takes it in `cmd/args/display.rs`.
 //! 2. **Plan.** [`Effects`](crate::client::effects::Effects) decides whether the pass runs, and yields its specialization
 //!    constants. A line in [`effect_list`](crate::client::effect_list::effect_list) names the effect, its passes and its
 //!    images.

@@ -1,8 +1,8 @@
 //! What a window needs besides the film: mouse and keys, camera navigation, and the panel, which egui draws. Nothing here knows
-//! the server or the scene: `app/view` joins the two sides through plain data.
+//! the server or the scene: `viewer` joins the two sides through plain data.
 //!
 //! ```text
-//! winit event ─ input ─ keys ─▶ Action ─▶ app/view ─▶ history ─▶ navigation::Pose ─▶ camera of the next epoch
+//! winit event ─ input ─ keys ─▶ Action ─▶ viewer ─▶ history ─▶ navigation::Pose ─▶ camera of the next epoch
 //!       │                         ▲
 //!       └─▶ host ─▶ panel::show ──┘ ◀── PanelData, PanelControls
 //! ```

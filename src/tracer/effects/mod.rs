@@ -1,5 +1,5 @@
 //! The effects of the tracer, and the plan of a scene: which of them it calls for, and why. Everything is decided here,
-//! except for what the user forces off (`--effects -NAME`, applied to the description by `app/load.rs` before).
+//! except for what the user forces off (`--effects -NAME`, applied to the description by `render/load.rs` before).
 //!
 //! ```text
 //! mod        what an effect is; the plan of a scene (decide); the scene as planned
@@ -12,7 +12,7 @@
 //! ([`Decision`] has the object that does, and its line). [`planned`] takes out of the description what nothing calls for
 //! ([`without`]), and [`Scene::prepare`](crate::tracer::Scene::prepare) prepares what is left. So an effect that is
 //! off costs nothing: there is no texture, lobe or light to evaluate, and [`material_class`] picks code that has no branch for it.
-//! `--check-plan` traces paths without the plan too and compares. The client's half is `client/effect_list.rs`; `app/plan.rs` joins the
+//! `--check-plan` traces paths without the plan too and compares. The client's half is `client/effect_list.rs`; `render/plan.rs` joins the
 //! two.
 //!
 //! # Adding an effect

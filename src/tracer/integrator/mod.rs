@@ -37,7 +37,7 @@
 //!    Random numbers come only from the [`Sampler`](crate::tracer::Sampler) of the index, so that a path is a pure function.
 //! 2. `impl From<RenderContext>`, by which `--check-plan` compares its special code with the general.
 //! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks
-//!    for: `app/method.rs` starts it, `tracer/choice` tries it ([`CANDIDATES`](crate::tracer::choice::CANDIDATES)).
+//!    for: `render/method.rs` starts it, `tracer/choice` tries it ([`CANDIDATES`](crate::tracer::choice::CANDIDATES)).
 //! 4. A row in the table above, and lines in `tests/agreement`, where all integrators must agree on every scene, and in
 //!    `tests/tracer/effects_check.rs`.
 

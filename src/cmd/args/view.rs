@@ -1,0 +1,125 @@
+//! Options of `pointillist view`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::client::{ColorOutput, Denoise, Settings};
+use crate::cmd::args::display::DisplayArgs;
+use crate::cmd::args::remote::ConnectArgs;
+use crate::cmd::args::values::{count, host_port, positive};
+use crate::color::pq;
+use crate::gpu::CallFault;
+use crate::render::options::SceneOptions;
+use crate::viewer::options::{OF_TRACER, ViewOptions};
+
+/// Options of `pointillist view`.
+#[derive(Args, Debug)]
+#[command(mut_arg("scene", |scene| scene.required(false).default_value(OF_TRACER).hide_default_value(true)))]
+pub struct ViewArgs {
+    /// What is traced.
+    #[command(flatten)]
+    pub source: SceneOptions,
+
+    /// Where it is traced.
+    #[command(flatten)]
+    pub tracers: ConnectArgs,
+
+    /// How it is shown.
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    /// Filter noise out of the picture in the window; samples, sums and the stated error stay those of the picture without [default:
+    /// wavelet; off with --deterministic and with --replicates 1, which has no halves to compare].
+    ///
+    /// `oidn` is Intel's Open Image Denoise and needs its library: the file that the environment variable OIDN_LIBRARY names, or else
+    /// libOpenImageDenoise where the system looks for libraries. `pointillist devices` says whether it is there, and where it can be had.
+    #[arg(long, value_name = "KIND", help_heading = "Display")]
+    pub denoise: Option<Denoise>,
+
+    /// Begin every view with samples alone. Otherwise, where only the camera moves, the last filtered picture stands in for samples of the new
+    /// view until there are enough of them.
+    #[arg(long, help_heading = "Display")]
+    pub no_reproject: bool,
+
+    /// Pictures per second aimed at [default: the display's rate].
+    #[arg(long, value_name = "N", value_parser = positive, help_heading = "Window")]
+    pub fps: Option<f32>,
+
+    /// Begin without the panel.
+    #[arg(long, help_heading = "Window")]
+    pub no_panel: bool,
+
+    /// Colour encoding of the window, if the display offers it.
+    #[arg(long, value_name = "KIND", default_value = "sdr", help_heading = "Window")]
+    pub hdr: ColorOutput,
+
+    /// Peak luminance of the display with --hdr, cd/m², from that of diffuse white on: highlights roll off to it, and the display is told.
+    #[arg(long, value_name = "CD/M2", default_value_t = pq::PEAK, value_parser = clap::value_parser!(u32).range(203..=10_000), help_heading = "Window")]
+    pub hdr_peak: u32,
+
+    /// Stop tracing after this many camera paths (k, M, G are accepted); the window stays open.
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Sampling")]
+    pub samples: Option<u64>,
+
+    /// Rasterise in index order and whole batches: with --samples the same bytes as `render --deterministic`.
+    #[arg(long, help_heading = "Sampling")]
+    pub deterministic: bool,
+
+    /// Number of independent randomisations: 2 tell the error of their mean, 1 does not know its own error.
+    #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2), help_heading = "Sampling")]
+    pub replicates: u8,
+
+    /// Write the picture to this .exr or .png file when the window closes, however it closes; may be given several times.
+    #[arg(short = 'o', long = "output", value_name = "FILE", help_heading = "Output")]
+    pub outputs: Vec<PathBuf>,
+
+    /// Show the picture in the image viewer tev, too, as `render --tev` does.
+    #[arg(long, value_name = "HOST:PORT", value_parser = host_port, help_heading = "Output")]
+    pub tev: Option<String>,
+
+    /// Write a report of the session as JSON when the window closes; `-` is standard output.
+    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
+    pub json: Option<PathBuf>,
+
+    /// Write when every pass, worker and client step ran: FILE as CSV, FILE.json as a Chrome trace (see `render --help`).
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub gpu_timings: Option<PathBuf>,
+
+    /// For tests: the device is lost after this many frames; given again, the one after it, too.
+    #[arg(long, value_name = "N", hide = true)]
+    pub lose_device_after: Vec<u64>,
+
+    /// For tests: so many calls (surface, swapchain, acquire, present, allocation, mapping or pipeline) have this result after others.
+    #[arg(long, value_name = "CALL,AFTER,TIMES,RESULT", hide = true)]
+    pub fail_call: Vec<CallFault>,
+
+    /// For tests: images and buffers have this many MiB of device memory.
+    #[arg(long, value_name = "MIB", hide = true)]
+    pub device_memory: Option<u64>,
+}
+
+impl From<ViewArgs> for ViewOptions {
+    fn from(args: ViewArgs) -> Self {
+        Self {
+            source: args.source,
+            tracers: args.tracers.into(),
+            display: Settings { output: args.hdr, peak: args.hdr_peak, ..args.display.settings() },
+            fixed_exposure: args.display.exposure.is_some(),
+            denoise: args.denoise,
+            no_reproject: args.no_reproject,
+            fps: args.fps,
+            no_panel: args.no_panel,
+            samples: args.samples,
+            deterministic: args.deterministic,
+            replicates: args.replicates,
+            outputs: args.outputs,
+            tev: args.tev,
+            json: args.json,
+            gpu_timings: args.gpu_timings,
+            lose_device_after: args.lose_device_after,
+            fail_call: args.fail_call,
+            device_memory: args.device_memory,
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! `pointillist bench --bytes`: the bytes that passes move and images take by design, at the sizes that people look at.
+
+use serde::Serialize;
+
+use crate::client::traffic::{MODEL, PASSES, PassTraffic};
+use crate::client::{FilmSpec, Settings, SplatFilter, Summation, VarianceForm};
+use crate::render::report::human;
+
+/// Width and height of the pictures.
+const SIZES: [[u32; 2]; 3] = [[512, 512], [1920, 1080], [3840, 2160]];
+
+/// Samples of a stream that arrive in a frame while the camera moves: those of 4 million per second.
+const MOVING_SAMPLES: u64 = 65_536;
+
+/// The bytes of one stream at several sizes. The names of the fields are the keys in JSON.
+#[derive(Debug, Serialize)]
+pub struct BytesReport {
+    model: &'static str,
+    sizes: Vec<SizeBytes>,
+}
+
+/// The bytes of one stream.
+#[derive(Debug, Serialize)]
+struct SizeBytes {
+    width: u32,
+    height: u32,
+    /// Samples of a full batch.
+    batch_samples: usize,
+    /// Bytes that a full batch of one stream moves, and a repaint with as many samples as pixels, by pass.
+    passes: Vec<(&'static str, f64)>,
+    /// Bytes of a frame of a moving picture, by pass.
+    moving_passes: Vec<(&'static str, f64)>,
+    /// Bytes of the passes that cost as much whatever the number of samples, per million samples.
+    folded_per_million_samples: f64,
+    /// The same with vertices and sprites.
+    per_million_samples: f64,
+    /// Bytes of a frame of a moving picture.
+    moving_frame: f64,
+}
+
+impl BytesReport {
+    /// The bytes of films with this filter, with noise masking where the settings have it.
+    pub fn new(filter: SplatFilter, settings: &Settings) -> Self {
+        let (variance, sums) = (Some(VarianceForm::Product), Summation::TwoFloat);
+        let film = |[width, height]: [u32; 2]| FilmSpec { width, height, filter, variance, sums };
+        let of = |size| SizeBytes::new(film(size), settings);
+        Self { model: MODEL, sizes: SIZES.map(of).into() }
+    }
+
+    /// The report as a table.
+    pub fn table(&self) -> String {
+        let mut out = format!("MB of one stream by design: {MODEL}\n{:<34}", "");
+        let row = |name: &str, of: &dyn Fn(&SizeBytes) -> String| {
+            let cells: String = self.sizes.iter().map(|size| format!("{:>12}", of(size))).collect();
+            format!("{name:<34}{cells}\n")
+        };
+        let mega = |bytes: f64| format!("{:.1}", bytes * 1e-6);
+        out += row("", &|size| format!("{}×{}", size.width, size.height)).trim_start();
+        out += &row("samples of a full batch", &|size| human(size.batch_samples as f64));
+        let of = |passes: &[(&str, f64)], i: usize| passes.get(i).map_or(String::new(), |(_, b)| mega(*b));
+        for (i, name) in PASSES.into_iter().enumerate() {
+            out += &row(name, &|size| of(&size.passes, i));
+        }
+        out += &row("per million samples, without sprites", &|size| mega(size.folded_per_million_samples));
+        out += &row("per million samples", &|size| mega(size.per_million_samples));
+        for (i, name) in PASSES.into_iter().enumerate() {
+            out += &row(&format!("moving: {name}"), &|size| of(&size.moving_passes, i));
+        }
+        out += &row("a frame of a moving picture", &|size| mega(size.moving_frame));
+        out
+    }
+}
+
+impl SizeBytes {
+    fn new(film: FilmSpec, settings: &Settings) -> Self {
+        let is_masked = settings.vm > 0.0;
+        let still = PassTraffic { is_masked, ..PassTraffic::still(film) };
+        let moving = PassTraffic { is_masked, ..PassTraffic::moving(film, MOVING_SAMPLES) };
+        let of = |traffic: &PassTraffic| -> Vec<_> {
+            PASSES.into_iter().map(|pass| (pass, traffic.bytes(pass).unwrap_or(0.0))).collect()
+        };
+        let sum = |traffic: &PassTraffic, passes: &[&str]| -> f64 {
+            passes.iter().filter_map(|pass| traffic.bytes(pass)).sum()
+        };
+        let batch = ["splat", "fold", "variance"];
+        let millions = still.samples * 1e-6;
+        // The fold of the variance is part of the variance.
+        let all: Vec<_> = PASSES.into_iter().filter(|pass| *pass != "variance fold").collect();
+        Self {
+            width: film.width,
+            height: film.height,
+            batch_samples: film.batch_capacity(),
+            passes: of(&still),
+            moving_passes: of(&moving),
+            folded_per_million_samples: sum(&PassTraffic { samples: 0.0, ..still }, &batch) / millions,
+            per_million_samples: sum(&still, &batch) / millions,
+            moving_frame: sum(&moving, &all),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::client::memory::film_memory;
+
+    /// What the design promises for a picture of 4K: at most .4 GB per million samples besides sprites, .6 GB for a frame of a moving
+    /// picture, and 389 MB of memory for the sums of a stream.
+    #[test]
+    fn a_picture_of_4k_moves_little() {
+        let report = BytesReport::new(SplatFilter::Gaussian, &Settings { vm: 1.0, ..Settings::default() });
+        let largest = report.sizes.last().expect("a size");
+        assert_eq!([largest.width, largest.height], [3840, 2160]);
+        assert!(largest.folded_per_million_samples < 0.4e9, "{largest:?}");
+        assert!(largest.moving_frame < 0.6e9, "{largest:?}");
+        let table = report.table();
+        assert!(table.lines().all(|line| !line.contains("NaN")) && table.contains("3840×2160"), "{table}");
+        let film = FilmSpec {
+            width: 3840,
+            height: 2160,
+            filter: SplatFilter::Gaussian,
+            variance: Some(VarianceForm::Product),
+            sums: Summation::TwoFloat,
+        };
+        let memory = film_memory(&film, &Settings::default(), [true, false], 0, false);
+        let stream: u64 = memory.iter().filter(|(name, _)| name.starts_with("camera")).map(|(_, b)| b).sum();
+        assert!(stream <= 389_000_000, "{memory:?}");
+    }
+}

@@ -1,0 +1,110 @@
+//! The subcommands and their arguments: the only module that knows the command line.
+//!
+//! `args/` reads the command line; its comments are the `--help`. Each subcommand has a file or a folder of its name, which makes plain
+//! options of its arguments and hands them to what does the work: `render` for a picture, `viewer` for the window, `study` for the analysis
+//! of measurements. What only one subcommand does stands with it.
+//!
+//! # Rendering from another program
+//!
+//! The program is made of public parts. This loads a scene, renders it with the CPU implementation of the passes, and reads
+//! the error of the picture:
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use std::path::Path;
+//! use std::sync::Arc;
+//! use std::time::Duration;
+//!
+//! use pointillist::client::reference::ReferenceFilm;
+//! use pointillist::client::{Film, FilmSpec, SplatFilter, develop};
+//! use pointillist::color::Profile;
+//! use pointillist::server::{RenderJob, Server};
+//! use pointillist::stream::{DrainOrder, Epoch};
+//! use pointillist::study::ErrorMonitor;
+//! use pointillist::tracer::integrator::{RenderContext, Replicated};
+//! use pointillist::tracer::{Camera, PathTracer, Scene};
+//!
+//! let desc = pointillist::scene::load(Path::new("scenes/cornell.xml"), &[])?.desc;
+//! let filter = SplatFilter::Gaussian;
+//! let spec = FilmSpec { width: 64, height: 64, filter, variance: None, sums: Default::default() };
+//! let (scene, camera) = (Arc::new(Scene::prepare(&desc)?), Camera::of(&desc)?);
+//! let context = RenderContext::new(scene, camera, &desc.integrator, 0, spec.window());
+//! // Two independent randomisations, whose difference tells the error of their mean.
+//! let tracer = Replicated::new(&context, true, PathTracer::from);
+//! let [width, height] = spec.padded_extent().map(u64::from);
+//! let mut job = RenderJob::new(Arc::new(tracer), 0..16 * width * height);
+//! job.window = spec.window();
+//!
+//! let (mut film, mut monitor) = (ReferenceFilm::new(spec, 1)?, ErrorMonitor::new([64, 64], filter.energy(), None));
+//! let (server, mut lanes) = Server::start(2)?;
+//! lanes.follow(Epoch(1), DrainOrder::Arrival);
+//! server.render(job, Epoch(1))?;
+//! while !lanes.is_drained() {
+//!     lanes.wait(Duration::from_millis(20));
+//!     let mut added = Ok(());
+//!     lanes.drain(65_536, |block| {
+//!         film.count_paths(block.header.paths);
+//!         monitor.add(block.header.first_index, block.header.paths, block.samples());
+//!         added = std::mem::replace(&mut added, Ok(())).and_then(|()| film.add(block.samples()));
+//!     });
+//!     added?;
+//! }
+//! film.flush()?;
+//! monitor.take_checkpoint(0.0);
+//!
+//! let picture = develop::linear_rgb(&film.develop()?, &Profile::srgb());
+//! let [median, p95, _] = monitor.status().estimate.relative;
+//! println!("95 % of the picture have an error below {:.1} % (90 %: {:.1}–{:.1})", 100.0 * p95.value, 100.0 * p95.low, 100.0 * p95.high);
+//! assert!(picture.len() == 64 * 64 && 0.0 < median.value && median.value < p95.value);
+//! # Ok(())
+//! # }
+//! ```
+
+mod args;
+mod bench;
+mod compare;
+mod devices;
+mod explain;
+mod info;
+mod merge;
+mod mix;
+mod plugins;
+mod render;
+mod replay;
+mod serve;
+mod shard;
+mod study;
+mod view;
+
+pub use crate::render::process::tell;
+pub use args::{Cli, CliCommand};
+
+use crate::render::{pipelines, process};
+use miette::Result;
+
+/// Runs what the command line asks for.
+///
+/// # Errors
+///
+/// Everything that stops the run, ready to be printed: with file, line and column where a scene is at fault.
+pub fn run(cli: Cli) -> Result<()> {
+    process::listen_for_snapshots();
+    let outcome = match cli.command {
+        CliCommand::Render(args) => render::render(*args),
+        CliCommand::Shard(args) => shard::shard(*args),
+        CliCommand::Merge(args) => merge::merge(&args),
+        CliCommand::Info(args) => info::info(&args),
+        CliCommand::Replay(args) => replay::replay(&args),
+        CliCommand::View(args) => view::view(*args),
+        CliCommand::Serve(args) => serve::serve(&args),
+        CliCommand::Bench(args) => bench::bench(&args),
+        CliCommand::Explain(args) => explain::explain(&args),
+        CliCommand::Compare(args) => compare::compare(&args),
+        CliCommand::Mix(args) => mix::mix(&args),
+        CliCommand::Study(args) => study::study(&args),
+        CliCommand::Plugins(args) => plugins::list(&args),
+        CliCommand::Devices => devices::list(),
+    };
+    pipelines::save_kept();
+    outcome
+}

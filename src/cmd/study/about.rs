@@ -1,0 +1,169 @@
+//! What a study is about: its scene, its methods, its machine, and the parts that are still missing.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use miette::Result;
+
+use crate::cmd::args::StudyArgs;
+use crate::cmd::args::study::Knob;
+use crate::cmd::explain::farm_cost;
+use crate::cmd::study::folder::{self, StudyFolder};
+use crate::cmd::study::renderer::{StudyRenderer, cpu};
+use crate::cmd::study::{PARTS, StudySession, display, options, wanted};
+use crate::gpu;
+use crate::render::method;
+use crate::render::options::SceneOptions;
+use crate::render::run_spec::{ChoiceReport, quoted};
+use crate::scene::desc::IntegratorKind;
+use crate::study::data::{AutoChoice, DroppedMethod, Machine, Study};
+use crate::study::measurement::Measurement;
+
+/// Lets `auto` choose, and keeps what it chooses with the time that this takes.
+pub fn choose(renderer: &mut StudyRenderer, folder: &mut StudyFolder) -> Result<ChoiceReport> {
+    let mut run = renderer.run(IntegratorKind::Auto, 1);
+    let start = Instant::now();
+    method::choose(&mut run, &renderer.scene, &renderer.camera, renderer.threads);
+    let seconds = start.elapsed().as_secs_f64();
+    let choice = run.auto.ok_or_else(|| miette::miette!("no method was chosen"))?;
+    let reason = choice.reason.rsplit_once(" — ").map_or_else(String::new, |(_, reason)| reason.to_string());
+    let auto = AutoChoice { method: choice.kind.name().to_string(), reason, seconds };
+    folder.keep(Measurement::Auto(auto))?;
+    Ok(choice)
+}
+
+/// The methods to compare: those that are asked for, or all that can show the picture. Why others are left out is kept.
+pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<IntegratorKind>> {
+    use IntegratorKind::{Auto, Bidirectional, Depth, Light, Path, Photon, Vcm};
+    miette::ensure!(
+        !args.methods.contains(&Depth),
+        "--methods depth shows no light, so there is nothing to compare"
+    );
+    let choice = session.choice.clone();
+    let mut methods: Vec<IntegratorKind> = Vec::new();
+    // `auto` is measured as the method that it chooses.
+    for kind in args.methods.iter().map(|kind| if *kind == Auto { choice.kind } else { *kind }) {
+        if !methods.contains(&kind) {
+            methods.push(kind);
+        }
+    }
+    if methods.iter().all(|kind| kind.has_photons()) && !methods.is_empty() && args.against.is_none() {
+        // Methods that blur cannot tell by how much.
+        methods.push(Bidirectional);
+    }
+    if !methods.is_empty() {
+        return Ok(methods);
+    }
+    for kind in [Path, Light, Bidirectional, Photon, Vcm] {
+        let tried = choice.candidates.iter().find(|tried| tried.method == kind.name());
+        let reason = match (kind, tried) {
+            (Vcm, None) => "is bidirectional where the picture shows no mirrors and no glass",
+            (Light, Some(tried)) if !tried.complete => "alone cannot show mirrors and glass",
+            (Path, Some(tried)) if !tried.complete => "cannot find light that leaves along normals only",
+            _ => {
+                methods.push(kind);
+                continue;
+            }
+        };
+        let dropped = DroppedMethod { method: kind.name().to_string(), reason: reason.to_string() };
+        session.folder.keep(Measurement::Dropped(dropped))?;
+    }
+    // The order counts where nothing has been measured yet.
+    let time = |kind: &IntegratorKind| {
+        let tried = choice.candidates.iter().find(|tried| tried.method == kind.name());
+        tried.and_then(|tried| tried.relative_time).unwrap_or(f64::INFINITY)
+    };
+    methods.sort_by(|a, b| time(a).total_cmp(&time(b)));
+    Ok(methods)
+}
+
+/// The options that name the scene, as other subcommands take them.
+pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneOptions {
+    SceneOptions {
+        defines: args.defines.clone(),
+        lenient: args.lenient,
+        verbose: args.verbose,
+        size: args.size,
+        threads: args.threads,
+        simd: args.simd.into(),
+        filter: args.filter,
+        device: args.device.clone(),
+        ..SceneOptions::of(scene)
+    }
+}
+
+/// A study with its scene, its machine and its missing parts.
+pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -> Study {
+    let there = |knob: Knob| match knob {
+        Knob::Methods => folder.has(|m| matches!(m, Measurement::Run(_))),
+        // Of these parts it is measured last.
+        Knob::Effects => folder.has(|m| matches!(m, Measurement::Unused { .. })),
+        Knob::Options => options::is_complete(folder),
+        Knob::Display => display::is_complete(folder),
+        Knob::Numeric => folder.has(|m| matches!(m, Measurement::Numeric(_))),
+        Knob::Replicates => folder.has(|m| matches!(m, Measurement::Scheme(_))),
+    };
+    let missing = PARTS.into_iter().filter(|(knob, ..)| wanted(args, *knob) && !there(*knob));
+    let spec = renderer.run.film;
+    Study {
+        format: folder::FORMAT,
+        scene: args.scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default(),
+        size: [spec.width, spec.height],
+        machine: machine(renderer),
+        load_seconds: renderer.load_seconds,
+        farm: farm_cost(renderer.load_seconds, renderer.texels(), true),
+        missing: missing.map(|(.., name)| name.to_string()).collect(),
+        ..Study::default()
+    }
+}
+
+pub fn command() -> String {
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+    std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// Everything besides the scene that a number depends on.
+fn machine(renderer: &StudyRenderer) -> Machine {
+    let device = &renderer.run.device;
+    let driver =
+        gpu::devices().ok().and_then(|all| all.into_iter().find(|d| d.name == *device).map(|d| d.driver));
+    Machine {
+        cpu: format!("{}, {}", cpu(), renderer.scene.kernel().name()),
+        threads: renderer.threads,
+        device: device.clone(),
+        driver: driver.unwrap_or_default(),
+        program: format!("pointillist {}", env!("CARGO_PKG_VERSION")),
+        date: today(),
+    }
+}
+
+/// Today as `2026-11-21`, by the civil calendar (H. Hinnant, *chrono-compatible low-level date algorithms*), UTC.
+fn today() -> String {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    date(since.as_secs() / 86_400)
+}
+
+fn date(days: u64) -> String {
+    // Days since 1 March 0000, in eras of 400 years.
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let (of_month, month) = (day - (153 * month + 2) / 5 + 1, if month < 10 { month + 3 } else { month - 9 });
+    let year = era * 400 + year + u64::from(month <= 2);
+    format!("{year:04}-{month:02}-{of_month:02}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_become_dates() {
+        assert_eq!(
+            [0, 59, 11_016, 20_778].map(date),
+            ["1970-01-01", "1970-03-01", "2000-02-29", "2026-11-21"]
+        );
+    }
+}

@@ -1,0 +1,173 @@
+//! `pointillist study`: what accuracy costs in time, on one scene and this machine.
+
+mod about;
+mod converge;
+mod display;
+mod effects;
+mod folder;
+mod judge;
+mod numeric;
+mod options;
+mod pictures;
+mod pools;
+mod renderer;
+mod schemes;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+mod tests;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::ValueEnum;
+use miette::Result;
+
+use crate::cmd::args::StudyArgs;
+use crate::cmd::args::study::Knob;
+use crate::render::process::tell;
+use crate::render::run_spec::{ChoiceReport, RunSpec};
+use crate::render::{predictions, process};
+use crate::scene::desc::IntegratorKind;
+use crate::study::data::Study;
+use crate::study::measurement::Measurement;
+use crate::study::{analysis, pages};
+use folder::StudyFolder;
+use judge::Judge;
+use renderer::StudyRenderer;
+
+/// Parts in their order, with shares of what is left of the budget, and what is missing without them.
+const PARTS: [(Knob, f64, &str); 6] = [
+    (Knob::Methods, 0.65, "convergence, prices, pictures, predictions, stability: --knobs methods"),
+    (Knob::Effects, 0.5, "effects: --knobs effects"),
+    (Knob::Options, 0.6, "options: --knobs options"),
+    (Knob::Display, 0.6, "display: --knobs display"),
+    (Knob::Numeric, 0.2, "numeric choices: --knobs numeric"),
+    (Knob::Replicates, 1.0, "replicates: --knobs replicates"),
+];
+
+/// A study of fewer seconds gives this share of them to the methods.
+const BRIEF: f64 = 45.0;
+const BRIEF_SHARE: f64 = 0.8;
+
+/// Seconds that are kept for page, tables and charts.
+const PUBLISHING: f64 = 0.5;
+
+/// A study that is being measured.
+pub struct StudySession {
+    renderer: StudyRenderer,
+    folder: StudyFolder,
+    judge: Judge,
+    /// What `--integrator auto` chooses, and all that it has tried.
+    choice: ChoiceReport,
+}
+
+/// The time that a part of the study may take.
+pub struct TimeBudget {
+    start: Instant,
+    seconds: f64,
+    quiet: bool,
+}
+
+impl TimeBudget {
+    /// Seconds that are left; negative afterwards.
+    pub fn left(&self) -> f64 {
+        self.seconds - self.start.elapsed().as_secs_f64()
+    }
+
+    /// Tells the user what is being measured.
+    pub fn say(&self, text: &str) {
+        if !self.quiet {
+            tell(&format!("  {text}"));
+        }
+    }
+}
+
+pub fn study(args: &StudyArgs) -> Result<()> {
+    if args.predictions {
+        return predictions::print();
+    }
+    if let (Some(folder), Some(output)) = (&args.collect, &args.output) {
+        return folder::collect(folder, output);
+    }
+    let Some(scene) = &args.scene else { return Ok(()) };
+    process::listen_for_interrupt();
+    let seconds = args.budget.as_secs_f64();
+    let seconds = seconds - PUBLISHING.min(0.1 * seconds);
+    let budget = TimeBudget { start: Instant::now(), seconds, quiet: args.quiet };
+    let mut renderer = StudyRenderer::new(args, &about::source(args, scene.clone()))?;
+    let path = args.output.clone().unwrap_or_else(|| {
+        let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+        PathBuf::from(format!("study-{stem}"))
+    });
+    let mut folder = StudyFolder::open(&path, &renderer)?;
+    let judge = Judge::open(&renderer, &mut folder, args.against.as_deref())?;
+    budget.say("the trial of --integrator auto");
+    let choice = about::choose(&mut renderer, &mut folder)?;
+    let mut session = StudySession { renderer, folder, judge, choice };
+    let outcome = measure(args, &mut session, &budget);
+    let StudySession { renderer, mut folder, .. } = session;
+    if folder.has_grown() {
+        folder.keep(Measurement::Command { command: about::command() })?;
+    }
+    let study = analysis::study(about::about(args, &renderer, &folder), &folder.measurements);
+    folder.publish(&study)?;
+    if !args.quiet {
+        crate::render::report::print(&pages::terminal(&study), "the study");
+        let page = folder.file("index.html");
+        tell(&format!("the page is {}; tables and charts are beside it", page.display()));
+    }
+    outcome
+}
+
+/// Measures one part after another; each takes its share of what is left.
+fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
+    let methods = about::methods(args, session)?;
+    let last = PARTS.iter().rposition(|(knob, ..)| wanted(args, *knob));
+    for (i, (knob, share, _)) in PARTS.into_iter().enumerate() {
+        if !wanted(args, knob) || process::is_interrupted() || budget.left() <= 0.0 {
+            continue;
+        }
+        let share = match knob {
+            _ if Some(i) == last => 1.0,
+            // Nothing is worth as much as the answer.
+            Knob::Methods if budget.seconds < BRIEF => BRIEF_SHARE,
+            _ => share,
+        };
+        let part = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
+        match knob {
+            Knob::Methods => converge::converge(session, methods.clone(), &part)?,
+            Knob::Effects => effects::effects(session, &part)?,
+            Knob::Options => options::options(session, &part)?,
+            Knob::Display => display::display(session, &part)?,
+            Knob::Numeric => numeric::numeric(session, &part)?,
+            Knob::Replicates => schemes::schemes(session, &part)?,
+        }
+    }
+    converge::peers(session, &args.peer)
+}
+
+/// True if a part is asked for.
+fn wanted(args: &StudyArgs, knob: Knob) -> bool {
+    args.knobs.is_empty() || args.knobs.contains(&knob)
+}
+
+impl StudySession {
+    /// A run by the method that is fastest so far, or else the one that `auto` chooses, for measuring effects, options and display.
+    fn chosen(&self) -> RunSpec {
+        let film = &self.renderer.run.film;
+        let study = Study { size: [film.width, film.height], ..Study::default() };
+        let study = analysis::study(study, &self.folder.measurements);
+        let fastest = pages::fastest(&study);
+        let fastest = fastest.and_then(|name: String| IntegratorKind::from_str(&name, false).ok());
+        self.renderer.run(fastest.unwrap_or(self.choice.kind), 1)
+    }
+
+    /// The same by an unbiased method: bidirectional path tracing in place of methods with photons.
+    fn unbiased(&self) -> RunSpec {
+        let mut run = self.chosen();
+        if run.integrator.has_photons() {
+            run.integrator = IntegratorKind::Bidirectional;
+        }
+        run
+    }
+}

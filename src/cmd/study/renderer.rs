@@ -1,0 +1,363 @@
+//! Renders the pictures of a study: one scene, one device and one set of threads, which stay warm from picture to picture.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::{Denoise, DisplayImage, Film, FilmData, FilmSpec, Settings, develop};
+use crate::cmd::args::StudyArgs;
+use crate::color::Profile;
+use crate::denoise::filtered_picture::{FilteredPicture, HalfMeans};
+use crate::denoise::view_filter::ViewFilter;
+use crate::image::Grid;
+use crate::render::adaptive::{self, RenderStage, StagePart};
+use crate::render::device::Device;
+use crate::render::drive::{Drive, DriveObservers, DriveOutcome, drive};
+use crate::render::light_groups::GroupFilms;
+use crate::render::load::{self, Opened};
+use crate::render::method::{self, RenderOrder};
+use crate::render::observer::{Beside, Observer};
+use crate::render::options::SceneOptions;
+use crate::render::progress::{Goal, Progress};
+use crate::render::report::Seconds;
+use crate::render::run_spec::{RunSpec, shown_variance};
+use crate::render::state::RenderGoal;
+use crate::render::warnings;
+use crate::scene::SceneDesc;
+use crate::scene::desc::IntegratorKind;
+use crate::scene::light_groups::LightGroup;
+use crate::server::{Server, Stats};
+use crate::stream::Lanes;
+use crate::stream::control::Epoch;
+use crate::study::brightness::MeanLuminance;
+use crate::study::error::ReplicatePixel;
+use crate::study::prediction::PredictionOutcome;
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Replicates};
+use crate::tracer::screen::ScreenSampling;
+use crate::tracer::{Camera, Scene};
+
+/// Renders of at least this time have witnesses.
+const WITNESSED: Duration = Duration::from_secs(1);
+
+/// How long a picture is traced.
+#[derive(Clone, Copy, Debug)]
+pub enum RenderLimit {
+    Time(Duration),
+    Paths(u64),
+}
+
+/// Pixels of a trial, at least and at most: enough tiles for a quantile, and few enough that many samples per pixel take little time.
+const TRIAL_PIXELS: [f64; 2] = [12_000.0, 40_000.0];
+
+/// Pixels of a trial for each second of the study's budget, within these bounds.
+const PIXELS_PER_SECOND: f64 = 400.0;
+
+/// A picture with fewer times the pixels of a trial is its own trial.
+const WORTH_A_TRIAL: f64 = 2.5;
+
+/// A prepared scene and all that renders it.
+pub struct StudyRenderer {
+    /// The specification of all runs, which differ in method and seed.
+    pub run: RunSpec,
+    /// A smaller film of the same view, for trials; `None` where the picture is small itself.
+    pub trial: Option<FilmSpec>,
+    pub scene: Arc<Scene>,
+    pub camera: Camera,
+    pub desc: SceneDesc,
+    /// How pictures are shown.
+    pub settings: Settings,
+    /// The device that rasterises them.
+    pub device: Device,
+    /// Tracing threads.
+    pub threads: usize,
+    /// Seconds to load and prepare the scene.
+    pub load_seconds: f64,
+    film: StudyFilm,
+    /// The film before, which may be wanted again.
+    spare: Option<StudyFilm>,
+    /// The noise filter of the view, and the size that it is for.
+    filter: Option<(FilmSpec, ViewFilter)>,
+    server: Server,
+    lanes: Lanes,
+    epoch: Epoch,
+}
+
+/// A film and what it was made for.
+struct StudyFilm {
+    spec: FilmSpec,
+    kappa: Option<f32>,
+    client: Box<dyn Film>,
+}
+
+/// A picture and the record of its render.
+pub struct StudyRender {
+    /// Linear Rec.709, unblurred.
+    pub rgb: Grid<[f32; 3]>,
+    /// Every pixel has samples.
+    pub is_complete: bool,
+    /// The sums.
+    pub data: FilmData,
+    /// Time and end of the render.
+    pub driven: DriveOutcome,
+    pub stats: Stats,
+    /// The error that its replicates state; empty for an undivided run.
+    pub state: Arc<ErrorStatus>,
+    /// Its predictions and their outcomes.
+    pub predictions: Vec<PredictionOutcome>,
+    /// Mean and difference of its replicates; empty for an undivided run.
+    pub pixels: Vec<ReplicatePixel>,
+    /// The sums of its replicates; `None` for an undivided run.
+    replicates: Option<Replicates>,
+}
+
+impl StudyRender {
+    /// The error that its replicates state, if it is known.
+    pub fn estimate(&self) -> Option<ErrorEstimate> {
+        self.state.checkpoints.last().map(|_| self.state.estimate)
+    }
+
+    /// The mean luminance of the picture by each replicate.
+    pub fn brightness(&self) -> Vec<MeanLuminance> {
+        self.replicates.iter().flat_map(Replicates::mean_luminances).flatten().collect()
+    }
+}
+
+/// The processor's name, as far as the system tells.
+pub fn cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let name = name.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{name}, {cores} cores")
+}
+
+impl StudyRenderer {
+    /// Loads and prepares the scene of a command line.
+    pub fn new(args: &StudyArgs, source: &SceneOptions) -> Result<Self> {
+        let mut seconds = Seconds::default();
+        let Opened { input, scene, camera, device } = load::open(source, &mut seconds)?;
+        warnings::tell_warnings(&input.loaded.warnings, source);
+        warnings::tell_notices(scene.notices(), source);
+        let settings = args.display.settings();
+        let mut run = RunSpec::of(source, &input, device.name());
+        run.film.variance = shown_variance(&settings);
+        let threads = source.threads();
+        let film = StudyFilm { spec: run.film, kappa: None, client: device.client(run.film, threads, None)? };
+        let trial = trial(run.film, args.budget.as_secs_f64());
+        let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
+        Ok(Self {
+            run,
+            trial,
+            scene: Arc::new(scene),
+            camera,
+            desc: input.loaded.desc,
+            settings,
+            device,
+            threads,
+            load_seconds: seconds.load + seconds.prepare,
+            film,
+            spare: None,
+            filter: None,
+            server,
+            lanes,
+            epoch: Epoch(0),
+        })
+    }
+
+    /// Pixels of the film, overscan included.
+    pub fn texels(&self) -> f64 {
+        texels(&self.run.film)
+    }
+
+    /// The specification of a run by `kind` with this seed.
+    pub fn run(&self, kind: IntegratorKind, seed: u32) -> RunSpec {
+        RunSpec { integrator: kind, seed, ..self.run.clone() }
+    }
+
+    /// Renders the scene.
+    pub fn trace(&mut self, run: &RunSpec, limit: RenderLimit) -> Result<StudyRender> {
+        self.trace_other(run, self.scene.clone(), self.camera.clone(), limit)
+    }
+
+    /// Renders another scene on the same film.
+    pub fn trace_other(
+        &mut self,
+        run: &RunSpec,
+        scene: Arc<Scene>,
+        camera: Camera,
+        limit: RenderLimit,
+    ) -> Result<StudyRender> {
+        self.trace_with(run, scene, camera, limit, None)
+    }
+
+    /// Renders a scene of groups of lights, with a picture for each.
+    pub fn trace_grouped(
+        &mut self,
+        run: &RunSpec,
+        scene: Arc<Scene>,
+        groups: Vec<LightGroup>,
+        limit: RenderLimit,
+    ) -> Result<StudyRender> {
+        let mut groups = GroupFilms::new(groups, run, &self.device, self.threads)?;
+        self.trace_with(run, scene, self.camera.clone(), limit, Some(&mut groups))
+    }
+
+    fn trace_with(
+        &mut self,
+        run: &RunSpec,
+        scene: Arc<Scene>,
+        camera: Camera,
+        limit: RenderLimit,
+        mut groups: Option<&mut GroupFilms>,
+    ) -> Result<StudyRender> {
+        self.use_film(run.film, run.reweighted)?;
+        self.film.client.clear();
+        let (goal, time) = match limit {
+            RenderLimit::Time(time) => {
+                (RenderGoal { indices: 0..u64::MAX, time: Some(time), error: None }, Some(time))
+            }
+            RenderLimit::Paths(paths) => (RenderGoal { indices: 0..paths, time: None, error: None }, None),
+        };
+        let stages = match run.adaptive {
+            true => adaptive::stages(run, &goal)?,
+            false => vec![RenderStage::even(goal.indices, time)],
+        };
+        let observer = run.replicated.then(|| Observer::start(run, None, Beside::Render)).transpose()?;
+        // What a user gets states its error with witnesses; in less time they would cost too much of it.
+        let has_witnesses = time.is_some_and(|time| time >= WITNESSED);
+        let witnesses = has_witnesses.then(|| method::witnesses(run, &scene, &camera)).flatten();
+        if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
+            observer.call(witnesses);
+        }
+        let bar = Progress::new(Goal::Error, true);
+        let (mut driven, mut stats) = (DriveOutcome::new(false), Stats::default());
+        for RenderStage { part, indices, until } in stages {
+            let time = until.map(|until| until.saturating_sub(driven.wall));
+            if part != StagePart::Even && time == Some(Duration::ZERO) {
+                continue;
+            }
+            let sampling = match (part, &observer) {
+                (StagePart::Pilot, _) => ScreenSampling::Pilot,
+                (StagePart::Main, Some(observer)) => adaptive::sampling(run, observer).0,
+                _ => ScreenSampling::Even,
+            };
+            self.epoch = self.epoch.next();
+            // Stages of an adaptive render count indices, limits count paths.
+            let range = match run.adaptive {
+                true => method::as_paths(run.integrator, &indices),
+                false => indices.clone(),
+            };
+            let order = RenderOrder {
+                scene: scene.clone(),
+                camera: camera.clone(),
+                range,
+                window: run.film.window(),
+                epoch: self.epoch,
+                sampling,
+                check: None,
+            };
+            method::start(&self.server, run, order, &mut None)?;
+            let plan = Drive {
+                epoch: self.epoch,
+                first_index: indices.start,
+                deterministic: false,
+                time,
+                texels: texels(&run.film),
+                quantity: ErrorQuantile::P95,
+            };
+            let onlookers = DriveObservers {
+                bar: &bar,
+                timings: &mut None,
+                observer: observer.as_ref(),
+                recorder: None,
+                live: None,
+                groups: groups.as_deref_mut(),
+            };
+            let client = &mut *self.film.client;
+            driven.add(drive(plan, &self.server, &mut self.lanes, client, onlookers)?);
+            let done = self.server.stats();
+            stats.epoch = done.epoch;
+            stats.workers.extend(done.workers);
+            if driven.interrupted
+                || driven.panicked.is_some()
+                || (!driven.complete && part != StagePart::Pilot)
+            {
+                break;
+            }
+        }
+        if let Some((index, message)) = &driven.panicked {
+            miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
+        }
+        let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
+        let replicates = observer.as_ref().and_then(Observer::replicates);
+        let (state, predictions) = observer.as_ref().map(Observer::end).unwrap_or_default();
+        let data = self.film.client.develop().into_diagnostic()?;
+        let [width, height] = [run.film.width, run.film.height].map(|side| side as usize);
+        let rgb = Grid::from_rows(width, height, develop::linear_rgb(&data, &Profile::srgb()));
+        let rgb = rgb.ok_or_else(|| miette::miette!("the film has another size than its picture"))?;
+        let is_complete = data.camera.iter().all(|sum| sum[3] > 0.0);
+        Ok(StudyRender { rgb, is_complete, data, driven, stats, state, predictions, pixels, replicates })
+    }
+
+    /// A picture of this scene as it is displayed through the noise filter, and its linear pixels; `None` for an undivided run, and without
+    /// memory.
+    pub fn filtered(
+        &mut self,
+        film: &FilmSpec,
+        traced: &StudyRender,
+    ) -> Result<Option<(DisplayImage, Vec<[f32; 3]>)>> {
+        if self.filter.as_ref().is_none_or(|(of, _)| of != film) {
+            let filter = ViewFilter::new(&self.scene, &self.camera, film, &|| false);
+            self.filter = filter.map(|filter| (*film, filter));
+        }
+        let (Some((_, filter)), Some(replicates)) = (&mut self.filter, &traced.replicates) else {
+            return Ok(None);
+        };
+        let picture = HalfMeans::of(replicates).and_then(|halves| {
+            FilteredPicture::of(replicates, &halves, Some(&traced.data), filter, Denoise::Wavelet)
+        });
+        let Ok(picture) = picture else { return Ok(None) };
+        let from_xyz = Profile::srgb().from_xyz;
+        let linear = picture.xyz().pixels().iter().map(|xyz| (from_xyz * *xyz).to_array()).collect();
+        Ok(Some((picture.display(&self.settings)?, linear)))
+    }
+
+    /// Makes the film the one that is used now, empty or as it was left.
+    fn use_film(&mut self, spec: FilmSpec, kappa: Option<f32>) -> Result<()> {
+        let fits = |film: &StudyFilm| film.spec == spec && film.kappa == kappa;
+        if fits(&self.film) {
+            return Ok(());
+        }
+        let wanted = match self.spare.take().filter(fits) {
+            Some(film) => film,
+            None => StudyFilm { spec, kappa, client: self.device.client(spec, self.threads, kappa)? },
+        };
+        self.spare = Some(std::mem::replace(&mut self.film, wanted));
+        Ok(())
+    }
+
+    /// Displays the last picture with some settings.
+    pub fn show(&mut self, settings: &Settings) -> Result<DisplayImage> {
+        self.film.client.display(settings).into_diagnostic()
+    }
+}
+
+fn texels(film: &FilmSpec) -> f64 {
+    let [width, height] = film.padded_extent().map(f64::from);
+    width * height
+}
+
+/// The film of a trial: the same view in fewer pixels.
+fn trial(film: FilmSpec, budget: f64) -> Option<FilmSpec> {
+    let [width, height] = [film.width, film.height].map(f64::from);
+    let pixels = (PIXELS_PER_SECOND * budget).clamp(TRIAL_PIXELS[0], TRIAL_PIXELS[1]);
+    let scale = (pixels / (width * height)).sqrt();
+    let side = |pixels: f64| (scale * pixels).round().max(1.0) as u32;
+    (width * height > WORTH_A_TRIAL * pixels).then(|| FilmSpec {
+        width: side(width),
+        height: side(height),
+        variance: None,
+        ..film
+    })
+}

@@ -1,0 +1,540 @@
+//! The noise filter of the window: a thread that adds up both randomisations pixel by pixel, traces the features of an epoch after its first
+//! picture, filters when it is asked to, and estimates now and then the error of what it shows. The loop goes on meanwhile. Where only the camera
+//! has moved, the last picture stands in for samples ([`reprojection`](crate::denoise::reprojection)), and features are traced at once.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::oidn::OidnQuality;
+use crate::client::wavelet::out_of_memory;
+use crate::client::{ClientError, Denoise, FilmData, FilmSpec};
+use crate::denoise::filtered_picture::{FilteredPicture, HalfMeans, filtered_error};
+use crate::denoise::reprojection::{KnownView, Prior, ViewSurfaces};
+use crate::denoise::view_filter::{FeatureGrid, OidnOptions, ViewFilter, first_hits};
+use crate::gpu::Gpu;
+use crate::image::Grid;
+use crate::stream::{PathCounts, Sample};
+use crate::study::{ErrorEstimate, Replicates, SamplesApart};
+use crate::tracer::{Camera, Scene};
+
+/// Samples per pixel from which on a picture is filtered; with fewer the pyramid shows more.
+const FILTERED_FROM: f64 = 0.1;
+
+/// Samples per pixel from which on the error of the filtered picture is estimated, and their growth from one estimate to the next: each takes a
+/// little longer than two pictures.
+const ERROR_FROM: f64 = 4.0;
+const ERROR_RATIO: f64 = 1.5;
+
+/// Rays that find the surfaces on which another view is carried over: few, because that is the first picture after an edit.
+const REPROJECTED: FeatureGrid = FeatureGrid { half: 0, step: 2 };
+
+/// Another view is carried over before the first samples are shown where that takes no longer than this; otherwise after them, so that the first
+/// picture comes as early as without it.
+const AT_FIRST: Duration = Duration::from_millis(25);
+
+/// What an epoch shows.
+#[derive(Clone)]
+pub struct EpochView {
+    pub scene: Arc<Scene>,
+    pub camera: Camera,
+}
+
+/// A message to the thread.
+enum FilterMessage {
+    /// Another epoch, or another film for the same one: forget all samples.
+    Begin {
+        film: FilmSpec,
+        view: Box<EpochView>,
+        /// The last picture stands in for samples, where it is one of the same scene.
+        reproject: bool,
+        /// The error of the filtered picture is wanted.
+        wants_error: bool,
+    },
+    Samples {
+        first_index: u64,
+        paths: PathCounts,
+        samples: Box<[Sample]>,
+    },
+    /// Trace the features, for a filter of this kind; wavelets on this device, if there is one.
+    Prepare(Denoise, Option<Arc<Gpu>>),
+    /// Filter what there is by a filter of this kind: this many samples of the film, with its sums where they count.
+    Filter(Denoise, u64, Option<FilmData>),
+}
+
+/// A message, and the number of the film that it is about.
+type NumberedMessage = (u64, FilterMessage);
+
+/// What the thread tells of the film of this number.
+struct FilterAnswer {
+    number: u64,
+    kind: Denoise,
+    content: AnswerContent,
+}
+
+enum AnswerContent {
+    Picture(PictureAnswer),
+    /// The error of the picture that was filtered last; `None` where there is too little to tell.
+    Error(Option<ErrorEstimate>),
+}
+
+/// A picture.
+struct PictureAnswer {
+    /// It shows another view alone.
+    is_reprojection: bool,
+    /// `None` without memory, where the filter failed, and where another view shows too little of this one.
+    frame: Option<FilteredFrame>,
+    took: Duration,
+}
+
+/// The last picture of the present film.
+pub struct FilteredFrame {
+    /// What is shown.
+    pub shown: FilteredPicture,
+    /// The filtered picture without anything of another view; `None` before there are samples enough for the filter.
+    pub filtered: Option<FilteredPicture>,
+    /// The filter that was asked for.
+    pub kind: Denoise,
+    /// Samples in it.
+    pub samples: u64,
+}
+
+/// What loop and thread both know.
+struct FilterProgress {
+    /// The present film: what is about another one is not worth doing.
+    number: AtomicU64,
+    /// The film whose features were traced last.
+    prepared: AtomicU64,
+    /// The film that another view stood in for last.
+    reprojected: AtomicU64,
+}
+
+/// A handle to the thread; dropping it ends the thread.
+pub struct NoiseFilter {
+    /// `None` once the thread was told to end.
+    messages: Option<Sender<NumberedMessage>>,
+    answers: Receiver<FilterAnswer>,
+    progress: Arc<FilterProgress>,
+    thread: Option<JoinHandle<()>>,
+    shown: Option<FilteredFrame>,
+    /// The error of a filtered picture of the present film, and by which filter.
+    error: Option<(Denoise, ErrorEstimate)>,
+    /// The scene of the last filtered picture.
+    known: Option<Arc<Scene>>,
+    /// The scene of the present film.
+    scene: Option<Arc<Scene>>,
+    /// The view before may stand in for samples of the present film.
+    stands_in: bool,
+    /// It was asked to, and has not answered yet.
+    reprojecting: bool,
+    /// How long it took to carry over the last one, and how many there were.
+    reprojection: Duration,
+    reprojections: u64,
+    /// An answer is awaited.
+    busy: bool,
+    /// The features of the present film were asked for.
+    preparing: bool,
+    /// Where wavelets are computed, unless that is the processor.
+    device: Option<Arc<Gpu>>,
+    /// Filters that have failed for the present film, or found no memory.
+    failed: Vec<Denoise>,
+}
+
+impl NoiseFilter {
+    /// Starts the thread. Filters that bring their own threads use as many as this.
+    pub fn start(threads: usize) -> Result<Self> {
+        let (messages, inbox) = channel();
+        let (outbox, answers) = channel();
+        let progress = Arc::new(FilterProgress {
+            number: AtomicU64::new(0),
+            prepared: AtomicU64::new(u64::MAX),
+            reprojected: AtomicU64::new(u64::MAX),
+        });
+        let own = progress.clone();
+        let thread =
+            Builder::new().name("noise filter".into()).spawn(move || work(&inbox, &outbox, &own, threads));
+        Ok(Self {
+            messages: Some(messages),
+            answers,
+            progress,
+            thread: Some(thread.into_diagnostic()?),
+            shown: None,
+            error: None,
+            known: None,
+            scene: None,
+            stands_in: false,
+            reprojecting: false,
+            // The first one has to show that it is quick enough.
+            reprojection: Duration::MAX,
+            reprojections: 0,
+            busy: false,
+            preparing: false,
+            device: None,
+            failed: Vec::new(),
+        })
+    }
+
+    /// Computes wavelets on this device from the next view on, or on the processor.
+    pub fn set_device(&mut self, device: Option<Arc<Gpu>>) {
+        self.device = device;
+    }
+
+    /// Begins with the samples of a film of this epoch, whose error after the filter may be wanted. With `reproject` the last picture stands in for them, if it is one of the same
+    /// scene, until a filter of this kind shows more.
+    pub fn begin(&mut self, film: FilmSpec, view: EpochView, wants_error: bool, reproject: Option<Denoise>) {
+        self.progress.number.fetch_add(1, Ordering::Relaxed);
+        (self.shown, self.busy, self.preparing) = (None, false, false);
+        self.error = None;
+        self.failed.clear();
+        let is_known = self.known.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &view.scene));
+        (self.stands_in, self.reprojecting) = (reproject.is_some() && is_known, false);
+        self.scene = Some(view.scene.clone());
+        let (view, reproject_now) = (Box::new(view), reproject.is_some());
+        self.send(FilterMessage::Begin { film, view, reproject: reproject_now, wants_error });
+        if let Some(kind) = reproject.filter(|_| self.stands_in && self.reprojection <= AT_FIRST) {
+            self.prepare(kind);
+        }
+    }
+
+    /// Takes a copy of the samples of a block that goes to the film.
+    pub fn samples(&self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        self.send(FilterMessage::Samples { first_index, paths, samples: samples.into() });
+    }
+
+    /// The first picture is shown: features may be traced, for a filter of this kind first of all.
+    pub fn prepare(&mut self, kind: Denoise) {
+        if !std::mem::replace(&mut self.preparing, true) {
+            self.send(FilterMessage::Prepare(kind, self.device.clone()));
+            self.reprojecting = self.stands_in;
+        }
+    }
+
+    /// Whether a picture of this many samples of a film can be made, by a filter of this kind if there are enough.
+    pub fn is_ready(&self, kind: Denoise, film: &FilmSpec, samples: u64) -> bool {
+        let FilterProgress { number, prepared, reprojected } = &*self.progress;
+        let is_present = |film: &AtomicU64| film.load(Ordering::Relaxed) == number.load(Ordering::Relaxed);
+        !self.failed.contains(&kind)
+            && (is_present(reprojected) || is_present(prepared) && is_enough(film, samples))
+    }
+
+    /// Whether another view was asked to stand in for samples, and has not answered yet.
+    pub fn is_reprojecting(&self) -> bool {
+        self.reprojecting
+    }
+
+    /// Views that another one has stood in for since the start.
+    pub fn reprojections(&self) -> u64 {
+        self.reprojections
+    }
+
+    /// Whether a picture of this many samples can be filtered so, now or once the features that were asked for are there.
+    pub fn will_be_ready(&self, kind: Denoise, film: &FilmSpec, samples: u64) -> bool {
+        self.preparing && !self.failed.contains(&kind) && is_enough(film, samples)
+    }
+
+    /// Whether a picture is being filtered.
+    pub fn is_busy(&self) -> bool {
+        self.busy
+    }
+
+    /// Begins to filter what was given so far: `samples` samples of a film with these sums.
+    pub fn filter(&mut self, kind: Denoise, samples: u64, data: Option<FilmData>) {
+        self.busy = true;
+        self.send(FilterMessage::Filter(kind, samples, data));
+    }
+
+    /// The last picture.
+    pub fn shown(&self) -> Option<&FilteredFrame> {
+        self.shown.as_ref()
+    }
+
+    /// The error of a picture of the present film through a filter of this kind, as it was when it was estimated last.
+    pub fn error(&self, kind: Denoise) -> Option<&ErrorEstimate> {
+        self.error.as_ref().filter(|(of, _)| *of == kind).map(|(_, error)| error)
+    }
+
+    /// Takes the last picture.
+    pub fn take_shown(&mut self) -> Option<FilteredFrame> {
+        self.shown.take()
+    }
+
+    /// Takes over the picture that was asked for, if it is there; returns how long it took.
+    pub fn poll(&mut self) -> Option<Duration> {
+        loop {
+            match self.answers.try_recv() {
+                Ok(answer) => {
+                    if let Some(took) = self.take(answer) {
+                        return Some(took);
+                    }
+                }
+                Err(TryRecvError::Empty) => return None,
+                Err(TryRecvError::Disconnected) => {
+                    self.is_gone();
+                    return None;
+                }
+            }
+        }
+    }
+
+    /// Waits for the picture that was asked for.
+    pub fn wait(&mut self) {
+        while self.busy {
+            match self.answers.recv() {
+                Ok(answer) => _ = self.take(answer),
+                Err(_) => self.is_gone(),
+            }
+        }
+    }
+
+    /// The thread has ended: the picture goes on without it.
+    fn is_gone(&mut self) {
+        (self.busy, self.preparing, self.reprojecting) = (false, false, false);
+        self.failed.extend(Denoise::value_variants());
+    }
+
+    /// Takes over an answer; returns how long its picture took, if it has one.
+    fn take(&mut self, FilterAnswer { number, kind, content }: FilterAnswer) -> Option<Duration> {
+        if number != self.progress.number.load(Ordering::Relaxed) {
+            return None;
+        }
+        let answer = match content {
+            AnswerContent::Picture(answer) => answer,
+            AnswerContent::Error(error) => {
+                self.error = error.map(|error| (kind, error));
+                return None;
+            }
+        };
+        self.reprojecting = false;
+        if answer.is_reprojection {
+            self.reprojection = answer.took;
+            answer.frame.as_ref()?;
+            self.reprojections += 1;
+        }
+        self.busy = false;
+        if answer.frame.is_none() {
+            self.failed.push(kind);
+        }
+        if answer.frame.as_ref().is_some_and(|frame| frame.filtered.is_some()) {
+            self.known.clone_from(&self.scene);
+        }
+        self.shown = answer.frame;
+        Some(answer.took)
+    }
+
+    fn send(&self, message: FilterMessage) {
+        let number = self.progress.number.load(Ordering::Relaxed);
+        if let Some(messages) = &self.messages {
+            // A thread that is gone has told why.
+            let _ = messages.send((number, message));
+        }
+    }
+}
+
+impl Drop for NoiseFilter {
+    fn drop(&mut self) {
+        // Whatever is under way is not worth finishing.
+        self.progress.number.fetch_add(1, Ordering::Relaxed);
+        self.messages = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Whether this many samples of a film are enough for the filter.
+fn is_enough(film: &FilmSpec, samples: u64) -> bool {
+    samples as f64 >= FILTERED_FROM * f64::from(film.width) * f64::from(film.height)
+}
+
+/// One film of an epoch, as the thread knows it.
+struct FilteredFilm {
+    film: FilmSpec,
+    view: EpochView,
+    replicates: Replicates,
+    /// About half of its samples, by which the error of the filtered picture is known, where that is wanted.
+    apart: Option<SamplesApart>,
+    /// Of how many paths it was estimated last, and through which filter.
+    estimated: Option<(Denoise, f64)>,
+    /// The last picture of another view of the scene stands in for samples.
+    reproject: bool,
+    surfaces: Option<Arc<ViewSurfaces>>,
+    filter: Option<ViewFilter>,
+    /// That of the last view, whose memory serves again.
+    spare: Option<ViewFilter>,
+    prior: Option<Prior>,
+}
+
+/// The thread.
+fn work(
+    inbox: &Receiver<NumberedMessage>,
+    outbox: &Sender<FilterAnswer>,
+    progress: &FilterProgress,
+    threads: usize,
+) {
+    let mut state: Option<FilteredFilm> = None;
+    let mut known: Option<(Arc<Scene>, KnownView)> = None;
+    while let Ok((number, message)) = inbox.recv() {
+        let is_over = || progress.number.load(Ordering::Relaxed) != number;
+        if is_over() {
+            continue;
+        }
+        let start = Instant::now();
+        let answer = |kind, content| {
+            let _ = outbox.send(FilterAnswer { number, kind, content });
+        };
+        let picture = |is_reprojection, frame| {
+            AnswerContent::Picture(PictureAnswer { is_reprojection, frame, took: start.elapsed() })
+        };
+        match (message, &mut state) {
+            (FilterMessage::Begin { film, view, reproject, wants_error }, state) => {
+                known = known.filter(|(scene, _)| Arc::ptr_eq(scene, &view.scene));
+                let spare = state.take().and_then(|last| last.filter.or(last.spare));
+                let replicates = Replicates::new([film.width, film.height], film.filter.energy());
+                *state = Some(FilteredFilm {
+                    film,
+                    view: *view,
+                    apart: wants_error.then(|| SamplesApart::half_to_come(&replicates)),
+                    replicates,
+                    estimated: None,
+                    reproject,
+                    surfaces: None,
+                    filter: None,
+                    spare,
+                    prior: None,
+                });
+            }
+            (FilterMessage::Samples { first_index, paths, samples }, Some(state)) => {
+                state.replicates.add(first_index, paths, &samples);
+                if let Some(apart) = &mut state.apart {
+                    apart.add(first_index, paths, &samples);
+                }
+            }
+            (FilterMessage::Prepare(kind, device), Some(state)) => {
+                if let Some((_, known)) = known.as_ref().filter(|_| state.reproject) {
+                    let shown = state.look(known, &is_over);
+                    let frame = shown.map(|shown| FilteredFrame { shown, filtered: None, kind, samples: 0 });
+                    let is_shown = frame.is_some();
+                    answer(kind, picture(true, frame));
+                    if is_shown {
+                        progress.reprojected.store(number, Ordering::Relaxed);
+                    }
+                }
+                let oidn = OidnOptions { threads, quality: OidnQuality::Balanced };
+                if state.prepare(kind, oidn, device, &is_over).is_some() {
+                    progress.prepared.store(number, Ordering::Relaxed);
+                }
+            }
+            (FilterMessage::Filter(kind, samples, data), Some(state)) => {
+                let made = state.picture(kind, samples, data.as_ref());
+                let made = made.inspect_err(|error| {
+                    tracing::warn!("the picture is shown without noise filter: {error}");
+                });
+                let frame = made.ok().map(|(frame, now_known)| {
+                    if let Some(now_known) = now_known {
+                        known = Some((state.view.scene.clone(), now_known));
+                    }
+                    frame
+                });
+                let is_made = frame.is_some();
+                answer(kind, picture(false, frame));
+                if let Some(error) = is_made.then(|| state.error(kind, &is_over)).flatten() {
+                    answer(kind, AnswerContent::Error(error));
+                }
+            }
+            (_, None) => {}
+        }
+    }
+}
+
+impl FilteredFilm {
+    /// The surfaces that rays of this grid meet. `None` without memory, and where it `is_over`.
+    fn surfaces(&self, rays: FeatureGrid, is_over: &(dyn Fn() -> bool + Sync)) -> Option<ViewSurfaces> {
+        let EpochView { scene, camera } = &self.view;
+        let hits = first_hits(scene, camera, &self.film, rays, is_over)?;
+        ViewSurfaces::new(camera, self.replicates.size(), rays, hits)
+    }
+
+    /// Shows what is known of another view. `None` where that is too little, without memory, and where it `is_over`.
+    fn look(&mut self, known: &KnownView, is_over: &(dyn Fn() -> bool + Sync)) -> Option<FilteredPicture> {
+        let coarse = self.surfaces(REPROJECTED, is_over)?;
+        let prior = self.prior.insert(Prior::new(known, &coarse)?);
+        if prior.is_enough() { prior.filled(&self.replicates) } else { None }
+    }
+
+    /// Prepares the filter. `None` without memory, and where it `is_over`.
+    fn prepare(
+        &mut self,
+        kind: Denoise,
+        oidn: OidnOptions,
+        device: Option<Arc<Gpu>>,
+        is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Option<()> {
+        let surfaces = Arc::new(self.surfaces(FeatureGrid { half: 0, step: 1 }, is_over)?);
+        let EpochView { scene, camera } = &self.view;
+        let other = first_hits(scene, camera, &self.film, FeatureGrid { half: 1, step: 1 }, is_over)?;
+        let filter = ViewFilter::of([surfaces.hits(), &other], self.spare.take())?;
+        let filter = self.filter.insert(filter.with_oidn(oidn).on_device(device));
+        self.surfaces = Some(surfaces);
+        // Where that fails, so does the first picture.
+        let _ = filter.prepare(kind);
+        Some(())
+    }
+
+    /// The picture of these samples, and what is known from it.
+    ///
+    /// # Errors
+    ///
+    /// Without memory, and where the filter fails.
+    fn picture(
+        &mut self,
+        kind: Denoise,
+        samples: u64,
+        data: Option<&FilmData>,
+    ) -> Result<(FilteredFrame, Option<KnownView>), ClientError> {
+        let Self { film, replicates, surfaces, filter, prior, .. } = self;
+        let size @ [width, height] = replicates.size();
+        let no_memory = || out_of_memory(size);
+        let per_pixel = replicates.paths() as f32 / (width * height) as f32;
+        *prior = prior.take().filter(|_| !Prior::is_gone(per_pixel));
+        let Some(filter) = filter.as_mut().filter(|_| is_enough(film, samples)) else {
+            let shown = prior.as_ref().and_then(|prior| prior.filled(replicates)).ok_or_else(no_memory)?;
+            return Ok((FilteredFrame { shown, filtered: None, kind, samples }, None));
+        };
+        let halves = HalfMeans::of(replicates)?;
+        let filtered = FilteredPicture::of(replicates, &halves, data, filter, kind)?;
+        let mixed = match prior {
+            Some(prior) => prior.mixed(&halves, &filtered, per_pixel),
+            None => Grid::try_filled(width, height, per_pixel).map(|worth| (filtered.clone(), worth)),
+        };
+        let (shown, worth) = mixed.ok_or_else(no_memory)?;
+        let known = surfaces.clone();
+        let known = known.map(|surfaces| KnownView { surfaces, picture: shown.clone(), worth });
+        Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
+    }
+
+    /// The error of the picture of these samples, where it is time to estimate it: `Some(None)` where there is too little to tell. Nothing is known
+    /// of a picture in which another view stands in for samples.
+    fn error(&mut self, kind: Denoise, is_over: &dyn Fn() -> bool) -> Option<Option<ErrorEstimate>> {
+        let Self { film, replicates, apart, filter, prior, estimated, .. } = self;
+        let paths = replicates.paths() as f64;
+        let before = estimated.filter(|(of, _)| *of == kind).map(|(_, paths)| ERROR_RATIO * paths);
+        let due = before.unwrap_or(ERROR_FROM * f64::from(film.width) * f64::from(film.height));
+        let (filter, apart) = filter.as_mut().zip(apart.as_ref())?;
+        if paths < due || prior.is_some() {
+            return None;
+        }
+        *estimated = Some((kind, paths));
+        let error = filtered_error(replicates, apart, filter, kind, is_over).inspect_err(|error| {
+            tracing::warn!("the error of the filtered picture is not known: {error}");
+        });
+        (!is_over()).then(|| error.unwrap_or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests;

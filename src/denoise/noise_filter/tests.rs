@@ -1,0 +1,81 @@
+#![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+use crate::client::{SplatFilter, Summation};
+use crate::color::Xyz;
+use crate::denoise::noise_filter::*;
+use crate::math::random::Random;
+use crate::stream::CHUNK;
+
+const SIDE: u32 = 64;
+
+const FILM: FilmSpec = FilmSpec {
+    width: SIDE,
+    height: SIDE,
+    filter: SplatFilter::Box,
+    variance: None,
+    sums: Summation::TwoFloat,
+};
+
+fn cornell_box() -> EpochView {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.xml");
+    let desc = crate::scene::load(&path, &[]).unwrap().desc;
+    let scene = Arc::new(Scene::prepare(&desc).unwrap());
+    EpochView { scene, camera: Camera::of(&desc).unwrap() }
+}
+
+/// A filter of the Cornell box that has been given so many samples per pixel, with noise, and has filtered them.
+fn filtered(per_pixel: u64, wants_error: bool) -> NoiseFilter {
+    let mut filter = NoiseFilter::start(1).unwrap();
+    filter.begin(FILM, cornell_box(), wants_error, None);
+    let mut random = Random(3);
+    let samples = per_pixel * u64::from(SIDE * SIDE);
+    for chunk in 0..samples / CHUNK {
+        let sample = |_| {
+            let y = 0.5 + random.f32();
+            let uv = [random.f32(), random.f32()];
+            Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
+        };
+        let block: Vec<Sample> = (0..CHUNK).map(sample).collect();
+        filter.samples(chunk * CHUNK, PathCounts { camera: CHUNK, light: 0 }, &block);
+    }
+    filter.prepare(Denoise::Wavelet);
+    // The second picture comes after what the thread tells of the first.
+    for _ in 0..2 {
+        filter.filter(Denoise::Wavelet, samples, None);
+        filter.wait();
+    }
+    filter
+}
+
+#[test]
+fn the_error_of_the_filtered_picture_is_estimated_where_it_is_wanted() {
+    let mut known = filtered(16, true);
+    let error = known.error(Denoise::Wavelet).expect("there are samples enough").relative[0].value;
+    // Without the filter it is .289 over the root of 16.
+    assert!(error > 0.0 && error < 0.072, "{error}");
+    assert!(known.error(Denoise::Oidn).is_none());
+    // Another film has another picture.
+    known.begin(FILM, cornell_box(), true, None);
+    assert!(known.error(Denoise::Wavelet).is_none());
+    assert!(filtered(16, false).error(Denoise::Wavelet).is_none(), "nobody wants it");
+    assert!(filtered(2, true).error(Denoise::Wavelet).is_none(), "there are too few samples");
+}
+
+/// A view of which the last one shows too little waits for its samples, and its filter is used as if there had been none before.
+#[test]
+fn a_view_that_shows_too_little_is_not_a_failure() {
+    let mut filter = NoiseFilter::start(1).unwrap();
+    let kind = Denoise::Wavelet;
+    filter.reprojecting = true;
+    let took = Duration::from_millis(30);
+    let answer = |is_reprojection| {
+        let content = AnswerContent::Picture(PictureAnswer { is_reprojection, frame: None, took });
+        FilterAnswer { number: 0, kind, content }
+    };
+    assert!(filter.take(answer(true)).is_none());
+    assert!(!filter.is_reprojecting() && filter.reprojections() == 0 && filter.shown().is_none());
+    assert!(filter.reprojection == took && filter.failed.is_empty());
+    // A filter that found no memory has failed.
+    filter.take(answer(false));
+    assert!(filter.failed == [kind]);
+}

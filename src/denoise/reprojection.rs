@@ -1,0 +1,293 @@
+//! What is still known when only the camera moves: the last picture, carried over to the new view by the places that both views show.
+//!
+//! It stands in for samples until there are enough of them, and counts as many as it is worth: never as samples in the sums, nor in files.
+//! Surfaces that come into view are filled in from what is around them and from the first samples (Bishop et al. 1994, Dayal et al. 2005).
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
+
+use crate::denoise::filtered_picture::{FilteredPicture, HalfMeans};
+use crate::denoise::view_filter::FeatureGrid;
+use crate::image::{Grid, push_pull};
+use crate::study::Replicates;
+use crate::tracer::Camera;
+use crate::tracer::camera::CameraLines;
+use crate::tracer::features::Features;
+
+/// Samples per pixel that a picture of another view counts as at most.
+const MOST_WORTH: f32 = 4.0;
+
+/// Share of the worth that is left where a mirror or glass shows the place: what is seen in curved ones is elsewhere now.
+const SPECULAR_WORTH: f32 = 0.25;
+
+/// Times the samples of [`MOST_WORTH`] after which nothing is left of the other view.
+const GONE: f32 = 4.0;
+
+/// How far a place may be from the surface that the other view shows, relative to the distance to the camera; behind mirrors and glass,
+/// how far their distances may differ.
+const SAME_PLACE: f32 = 0.01;
+const SAME_DISTANCE: f32 = 0.03;
+
+/// Cosine of the angle between normals of one surface, at least.
+const SAME_NORMAL: f32 = 0.8;
+
+/// Difference of reflectances of one surface behind mirrors, at most.
+const SAME_ALBEDO: f32 = 0.1;
+
+/// Bilinear weight that must show the same surface, at least.
+const LEAST_SEEN: f32 = 0.1;
+
+/// Least share of a picture that another view must show to stand in for it alone: with less, what is filled in is mostly wrong.
+const LEAST_KNOWN: f32 = 0.6;
+
+/// Pixels of a block in which both views are compared, per axis.
+const BLOCK: usize = 16;
+
+/// Samples in a pixel, or in as many as a coarser one covers, that say what to fill in there.
+const ENOUGH: f32 = 4.0;
+
+/// The places that the pixels of a view show.
+pub struct ViewSurfaces {
+    lines: CameraLines,
+    /// Pixels.
+    size: [usize; 2],
+    /// Pixels from one hit to the next.
+    step: usize,
+    hits: Grid<Features>,
+    /// Where they are; behind mirrors where they seem to be.
+    places: Grid<Vec3>,
+}
+
+impl ViewSurfaces {
+    /// From the first hits of these rays over a picture of `size` pixels. `None` without memory.
+    pub fn new(camera: &Camera, size: [usize; 2], rays: FeatureGrid, hits: Grid<Features>) -> Option<Self> {
+        let [width, height] = [hits.width(), hits.height()];
+        let mut places = Grid::try_filled(width, height, Vec3::ZERO)?;
+        places.pixels_mut().par_chunks_mut(width).zip(hits.pixels().par_chunks(width)).enumerate().for_each(
+            |(y, (places, hits))| {
+                for (x, (place, hit)) in places.iter_mut().zip(hits).enumerate() {
+                    let ray = rays.ray(camera, [x, y], size);
+                    *place = ray.origin + ray.direction * hit.distance;
+                }
+            },
+        );
+        Some(Self { lines: camera.lines(), size, step: rays.step, hits, places })
+    }
+
+    /// What the pixels show.
+    pub fn hits(&self) -> &Grid<Features> {
+        &self.hits
+    }
+}
+
+/// The last picture of a view, with a hit in each pixel.
+pub struct KnownView {
+    pub surfaces: Arc<ViewSurfaces>,
+    pub picture: FilteredPicture,
+    /// Samples per pixel that it is worth.
+    pub worth: Grid<f32>,
+}
+
+/// A picture of the present view that was made of another one.
+pub struct Prior {
+    /// XYZ; zero where nothing is known.
+    picture: Grid<Vec3>,
+    /// Samples per pixel that it is worth: 0 where nothing is known.
+    worth: Grid<f32>,
+}
+
+impl Prior {
+    /// Shows a known view as it looks from the camera of `to`. `None` without memory.
+    pub fn new(known: &KnownView, to: &ViewSurfaces) -> Option<Self> {
+        let [width, height] = to.size;
+        let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
+        let mut worth = Grid::try_filled(width, height, 0.0)?;
+        let rows = picture.pixels_mut().par_chunks_mut(width).zip(worth.pixels_mut().par_chunks_mut(width));
+        rows.enumerate().for_each(|(y, (picture, worth))| {
+            for (x, (picture, worth)) in picture.iter_mut().zip(worth).enumerate() {
+                if let Some((seen, samples)) = look_up(known, to, [x, y]) {
+                    (*picture, *worth) = (seen, samples);
+                }
+            }
+        });
+        Some(Self { picture, worth })
+    }
+
+    /// Whether it shows enough to stand in for samples alone.
+    pub fn is_enough(&self) -> bool {
+        let known = self.worth.pixels().iter().filter(|worth| **worth > 0.0).count();
+        known as f32 >= LEAST_KNOWN * self.worth.pixels().len() as f32
+    }
+
+    /// The picture, before there are samples enough for a filter: gaps are filled in from what is around them and from the samples so far, if
+    /// there are any. `None` without memory.
+    pub fn filled(&self, samples: &Replicates) -> Option<FilteredPicture> {
+        let [width, height] = [self.picture.width(), self.picture.height()];
+        let mut finest = Grid::try_filled(width, height, Vec4::ZERO)?;
+        let rows = finest.pixels_mut().par_chunks_mut(width).enumerate();
+        rows.for_each(|(y, out)| {
+            for (x, out) in out.iter_mut().enumerate() {
+                *out = self.picture.at(x, y).extend(1.0) * ENOUGH;
+                if self.worth.at(x, y) == 0.0 {
+                    *out = samples.pixel(x, y).into();
+                }
+            }
+        });
+        push_pull::fill(finest, ENOUGH).map(FilteredPicture::from)
+    }
+
+    /// The filtered picture of the samples so far, `samples` per pixel, with this one at its worth; and what the mixture is worth. Where the
+    /// samples contradict, this one is worth less. `None` without memory.
+    pub fn mixed(
+        &self,
+        halves: &HalfMeans,
+        filtered: &FilteredPicture,
+        samples: f32,
+    ) -> Option<(FilteredPicture, Grid<f32>)> {
+        let [width, height] = [self.picture.width(), self.picture.height()];
+        let trust = self.trust(halves)?;
+        let fade = (1.0 - samples / (GONE * MOST_WORTH)).max(0.0);
+        let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
+        let mut worth = Grid::try_filled(width, height, 0.0)?;
+        let rows = picture.pixels_mut().par_chunks_mut(width).zip(worth.pixels_mut().par_chunks_mut(width));
+        rows.enumerate().for_each(|(y, (picture, worth))| {
+            for (x, (picture, worth)) in picture.iter_mut().zip(worth).enumerate() {
+                let old = self.worth.at(x, y) * fade * between_blocks(&trust, [x, y]);
+                *worth = old + samples;
+                *picture =
+                    filtered.xyz().at(x, y).lerp(self.picture.at(x, y), old / worth.max(f32::MIN_POSITIVE));
+            }
+        });
+        Some((picture.into(), worth))
+    }
+
+    /// Whether nothing is left of it beside this many samples per pixel.
+    pub fn is_gone(samples: f32) -> bool {
+        samples >= GONE * MOST_WORTH
+    }
+
+    /// How far it agrees with the samples, block by block: the variance of the samples' mean over the mean squared difference. `None` without memory.
+    fn trust(&self, halves: &HalfMeans) -> Option<Grid<f32>> {
+        let [width, height] = [self.picture.width(), self.picture.height()];
+        let blocks = [width, height].map(|n| n.div_ceil(BLOCK));
+        // In each block the luminance of the samples of each half with their number, and that of this picture in the same pixels.
+        let compared = |i: usize| {
+            let [left, top] = [i % blocks[0], i / blocks[0]].map(|n| n * BLOCK);
+            let (mut sums, mut counts, mut known) = ([0.0f32; 2], [0.0f32; 2], 0.0);
+            for y in top..(top + BLOCK).min(height) {
+                for x in left..(left + BLOCK).min(width) {
+                    if self.worth.at(x, y) > 0.0 {
+                        for half in 0..2 {
+                            let seen = halves.0[half].at(x, y);
+                            if seen.w > 0.0 {
+                                sums[half] += seen.y * seen.w;
+                                counts[half] += seen.w;
+                                known += self.picture.at(x, y).y * seen.w;
+                            }
+                        }
+                    }
+                }
+            }
+            let both = counts[0] + counts[1];
+            let enough = counts[0] > 0.0 && counts[1] > 0.0;
+            let noise = if enough { 0.5 * (sums[0] / counts[0] - sums[1] / counts[1]) } else { 0.0 };
+            let difference = if enough { (sums[0] + sums[1] - known) / both } else { 0.0 };
+            [noise * noise, difference * difference]
+        };
+        let squares: Vec<_> = (0..blocks[0] * blocks[1]).into_par_iter().map(compared).collect();
+        let squares = Grid::from_rows(blocks[0], blocks[1], squares)?;
+        let trusted = |i: usize| {
+            let [x, y] = [i % blocks[0], i / blocks[0]];
+            let near = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
+            let around = near(y, blocks[1]).flat_map(|y| near(x, blocks[0]).map(move |x| [x, y]));
+            let [noise, difference] =
+                around.fold([0.0; 2], |sum, [x, y]| [0, 1].map(|i| sum[i] + squares.at(x, y)[i]));
+            // Twice the noise is no contradiction yet.
+            let excess = (difference - 4.0 * noise).max(0.0);
+            if excess > 0.0 { noise / (noise + excess) } else { 1.0 }
+        };
+        Grid::from_rows(blocks[0], blocks[1], (0..blocks[0] * blocks[1]).map(trusted).collect())
+    }
+}
+
+/// What a known view shows at the place of pixel `at` of another one, and how many samples that is worth there.
+fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(Vec3, f32)> {
+    let size = to.size;
+    let near = [x / to.step, y / to.step];
+    let hit = to.hits.at(near[0], near[1]);
+    let uv = Vec2::new((x as f32 + 0.5) / size[0] as f32, (y as f32 + 0.5) / size[1] as f32);
+    let (origin, direction) = to.lines.line(uv);
+    let from = &known.surfaces;
+    let is_sky = hit.distance == 0.0;
+    let place = match hit.specular {
+        true => origin + direction * (hit.distance / direction.length()),
+        false => on_centre(to.places.at(near[0], near[1]), hit, origin, direction),
+    };
+    let (uv, distance) = match is_sky {
+        true => (from.lines.project_direction(direction)?, 0.0),
+        false => from.lines.project(place)?,
+    };
+    let (_, direction_there) = from.lines.line(uv);
+    let is_front = |normal: Vec3, direction: Vec3| normal.dot(direction) < 0.0;
+    let is_same = |x: usize, y: usize| {
+        let there = from.hits.at(x, y);
+        if there.specular != hit.specular || (there.distance == 0.0) != is_sky {
+            return false;
+        }
+        match (is_sky, hit.specular) {
+            (true, _) => true,
+            (_, true) => {
+                (there.distance - distance).abs() <= SAME_DISTANCE * distance
+                    && (there.albedo - hit.albedo).abs().max_element() <= SAME_ALBEDO
+            }
+            _ => {
+                is_front(there.normal, direction_there) == is_front(hit.normal, direction)
+                    && there.normal.dot(hit.normal) >= SAME_NORMAL
+                    && hit.normal.dot(from.places.at(x, y) - place).abs() <= SAME_PLACE * distance
+            }
+        }
+    };
+    let [width, height] = from.size;
+    let (mut picture, mut worth, mut total) = (Vec3::ZERO, 0.0, 0.0);
+    let corner = [uv.x * width as f32 - 0.5, uv.y * height as f32 - 0.5];
+    for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+        let [x, y] = [corner[0].floor() + dx, corner[1].floor() + dy];
+        let weight = (1.0 - (corner[0] - x).abs()) * (1.0 - (corner[1] - y).abs());
+        let (x, y) = (x.clamp(0.0, (width - 1) as f32) as usize, y.clamp(0.0, (height - 1) as f32) as usize);
+        if weight > 0.0 && is_same(x, y) {
+            picture += weight * known.picture.xyz().at(x, y);
+            worth += weight * known.worth.at(x, y).min(MOST_WORTH);
+            total += weight;
+        }
+    }
+    // Seen from nearer, a pixel shows a part of what it did.
+    let closer = if is_sky || hit.specular { 1.0 } else { (hit.distance / distance).powi(2).min(1.0) };
+    let trust = if hit.specular { SPECULAR_WORTH } else { 1.0 };
+    (total >= LEAST_SEEN).then(|| (picture / total, worth * closer * trust))
+}
+
+/// Where the line through the centre of a pixel meets the plane of the surface that another ray of it has met at `place`.
+fn on_centre(place: Vec3, hit: Features, origin: Vec3, direction: Vec3) -> Vec3 {
+    let t = hit.normal.dot(place - origin) / hit.normal.dot(direction);
+    let on_plane = origin + direction * t;
+    let is_near = on_plane.distance_squared(place) <= (0.05 * hit.distance).powi(2);
+    if is_near { on_plane } else { place }
+}
+
+/// Bilinear value of a grid of blocks at a pixel.
+fn between_blocks(blocks: &Grid<f32>, at: [usize; 2]) -> f32 {
+    let size = [blocks.width(), blocks.height()];
+    let axis = |i: usize| {
+        let t = ((at[i] as f32 + 0.5) / BLOCK as f32 - 0.5).clamp(0.0, (size[i] - 1) as f32);
+        let first = t as usize;
+        (first, (first + 1).min(size[i] - 1), t.fract())
+    };
+    let ((x, right, fx), (y, below, fy)) = (axis(0), axis(1));
+    let row = |y: usize| blocks.at(x, y) + fx * (blocks.at(right, y) - blocks.at(x, y));
+    row(y) + fy * (row(below) - row(y))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,193 @@
+//! `--adaptive`: a pilot that samples the screen evenly, then more camera paths where the picture needs them
+//! ([`tracer::screen`](crate::tracer::screen)).
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
+
+use miette::Result;
+use serde::Serialize;
+
+use crate::client::DisplayView;
+use crate::render::method::paths_per_index;
+use crate::render::observer::Observer;
+use crate::render::options::RenderOptions;
+use crate::render::run_spec::RunSpec;
+use crate::render::state::RenderGoal;
+use crate::scene::desc::IntegratorKind;
+use crate::stream::{CHUNK, REPLICATES};
+use crate::tracer::sampler::cells::ScreenCells;
+use crate::tracer::screen::{ScreenDensity, ScreenSampling};
+
+/// The pilot has this share of the samples or of the time.
+const PILOT_SHARE: u32 = 16;
+
+/// The pilot has at least so many samples per pixel …
+const LEAST_PILOT: f64 = 4.0;
+
+/// … and the picture so many.
+const LEAST_SAMPLES: f64 = 16.0;
+
+/// The pilot has so many samples per pixel where only an error is aimed at.
+const PILOT_TO_ERROR: f64 = 16.0;
+
+/// One part of a render.
+#[derive(Clone, Debug)]
+pub struct RenderStage {
+    pub part: StagePart,
+    /// Its indices.
+    pub indices: Range<u64>,
+    /// Rendering time since the beginning at which it ends.
+    pub until: Option<Duration>,
+}
+
+/// What a [`RenderStage`] is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StagePart {
+    /// A picture whose screen is sampled evenly.
+    Even,
+    /// The estimate of where the picture needs samples.
+    Pilot,
+    /// The samples that are distributed by this estimate.
+    Main,
+}
+
+impl RenderStage {
+    /// A range of indices of an even render.
+    pub fn even(indices: Range<u64>, until: Option<Duration>) -> Self {
+        Self { part: StagePart::Even, indices, until }
+    }
+}
+
+/// What was made of the pilot, for the report. The names of the fields are the keys in JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct AdaptiveReport {
+    /// Samples per pixel of the pilot, overscan included.
+    pub pilot_samples_per_pixel: f64,
+    /// Regions of the screen along each side.
+    pub regions: u32,
+    /// Density of camera paths over the mean: its least, median and greatest.
+    pub density: [f32; 3],
+}
+
+/// Refuses what does not go with `--adaptive`, as far as the command line tells.
+///
+/// # Errors
+///
+/// When there is such an option: the message names both, and what to do.
+pub fn check(args: &RenderOptions) -> Result<()> {
+    let only_time = args.time.is_some() && args.samples.is_none() && args.spp.is_none();
+    let refused = [
+        (
+            args.replicates == 1,
+            "--replicates 1",
+            "two randomisations tell where the error is",
+            "leave --replicates away",
+        ),
+        (
+            args.check_plan > 0.0,
+            "--check-plan",
+            "it traces one randomisation alone",
+            "leave one of them away",
+        ),
+        (
+            args.first_index > 0,
+            "--first-index",
+            "a path depends on the pilot before it",
+            "leave one of them away",
+        ),
+        (
+            args.reweight_fireflies.is_some(),
+            "--reweight-fireflies",
+            "it takes samples of equal weight",
+            "leave one of them away",
+        ),
+        (
+            args.display.vm > 0.0,
+            "--vm",
+            "the variance within pixels takes samples of equal weight",
+            "use --denoise to mask noise",
+        ),
+        (
+            args.display.view != DisplayView::Picture,
+            "--show",
+            "the variance within pixels takes samples of equal weight",
+            "leave one of them away; the stated error is that of the picture",
+        ),
+        (
+            args.deterministic && only_time,
+            "--deterministic and --time",
+            "the length of the pilot would depend on the time",
+            "give --spp or --samples instead of --time",
+        ),
+    ];
+    match refused.into_iter().find(|(given, ..)| *given) {
+        Some((_, option, why, advice)) => {
+            Err(miette::miette!(help = advice, "--adaptive does not go with {option}: {why}"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The stages of an adaptive render of `run` to this goal.
+///
+/// # Errors
+///
+/// When the method traces no camera paths, or there are too few samples for a pilot.
+pub fn stages(run: &RunSpec, goal: &RenderGoal) -> Result<Vec<RenderStage>> {
+    if run.integrator == IntegratorKind::Light {
+        return Err(miette::miette!(
+            help = "choose --integrator bidirectional or path, or leave --adaptive away",
+            "--adaptive distributes camera paths over the screen, and `light` traces none"
+        ));
+    }
+    let per_index = paths_per_index(run.integrator) as f64;
+    let texels: f64 = run.film.padded_extent().map(f64::from).iter().product();
+    // Whole chunks of every replicate.
+    let indices_of =
+        |spp: f64| ((spp * texels / per_index) as u64).next_multiple_of(CHUNK * REPLICATES as u64);
+    let least = indices_of(LEAST_PILOT);
+    let stage = |part, indices, until| RenderStage { part, indices, until };
+    let all = goal.indices.end;
+    if all == u64::MAX {
+        let Some(time) = goal.time else {
+            let pilot = indices_of(PILOT_TO_ERROR);
+            return Ok(vec![stage(StagePart::Pilot, 0..pilot, None), stage(StagePart::Main, 0..all, None)]);
+        };
+        return Ok(vec![
+            stage(StagePart::Pilot, 0..least, Some(time)),
+            stage(StagePart::Pilot, least..all, Some(time / PILOT_SHARE)),
+            stage(StagePart::Main, 0..all, Some(time)),
+        ]);
+    }
+    let wanted = (LEAST_SAMPLES * texels / per_index).max(2.0 * least as f64);
+    if (all as f64) < wanted.floor() {
+        return Err(miette::miette!(
+            help = "give more samples, or leave --adaptive away",
+            "--adaptive needs {:.0} samples per pixel or more here, because a pilot has at least {:.0} of them",
+            (wanted * per_index / texels).ceil(),
+            (least as f64 * per_index / texels).ceil()
+        ));
+    }
+    let share = (all / u64::from(PILOT_SHARE)).next_multiple_of(CHUNK * REPLICATES as u64);
+    let pilot = least.max(share);
+    Ok(vec![stage(StagePart::Pilot, 0..pilot, goal.time), stage(StagePart::Main, 0..all - pilot, goal.time)])
+}
+
+/// The sampling of the main stage by what `observer` has seen of the pilot; even where that is too little.
+pub fn sampling(run: &RunSpec, observer: &Observer) -> (ScreenSampling, AdaptiveReport) {
+    let texels: f64 = run.film.padded_extent().map(f64::from).iter().product();
+    let level = ScreenDensity::level(texels);
+    let seen = observer.replicates();
+    let errors = seen.as_ref().and_then(|seen| seen.region_errors(&run.film.window(), level));
+    let density = ScreenDensity::new(&errors.unwrap_or_else(|| vec![1.0; 1 << (2 * level)]));
+    let mut sorted: Vec<f32> = density.relative().collect();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let report = AdaptiveReport {
+        pilot_samples_per_pixel: seen.map_or(0, |seen| seen.paths()) as f64 / texels,
+        regions: 1 << level,
+        density: [sorted[0], sorted[sorted.len() / 2], sorted[sorted.len() - 1]],
+    };
+    let cells = ScreenCells::of_picture([run.film.width, run.film.height], &run.film.window());
+    (ScreenSampling::adaptive(Arc::new(density), run.seed, &cells), report)
+}

@@ -1,0 +1,531 @@
+//! A scene file becomes pictures, without a window.
+//!
+//! [`render`] sets up a [`BatchRender`], traces it until the sample count, the time, the error or Ctrl-C, and writes pictures
+//! and report.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::oidn::OidnQuality;
+use crate::client::reference::ExactFilm;
+use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
+use crate::denoise::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR};
+use crate::denoise::view_filter::{self, OidnOptions};
+use crate::render::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
+use crate::render::drive::{Drive, DriveObservers, DriveOutcome, drive};
+use crate::render::light_groups::{self, GroupFilms, GroupMemory};
+use crate::render::live_outputs::{LiveOutputs, LiveRender};
+use crate::render::load::{self, Opened};
+use crate::render::method::{self, CheckOrder, RenderOrder};
+use crate::render::observer::{Beside, Observer};
+use crate::render::options::RenderOptions;
+use crate::render::outputs::{Extras, Outputs};
+use crate::render::process::tell;
+use crate::render::progress::{Goal, Progress};
+use crate::render::rejected::RejectedReport;
+use crate::render::report::{ErrorReport, PlanCheck, RenderReport, Seconds, write_json};
+use crate::render::run_spec::{RunEnd, RunSpec};
+use crate::render::state::identity::luminance_scale;
+use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
+use crate::render::timings::{self, TimingCapture};
+use crate::render::{layers, plan, predictions, process, warnings};
+use crate::scene::Loaded;
+use crate::scene::light_groups::{of_sources, text};
+use crate::server::{Server, Stats};
+use crate::stream::Lanes;
+use crate::stream::control::Epoch;
+use crate::study::prediction::PredictionOutcome;
+use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates, Replicates, SamplesApart};
+use crate::tracer::integrator::PlanCheckTally;
+use crate::tracer::screen::ScreenSampling;
+use crate::tracer::{Camera, Scene};
+
+/// Runs the subcommand.
+///
+/// # Errors
+///
+/// When a step of the run fails. Outputs are checked before anything is rendered, and replaced only when complete.
+pub fn render(mut args: RenderOptions) -> Result<()> {
+    let kept = KeptState::plan(&mut args)?;
+    let outputs = check_options(&args)?;
+    run(&args, &outputs, kept)
+}
+
+/// Renders with options that were checked, and keeps the state if that is planned.
+pub fn run(args: &RenderOptions, outputs: &Outputs, kept: Option<KeptState>) -> Result<()> {
+    let start = Instant::now();
+    process::listen_for_interrupt();
+    let mut batch = BatchRender::set_up(args, outputs, kept)?;
+    let traced = batch.trace(outputs)?;
+    batch.write(outputs, &traced)?;
+    batch.seconds.total = start.elapsed().as_secs_f64();
+    let report = batch.report(outputs, &traced);
+    if let Some(path) = &args.json {
+        write_json(&report, path)?;
+    }
+    if !args.quiet {
+        tell(&report.summary());
+    }
+    match &traced.driven.panicked {
+        Some((index, message)) => Err(miette::miette!(
+            "path {index} panicked: {message}; the picture holds what was traced before. Please report it with the scene \
+             and this command: {}",
+            batch.replay(traced.tally.as_deref(), *index)
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Checks the options and the places of all outputs before any work.
+fn check_options(args: &RenderOptions) -> Result<Outputs> {
+    if args.error.is_some() && (args.replicates == 1 || args.check_plan > 0.0) {
+        return Err(miette::miette!(
+            help = "leave --replicates and --check-plan away",
+            "--error needs the error of the picture, which one randomisation alone does not tell"
+        ));
+    }
+    if args.denoise != Denoise::Off {
+        let divided = args.replicates > 1 && args.check_plan == 0.0;
+        let needs = [
+            (divided, "two randomisations", "leave --replicates and --check-plan away"),
+            (args.display.view == DisplayView::Picture, "the picture to be shown", "leave --show away"),
+            (args.reweight_fireflies.is_none(), "all samples alike", "leave --reweight-fireflies away"),
+        ];
+        if let Some((_, what, advice)) = needs.iter().find(|(given, ..)| !given) {
+            return Err(miette::miette!(help = *advice, "--denoise needs {what}"));
+        }
+        view_filter::check(args.denoise)?;
+    }
+    if args.adaptive {
+        adaptive::check(args)?;
+    }
+    let outputs = Outputs::plan(args)?;
+    light_groups::check(args, &outputs)?;
+    if let Some(path) = &args.gpu_timings {
+        timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
+    }
+    Ok(outputs)
+}
+
+/// A render that is set up: scene and film are ready, the tracer's threads wait.
+struct BatchRender<'a> {
+    args: &'a RenderOptions,
+    settings: Settings,
+    run: RunSpec,
+    /// Until when it goes on.
+    goal: RenderGoal,
+    /// The parts of an adaptive render; none for an even one.
+    stages: Vec<RenderStage>,
+    loaded: Loaded,
+    scene: Arc<Scene>,
+    camera: Camera,
+    threads: usize,
+    client: Box<dyn Film>,
+    /// The films of groups of lights, if that is asked for.
+    groups: Option<GroupFilms>,
+    /// What keeps the state on disk, if that is asked for.
+    recorder: Option<Recorder>,
+    /// The sums of the replicates that the render begins with.
+    replicates: Option<ExactReplicates>,
+    server: Server,
+    lanes: Lanes,
+    timings: Option<TimingCapture>,
+    seconds: Seconds,
+    /// The error of the picture through the noise filter, once it is known.
+    filtered_error: Option<ErrorEstimate>,
+}
+
+/// The outcome of tracing, apart from the film.
+struct Traced {
+    driven: DriveOutcome,
+    stats: Stats,
+    /// What `--check-plan` has found.
+    tally: Option<Arc<PlanCheckTally>>,
+    /// The error of the picture and the predictions that were made of it; `None` for one randomisation alone.
+    error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
+    /// The sums of both randomisations, for the noise filter; and some of the samples, which tell the filter's error.
+    replicates: Option<Replicates>,
+    apart: Option<SamplesApart>,
+    adaptive: Option<AdaptiveReport>,
+}
+
+impl<'a> BatchRender<'a> {
+    /// Loads the scene, opens the device, chooses the method and makes film and threads.
+    fn set_up(args: &'a RenderOptions, outputs: &Outputs, kept: Option<KeptState>) -> Result<Self> {
+        let mut seconds = Seconds::default();
+        let aovs = args.aov.clone();
+        let Opened { input, scene, camera, device } =
+            load::open_with_layers(&args.source, aovs, &mut seconds)?;
+        warnings::tell_warnings(&input.loaded.warnings, &args.source);
+        warnings::tell_notices(scene.notices(), &args.source);
+        let (settings, threads) = (args.display.clone(), args.source.threads());
+        let settings = Settings { denoise: args.denoise, ..settings };
+        let mut run = RunSpec::of(&args.source, &input, device.name());
+        run.first_index = args.first_index;
+        run.spp = args.spp.unwrap_or(run.spp);
+        run.deterministic = args.deterministic;
+        // The plan is checked path by path, whatever randomisation they are of.
+        run.replicated = args.replicates > 1 && args.check_plan == 0.0;
+        // A state is also that of pictures which are made of it later.
+        let variance = kept.is_some() || outputs.read_variance(&settings);
+        // The variance within pixels takes samples of equal weight.
+        run.film.variance = (variance && !args.adaptive).then_some(VarianceForm::Product);
+        if outputs.writes_exr() {
+            layers::check(&run.aovs, &run.film)?;
+        } else if !run.aovs.is_empty() {
+            tell("note: layers beside the picture go into EXR files, and none is written: give -o FILE.exr");
+        }
+        let (scene, start) = (Arc::new(scene), Instant::now());
+        method::choose(&mut run, &scene, &camera, threads);
+        seconds.choose = start.elapsed().as_secs_f64();
+        if !args.quiet {
+            method::tell_choice(&run);
+        }
+        (run.reweighted, run.adaptive) = (args.reweight_fireflies, args.adaptive);
+        let goal = PlannedGoal::new(args, &run, kept.as_ref());
+        let stages = if run.adaptive { adaptive::stages(&run, &goal.part)? } else { Vec::new() };
+        let (mut recorder, mut replicates) = (None, None);
+        let until = goal.part.clone();
+        let client: Box<dyn Film> = match kept {
+            Some(kept) => {
+                let identity = Identity::of(&run, &input.files, &scene, &camera)?;
+                let OpenState { file, every, state } = kept.open(&run, identity, goal, threads)?;
+                recorder = Some(Recorder::new(file, every, state.about));
+                replicates = state.replicates;
+                Box::new(state.film)
+            }
+            // The same bits as the parts of such a picture come to.
+            None if run.deterministic && device.gpu().is_none() && run.reweighted.is_none() => {
+                let scale = luminance_scale(&run, &scene, &camera);
+                Box::new(ExactFilm::new(run.film, threads, scale).into_diagnostic()?)
+            }
+            None => device.client(run.film, threads, run.reweighted)?,
+        };
+        let (scene, groups) = match &args.light_groups {
+            Some(arg) => {
+                let groups = light_groups::plan(arg, &run, &input.loaded.desc, &scene)?;
+                run.light_groups = Some(text(&groups));
+                let scene = scene.with_light_groups(&of_sources(&groups), groups.len());
+                let films = GroupFilms::new(groups, &run, &device, threads)?;
+                if !args.quiet {
+                    let memory = if device.gpu().is_some() { GroupMemory::Device } else { GroupMemory::Host };
+                    tell(&light_groups::summary(films.groups(), &run, memory));
+                }
+                (Arc::new(scene), Some(films))
+            }
+            None => (scene, None),
+        };
+        let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
+        let timings = args.gpu_timings.as_deref().map(|path| {
+            if device.gpu().is_none() {
+                tell("note: no GPU is used, so --gpu-timings holds the spans of the CPU only");
+            }
+            server.set_tracing(true);
+            TimingCapture::new(path, device.gpu())
+        });
+        let (timings, loaded) = (timings.transpose()?, input.loaded);
+        Ok(Self {
+            args,
+            settings,
+            run,
+            goal: until,
+            stages,
+            loaded,
+            scene,
+            camera,
+            threads,
+            client,
+            groups,
+            recorder,
+            replicates,
+            server,
+            lanes,
+            timings,
+            seconds,
+            filtered_error: None,
+        })
+    }
+
+    /// Traces until the sample count, the time, the error or Ctrl-C.
+    fn trace(&mut self, outputs: &Outputs) -> Result<Traced> {
+        let (args, run, goal) = (self.args, &self.run, &self.goal);
+        let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
+            (Some(sums), Some(recorder)) => {
+                Observer::resume(run, goal.error, sums, recorder.about().progress.clone())
+            }
+            _ => Observer::start(run, goal.error, Beside::Render),
+        });
+        let observer = observer.transpose()?;
+        let filters = self.settings.denoise != Denoise::Off;
+        if let Some(observer) = observer.as_ref().filter(|_| filters && run.can_state_filtered_error()) {
+            observer.keep_apart();
+        }
+        let witnesses = method::witnesses(run, &self.scene, &self.camera);
+        if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
+            observer.call(witnesses);
+        }
+        let per_index = method::paths_per_index(run.integrator);
+        let bar = Progress::new(
+            match (goal.time, goal.indices.end) {
+                (Some(limit), _) => Goal::Time(limit),
+                (None, u64::MAX) => Goal::Error,
+                _ => Goal::Paths(IndexRanges::one(goal.indices.clone()).count().saturating_mul(per_index)),
+            },
+            args.quiet,
+        );
+        let done = self.recorder.as_ref().map(|recorder| recorder.about().clone());
+        let missing = match &done {
+            Some(done) => done.indices.missing(goal.indices.clone()),
+            None => IndexRanges::one(goal.indices.clone()),
+        };
+        let before = done.map_or(Duration::ZERO, |done| Duration::from_secs_f64(done.seconds));
+        let texels = run.film.padded_extent().map(f64::from).iter().product();
+        let stages = match run.adaptive {
+            true => self.stages.clone(),
+            false => {
+                missing.ranges().iter().map(|range| RenderStage::even(range.clone(), goal.time)).collect()
+            }
+        };
+        let (mut driven, mut tally, mut photons) = (DriveOutcome::new(missing.count() == 0), None, None);
+        let (mut stats, mut adaptive) = (Stats::default(), None);
+        let mut live = LiveOutputs::start(LiveRender {
+            args,
+            outputs,
+            run,
+            desc: &self.loaded.desc,
+            scene: &self.scene,
+        })?;
+        for (number, RenderStage { part, indices: range, until }) in (1..).zip(stages) {
+            let time = until.map(|until| until.saturating_sub(before + driven.wall));
+            if part != StagePart::Even && time == Some(Duration::ZERO) {
+                continue;
+            }
+            let sampling = match (part, &observer) {
+                (StagePart::Pilot, _) => ScreenSampling::Pilot,
+                (StagePart::Main, Some(observer)) => {
+                    let (sampling, report) = adaptive::sampling(run, observer);
+                    adaptive = Some(report);
+                    sampling
+                }
+                _ => ScreenSampling::Even,
+            };
+            let epoch = Epoch(number);
+            let order = RenderOrder {
+                scene: self.scene.clone(),
+                camera: self.camera.clone(),
+                range: method::as_paths(run.integrator, &range),
+                window: run.film.window(),
+                epoch,
+                sampling,
+                check: self.check_order()?,
+            };
+            tally = method::start(&self.server, run, order, &mut photons)?;
+            let plan = Drive {
+                epoch,
+                first_index: range.start,
+                deterministic: run.deterministic,
+                time,
+                texels,
+                quantity: args.error_at,
+            };
+            if let Some(recorder) = &mut self.recorder {
+                recorder.begin_range();
+            }
+            let onlookers = DriveObservers {
+                bar: &bar,
+                timings: &mut self.timings,
+                observer: observer.as_ref(),
+                recorder: self.recorder.as_mut(),
+                live: Some(&mut live),
+                groups: self.groups.as_mut(),
+            };
+            driven.add(drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?);
+            let done = self.server.stats();
+            stats.epoch = done.epoch;
+            stats.workers.extend(done.workers);
+            let is_over = driven.interrupted || driven.reached || driven.panicked.is_some();
+            // Time ends a pilot, and the render goes on.
+            if !driven.complete && (is_over || part != StagePart::Pilot) {
+                break;
+            }
+        }
+        bar.finish();
+        live.finish(&mut *self.client)?;
+        if run.adaptive && adaptive.is_none() && !driven.interrupted {
+            tell(
+                "note: --adaptive: the render has ended before its pilot, so that the screen was sampled evenly",
+            );
+        }
+        self.server.term();
+        let filtered = observer.as_ref().filter(|_| filters);
+        let (replicates, apart) =
+            (filtered.and_then(Observer::replicates), filtered.and_then(Observer::take_apart));
+        let error = observer.map(|observer| observer.end());
+        if let Some((_, predictions)) = &error {
+            predictions::log(run, predictions);
+        }
+        if tally.as_ref().is_some_and(|tally| tally.counts()[0] == 0) {
+            tell(&format!(
+                "note: --check-plan {} has compared no path: give a larger share",
+                args.check_plan
+            ));
+        }
+        self.seconds.render = driven.wall.as_secs_f64();
+        self.seconds.rasterise = driven.rasterise.as_secs_f64();
+        self.seconds.trace = tracing_time(&stats).as_secs_f64();
+        Ok(Traced { driven, stats, tally, error, replicates, apart, adaptive })
+    }
+
+    /// The check that `--check-plan` asks for.
+    fn check_order(&self) -> Result<Option<CheckOrder>> {
+        let share = self.args.check_plan;
+        if share == 0.0 {
+            return Ok(None);
+        }
+        let general = load::prepare(Scene::prepare_general, &self.loaded.desc, self.args.source.simd)?;
+        Ok(Some(CheckOrder { share, general: Arc::new(general) }))
+    }
+
+    /// Writes all pictures and ends the capture of timings.
+    fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
+        let mut outcome = RunEnd {
+            prefix: self.is_prefix(&traced.driven),
+            rejected: self.rejected(&traced.stats).summary(),
+            notes: Vec::new(),
+        };
+        let start = Instant::now();
+        let [width, height] = self.run.film.padded_extent().map(f64::from);
+        let spp = self.client.counts().paths() as f64 / (width * height);
+        let mut layers = match outputs.writes_exr() {
+            true => layers::trace(&self.run, &self.scene, &self.camera, spp),
+            false => Vec::new(),
+        };
+        if let Some(groups) = &mut self.groups {
+            layers.extend(groups.channels()?);
+        }
+        let start_filter = Instant::now();
+        let denoised = match &traced.replicates {
+            Some(replicates) => {
+                let data = self.client.develop().into_diagnostic()?;
+                let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
+                let view = FilteredView { scene: &self.scene, camera: &self.camera, film: &self.run.film };
+                let kind = self.settings.denoise;
+                // Where it would not be all of the error, it is not worth its time.
+                let state = traced.error.as_ref().map(|(state, _)| state);
+                let wants_error = state.is_some_and(|state| self.run.states_filtered_error(state));
+                let apart = traced.apart.as_ref().filter(|_| wants_error);
+                let filtered = view.filter(replicates, apart, &data, kind, oidn);
+                let (picture, error) = filtered.into_diagnostic()?;
+                if wants_error && error.is_none() && self.recorder.is_some() && !self.args.quiet {
+                    tell(UNKNOWN_FILTERED_ERROR);
+                }
+                self.filtered_error = error;
+                Some(picture)
+            }
+            None => None,
+        };
+        self.seconds.denoise = start_filter.elapsed().as_secs_f64();
+        if let Some((state, _)) = &traced.error {
+            outcome.describe(state, self.args.error_at);
+        }
+        let (client, seconds) = (&mut *self.client, &mut self.seconds);
+        let written =
+            outputs.write(client, &self.run, &outcome, &self.settings, Extras { layers, denoised }, seconds);
+        if let Some(mut timings) = self.timings.take() {
+            timings.client("display and write", start)?;
+            timings.finish(Some(&self.server))?;
+        }
+        written
+    }
+
+    /// Whether the paths of the picture are the first ones of the sequence, without a gap.
+    fn is_prefix(&self, driven: &DriveOutcome) -> bool {
+        match &self.recorder {
+            Some(recorder) => recorder.about().indices.ranges().len() <= 1,
+            None => driven.complete || self.run.deterministic,
+        }
+    }
+
+    /// What has been rejected so far.
+    fn rejected(&self, stats: &Stats) -> RejectedReport {
+        let total = stats.total().rejections;
+        let rejections = self.recorder.as_ref().map_or(&total, |recorder| &recorder.about().rejections);
+        RejectedReport::new(&self.run, &self.loaded.desc, &self.scene, rejections)
+    }
+
+    /// The command that traces `index` again. With `--check-plan` a path that differs is found again only together with all
+    /// paths that were compared, and with `--adaptive` only in the whole render.
+    fn replay(&self, tally: Option<&PlanCheckTally>, index: u64) -> String {
+        let run = &self.run;
+        let per_index = method::paths_per_index(run.integrator);
+        match tally.and_then(PlanCheckTally::reach) {
+            Some((first, last)) => run.command(first, (last - first + 1) * per_index) + " --check-plan 1",
+            None if run.adaptive => {
+                let indices = self
+                    .stages
+                    .iter()
+                    .fold(0u64, |sum, stage| sum.saturating_add(stage.indices.end - stage.indices.start));
+                run.command(0, indices.saturating_mul(per_index))
+            }
+            None => run.command(index, 1),
+        }
+    }
+
+    fn report(&self, outputs: &Outputs, traced: &Traced) -> RenderReport {
+        let (run, driven, counts) = (&self.run, &traced.driven, self.client.counts());
+        let [width, height] = run.film.padded_extent().map(f64::from);
+        let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
+        let (target, at) = (self.goal.error, self.args.error_at);
+        let error = traced.error.as_ref();
+        // Those of this run: a state brings others.
+        let paths = traced.stats.total().paths * method::paths_per_index(run.integrator);
+        let warnings = self.loaded.warnings.iter().map(ToString::to_string);
+        RenderReport {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: run.scene.clone(),
+            width: run.film.width,
+            height: run.film.height,
+            integrator: run.integrator.name(),
+            auto: run.auto.clone(),
+            plan: plan::plan(&self.loaded.desc, run, &self.settings),
+            left_out: run.left_out().collect(),
+            adaptive: traced.adaptive.clone(),
+            light_groups: self.groups.as_ref().map(GroupFilms::report).unwrap_or_default(),
+            plan_check: traced.tally.as_ref().map(|tally| {
+                let [paths, different] = tally.counts();
+                PlanCheck { paths, different }
+            }),
+            camera_samples: counts.camera_samples,
+            light_samples: counts.light_samples,
+            camera_paths: counts.camera_paths,
+            light_paths: counts.light_paths,
+            samples_per_pixel: counts.paths() as f64 / (width * height),
+            samples_per_second: per(paths, driven.wall),
+            paths_per_trace_second: per(paths, tracing_time(&traced.stats)),
+            seconds: self.seconds,
+            error: error.and_then(|(state, _)| {
+                ErrorReport::new(state, run, target, at, driven.reached, self.settings.denoise)
+                    .map(|report| report.with_filtered(self.filtered_error.as_ref()))
+            }),
+            withheld: self.client.withheld(),
+            rejected: self.rejected(&traced.stats),
+            device: run.device.clone(),
+            threads: self.threads,
+            simd: self.scene.kernel().name(),
+            seed: run.seed,
+            deterministic: run.deterministic,
+            interrupted: driven.interrupted,
+            peak_memory_bytes: process::peak_memory_bytes(),
+            warnings: warnings.chain(self.scene.notices().iter().cloned()).collect(),
+            outputs: outputs.files().cloned().collect(),
+        }
+    }
+}
+
+/// Processor time that the tracer's threads spent tracing, or wall time if the system does not tell.
+fn tracing_time(stats: &Stats) -> Duration {
+    let total = stats.total();
+    total.cpu.unwrap_or(total.busy)
+}

@@ -1,0 +1,201 @@
+//! Moves samples from the lanes to the client until a render is done: the client's main loop without a window.
+
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::{ClientError, Film};
+use crate::render::film_writer::FilmWriter;
+use crate::render::light_groups::GroupFilms;
+use crate::render::live_outputs::LiveOutputs;
+use crate::render::observer::Observer;
+use crate::render::process;
+use crate::render::progress::Progress;
+use crate::render::state::Recorder;
+use crate::render::timings::TimingCapture;
+use crate::server::Server;
+use crate::stream::block::Block;
+use crate::stream::{DrainOrder, Drained, Epoch, Event, FinishReason, Lanes};
+use crate::study::ErrorQuantile;
+
+/// Samples taken from the lanes before looking at the clock, Ctrl-C and the progress bar again.
+const BUDGET: usize = 1 << 16;
+
+/// How to drain one render.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive {
+    pub epoch: Epoch,
+    /// First index of its range.
+    pub first_index: u64,
+    /// Rasterise in index order, so that the picture does not depend on the number of threads.
+    pub deterministic: bool,
+    /// Stop after this long.
+    pub time: Option<Duration>,
+    /// Texels of the film, to show samples per pixel.
+    pub texels: f64,
+    /// The error that is shown, and for which the render stops where the observer has a target.
+    pub quantity: ErrorQuantile,
+}
+
+/// The outcome of draining a render.
+#[derive(Clone, Debug, Default)]
+pub struct DriveOutcome {
+    /// Wall time from start to the last sample on the film.
+    pub wall: Duration,
+    /// The part of `wall` that was spent in the client.
+    pub rasterise: Duration,
+    /// Ctrl-C ended the render.
+    pub interrupted: bool,
+    /// A path panicked and ended the render: its index and the panic's message.
+    pub panicked: Option<(u64, String)>,
+    /// Every index of the range was traced.
+    pub complete: bool,
+    /// Stopped because the error was small enough.
+    pub reached: bool,
+}
+
+/// What is updated while a render is drained.
+pub struct DriveObservers<'a, 'r> {
+    pub bar: &'a Progress,
+    /// The capture of `--gpu-timings`, if it is asked for.
+    pub timings: &'a mut Option<TimingCapture>,
+    /// The thread that estimates the error, if there is one.
+    pub observer: Option<&'a Observer>,
+    /// What keeps the state of the render on disk, if anything does. The order must then be that of the indices.
+    pub recorder: Option<&'a mut Recorder>,
+    /// What shows and saves the picture meanwhile, if anything does.
+    pub live: Option<&'a mut LiveOutputs<'r>>,
+    /// The films of groups of lights, if there are groups.
+    pub groups: Option<&'a mut GroupFilms>,
+}
+
+/// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
+///
+/// # Errors
+///
+/// The client's first error; the render is aborted then. A path that panics is no error here: what was traced before
+/// is a picture all the same.
+pub fn drive(
+    drive: Drive,
+    server: &Server,
+    lanes: &mut Lanes,
+    client: &mut dyn Film,
+    DriveObservers { bar, timings, observer, mut recorder, mut live, mut groups }: DriveObservers<'_, '_>,
+) -> Result<DriveOutcome> {
+    let start = Instant::now();
+    let mut driven = DriveOutcome::default();
+    let order = match drive.deterministic {
+        true => DrainOrder::Index { first: drive.first_index },
+        false => DrainOrder::Arrival,
+    };
+    lanes.follow(drive.epoch, order);
+    let mut aborted = false;
+    loop {
+        let rasterise = Instant::now();
+        let onto = FilmWriter::new(client, observer).with_groups(groups.as_deref_mut());
+        let drained =
+            take(drive, lanes, onto, recorder.as_deref_mut(), &mut driven.reached).into_diagnostic()?;
+        driven.rasterise += rasterise.elapsed();
+        if let Some(recorder) = recorder.as_mut().filter(|recorder| recorder.is_due()) {
+            recorder.save(client, observer)?;
+        }
+        if let Some(live) = &mut live {
+            live.update(client, observer, server)?;
+        }
+        if let Some(timings) = timings {
+            if drained.blocks > 0 {
+                timings.client("drain", rasterise)?;
+            }
+            timings.frame(Some(server))?;
+        }
+        let state = observer.map(Observer::state);
+        let shown = state.as_deref().map(|state| (state, drive.quantity));
+        bar.update(client.counts().paths(), drive.texels, start.elapsed(), shown);
+        driven.reached |= !drive.deterministic && state.is_some_and(|state| state.reached);
+        if lanes.is_drained() {
+            break;
+        }
+        if drained.blocks == 0 {
+            let start = Instant::now();
+            lanes.wait(Duration::from_millis(20));
+            note(timings, "wait for samples", start)?;
+        }
+        let late = drive.time.is_some_and(|limit| start.elapsed() >= limit);
+        driven.interrupted |= process::is_interrupted();
+        if !aborted && (late || driven.interrupted || driven.reached) {
+            server.abort();
+            aborted = true;
+        }
+    }
+    while let Some(Event::Finished { epoch, reason, .. }) = server.event() {
+        match reason {
+            _ if epoch != drive.epoch => {}
+            FinishReason::Complete => driven.complete = true,
+            FinishReason::Aborted => {}
+            FinishReason::Panicked { index, message } => driven.panicked = Some((index, message)),
+        }
+    }
+    let rasterise = Instant::now();
+    client.flush().into_diagnostic()?;
+    groups.map_or(Ok(()), GroupFilms::flush).into_diagnostic()?;
+    if let Some(recorder) = recorder {
+        recorder.save(client, observer)?;
+    }
+    note(timings, "flush", rasterise)?;
+    driven.rasterise += rasterise.elapsed();
+    driven.wall = start.elapsed();
+    Ok(driven)
+}
+
+/// Moves up to [`BUDGET`] samples to the client. In index order `reached` is set by the block with which the error meets its target.
+fn take(
+    drive: Drive,
+    lanes: &mut Lanes,
+    mut writer: FilmWriter<'_>,
+    mut recorder: Option<&mut Recorder>,
+    reached: &mut bool,
+) -> std::result::Result<Drained, ClientError> {
+    let observer = writer.observer();
+    let goal = observer.filter(|observer| drive.deterministic && observer.target().is_some());
+    let give = |block: &Block| {
+        // In index order the picture ends with the very block that made it good enough.
+        if drive.deterministic && *reached {
+            return;
+        }
+        match &mut recorder {
+            None => writer.block(block),
+            Some(recorder) => match recorder.take(block) {
+                Some(chunk) => writer.samples(chunk.first_index, chunk.paths, &chunk.samples),
+                None => return,
+            },
+        }
+        if let Some(observer) = goal {
+            observer.sync();
+            *reached = observer.state().reached;
+        }
+    };
+    let drained = lanes.drain(BUDGET, give);
+    writer.finish().map(|()| drained)
+}
+
+impl DriveOutcome {
+    /// Before the first range of a render; complete if there is none.
+    pub fn new(complete: bool) -> Self {
+        Self { complete, ..Self::default() }
+    }
+
+    /// Adds what came of the next range of the same render.
+    pub fn add(&mut self, next: Self) {
+        *self = Self {
+            wall: self.wall + next.wall,
+            rasterise: self.rasterise + next.rasterise,
+            panicked: self.panicked.take().or(next.panicked),
+            ..next
+        };
+    }
+}
+
+/// Records what the client did since `start`, where that is asked for.
+pub fn note(timings: &mut Option<TimingCapture>, name: &'static str, start: Instant) -> Result<()> {
+    timings.as_mut().map_or(Ok(()), |timings| timings.client(name, start))
+}

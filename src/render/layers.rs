@@ -1,0 +1,143 @@
+//! Layers beside the picture of an EXR file (`--aov`): a pass of its own after the picture's, over the same camera and filter.
+//!
+//! Each pixel is the mean of what camera rays see first, weighted by the film's filter as the picture is. Rays are jittered within the
+//! cells of a grid in each pixel and depend on nothing else, so that the layers are the same in every run.
+
+use std::ops::Range;
+
+use miette::Result;
+use rayon::prelude::*;
+
+use crate::client::FilmSpec;
+use crate::image::exr::Channel;
+use crate::math::random::Random;
+use crate::render::process::tell;
+use crate::render::run_spec::RunSpec;
+use crate::scene::aov::{AovDesc, channel_count};
+use crate::scene::limits;
+use crate::tracer::aov::AovTracer;
+use crate::tracer::{Camera, Scene};
+
+/// Rays along either side of a pixel: at least, and at most.
+const SIDE: [f64; 2] = [4.0, 8.0];
+
+/// Rows of pixels that are traced together.
+const BAND: u32 = 16;
+
+/// From these many bytes on the size of the layers is told.
+const WORTH_TELLING: u64 = 1 << 29;
+
+/// Steps of the R2 sequence (Roberts 2018), which chooses points of the lens.
+const R2: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+
+/// Makes sure that the layers fit into memory, and tells of large ones.
+pub fn check(layers: &[AovDesc], film: &FilmSpec) -> Result<()> {
+    let (channels, pixels) = (channel_count(layers) as u64, u64::from(film.width) * u64::from(film.height));
+    let bytes = 4 * channels * pixels;
+    let size = || {
+        format!(
+            "{channels} channels of {}×{} pixels take {:.1} GB",
+            film.width,
+            film.height,
+            bytes as f64 / 1e9
+        )
+    };
+    if bytes > limits::AOV_BYTES {
+        return Err(miette::miette!(
+            help = "ask for fewer layers with --aov, or for a smaller picture with --size",
+            "the layers beside the picture are too large: {}",
+            size()
+        ));
+    }
+    if bytes > WORTH_TELLING {
+        tell(&format!("note: the layers beside the picture are large: {}", size()));
+    }
+    Ok(())
+}
+
+/// Traces the layers that a run asks for; `spp` samples per pixel are in the picture.
+pub fn trace(run: &RunSpec, scene: &Scene, camera: &Camera, spp: f64) -> Vec<Channel> {
+    if run.aovs.is_empty() {
+        return Vec::new();
+    }
+    let pass = LayerPass {
+        tracer: AovTracer::new(scene, &run.aovs),
+        camera,
+        film: &run.film,
+        channels: channel_count(&run.aovs),
+        side: spp.sqrt().ceil().clamp(SIDE[0], SIDE[1]) as u32,
+    };
+    let bands: Vec<u32> = (0..run.film.height).step_by(BAND as usize).collect();
+    let bands: Vec<Vec<f32>> =
+        bands.into_par_iter().map(|y| pass.band(y..(y + BAND).min(run.film.height))).collect();
+    let names = run.aovs.iter().flat_map(AovDesc::channels);
+    let of =
+        |c: usize| bands.iter().flat_map(move |band| band.iter().skip(c).step_by(pass.channels).copied());
+    names.enumerate().map(|(c, name)| (name, of(c).collect())).collect()
+}
+
+/// What every band is traced with.
+struct LayerPass<'a> {
+    tracer: AovTracer<'a>,
+    camera: &'a Camera,
+    film: &'a FilmSpec,
+    channels: usize,
+    /// Rays along either side of a pixel.
+    side: u32,
+}
+
+impl LayerPass<'_> {
+    /// The pixels of these rows, `[row][width][channel]`. Rows around them are traced as far as the filter reaches.
+    fn band(&self, rows: Range<u32>) -> Vec<f32> {
+        let FilmSpec { width, filter, .. } = *self.film;
+        let (pad, pixels) = (self.film.pad(), ((rows.end - rows.start) * width) as usize);
+        let (mut sums, mut weights) = (vec![0.0; pixels * self.channels], vec![0.0f32; pixels]);
+        let mut values = vec![0.0f32; self.channels];
+        // Positions count from the corner of the padding.
+        for y in rows.start..rows.end + 2 * pad {
+            for x in 0..width + 2 * pad {
+                let mut random = Random(u64::from(y) << 32 | u64::from(x));
+                let turn = [random.f64(), random.f64()];
+                for i in 0..self.side * self.side {
+                    let cell = [i % self.side, i / self.side];
+                    let at = [0, 1].map(|k| {
+                        f64::from([x, y][k]) + (f64::from(cell[k]) + random.f64()) / f64::from(self.side)
+                    });
+                    let lens = [0, 1].map(|k| ((turn[k] + f64::from(i) * R2[k]).fract() as f32).min(LAST));
+                    self.tracer.along(&self.camera.ray(self.uv(at), lens), &mut values);
+                    let [across, down] = at.map(|p| filter.taps(p as f32));
+                    for (j, weight_y) in down.weights.into_iter().enumerate() {
+                        let row = i64::from(down.first) + j as i64 - i64::from(pad) - i64::from(rows.start);
+                        for (k, weight_x) in across.weights.into_iter().enumerate() {
+                            let column = i64::from(across.first) + k as i64 - i64::from(pad);
+                            let inside = (0..i64::from(rows.end - rows.start)).contains(&row)
+                                && (0..i64::from(width)).contains(&column);
+                            let weight = weight_x * weight_y;
+                            if !inside || weight == 0.0 {
+                                continue;
+                            }
+                            let pixel = row as usize * width as usize + column as usize;
+                            weights[pixel] += weight;
+                            let sums = &mut sums[pixel * self.channels..][..self.channels];
+                            sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += weight * value);
+                        }
+                    }
+                }
+            }
+        }
+        for (sums, weight) in sums.chunks_mut(self.channels).zip(weights) {
+            // A narrow filter may have missed every ray.
+            sums.iter_mut().for_each(|sum| *sum /= weight.max(f32::MIN_POSITIVE));
+        }
+        sums
+    }
+
+    /// The screen position of a point in padded pixels.
+    fn uv(&self, at: [f64; 2]) -> [f64; 2] {
+        let pad = f64::from(self.film.pad());
+        [(at[0] - pad) / f64::from(self.film.width), (at[1] - pad) / f64::from(self.film.height)]
+    }
+}
+
+/// The largest number below 1.
+const LAST: f32 = 1.0 - f32::EPSILON / 2.0;

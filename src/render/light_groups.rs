@@ -1,0 +1,230 @@
+//! `--light-groups`: a picture for each group of lights, from the same paths as the picture of all ([`stream`](crate::stream)).
+
+use miette::{IntoDiagnostic, Result};
+use serde::Serialize;
+
+use crate::client::{ClientError, Film, FilmSpec, develop};
+use crate::color::Profile;
+use crate::image::Grid;
+use crate::image::exr::Channel;
+use crate::image::mix::MixRgb;
+use crate::render::device::Device;
+use crate::render::options::RenderOptions;
+use crate::render::outputs::Outputs;
+use crate::render::run_spec::RunSpec;
+use crate::scene::SceneDesc;
+use crate::scene::desc::{AovDesc, IntegratorKind};
+use crate::scene::light_groups::{self, Emitter, LightGroup, NamedGroup};
+use crate::stream::Block;
+use crate::tracer::Scene;
+
+/// Bytes per texel of the sums of a stream, on the processor and on a device, where no variance is kept.
+const SUM_BYTES: [u64; 2] = [32, 91];
+
+/// Bytes per texel of the picture before and after the tone curve, and of its way back to the processor.
+const SHOWN_BYTES: u64 = 16 + 4 + 4;
+
+/// What the films of groups take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GroupMemory {
+    /// Sums on the processor.
+    Host,
+    /// Images of a device.
+    Device,
+    /// Images of a device, with those in which a window shows each picture.
+    Window,
+    /// The same on a device that is the processor, and sums beside them.
+    WindowOnProcessor,
+}
+
+/// A group, for the report. The names of the fields are the keys in JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct LightGroupReport {
+    /// The name of its layer.
+    pub name: String,
+    /// Its emitters.
+    pub emitters: Vec<String>,
+}
+
+/// Refuses what does not go together with groups of lights, before any work.
+pub fn check(args: &RenderOptions, outputs: &Outputs) -> Result<()> {
+    if args.light_groups.is_none() {
+        return Ok(());
+    }
+    let refused = [
+        (!outputs.writes_exr(), "the pictures of the groups are layers of an EXR file", "give -o FILE.exr"),
+        (args.check_plan > 0.0, "--check-plan compares whole samples", "leave --check-plan away"),
+        (
+            args.reweight_fireflies.is_some(),
+            "--reweight-fireflies weights samples by their brightness, of which groups have parts",
+            "leave --reweight-fireflies away",
+        ),
+    ];
+    match refused.into_iter().find(|(wrong, ..)| *wrong) {
+        Some((_, why, advice)) => Err(miette::miette!(help = advice, "--light-groups: {why}")),
+        None => Ok(()),
+    }
+}
+
+/// The groups that an option asks for in this scene.
+///
+/// # Errors
+///
+/// When the scene has no emitter of a name, and for what the method or the other layers do not allow.
+pub fn plan(asked: &[NamedGroup], run: &RunSpec, desc: &SceneDesc, scene: &Scene) -> Result<Vec<LightGroup>> {
+    if run.integrator == IntegratorKind::Depth {
+        return Err(miette::miette!(
+            help = "choose another --integrator",
+            "--light-groups: the method `depth` shows distances, which are of no light"
+        ));
+    }
+    let emitters = light_groups::emitters(desc);
+    if emitters.is_empty() {
+        return Err(miette::miette!(
+            help = "leave --light-groups away",
+            "--light-groups: the scene has no emitter"
+        ));
+    }
+    let groups = match asked.is_empty() {
+        true => light_groups::each(emitters, &scene.lights().power_shares()),
+        false => light_groups::named(emitters, asked)
+            .map_err(|[what, help]| miette::miette!(help = help, "--light-groups: {what}"))?,
+    };
+    let taken: Vec<String> = run.aovs.iter().flat_map(AovDesc::channels).collect();
+    let layer =
+        |group: &&LightGroup| ["R", "G", "B"].iter().any(|c| taken.contains(&format!("{}.{c}", group.name)));
+    if let Some(group) = groups.iter().find(layer) {
+        return Err(miette::miette!(
+            help = "name the groups by --light-groups 'NAME=EMITTER,…', or the layers by --aov NAME:TYPE,…",
+            "--light-groups: the layer `{}` would be there twice, as a group and by --aov",
+            group.name
+        ));
+    }
+    Ok(groups)
+}
+
+/// The groups of a render and their films.
+pub struct GroupFilms {
+    groups: Vec<LightGroup>,
+    films: Vec<Box<dyn Film>>,
+}
+
+/// One line about groups and the memory of their films.
+pub fn summary(groups: &[LightGroup], run: &RunSpec, memory: GroupMemory) -> String {
+    let list = |group: &LightGroup| {
+        let names: Vec<&str> = group.emitters.iter().map(|emitter| emitter.name.as_str()).collect();
+        match names.as_slice() {
+            [one] if *one == group.name => group.name.clone(),
+            _ => format!("{} ({})", group.name, names.join(", ")),
+        }
+    };
+    let streams = match run.integrator {
+        IntegratorKind::Bidirectional | IntegratorKind::Vcm => 2,
+        _ => 1,
+    };
+    let per_texel = match memory {
+        GroupMemory::Host => SUM_BYTES[0],
+        GroupMemory::Device => SUM_BYTES[1],
+        GroupMemory::Window => SUM_BYTES[1],
+        GroupMemory::WindowOnProcessor => SUM_BYTES.iter().sum(),
+    };
+    let shown = match memory {
+        GroupMemory::Host | GroupMemory::Device => 0,
+        GroupMemory::Window | GroupMemory::WindowOnProcessor => SHOWN_BYTES,
+    };
+    let texels: u64 = run.film.padded_extent().map(u64::from).iter().product();
+    let bytes = (per_texel * streams + shown) * texels * groups.len() as u64;
+    let list: Vec<String> = groups.iter().map(list).collect();
+    let (count, list, mebibytes) = (groups.len(), list.join(", "), bytes as f64 / f64::from(1 << 20));
+    let in_addition = format!("{mebibytes:.1} MiB in addition to the picture's");
+    match count {
+        1 => format!("1 group of lights: {list}; its film takes {in_addition}"),
+        _ => format!("{count} groups of lights: {list}; their films take {in_addition}"),
+    }
+}
+
+impl GroupFilms {
+    /// Empty films on `device`.
+    ///
+    /// # Errors
+    ///
+    /// As for the film of the picture.
+    pub fn new(groups: Vec<LightGroup>, run: &RunSpec, device: &Device, threads: usize) -> Result<Self> {
+        Self::with(groups, run, |spec| device.client(spec, threads, None))
+    }
+
+    /// Empty films that `make` makes.
+    ///
+    /// # Errors
+    ///
+    /// Those of `make`.
+    pub fn with<E>(
+        groups: Vec<LightGroup>,
+        run: &RunSpec,
+        make: impl Fn(FilmSpec) -> Result<Box<dyn Film>, E>,
+    ) -> Result<Self, E> {
+        let spec = FilmSpec { variance: None, ..run.film };
+        let films = groups.iter().map(|_| make(spec)).collect::<Result<Vec<_>, E>>()?;
+        Ok(Self { groups, films })
+    }
+
+    /// The groups.
+    pub fn groups(&self) -> &[LightGroup] {
+        &self.groups
+    }
+
+    /// The films, in the order of the groups.
+    pub fn films(&mut self) -> &mut [Box<dyn Film>] {
+        &mut self.films
+    }
+
+    /// Forgets all samples.
+    pub fn clear(&mut self) {
+        self.films.iter_mut().for_each(|film| film.clear());
+    }
+
+    /// Adds the samples of a block to the films.
+    pub fn add(&mut self, block: &Block) -> Result<(), ClientError> {
+        self.films.iter_mut().for_each(|film| film.count_paths(block.header.paths));
+        self.films.iter_mut().zip(block.groups()).try_for_each(|(film, samples)| film.add(samples))
+    }
+
+    /// Rasterises what has been added.
+    pub fn flush(&mut self) -> Result<(), ClientError> {
+        self.films.iter_mut().try_for_each(|film| film.flush())
+    }
+
+    /// The pictures, linear Rec.709.
+    pub fn pictures(&mut self) -> Result<Vec<Grid<MixRgb>>> {
+        let picture = |film: &mut Box<dyn Film>| {
+            let data = film.develop().into_diagnostic()?;
+            let pixels = develop::linear_rgb(&data, &Profile::srgb());
+            let picture = Grid::from_rows(data.width as usize, data.height as usize, pixels);
+            picture.ok_or_else(|| miette::miette!("the picture is incomplete"))
+        };
+        self.films.iter_mut().map(picture).collect()
+    }
+
+    /// The pictures as layers of an EXR file, linear Rec.709.
+    pub fn channels(&mut self) -> Result<Vec<Channel>> {
+        let mut channels = Vec::new();
+        let pictures = self.pictures()?;
+        for (group, picture) in self.groups.iter().zip(pictures) {
+            for (c, axis) in ["R", "G", "B"].into_iter().enumerate() {
+                let name = format!("{}.{axis}", group.name);
+                channels.push((name, picture.pixels().iter().map(|pixel| pixel[c]).collect()));
+            }
+        }
+        Ok(channels)
+    }
+
+    /// The groups, for the report.
+    pub fn report(&self) -> Vec<LightGroupReport> {
+        let name = |emitter: &Emitter| emitter.name.clone();
+        let report = |group: &LightGroup| LightGroupReport {
+            name: group.name.clone(),
+            emitters: group.emitters.iter().map(name).collect(),
+        };
+        self.groups.iter().map(report).collect()
+    }
+}

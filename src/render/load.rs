@@ -1,0 +1,180 @@
+//! The scene of a command line: the file, with what the options say about it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::render::device::Device;
+use crate::render::forced::{Forced, last_of_each};
+use crate::render::options::SceneOptions;
+use crate::render::process::tell;
+use crate::render::report::Seconds;
+use crate::scene::desc::{AovDesc, IntegratorKind, SceneDesc};
+use crate::scene::{self, LoadOptions, LoadProgress, Loaded};
+use crate::tracer::accel::SimdKernel;
+use crate::tracer::effects::{Effect, decide, force_on, refusal, without};
+use crate::tracer::{Camera, PrepareError, Scene};
+
+/// A scene as it was read, with the effects that the command line forces.
+pub struct SceneInput {
+    /// The scene, with all forced effects applied.
+    pub loaded: Loaded,
+    /// Effects that are on or off against what the scene calls for.
+    pub forced: Vec<Forced>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
+}
+
+/// A scene that is ready to be traced, and the device that shows it.
+pub struct Opened {
+    pub input: SceneInput,
+    pub scene: Scene,
+    pub camera: Camera,
+    pub device: Device,
+}
+
+/// Loads and prepares the scene while the device is opened; the time that each step took goes to `seconds`.
+pub fn open(source: &SceneOptions, seconds: &mut Seconds) -> Result<Opened> {
+    open_with_layers(source, None, seconds)
+}
+
+/// As [`open`], with these layers beside the picture in place of those that the scene asks for.
+pub fn open_with_layers(
+    source: &SceneOptions,
+    aovs: Option<Vec<AovDesc>>,
+    seconds: &mut Seconds,
+) -> Result<Opened> {
+    std::thread::scope(|scope| {
+        let device = scope.spawn(|| {
+            let start = Instant::now();
+            (Device::open(source.device.as_deref()), start.elapsed())
+        });
+        let start = Instant::now();
+        let mut input = load(source)?;
+        let desc = &mut input.loaded.desc;
+        desc.integrator.aovs = aovs.unwrap_or_else(|| std::mem::take(&mut desc.integrator.aovs));
+        seconds.load = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let scene = prepare(Scene::prepare, desc, source.simd)?;
+        let camera = Camera::of(desc).into_diagnostic()?;
+        seconds.prepare = start.elapsed().as_secs_f64();
+        let (device, opening) = device.join().map_err(|_| miette::miette!("opening the device panicked"))?;
+        seconds.open_device = opening.as_secs_f64();
+        Ok(Opened { input, scene, camera, device: device? })
+    })
+}
+
+/// Reads the scene, with the size and the method of the command line, and tells `progress` of every file meanwhile.
+pub fn read_telling(source: &SceneOptions, progress: &Arc<LoadProgress>) -> Result<Loaded> {
+    let options = LoadOptions { defines: &source.defines, lenient: source.lenient };
+    let mut loaded = scene::load_telling(&source.scene, &options, progress)?;
+    let desc = &mut loaded.desc;
+    if let Some((width, height)) = source.size {
+        (desc.film.width, desc.film.height) = (width, height);
+        desc.film.crop = None;
+    }
+    desc.integrator.kind = source.integrator.unwrap_or(desc.integrator.kind);
+    Ok(loaded)
+}
+
+/// Reads the scene and forces effects on and off as the command line says.
+pub fn load(source: &SceneOptions) -> Result<SceneInput> {
+    let progress = Arc::default();
+    let mut loaded = read_telling(source, &progress)?;
+    let forced = forced(&loaded.desc, source)?;
+    forced.iter().try_for_each(|forced| force(&mut loaded.desc, *forced))?;
+    Ok(SceneInput { loaded, forced, files: progress.files() })
+}
+
+/// Prepares `desc` for tracing with `make` ([`Scene::prepare`] or [`Scene::prepare_general`]) and chooses the SIMD kernel that traverses
+/// its acceleration structure.
+///
+/// # Errors
+///
+/// When the processor lacks the kernel's instructions, or `make` fails.
+pub fn prepare(
+    make: fn(&SceneDesc) -> Result<Scene, PrepareError>,
+    desc: &SceneDesc,
+    kernel: SimdKernel,
+) -> Result<Scene> {
+    if !kernel.is_available() {
+        return Err(lacking(kernel, SimdKernel::is_available));
+    }
+    let scene = make(desc).into_diagnostic()?.with_kernel(kernel);
+    scene.ok_or_else(|| lacking(kernel, SimdKernel::is_available))
+}
+
+/// The error for a kernel that cannot run here; `has` tells which kernels can.
+fn lacking(kernel: SimdKernel, has: impl Fn(SimdKernel) -> bool) -> miette::Report {
+    let there: Vec<&str> = SimdKernel::ALL.into_iter().filter(|k| has(*k)).map(SimdKernel::name).collect();
+    miette::miette!(
+        help = "leave --simd away, or give auto: that takes the fastest that there is, and the picture is the same",
+        "--simd {}: this processor lacks the instructions; it has {}",
+        kernel.name(),
+        there.join(" and ")
+    )
+}
+
+/// The effects that the command line switches on or off and that are not so already. Switches without effect are reported.
+pub fn forced(desc: &SceneDesc, source: &SceneOptions) -> Result<Vec<Forced>> {
+    let kind = desc.integrator.kind;
+    let plan = decide(desc, kind);
+    let mut effective = Vec::new();
+    for forced in last_of_each(&source.effects) {
+        let Some(decision) = plan.iter().find(|decision| decision.effect == forced.effect) else {
+            continue;
+        };
+        let open = kind == IntegratorKind::Auto && refusal(forced.effect, IntegratorKind::Path).is_some();
+        if forced.on == decision.on && !open {
+            tell(&format!("note: --effects {forced} changes nothing: {}", decision.reason));
+            continue;
+        }
+        force(&mut desc.clone(), forced)?;
+        effective.push(forced);
+    }
+    Ok(effective)
+}
+
+/// Forces one effect.
+pub fn force(desc: &mut SceneDesc, forced: Forced) -> Result<()> {
+    let forcing: fn(&mut SceneDesc, Effect) -> Result<(), &'static str> =
+        if forced.on { force_on } else { without };
+    let impossible =
+        |advice: &str| miette::miette!(help = advice.to_string(), "--effects {forced} is not possible here");
+    forcing(desc, forced.effect).map_err(impossible)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Words of an error and of its help.
+    fn words(error: &miette::Report) -> (String, String) {
+        (error.to_string(), error.help().map(|help| help.to_string()).unwrap_or_default())
+    }
+
+    #[test]
+    fn a_kernel_that_is_lacking_is_an_error_that_names_the_others() {
+        let (what, help) = words(&lacking(SimdKernel::Avx512, |kernel| kernel != SimdKernel::Avx512));
+        assert_eq!(what, "--simd avx512: this processor lacks the instructions; it has scalar and avx2");
+        assert!(help.contains("auto"), "{help}");
+        let (what, _) = words(&lacking(SimdKernel::Avx2, |kernel| kernel == SimdKernel::Scalar));
+        assert_eq!(what, "--simd avx2: this processor lacks the instructions; it has scalar");
+    }
+
+    /// A kernel that the processor lacks is refused before the scene is prepared; the others are used as asked.
+    #[test]
+    fn scenes_are_walked_as_asked() {
+        let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"cube\"/>\
+                    <emitter type=\"constant\"/></scene>";
+        let desc = scene::load_str("t.xml", text, &[]).expect("valid").desc;
+        for kernel in SimdKernel::ALL {
+            for make in [Scene::prepare, Scene::prepare_general] {
+                let made = prepare(make, &desc, kernel).map(|scene| scene.kernel());
+                assert_eq!(made.ok(), kernel.is_available().then_some(kernel));
+            }
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! Light transport of a run: choosing the method (`--integrator auto`) and starting its tracer.
+//!
+//! [`start`] is the one match over methods; behind it everything is generic over the integrator.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::render::process::tell;
+use crate::render::run_spec::{ChoiceReport, RunSpec};
+use crate::scene::desc::{IntegratorDesc, IntegratorKind};
+use crate::server::{RenderJob, Server};
+use crate::stream::control::Epoch;
+use crate::stream::{PathCounts, UvWindow};
+use crate::study::error::TILE;
+use crate::study::format::percent;
+use crate::study::witness::Witnesses;
+use crate::study::{LateLight, MissingLight};
+use crate::tracer::choice::{self, IntegratorChoice, Survey, Trial};
+use crate::tracer::integrator::{
+    BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
+    PhotonTracer, PlanCheckTally, RenderContext, Replicated, VcmTracer,
+};
+use crate::tracer::screen::ScreenSampling;
+use crate::tracer::witness;
+use crate::tracer::{Camera, Integrator, Scene};
+
+/// Share of the light from which on the method is changed for what it has not found: it costs the samples so far.
+const CHANGES_OVER: f64 = 0.02;
+
+/// The tracers of photon mapping. The next render may reuse their photons.
+pub type Photons = Replicated<PhotonTracer>;
+
+/// What is to be rendered.
+#[derive(Clone, Debug)]
+pub struct RenderOrder {
+    pub scene: Arc<Scene>,
+    pub camera: Camera,
+    /// Indices: the first, and one past the last if every index were one path.
+    pub range: Range<u64>,
+    pub window: UvWindow,
+    pub epoch: Epoch,
+    /// How camera paths are distributed over the window.
+    pub sampling: ScreenSampling,
+    /// Whether and how the plan of effects is checked.
+    pub check: Option<CheckOrder>,
+}
+
+/// How the plan of effects is checked: a share of the paths is traced by general code too.
+#[derive(Clone, Debug)]
+pub struct CheckOrder {
+    /// Share of the paths, in (0, 1].
+    pub share: f64,
+    /// The scene prepared for all effects, whether it calls for them or not.
+    pub general: Arc<Scene>,
+}
+
+/// Paths that one index of a method stands for.
+pub fn paths_per_index(kind: IntegratorKind) -> u64 {
+    match kind {
+        IntegratorKind::Bidirectional | IntegratorKind::Vcm => CAMERA_SUBPATHS,
+        _ => 1,
+    }
+}
+
+/// A range of indices as [`RenderOrder::range`] has it.
+pub fn as_paths(kind: IntegratorKind, indices: &Range<u64>) -> Range<u64> {
+    let paths = (indices.end - indices.start).saturating_mul(paths_per_index(kind));
+    indices.start..indices.start.saturating_add(paths)
+}
+
+/// What the tracers of all methods are made of.
+pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: UvWindow) -> RenderContext {
+    let RunSpec { seed, integrator, max_depth, rr_depth, hide_emitters, photons, .. } = *run;
+    let desc = IntegratorDesc {
+        kind: integrator,
+        max_depth,
+        rr_depth,
+        hide_emitters,
+        photons,
+        ..IntegratorDesc::default()
+    };
+    RenderContext::new(scene, camera, &desc, seed, window).of_size([run.film.width, run.film.height])
+}
+
+/// Has `server` render by the method that `run` names. `photons` are those that the last render left, if any, and then
+/// those of this one. Returns the tally of the check, if one was ordered.
+///
+/// # Errors
+///
+/// When the server has ended, or the method cannot be checked.
+pub fn start(
+    server: &Server,
+    run: &RunSpec,
+    order: RenderOrder,
+    photons: &mut Option<Photons>,
+) -> Result<Option<Arc<PlanCheckTally>>> {
+    let last = photons.take();
+    match run.integrator {
+        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, run, order),
+        IntegratorKind::Light => special::<ParticleTracer>(server, run, order),
+        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, run, order),
+        IntegratorKind::Depth if order.check.is_some() => Err(miette::miette!(
+            "--check-plan compares paths of light, and `depth` traces none: choose another --integrator"
+        )),
+        IntegratorKind::Depth => special::<DepthTracer>(server, run, order),
+        IntegratorKind::Photon if order.check.is_some() => check_photons::<PhotonTracer>(server, run, order),
+        IntegratorKind::Vcm if order.check.is_some() => check_photons::<VcmTracer>(server, run, order),
+        IntegratorKind::Vcm => {
+            let make = |context| VcmTracer::new(context, run.deterministic);
+            let tracer = Replicated::new(&context_of(run, &order), run.replicated, make);
+            send(server, run, tracer, order).map(|()| None)
+        }
+        IntegratorKind::Photon => {
+            let mut last = last.iter().flat_map(|last| &last.parts);
+            let tracer =
+                photons.insert(Replicated::new(&context_of(run, &order), run.replicated, |context| {
+                    let new = PhotonTracer::new(context, run.deterministic);
+                    match last.next() {
+                        Some(last) => new.after(last),
+                        None => new,
+                    }
+                }));
+            send(server, run, tracer.clone(), order).map(|()| None)
+        }
+    }
+}
+
+fn context_of(run: &RunSpec, order: &RenderOrder) -> RenderContext {
+    let context = render_context(run, order.scene.clone(), order.camera.clone(), order.window);
+    let screen = order.sampling.clone();
+    RenderContext { seed: screen.seed(run.seed), screen, ..context }
+}
+
+/// Sends a tracer with special code, checked if that is ordered.
+fn special<I: Integrator + From<RenderContext>>(
+    server: &Server,
+    run: &RunSpec,
+    order: RenderOrder,
+) -> Result<Option<Arc<PlanCheckTally>>> {
+    let context = context_of(run, &order);
+    let Some(check) = order.check.clone() else {
+        return send(server, run, Replicated::new(&context, run.replicated, I::from), order).map(|()| None);
+    };
+    let checked = CheckedIntegrator::<I>::new(context, check.general, check.share);
+    let tally = checked.tally().clone();
+    send(server, run, checked, order).map(|()| Some(tally))
+}
+
+/// A sample of photon mapping is made of many paths, so both codes must have traced all of them.
+fn check_photons<I: Integrator + From<RenderContext>>(
+    server: &Server,
+    run: &RunSpec,
+    order: RenderOrder,
+) -> Result<Option<Arc<PlanCheckTally>>> {
+    let complete = order.check.as_ref().is_some_and(|check| check.share >= 1.0) && run.deterministic;
+    if !complete || order.scene.white().is_some() {
+        return Err(miette::miette!(
+            help = "give --check-plan 1 and --deterministic, in a scene with colours; or choose another --integrator",
+            "a sample of photon mapping is made of many paths: the plan can be checked on all of them only"
+        ));
+    }
+    special::<I>(server, run, order)
+}
+
+fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: RenderOrder) -> Result<()> {
+    let PathCounts { camera, light } = integrator.paths_per_index();
+    let Range { start, end } = order.range;
+    // As many paths as asked for, whatever an index holds.
+    let end = start + (end - start).div_ceil(camera.max(light).max(1));
+    let mut job = RenderJob::new(Arc::new(integrator), start..end);
+    job.window = order.window;
+    if run.deterministic {
+        job.deadline = None;
+    }
+    server.render(job, order.epoch).into_diagnostic()
+}
+
+/// Chooses the method if `run` asks for it, and stores method and reason in `run`. The choice does not depend on the
+/// number of threads, because each method is tried on one.
+pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: usize) {
+    if run.integrator != IntegratorKind::Auto {
+        return;
+    }
+    let context = trial_context(run, scene, camera);
+    let chosen =
+        ChoiceReport::from(if threads > 1 { choose_in_parallel(&context) } else { choice::choose(&context) });
+    run.integrator = chosen.kind;
+    run.auto = Some(chosen);
+}
+
+/// Paths that find light which the method of `run` may not; `None` where nothing finds more.
+pub fn witnesses(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<Witnesses> {
+    let context = RenderContext { seed: run.seed, ..trial_context(run, scene, camera) };
+    witness::pair(context, TILE as u32, run.integrator).map(|witnesses| Box::new(witnesses) as Witnesses)
+}
+
+/// The context of the trials. It has a seed of its own, so that the choice does not depend on the run's.
+fn trial_context(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> RenderContext {
+    let run = RunSpec { seed: 0, ..run.clone() };
+    render_context(&run, scene.clone(), camera.clone(), UvWindow::PICTURE)
+}
+
+/// Chooses as [`choice::choose`] does, with the trials in parallel.
+fn choose_in_parallel(context: &RenderContext) -> IntegratorChoice {
+    let survey = Survey::of(context);
+    let trials: Vec<Trial> = std::thread::scope(|scope| {
+        let trial = |kind| {
+            scope.spawn({
+                let survey = &survey;
+                move || Trial::of(context, survey, kind)
+            })
+        };
+        let running: Vec<_> = survey.candidates(context).map(trial).collect();
+        // A path that panics does so again when it is rendered, and is reported there.
+        running.into_iter().filter_map(|trial| trial.join().ok()).collect()
+    });
+    choice::decide(&survey, &trials)
+}
+
+/// Chooses the method for a window, beside the tracer: anew whenever scene or view have changed and come to rest.
+#[derive(Debug)]
+pub struct Chooser {
+    /// The program is to choose the method.
+    pub wanted: bool,
+    /// Scene or view have changed since the last choice was begun.
+    pub stale: bool,
+    running: Option<Receiver<IntegratorChoice>>,
+    /// Witnesses of a picture have decided, who know more than trials: nothing is chosen any more.
+    settled: bool,
+}
+
+impl Chooser {
+    /// A chooser that has not seen a scene yet.
+    pub fn new(wanted: bool) -> Self {
+        Self { wanted, stale: true, running: None, settled: false }
+    }
+
+    /// Begins a choice for this scene and view, unless one is being made.
+    pub fn begin(&mut self, run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) {
+        if !self.wanted || self.settled || !self.stale || self.running.is_some() {
+            return;
+        }
+        self.stale = false;
+        let context = trial_context(run, scene, camera);
+        let (sender, receiver) = channel();
+        let work = move || {
+            // Nobody listens any more when the window has closed.
+            let _ = sender.send(choice::choose(&context));
+        };
+        // Without a thread the method stays what it is.
+        let started = std::thread::Builder::new().name("choice".to_string()).spawn(work);
+        self.running = started.is_ok().then_some(receiver);
+    }
+
+    /// Returns the choice that was begun, once, when it is ready.
+    pub fn take(&mut self) -> Option<ChoiceReport> {
+        let choice = self.running.as_ref()?.try_recv();
+        if !matches!(choice, Err(TryRecvError::Empty)) {
+            self.running = None;
+        }
+        // An edit may have overtaken the choice. It is a better guess than none, and the next one begins when the view is
+        // at rest.
+        choice.ok().map(ChoiceReport::from)
+    }
+
+    /// Changes `run` over to the method that finds what its picture lacks, where the method is the program's choice and that is a good part of the
+    /// light. Returns whether it has; the method then stays. While a choice is due or being made, that comes first.
+    pub fn change_over(&mut self, run: &mut RunSpec, late: &LateLight) -> bool {
+        if !self.wanted || self.stale && !self.settled || self.running.is_some() {
+            return false;
+        }
+        let Some((kind, share)) = late.kind().and_then(|light| that_finds(light).zip(late.share(light)))
+        else {
+            return false;
+        };
+        let Some(choice) = run.auto.as_mut().filter(|_| run.integrator != kind && share > CHANGES_OVER)
+        else {
+            return false;
+        };
+        let reason = format!(
+            "auto: {} — witnesses have found {} of the light that {} has not",
+            kind.name(),
+            percent(share),
+            run.integrator.name()
+        );
+        // What was tried before is not compared with this method.
+        *choice = ChoiceReport { kind, reason, candidates: Vec::new() };
+        (run.integrator, self.settled) = (kind, true);
+        true
+    }
+}
+
+/// The method that finds light which others find late; `None` where none finds it better.
+pub fn that_finds(light: MissingLight) -> Option<IntegratorKind> {
+    match light {
+        MissingLight::Caustics => Some(IntegratorKind::Vcm),
+        MissingLight::Highlights => None,
+        MissingLight::Other => Some(IntegratorKind::Bidirectional),
+    }
+}
+
+/// Says on standard error which method was chosen and why, if one was.
+pub fn tell_choice(run: &RunSpec) {
+    if let Some(chosen) = &run.auto {
+        tell(&chosen.reason);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
+
+    use super::*;
+    use crate::render::load;
+    use crate::render::options::SceneOptions;
+    use crate::scene::desc::PhotonDesc;
+
+    /// Lengths of the scene file are those of world space, and tracers have rendering space, which may have another scale.
+    #[test]
+    fn lengths_are_in_rendering_space() {
+        let source = SceneOptions::of("scenes/cornell.xml".into());
+        let input = load::load(&source).unwrap();
+        let mut desc = input.loaded.desc.clone();
+        desc.space.scale = 0.25;
+        let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+        run.photons = PhotonDesc { initial_radius: Some(8.0), ..run.photons };
+        let (scene, camera) = (Scene::prepare(&desc).unwrap(), Camera::of(&desc).unwrap());
+        let context = render_context(&run, Arc::new(scene), camera, UvWindow::PICTURE);
+        assert_eq!(context.photons.initial_radius, Some(2.0));
+    }
+
+    #[test]
+    fn the_program_leaves_its_method_for_one_that_finds_missing_light() {
+        let source = SceneOptions::of("scenes/cornell.xml".into());
+        let input = load::load(&source).unwrap();
+        let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+        run.integrator = IntegratorKind::Path;
+        let missing = |missing: f64, caustics: f64| LateLight {
+            missing: Some(missing),
+            caustics,
+            ..LateLight::default()
+        };
+        let choice = |kind| ChoiceReport { kind, reason: String::new(), candidates: Vec::new() };
+        run.auto = Some(choice(IntegratorKind::Path));
+        let chosen = |wanted| Chooser { stale: false, ..Chooser::new(wanted) };
+        assert!(!chosen(false).change_over(&mut run, &missing(0.3, 0.3)), "somebody asked for the method");
+        assert!(!Chooser::new(true).change_over(&mut run, &missing(0.3, 0.3)), "a choice is due");
+        let mut chooser = chosen(true);
+        assert!(!chooser.change_over(&mut run, &missing(0.01, 0.01)), "it is little");
+        let highlights = LateLight { highlights: 0.25, ..missing(0.3, 0.04) };
+        assert!(!chooser.change_over(&mut run, &highlights), "no method finds them better");
+        assert!(chooser.change_over(&mut run, &missing(0.3, 0.0)));
+        assert_eq!(run.integrator, IntegratorKind::Bidirectional);
+        // An edit does not bring the trial's choice back, and more may turn out to be missing.
+        chooser.stale = true;
+        chooser.begin(
+            &run,
+            &Arc::new(Scene::prepare(&input.loaded.desc).unwrap()),
+            &Camera::of(&input.loaded.desc).unwrap(),
+        );
+        assert!(chooser.running.is_none() && chooser.take().is_none());
+        assert!(chooser.change_over(&mut run, &missing(0.14, 0.13)));
+        let report = run.auto.as_ref().unwrap();
+        assert_eq!((run.integrator, report.kind), (IntegratorKind::Vcm, IntegratorKind::Vcm));
+        assert!(
+            report.reason.contains("vcm") && report.reason.contains("bidirectional"),
+            "{}",
+            report.reason
+        );
+        assert!(report.reason.contains("13"), "{}", report.reason);
+        assert!(!chooser.change_over(&mut run, &missing(0.14, 0.13)), "it is the present one");
+    }
+}

@@ -1,0 +1,44 @@
+//! A run without a window and without a command line: from options to a film, its pictures and its report.
+//!
+//! | files | what |
+//! |---|---|
+//! | `options.rs` | what is asked for, as plain data: the command line is read into it |
+//! | `load.rs`, `device.rs`, `edited_scene.rs`, `warnings.rs` | the scene and the device; a scene with edits; what is said of the scene |
+//! | `run_spec.rs`, `method.rs`, `plan.rs`, `remote_order.rs` | what a run is made of; its method of light transport; its effects; the same for a tracer elsewhere |
+//! | `batch.rs`, `drive.rs`, `adaptive.rs`, `progress.rs` | a render from start to end; from the lanes to the film; its adaptive stages; its progress bar |
+//! | `film_writer.rs`, `observer.rs`, `predictions.rs` | where samples are added up; the error of the picture meanwhile; the log of predicted times |
+//! | `outputs.rs`, `live_outputs.rs`, `layers.rs`, `light_groups.rs`, `tev.rs` | files of pictures; snapshots on the way; layers beside the picture; pictures by groups of lights; the viewer tev |
+//! | `report.rs`, `rejected.rs`, `effect_price.rs`, `recorded_path.rs` | figures of a run; rejected values in words; what each effect costs; one path again with all that it meets |
+//! | `state/` | renders in parts: their files, their sum |
+//! | `timings.rs`, `trace.rs`, `pipelines.rs`, `process.rs` | `--gpu-timings`; compiled pipelines on disk; signals and standard error |
+
+pub mod adaptive;
+pub mod batch;
+pub mod device;
+pub mod drive;
+pub mod edited_scene;
+pub mod effect_price;
+pub mod film_writer;
+pub mod forced;
+pub mod layers;
+pub mod light_groups;
+pub mod live_outputs;
+pub mod load;
+pub mod method;
+pub mod observer;
+pub mod options;
+pub mod outputs;
+pub mod pipelines;
+pub mod plan;
+pub mod predictions;
+pub mod process;
+pub mod progress;
+pub mod rejected;
+pub mod remote_order;
+pub mod report;
+pub mod run_spec;
+pub mod state;
+pub mod tev;
+pub mod timings;
+pub mod trace;
+pub mod warnings;

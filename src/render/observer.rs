@@ -1,0 +1,535 @@
+//! A thread that watches the error of the picture, so that neither tracing nor the display waits for it.
+//!
+//! The queue of blocks is bounded and belongs to the present render: when another render begins, the blocks of the last one are dropped.
+//! Beside a window the thread runs at the lowest priority and ignores a render that has only just begun, because a dragged camera
+//! begins sixty renders per second and nobody reads their error.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Condvar, Mutex};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+
+use crate::gpu::Region;
+use crate::render::run_spec::RunSpec;
+use crate::render::{method, predictions};
+use crate::scene::desc::IntegratorKind;
+use crate::server::{Priority, unpoisoned};
+use crate::stream::{PathCounts, Sample};
+use crate::study::blur::BlurSchedule;
+use crate::study::error::{OtherSamples, ReplicatePixel};
+use crate::study::prediction::PredictionOutcome;
+use crate::study::witness::Witnesses;
+use crate::study::{
+    ErrorMonitor, ErrorStatus, ErrorTarget, ExactReplicates, MonitorProgress, Replicates, SamplesApart,
+};
+use crate::tracer::integrator::{LAST_GENERATION, SAMPLES_PER_GENERATION};
+
+/// Upper bound on the samples in the queue: 64 MiB.
+const MOST: usize = (64 << 20) / size_of::<Sample>();
+
+/// Beside a window the observer pauses for this long between two updates.
+const REST: Duration = Duration::from_millis(250);
+
+/// Blocks that arrive within this time are processed together: waking up for each would cost the tracer threads more than the
+/// sums do.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// What the thread runs beside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// A render without a window: the caller blocks while the queue is full.
+    Render,
+    /// A window, which never waits: blocks that do not fit into the queue are left out, so that the stated error is too large,
+    /// never too small.
+    Window,
+}
+
+/// A message to the thread.
+enum Message {
+    Block {
+        first_index: u64,
+        paths: PathCounts,
+        samples: Box<[Sample]>,
+        at: Duration,
+    },
+    /// Another render begins, after the last one took this long; or the same in another picture, for which the witnesses go on. Everything
+    /// before is dropped.
+    Begin {
+        watch: Box<ErrorMonitor>,
+        ended: Duration,
+        last: Arc<RunSpec>,
+        goes_on: bool,
+    },
+    Aim(Option<ErrorTarget>),
+    Witnesses(Witnesses),
+    /// Tells another observer what is known here.
+    Lend(Lent, Borrower),
+    /// Asks the first observer to tell the second one what is shown of a rectangle, after all that it was told from here.
+    AskFor(Region, Borrower, Borrower),
+    /// What another one tells, when this render has taken so long.
+    Others(OtherSamples, Duration),
+    /// Answers when everything before has been processed.
+    Sync(Sender<()>),
+    /// Answers with the mean and the difference of the replicates of every pixel.
+    Pixels(Sender<Vec<ReplicatePixel>>),
+    /// Answers with the sums of the replicates.
+    Replicates(Sender<Option<Replicates>>),
+    /// Keeps some of the samples of each replicate apart.
+    KeepApart,
+    /// Answers with the samples that were kept apart, if any were.
+    TakeApart(Sender<Option<SamplesApart>>),
+    /// Answers with the exact sums, if there are any, and what goes with them.
+    Progress(Sender<Option<(ExactReplicates, MonitorProgress)>>),
+    /// Takes a last checkpoint and answers with the outcomes of the predictions.
+    End(Duration, Sender<Vec<PredictionOutcome>>),
+}
+
+/// What an observer tells another one.
+enum Lent {
+    /// What is shown of a rectangle of its picture.
+    Shown(Region),
+    /// What its own render shows, which begins at this pixel of the other one's picture.
+    Own([i64; 2]),
+}
+
+/// An observer that is told what another one has seen.
+struct Borrower {
+    shared: Arc<Shared>,
+    /// The number of its render: another one is not told.
+    number: u64,
+    /// Time since its render began.
+    at: Duration,
+}
+
+/// State shared by the handle and the thread.
+struct Shared {
+    inbox: Mutex<Inbox>,
+    /// Signals that there is something to do.
+    news: Condvar,
+    /// Signals that there is room again.
+    room: Condvar,
+    /// The number of the render, and its status at the last checkpoint.
+    state: Mutex<(u64, Arc<ErrorStatus>)>,
+}
+
+/// The queue of messages.
+struct Inbox {
+    messages: VecDeque<Message>,
+    /// Samples in the queue.
+    samples: usize,
+    /// A caller waits for an answer.
+    asked: bool,
+    /// Blocks are not processed before this time.
+    rest: Instant,
+    /// No more messages will come.
+    closed: bool,
+    /// The thread has ended.
+    gone: bool,
+}
+
+/// A handle to the thread; dropping it ends the thread.
+pub struct Observer {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    beside: Beside,
+    began: Instant,
+    run: Arc<RunSpec>,
+    target: Option<ErrorTarget>,
+}
+
+impl Observer {
+    /// Watches a render of `run`, which must be divided into replicates, from now on.
+    pub fn start(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> Result<Self> {
+        Self::start_with(watch(run, target, beside), run, target, beside)
+    }
+
+    /// Goes on watching a render without a window whose exact sums were kept.
+    pub fn resume(
+        run: &RunSpec,
+        target: Option<ErrorTarget>,
+        sums: ExactReplicates,
+        seen: MonitorProgress,
+    ) -> Result<Self> {
+        let watch = watch(run, target, Beside::Render).exact(sums, seen);
+        Self::start_with(watch, run, target, Beside::Render)
+    }
+
+    fn start_with(
+        watch: ErrorMonitor,
+        run: &RunSpec,
+        target: Option<ErrorTarget>,
+        beside: Beside,
+    ) -> Result<Self> {
+        let inbox = Inbox {
+            messages: VecDeque::new(),
+            samples: 0,
+            asked: false,
+            rest: Instant::now(),
+            closed: false,
+            gone: false,
+        };
+        let shared = Arc::new(Shared {
+            inbox: Mutex::new(inbox),
+            news: Condvar::new(),
+            room: Condvar::new(),
+            state: Mutex::default(),
+        });
+        let own = shared.clone();
+        let work = move || {
+            if beside == Beside::Window {
+                Priority::Background.apply();
+            }
+            let _last = Gone(&own);
+            observe(watch, &own);
+        };
+        let thread = Builder::new().name("observer".to_string()).spawn(work).into_diagnostic();
+        let thread =
+            thread.wrap_err("cannot start the thread that watches the error; --replicates 1 does without")?;
+        let run = Arc::new(run.clone());
+        Ok(Self { shared, thread: Some(thread), beside, began: Instant::now(), run, target })
+    }
+
+    /// Another render begins, with these witnesses. What came of the predictions for the last one is logged.
+    pub fn begin(&mut self, run: &RunSpec, witnesses: Option<Witnesses>) {
+        let ended = self.began.elapsed();
+        self.began = Instant::now();
+        let mut watch = Box::new(watch(run, self.target, self.beside));
+        if let Some(witnesses) = witnesses {
+            watch.set_witnesses(witnesses);
+        }
+        self.forget(run, watch, ended, false);
+    }
+
+    /// The same render goes on in another picture, which is filled from its first sample on: another size, another filter.
+    pub fn begin_again(&mut self, run: &RunSpec) {
+        let watch = Box::new(watch(run, self.target, self.beside));
+        self.forget(run, watch, self.began.elapsed(), true);
+    }
+
+    fn forget(&mut self, run: &RunSpec, watch: Box<ErrorMonitor>, ended: Duration, goes_on: bool) {
+        let last = std::mem::replace(&mut self.run, Arc::new(run.clone()));
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        inbox.messages.retain(|message| !matches!(message, Message::Block { .. }));
+        inbox.samples = 0;
+        if self.beside == Beside::Window {
+            inbox.rest = Instant::now() + REST;
+        }
+        inbox.messages.push_back(Message::Begin { watch, ended, last, goes_on });
+        // Under the lock, so that the thread cannot be at work on the new one already.
+        let mut state = unpoisoned(&self.shared.state);
+        *state = (state.0 + 1, Arc::default());
+        self.shared.news.notify_one();
+    }
+
+    /// Another error is wanted.
+    pub fn set_target(&mut self, target: Option<ErrorTarget>) {
+        if self.target != target {
+            self.target = target;
+            self.send(Message::Aim(target), false);
+        }
+    }
+
+    /// The stated error of this render counts what these witnesses find and its picture lacks.
+    pub fn call(&self, witnesses: Witnesses) {
+        self.send(Message::Witnesses(witnesses), false);
+    }
+
+    /// Tells the observer of a rectangle of the picture what is shown of it: from now on what it states is the error of the mean of both, each
+    /// with the share of its paths.
+    pub fn lend_shown(&self, rectangle: Region, to: &Observer) {
+        self.send(Message::Lend(Lent::Shown(rectangle), Borrower::new(to)), false);
+    }
+
+    /// As `whole.lend_shown(rectangle, to)`, but after all that `whole` is told by this observer.
+    pub fn ask_for(&self, rectangle: Region, whole: &Observer, to: &Observer) {
+        self.send(Message::AskFor(rectangle, Borrower::new(whole), Borrower::new(to)), false);
+    }
+
+    /// Tells the observer of a picture, in which this one's begins at `origin`, what this render alone shows: the same, the other way
+    /// round.
+    pub fn lend_own(&self, to: &Observer, origin: [i64; 2]) {
+        self.send(Message::Lend(Lent::Own(origin), Borrower::new(to)), false);
+    }
+
+    /// What is wanted.
+    pub fn target(&self) -> Option<ErrorTarget> {
+        self.target
+    }
+
+    /// Takes a copy of the samples of a block that goes to the film.
+    pub fn samples(&self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        let (at, count) = (self.began.elapsed(), samples.len());
+        let samples: Box<[Sample]> = samples.into();
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        while inbox.samples + count > MOST && !inbox.gone {
+            if self.beside == Beside::Window {
+                return;
+            }
+            inbox = self.shared.room.wait(inbox).unwrap_or_else(|poisoned| poisoned.into_inner());
+        }
+        inbox.samples += count;
+        inbox.messages.push_back(Message::Block { first_index, paths, samples, at });
+        // Otherwise it is awake, or left alone on purpose.
+        if inbox.messages.len() == 1 || inbox.samples > MOST / 2 {
+            self.shared.news.notify_one();
+        }
+    }
+
+    /// What was known at the last checkpoint; with [`sync`](Self::sync) before, at the last one that was due.
+    pub fn state(&self) -> Arc<ErrorStatus> {
+        unpoisoned(&self.shared.state).1.clone()
+    }
+
+    /// Time since the render began.
+    pub fn elapsed(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    /// The render stood still for so long: that time does not count.
+    pub fn stood_still(&mut self, time: Duration) {
+        self.began += time;
+    }
+
+    /// Samples that wait for the thread.
+    #[cfg(test)]
+    fn waiting(&self) -> usize {
+        unpoisoned(&self.shared.inbox).samples
+    }
+
+    /// Waits until everything has been seen that was handed over before.
+    pub fn sync(&self) {
+        self.ask(Message::Sync);
+    }
+
+    /// Mean and difference of the replicates of every pixel so far, as [`Replicates::pixels`](crate::study::Replicates::pixels) returns them; empty before
+    /// each replicate has traced a path.
+    pub fn pixels(&self) -> Vec<ReplicatePixel> {
+        self.ask(Message::Pixels)
+    }
+
+    /// The sums of the replicates so far; `None` if the thread is gone.
+    pub fn replicates(&self) -> Option<Replicates> {
+        self.ask(Message::Replicates)
+    }
+
+    /// From now on some of the samples of each replicate are kept apart as well.
+    pub fn keep_apart(&self) {
+        self.send(Message::KeepApart, false);
+    }
+
+    /// The samples that were kept apart, if any were.
+    pub fn take_apart(&self) -> Option<SamplesApart> {
+        self.ask(Message::TakeApart)
+    }
+
+    /// The exact sums of the replicates so far, and what it takes to go on with them; `None` where none are kept.
+    pub fn progress(&self) -> Option<(ExactReplicates, MonitorProgress)> {
+        self.ask(Message::Progress)
+    }
+
+    /// Takes a last checkpoint; returns the status and the outcomes of the predictions.
+    pub fn end(&self) -> (Arc<ErrorStatus>, Vec<PredictionOutcome>) {
+        let kept = self.ask(|answer| Message::End(self.began.elapsed(), answer));
+        (self.state(), kept)
+    }
+
+    /// Sends a question and waits for its answer. If the thread is gone there is nothing to wait for, and the answer is empty.
+    fn ask<T: Default>(&self, question: impl FnOnce(Sender<T>) -> Message) -> T {
+        let (answer, answers) = channel();
+        self.send(question(answer), true);
+        answers.recv().unwrap_or_default()
+    }
+
+    fn send(&self, message: Message, asks: bool) {
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        if !inbox.gone {
+            inbox.asked |= asks;
+            inbox.messages.push_back(message);
+        }
+        self.shared.news.notify_one();
+    }
+}
+
+impl Drop for Observer {
+    fn drop(&mut self) {
+        {
+            let mut inbox = unpoisoned(&self.shared.inbox);
+            // Nobody reads any more what would come of it.
+            inbox.messages.clear();
+            inbox.closed = true;
+        }
+        self.shared.news.notify_one();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    /// The next message, waited for; `None` at the end. Blocks of a young render stay where they are, unless they become
+    /// many or somebody waits.
+    fn next(&self) -> Option<Message> {
+        let mut inbox = unpoisoned(&self.inbox);
+        loop {
+            let left = inbox.rest.saturating_duration_since(Instant::now());
+            let patient = !inbox.asked && !inbox.closed && inbox.samples <= MOST / 2 && !left.is_zero();
+            match inbox.messages.front() {
+                None if inbox.closed => return None,
+                Some(Message::Block { .. }) if patient => {
+                    let waited = self.news.wait_timeout(inbox, left);
+                    inbox = waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0;
+                }
+                Some(_) => break,
+                None => {
+                    inbox = self.news.wait(inbox).unwrap_or_else(|poisoned| poisoned.into_inner());
+                }
+            }
+        }
+        let message = inbox.messages.pop_front();
+        if let Some(Message::Block { samples, .. }) = &message {
+            inbox.samples = inbox.samples.saturating_sub(samples.len());
+            self.room.notify_one();
+        }
+        inbox.asked &= !inbox.messages.is_empty();
+        if inbox.messages.is_empty() {
+            inbox.rest = inbox.rest.max(Instant::now() + PAUSE);
+        }
+        message
+    }
+
+    /// Makes known what `watch` has seen of render `number`, unless that is over.
+    fn publish(&self, number: u64, watch: &ErrorMonitor) {
+        let mut state = unpoisoned(&self.state);
+        if state.0 == number {
+            state.1 = Arc::new(watch.status().clone());
+        }
+    }
+}
+
+impl Borrower {
+    /// This observer, with its present render.
+    fn new(observer: &Observer) -> Self {
+        let number = unpoisoned(&observer.shared.state).0;
+        Self { shared: observer.shared.clone(), number, at: observer.elapsed() }
+    }
+
+    /// Tells it, unless its render is over.
+    fn tell(&self, message: Message) {
+        let mut inbox = unpoisoned(&self.shared.inbox);
+        if !inbox.gone && unpoisoned(&self.shared.state).0 == self.number {
+            inbox.messages.push_back(message);
+            self.shared.news.notify_one();
+        }
+    }
+}
+
+/// Marks the thread as ended when it is dropped, so that no caller waits for it.
+struct Gone<'a>(&'a Shared);
+
+impl Drop for Gone<'_> {
+    fn drop(&mut self) {
+        let mut inbox = unpoisoned(&self.0.inbox);
+        (inbox.gone, inbox.samples) = (true, 0);
+        inbox.messages.clear();
+        self.0.room.notify_all();
+    }
+}
+
+fn watch(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> ErrorMonitor {
+    let watch = ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target)
+        .with_coverage(run.film.coverage())
+        .that_blurs(run.is_blurred());
+    let watch = if run.adaptive { watch.with_density_weights() } else { watch };
+    match blur(run, beside) {
+        Some(schedule) => watch.with_blur(schedule),
+        None => watch,
+    }
+}
+
+/// How the blur of this render shrinks; `None` without one, and where it may begin with the photons of the last render.
+fn blur(run: &RunSpec, beside: Beside) -> Option<BlurSchedule> {
+    let last_generation = match run.integrator {
+        IntegratorKind::Photon if run.deterministic || beside == Beside::Render => LAST_GENERATION,
+        // Few of its light paths leave photons.
+        IntegratorKind::Vcm if run.photons.caustics => u64::MAX,
+        _ => return None,
+    };
+    Some(BlurSchedule {
+        samples_per_generation: SAMPLES_PER_GENERATION,
+        samples_per_index: method::paths_per_index(run.integrator),
+        alpha: run.photons.alpha.unwrap_or(0.0),
+        last_generation,
+    })
+}
+
+/// The thread.
+fn observe(mut watch: ErrorMonitor, shared: &Shared) {
+    let mut number = 0;
+    while let Some(message) = shared.next() {
+        match message {
+            Message::Block { first_index, paths, samples, at } => {
+                watch.add(first_index, paths, &samples);
+                if watch.is_due() {
+                    watch.take_checkpoint(at.as_secs_f64());
+                    shared.publish(number, &watch);
+                }
+            }
+            Message::Begin { watch: new, ended, last, goes_on } => {
+                predictions::log(&last, &watch.prediction_outcomes(ended.as_secs_f64()));
+                let witnesses = watch.take_witnesses().filter(|_| goes_on);
+                (watch, number) = (*new, number + 1);
+                witnesses.into_iter().for_each(|witnesses| watch.set_witnesses(witnesses));
+            }
+            Message::Aim(target) => {
+                watch.set_target(target);
+                shared.publish(number, &watch);
+            }
+            Message::Witnesses(witnesses) => watch.set_witnesses(witnesses),
+            Message::Lend(lent, borrower) => {
+                let others = match lent {
+                    Lent::Shown(Region { origin, extent }) => {
+                        watch.shown(origin.map(|n| n as usize), extent.map(|n| n as usize))
+                    }
+                    Lent::Own(origin) => watch.own(origin),
+                };
+                if let Some(others) = others {
+                    borrower.tell(Message::Others(others, borrower.at));
+                }
+            }
+            Message::AskFor(rectangle, whole, to) => {
+                whole.tell(Message::Lend(Lent::Shown(rectangle), to));
+            }
+            Message::Others(others, at) => {
+                watch.add_others(others, at.as_secs_f64());
+                shared.publish(number, &watch);
+            }
+            Message::Sync(answer) => {
+                let _ = answer.send(());
+            }
+            Message::Pixels(answer) => {
+                let _ = answer.send(watch.replicates().pixels().unwrap_or_default());
+            }
+            Message::Replicates(answer) => {
+                let _ = answer.send(Some(watch.replicates().clone()));
+            }
+            Message::KeepApart => watch.keep_apart(),
+            Message::TakeApart(answer) => {
+                let _ = answer.send(watch.take_apart());
+            }
+            Message::Progress(answer) => {
+                let _ = answer.send(watch.progress());
+            }
+            Message::End(at, answer) => {
+                watch.take_checkpoint(at.as_secs_f64());
+                shared.publish(number, &watch);
+                let _ = answer.send(watch.prediction_outcomes(at.as_secs_f64()));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

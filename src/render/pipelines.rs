@@ -1,0 +1,179 @@
+//! The compiled pipelines of a device, kept from run to run in a file beside what else the program remembers.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | [`MAGIC`], with the version of the format |
+//! | 32 | BLAKE3 of the rest |
+//! | … | the name of the device and its driver, [`Gpu::pipeline_origin`], and the end of a line |
+//! | … | what [`Gpu::take_pipelines`] has given |
+//!
+//! The program never depends on the file: what cannot be read or written is told in one line of the log, and pipelines are
+//! compiled anew.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use crate::gpu::Gpu;
+use crate::image::write::atomically;
+use crate::render::predictions;
+
+/// How the file begins.
+const MAGIC: [u8; 8] = *b"\x8bPNTLPC1";
+
+/// Longest file that is read, bytes.
+const LONGEST: u64 = 256 << 20;
+
+/// Bytes of the hash.
+const HASH: usize = 32;
+
+/// How long no pipeline was compiled before those of a window are written.
+const QUIET: Duration = Duration::from_secs(5);
+
+/// The devices whose pipelines are written when the program ends: by then whoever opened them may have given them away.
+static KEPT: Mutex<Vec<Arc<Gpu>>> = Mutex::new(Vec::new());
+
+/// Loads the pipelines that earlier runs have compiled on this device; [`save_kept`] writes those of this run.
+pub fn keep(gpu: &Arc<Gpu>) {
+    load(gpu);
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner).push(gpu.clone());
+}
+
+/// Writes the pipelines of the devices that were kept, and lets go of them.
+pub fn save_kept() {
+    let kept = std::mem::take(&mut *KEPT.lock().unwrap_or_else(PoisonError::into_inner));
+    kept.iter().for_each(|gpu| save(gpu));
+}
+
+/// Loads the pipelines that earlier runs have compiled on this device.
+fn load(gpu: &Gpu) {
+    let Some(path) = file(gpu) else { return };
+    let loaded = match read(&path) {
+        Ok(None) => return,
+        Ok(Some(bytes)) => parse(&bytes, &gpu.pipeline_origin())
+            .and_then(|data| gpu.load_pipelines(data).map_err(|error| error.to_string())),
+        Err(error) => Err(error.to_string()),
+    };
+    if let Err(error) = loaded {
+        tracing::warn!("{} is ignored, and pipelines are compiled anew: {error}", path.display());
+    }
+}
+
+/// Writes the pipelines of this device, where some have come since they were loaded or written.
+fn save(gpu: &Gpu) {
+    let Some(path) = file(gpu) else { return };
+    let written = match gpu.take_pipelines() {
+        Ok(None) => return,
+        Ok(Some(data)) => write(&path, &gpu.pipeline_origin(), &data),
+        Err(error) => Err(error.to_string()),
+    };
+    if let Err(error) = written {
+        tracing::info!("compiled pipelines are not kept: {error}");
+    }
+}
+
+/// The file of this device; `None` without a folder for what the program remembers.
+fn file(gpu: &Gpu) -> Option<PathBuf> {
+    Some(predictions::folder()?.join("pipelines").join(gpu.pipeline_origin()))
+}
+
+/// The bytes of the file; `None` where there is none.
+fn read(path: &Path) -> std::io::Result<Option<Vec<u8>>> {
+    let file = match File::open(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        file => file?,
+    };
+    let mut bytes = Vec::new();
+    file.take(LONGEST).read_to_end(&mut bytes)?;
+    Ok(Some(bytes))
+}
+
+/// The pipelines in the bytes of a file, if they are those of `origin`.
+fn parse<'a>(bytes: &'a [u8], origin: &str) -> Result<&'a [u8], String> {
+    let rest = bytes.strip_prefix(&MAGIC).ok_or("it is no file of compiled pipelines")?;
+    let (hash, body) = rest.split_at_checked(HASH).ok_or("it ends too early")?;
+    if blake3::hash(body).as_bytes() != hash {
+        return Err("it is damaged".into());
+    }
+    let of_origin = body.strip_prefix(origin.as_bytes()).and_then(|rest| rest.strip_prefix(b"\n"));
+    of_origin.ok_or_else(|| "it is of another device or driver".into())
+}
+
+fn write(path: &Path, origin: &str, data: &[u8]) -> Result<(), String> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    let body = [origin.as_bytes(), b"\n", data].concat();
+    let bytes = [&MAGIC[..], blake3::hash(&body).as_bytes(), &body].concat();
+    atomically(path, &bytes).map_err(|error| error.to_string())
+}
+
+/// Writes the pipelines of a device whenever new ones have been compiled, and when it is dropped.
+pub struct PipelineKeeper {
+    gpu: Arc<Gpu>,
+    /// Number of compiled pipelines that was seen last, and since when it is that.
+    seen: (usize, Instant),
+    saved: usize,
+    saving: Option<JoinHandle<()>>,
+}
+
+impl PipelineKeeper {
+    /// Loads the pipelines of this device, and keeps them from now on.
+    pub fn new(gpu: Arc<Gpu>) -> Self {
+        load(&gpu);
+        Self { gpu, seen: (0, Instant::now()), saved: 0, saving: None }
+    }
+
+    /// Starts to write what has been compiled, once nothing has been compiled for some seconds. Waits for nothing.
+    pub fn tick(&mut self) {
+        let (compiled, now) = (self.gpu.compiled_pipelines(), Instant::now());
+        if compiled != self.seen.0 {
+            self.seen = (compiled, now);
+        }
+        let quiet = now - self.seen.1 >= QUIET;
+        if compiled == self.saved || !quiet || self.saving.as_ref().is_some_and(|task| !task.is_finished()) {
+            return;
+        }
+        self.saved = compiled;
+        let gpu = self.gpu.clone();
+        let work = move || save(&gpu);
+        self.saving = thread::Builder::new().name("pipeline file".into()).spawn(work).ok();
+    }
+}
+
+impl Drop for PipelineKeeper {
+    fn drop(&mut self) {
+        // A thread that has panicked has reported that.
+        let _ = self.saving.take().map(JoinHandle::join);
+        save(&self.gpu);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file gives back what was written, and nothing where any of its bytes is another.
+    #[test]
+    fn files_are_checked() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let deeper = folder.path().join("deeper");
+        let path = deeper.join("one");
+        assert_eq!(read(&path).expect("no file"), None);
+        write(&path, "device", b"code").expect("write");
+        let bytes = read(&path).expect("read").expect("a file");
+        assert_eq!(parse(&bytes, "device"), Ok(&b"code"[..]));
+        assert!(parse(&bytes, "devic").is_err() && parse(&bytes, "other device").is_err());
+        for at in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 1;
+            assert!(parse(&damaged, "device").is_err(), "byte {at}");
+            assert!(parse(&bytes[..at], "device").is_err(), "{at} bytes");
+        }
+        assert_eq!(std::fs::read_dir(&deeper).expect("a folder").count(), 1);
+        assert!(write(&path.join("in a file"), "device", b"code").is_err());
+    }
+}

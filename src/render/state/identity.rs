@@ -1,0 +1,180 @@
+//! By what a scene and the arithmetic that traces it are recognised, here and on other machines.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+use serde::{Deserialize, Serialize};
+
+use crate::client::lod::power_of_two_below;
+use crate::color::Xyz;
+use crate::render::method::render_context;
+use crate::render::run_spec::RunSpec;
+use crate::scene::desc::IntegratorKind;
+use crate::stream::{CHUNK, REPLICATES, Sample, SampleSink};
+use crate::tracer::integrator::{
+    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, VcmTracer,
+};
+use crate::tracer::sampler::LightSampler;
+use crate::tracer::{Camera, Integrator, Sampler, Scene};
+
+/// What the parts of one picture have in common, besides their settings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Hash of all files of the scene.
+    pub scene: String,
+    /// Hash of the samples of the first chunk, and of random numbers of each randomisation: it differs where another version of the
+    /// program, another processor or another library of mathematical functions computes other samples.
+    pub samples: String,
+    /// The unit of colours in the sums, a power of two at the mean luminance of these samples. It does not depend on the part of the
+    /// sequence that is traced.
+    pub luminance_scale: f32,
+}
+
+impl Identity {
+    /// The identity of a run whose scene consists of these files.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be read any more.
+    pub fn of(run: &RunSpec, files: &[PathBuf], scene: &Arc<Scene>, camera: &Camera) -> Result<Self> {
+        let mut first = FirstChunk::trace(run, scene, camera);
+        let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
+        for replicate in 0..if run.replicated { REPLICATES } else { 1 } {
+            first.take_numbers(&context.of_replicate(replicate));
+        }
+        let samples = first.hash.finalize().to_hex()[..32].to_string();
+        Ok(Self { scene: hash_of_files(files)?, samples, luminance_scale: first.luminance_scale() })
+    }
+}
+
+/// The unit of colours in the exact sums of a run.
+pub fn luminance_scale(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> f32 {
+    FirstChunk::trace(run, scene, camera).luminance_scale()
+}
+
+/// The hash of what stands in files, in their order; where they lie does not matter.
+pub fn hash_of_files(files: &[PathBuf]) -> Result<String> {
+    let mut all = blake3::Hasher::new();
+    for path in files {
+        let mut one = blake3::Hasher::new();
+        let read = std::fs::File::open(path).and_then(|file| one.update_reader(file).map(drop));
+        read.into_diagnostic().wrap_err_with(|| format!("cannot read {} of the scene", path.display()))?;
+        all.update(one.finalize().as_bytes());
+    }
+    Ok(all.finalize().to_hex()[..32].to_string())
+}
+
+/// Takes the samples of the first indices.
+struct FirstChunk {
+    hash: blake3::Hasher,
+    /// Sum and number of the luminances that are positive.
+    luminance: (f64, u64),
+}
+
+impl FirstChunk {
+    fn trace(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Self {
+        let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
+        match run.integrator {
+            IntegratorKind::Path | IntegratorKind::Auto => Self::of(&PathTracer { context }),
+            IntegratorKind::Light => Self::of(&ParticleTracer { context }),
+            IntegratorKind::Bidirectional => Self::of(&BidirectionalTracer { context }),
+            IntegratorKind::Photon => Self::of(&PhotonTracer::new(context, true)),
+            IntegratorKind::Vcm => Self::of(&VcmTracer::new(context, true)),
+            IntegratorKind::Depth => Self::of(&DepthTracer::from(context)),
+        }
+    }
+
+    fn of<I: Integrator>(tracer: &I) -> Self {
+        let (mut first, mut scratch) =
+            (Self { hash: blake3::Hasher::new(), luminance: (0.0, 0) }, I::Scratch::default());
+        (0..CHUNK).for_each(|index| tracer.trace(index, &mut scratch, &mut first));
+        first
+    }
+
+    /// Hashes random numbers of a randomisation at its start, and far out in the sequence: the samples of the first chunk are of the first randomisation,
+    /// and depend on the corner of the sequence alone, not on the division of the screen into cells.
+    fn take_numbers(&mut self, context: &RenderContext) {
+        for index in [0, 1 << 40] {
+            let path = Sampler::in_cells(index, context.seed, &context.cells);
+            let (start, vertices) = (path.camera(), [path.vertex(0), path.vertex(1)]);
+            // Of a group of 2^5 paths that shares 2^4 light subpaths.
+            let group = context.cells.visit_of_group(index, 5, context.seed);
+            let light = LightSampler::of_group(group, 4, 1).vertex(1);
+            for x in start.screen {
+                self.hash.update(&x.to_bits().to_le_bytes());
+            }
+            let directions = vertices.iter().chain([&light]).flat_map(|v| [v.light, v.bsdf]);
+            for f in directions.flatten().chain([start.wavelength, start.time]) {
+                self.hash.update(&f.to_bits().to_le_bytes());
+            }
+        }
+    }
+
+    fn luminance_scale(&self) -> f32 {
+        let (sum, lit) = self.luminance;
+        if lit > 0 { power_of_two_below(sum / lit as f64) } else { 1.0 }
+    }
+
+    fn take(&mut self, sample: Sample) {
+        self.hash.update(bytemuck::bytes_of(&sample));
+        if sample.is_sound() && sample.xyz.y > 0.0 {
+            self.luminance.0 += f64::from(sample.xyz.y);
+            self.luminance.1 += 1;
+        }
+    }
+}
+
+impl SampleSink for FirstChunk {
+    fn camera(&mut self, uv: [f32; 2], xyz: Xyz, w: f32) {
+        self.take(Sample { uv, xyz: xyz * w, w });
+    }
+
+    fn light(&mut self, uv: [f32; 2], xyz: Xyz) {
+        self.take(Sample { uv, xyz, w: -1.0 });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::client::SplatFilter;
+    use crate::render::load;
+    use crate::render::options::SceneOptions;
+
+    /// The first samples of two divisions by the same part of the sequence are the same, the identities are not. Sizes that are divided alike have the same.
+    #[test]
+    fn the_division_of_the_screen_is_part_of_the_identity() {
+        let mut source = SceneOptions::of("scenes/cornell.xml".into());
+        (source.size, source.filter) = (Some((64, 64)), Some(SplatFilter::Box));
+        let input = load::load(&source).expect("the scene can be read");
+        let desc = &input.loaded.desc;
+        let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
+        let camera = Camera::of(desc).expect("the camera is valid");
+        let of = |side: u32| {
+            let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+            (run.film.width, run.film.height) = (side, side);
+            let first = FirstChunk::trace(&run, &scene, &camera).hash.finalize();
+            (first, Identity::of(&run, &[], &scene, &camera).expect("no files").samples)
+        };
+        let [usual, alike, other] = [64, 65, 4096].map(of);
+        assert_eq!(usual, alike);
+        assert_eq!(usual.0, other.0);
+        assert_ne!(usual.1, other.1);
+    }
+
+    /// Of two renders whose first randomisation is the same, one of which has a second, the identities differ: its numbers are in the hash.
+    #[test]
+    fn the_second_randomisation_is_part_of_the_identity() {
+        let source = SceneOptions::of("scenes/cornell.xml".into());
+        let input = load::load(&source).expect("the scene can be read");
+        let desc = &input.loaded.desc;
+        let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
+        let camera = Camera::of(desc).expect("the camera is valid");
+        let [one, two] = [false, true].map(|replicated| {
+            let run = RunSpec { replicated, ..RunSpec::of(&source, &input, "cpu".to_string()) };
+            Identity::of(&run, &[], &scene, &camera).expect("no files").samples
+        });
+        assert_ne!(one, two);
+    }
+}

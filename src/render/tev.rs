@@ -1,0 +1,239 @@
+//! A picture on its way, shown in the image viewer tev (<https://github.com/Tom94/tev>).
+//!
+//! [`TevLink`] hands linear Rec.709 to a thread of its own, which connects and sends. The render never waits for the network: while the
+//! thread is busy, or tev is not there, pictures are left out.
+
+use std::io::{self, ErrorKind};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::{Arc, Condvar, Mutex};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
+
+use crate::client::{ClientError, Film, FilmCounts, FilmData, develop};
+use crate::color::Profile;
+use crate::render::process::tell;
+use crate::server::unpoisoned;
+
+/// Time between two pictures.
+const EVERY: Duration = Duration::from_secs(1);
+
+/// Reading the film takes at most this share of the time: one in this many.
+const SHARE: u32 = 20;
+
+/// Time between two attempts to connect.
+const RETRY: Duration = Duration::from_secs(3);
+
+/// Longest wait for a connection.
+const CONNECT: Duration = Duration::from_secs(2);
+
+/// Longest wait for tev to take data.
+const WRITE: Duration = Duration::from_secs(5);
+
+/// Names of the channels.
+const CHANNELS: [&str; 3] = ["R", "G", "B"];
+
+/// Sends pictures to tev; dropping it waits until the last one is sent or cannot be.
+pub struct TevLink {
+    shared: Arc<TevInbox>,
+    thread: Option<JoinHandle<()>>,
+    /// Earliest time for the next picture.
+    next: Instant,
+    /// What the last picture holds.
+    sent: FilmCounts,
+}
+
+/// What the render and the thread share.
+#[derive(Default)]
+struct TevInbox {
+    state: Mutex<InboxState>,
+    news: Condvar,
+}
+
+#[derive(Default)]
+struct InboxState {
+    picture: Option<TevPicture>,
+    /// The thread sends a picture, or waits before it connects again.
+    busy: bool,
+    closing: bool,
+}
+
+struct TevPicture {
+    name: String,
+    data: FilmData,
+}
+
+impl TevLink {
+    /// Starts the thread; it connects to `address`, HOST:PORT, when there is a picture.
+    pub fn start(address: &str) -> Result<Self> {
+        let shared = Arc::new(TevInbox::default());
+        let sender = TevSender { address: address.to_owned(), connection: None, told: false };
+        let inbox = shared.clone();
+        let thread = Builder::new().name("tev".into()).spawn(move || sender.run(&inbox)).into_diagnostic()?;
+        Ok(Self { shared, thread: Some(thread), next: Instant::now(), sent: FilmCounts::default() })
+    }
+
+    /// Whether it is time for a picture of a film with these counts.
+    pub fn is_due(&self, counts: FilmCounts) -> bool {
+        counts != self.sent && Instant::now() >= self.next && {
+            let state = unpoisoned(&self.shared.state);
+            !state.busy && state.picture.is_none()
+        }
+    }
+
+    /// Hands over the picture of a film under this name.
+    ///
+    /// # Errors
+    ///
+    /// When the film cannot be read.
+    pub fn send(&mut self, name: &str, film: &mut dyn Film) -> Result<(), ClientError> {
+        let start = Instant::now();
+        let data = film.develop()?;
+        self.next = start + EVERY.max(SHARE * start.elapsed());
+        self.sent = data.counts;
+        unpoisoned(&self.shared.state).picture = Some(TevPicture { name: name.to_owned(), data });
+        self.shared.news.notify_one();
+        Ok(())
+    }
+}
+
+impl Drop for TevLink {
+    fn drop(&mut self) {
+        unpoisoned(&self.shared.state).closing = true;
+        self.shared.news.notify_one();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The thread.
+struct TevSender {
+    address: String,
+    connection: Option<TevConnection>,
+    /// The user knows that tev is not there.
+    told: bool,
+}
+
+impl TevSender {
+    fn run(mut self, inbox: &TevInbox) {
+        while let Some(picture) = inbox.next() {
+            match self.show(&picture) {
+                Ok(()) => self.told = false,
+                Err(error) => {
+                    self.connection = None;
+                    if !std::mem::replace(&mut self.told, true) {
+                        let address = &self.address;
+                        tell(&format!(
+                            "no tev at {address}: {error}; start tev, or leave --tev out. The render goes on and tries again every \
+                             {} s",
+                            RETRY.as_secs()
+                        ));
+                    }
+                    inbox.rest(RETRY);
+                }
+            }
+        }
+    }
+
+    /// Sends a picture, on a new connection where there is none or tev has closed it.
+    fn show(&mut self, picture: &TevPicture) -> io::Result<()> {
+        let known = self.connection.take().filter(TevConnection::is_open);
+        let connection = match known {
+            Some(connection) => connection,
+            None => TevConnection::open(&self.address)?,
+        };
+        self.connection.insert(connection).show(picture)
+    }
+}
+
+impl TevInbox {
+    /// Waits for the next picture; `None` at the end.
+    fn next(&self) -> Option<TevPicture> {
+        let mut state = unpoisoned(&self.state);
+        state.busy = false;
+        loop {
+            if let Some(picture) = state.picture.take() {
+                state.busy = true;
+                return Some(picture);
+            }
+            if state.closing {
+                return None;
+            }
+            state = self.news.wait(state).unwrap_or_else(|poisoned| poisoned.into_inner());
+        }
+    }
+
+    /// Waits this long, but not beyond the end of the render.
+    fn rest(&self, time: Duration) {
+        let state = unpoisoned(&self.state);
+        let _ = self.news.wait_timeout_while(state, time, |state| !state.closing);
+    }
+}
+
+/// A connection to tev.
+struct TevConnection {
+    client: TevClient,
+    /// The same socket, to see whether it is closed.
+    socket: TcpStream,
+    /// Name and size of the image that was created last.
+    image: Option<(String, [u32; 2])>,
+}
+
+impl TevConnection {
+    fn open(address: &str) -> io::Result<Self> {
+        let mut failed = io::Error::new(ErrorKind::NotFound, "the name has no address");
+        for address in address.to_socket_addrs()? {
+            match TcpStream::connect_timeout(&address, CONNECT) {
+                Ok(socket) => {
+                    socket.set_write_timeout(Some(WRITE))?;
+                    return Ok(Self { client: TevClient::wrap(socket.try_clone()?), socket, image: None });
+                }
+                Err(error) => failed = error,
+            }
+        }
+        Err(failed)
+    }
+
+    /// Whether tev still reads: it sends nothing, so that there is something to read only when it has closed the connection.
+    fn is_open(&self) -> bool {
+        let peek = || {
+            self.socket.set_nonblocking(true)?;
+            let peeked = self.socket.peek(&mut [0]);
+            self.socket.set_nonblocking(false)?;
+            peeked
+        };
+        peek().is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
+    }
+
+    fn show(&mut self, TevPicture { name, data }: &TevPicture) -> io::Result<()> {
+        let FilmData { width, height, .. } = *data;
+        let image = (name.replace('\0', "?"), [width, height]);
+        if self.image.as_ref() != Some(&image) {
+            let packet = PacketCreateImage {
+                image_name: &image.0,
+                grab_focus: true,
+                width,
+                height,
+                channel_names: &CHANNELS,
+            };
+            self.client.send(packet)?;
+            self.image = Some(image.clone());
+        }
+        let pixels = develop::linear_rgb(data, &Profile::srgb());
+        self.client.send(PacketUpdateImage {
+            image_name: &image.0,
+            grab_focus: false,
+            channel_names: &CHANNELS,
+            channel_offsets: &[0, 1, 2],
+            channel_strides: &[3; 3],
+            x: 0,
+            y: 0,
+            width,
+            height,
+            data: pixels.as_flattened(),
+        })
+    }
+}

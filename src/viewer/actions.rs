@@ -1,0 +1,548 @@
+//! What the user asks for with mouse, keys or the panel: camera moves, selection, edits, files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use miette::{IntoDiagnostic, Result, miette};
+use winit::window::Fullscreen;
+
+use crate::client::light_meter::exposure_for;
+use crate::client::window::action::Action;
+use crate::client::window::navigation::Gesture;
+use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay, RegionDrawing};
+use crate::denoise::noise_filter::EpochView;
+use crate::gpu::Region;
+use crate::render::light_groups;
+use crate::render::process;
+use crate::render::process::tell;
+use crate::render::report::human;
+use crate::tracer::effects::Effect;
+use crate::viewer::light_mix::{LightMix, groups_of};
+use crate::viewer::picture::regions::rectangle_between;
+use crate::viewer::{Viewer, inspector, preferences};
+
+/// Stops per step of the wheel that changes the exposure.
+const EXPOSURE_STEP: f32 = 1.0 / 6.0;
+
+/// How long after the warning a second request discards changes.
+const SURE: Duration = Duration::from_secs(10);
+
+/// Pixels around the one that is metered.
+const SPOT: u32 = 4;
+
+impl Viewer {
+    /// Does what was asked for, and takes over what other threads have finished, since the last call.
+    pub(super) fn act(&mut self) {
+        if self.panel.take_settings_changed() {
+            self.controls_changed();
+        }
+        if self.panel.take_costs() || self.inspector.take() {
+            self.refresh();
+        }
+        for message in self.saves.done() {
+            self.say(message);
+        }
+        if process::take_snapshot_request()
+            && let Err(error) = self.save_picture("png")
+        {
+            self.say(error.to_string());
+        }
+        self.take_prepared();
+        for action in self.panel.take_actions() {
+            let camera = matches!(action, Action::Gesture(_) | Action::EndMove | Action::FocusAt(_));
+            match self.perform(action) {
+                Ok(None) => {}
+                Ok(Some(message)) => self.say(message),
+                Err(error) => self.say(error.to_string()),
+            }
+            if !camera {
+                self.refresh();
+            }
+        }
+    }
+
+    /// Performs one action; returns a message for the user.
+    fn perform(&mut self, action: Action) -> Result<Option<String>> {
+        let size = self.session.size();
+        match action {
+            Action::Gesture(gesture) => self.gesture(gesture),
+            Action::EndMove => self.editor.end_change(),
+            Action::Pick(at) if self.asked.is_some() => {
+                let asked = self.asked.take().map(|asked| asked.at(at));
+                return asked.map_or(Ok(None), |action| self.perform(action));
+            }
+            Action::AskPlace(asked) => {
+                self.asked = Some(asked);
+                self.panel.host.pin("Click the place in the picture; Escape leaves it".to_owned());
+            }
+            Action::FocusLensAt(at) => {
+                let Some(pick) = self.editor.pick(self.on_picture(at)?, size) else {
+                    return Err(miette!("there is nothing here to focus on"));
+                };
+                if self.editor.focus_at(pick.position)? {
+                    self.edited();
+                }
+                return Ok(Some("focused".to_owned()));
+            }
+            Action::Pick(at) => {
+                let place = self.on_picture(at).ok();
+                let pick = place.and_then(|place| self.editor.pick(place, size));
+                self.editor.select(pick.map(|pick| pick.shape));
+                let layout = &self.panel.controls.layout;
+                let hint =
+                    layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
+                if let Some(selection) =
+                    self.editor.selection().filter(|selection| hint && selection.selected)
+                {
+                    self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
+                }
+                if let Some(place) = place.filter(|_| self.panel.controls.layout.shows(PanelTab::Inspect)) {
+                    let pixel = place.map(|at| at as u32);
+                    self.inspector.begin(pixel, &self.session, &self.picture, &self.editor)?;
+                }
+            }
+            Action::FocusAt(at) => {
+                if let Some(pick) = self.editor.pick(self.on_picture(at)?, size) {
+                    self.editor.end_change();
+                    self.gesture(Gesture::Focus(pick.position));
+                    self.editor.end_change();
+                }
+            }
+            Action::DragRegion(places) => {
+                self.dragged = places.map(|places| self.rectangle(places));
+                self.refresh();
+            }
+            Action::TraceRegion(places) => {
+                self.dragged = None;
+                let rectangle = self.rectangle(places);
+                return self.trace_region(rectangle).map(Some);
+            }
+            Action::ToggleRegion if self.session.is_in_region() => return self.release_region(),
+            Action::ToggleRegion => {
+                let asks = !self.panel.input.asks_region();
+                self.panel.input.ask_region(asks);
+                if asks {
+                    self.panel.host.pin("Drag a rectangle over the picture; Escape leaves it".to_owned());
+                }
+            }
+            Action::Deselect => self.editor.select(None),
+            Action::Undo => {
+                let undone = self.editor.undo().map(|change| format!("Undo {change}"));
+                return self.restored().map(|()| undone);
+            }
+            Action::Redo => {
+                let redone = self.editor.redo().map(|change| format!("Redo {change}"));
+                return self.restored().map(|()| redone);
+            }
+            Action::ResetCamera => {
+                if self.editor.reset_camera() {
+                    self.edited();
+                }
+            }
+            Action::SetFov(fov) => {
+                if self.editor.set_fov(fov) {
+                    self.edited();
+                }
+            }
+            Action::Edit { index, value } => {
+                if self.editor.edit(index, value)? {
+                    self.edited();
+                }
+            }
+            Action::SetGizmo(mode) => self.gizmo.mode = mode,
+            Action::NextGizmo => self.gizmo.mode = self.gizmo.mode.next(),
+            Action::SetEffect { name, on } => self.set_effect(name, on)?,
+            Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
+            Action::ToggleFollowLight => self.panel.controls.follow_light ^= true,
+            Action::SetMethod(name) => {
+                if self.session.set_method(name) {
+                    self.edited();
+                }
+            }
+            Action::SavePng => self.save_picture("png")?,
+            Action::SaveExr => self.save_picture("exr")?,
+            Action::SaveScene => {
+                let mix = if self.picture.mix.is_mixing() { ", without the light mix" } else { "" };
+                return self.save_scene().map(|path| Some(format!("saved {}{mix}", path.display())));
+            }
+            Action::CopyCommand => return self.copy_command().map(Some),
+            Action::KeepSnapshot | Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {
+                return Err(miette!("the error is shown, not light: choose “Show: Picture” on the tab Look"));
+            }
+            Action::MeterAt(at) => self.meter(at)?,
+            Action::Expose(steps) => {
+                let controls = &mut self.panel.controls;
+                controls.follow_light = false;
+                let exposure = controls.settings.exposure * 2f32.powf(steps as f32 * EXPOSURE_STEP);
+                controls.settings.exposure = exposure.clamp(1e-6, 1e9);
+                self.controls_changed();
+            }
+            Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
+            Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
+            Action::ResetView => _ = self.panel.viewport.reset(),
+            Action::ShowPixels(at) => _ = self.panel.viewport.show_pixels(at.into()),
+            Action::SetPictureSize(wanted) => return Ok(self.change_picture_size(wanted)),
+            Action::FillWindow => {
+                let wanted = self.picture_area().unwrap_or(size);
+                return Ok(self.change_picture_size(wanted));
+            }
+            Action::OpenDialog => {
+                let folder = self.scene_folder();
+                self.panel.controls.dialog.ask_scene(&folder);
+            }
+            Action::Open(path) => {
+                if self.may_discard("opening another scene") {
+                    self.open_file(path);
+                }
+            }
+            Action::SaveDialog => {
+                let name = format!("{}.png", self.options.name);
+                let folder = std::env::current_dir().into_diagnostic()?;
+                self.panel.controls.dialog.ask_name(&folder, &name);
+            }
+            Action::SaveAs(path) => return self.save_as(path),
+            Action::CompareDialog => {
+                let folder = std::env::current_dir().into_diagnostic()?;
+                self.panel.controls.dialog.ask_picture(&folder);
+            }
+            Action::CompareWith(path) => {
+                let name = self.comparison.read(&path)?;
+                self.compare_with_last();
+                return Ok(Some(format!("comparing with {name}")));
+            }
+            Action::KeepView(number) => return self.views.keep(number, self.editor.pose()).map(Some),
+            Action::GoToView(number) => {
+                let pose = self.views.get(number)?;
+                if self.editor.go_to(pose) {
+                    self.edited();
+                }
+            }
+            Action::ToggleLightMix => return self.toggle_light_mix().map(Some),
+            Action::SetMix { group, factor } => self.change_mix(|mix| mix.set(group, factor)),
+            Action::SoloMix(group) => self.change_mix(|mix| mix.solo(group)),
+            Action::ResetMix => self.change_mix(LightMix::reset),
+            Action::KeepMixColors(keeps) => self.change_mix(|mix| mix.keep_colors(keeps)),
+            Action::MixDialog => {
+                let folder = std::env::current_dir().into_diagnostic()?;
+                self.panel.controls.dialog.ask_example(&folder);
+            }
+            Action::MixLike(path) => {
+                self.picture.mix.look_like(&path, &self.panel.controls.settings)?;
+                self.picture.request_repaint();
+                return Ok(Some(format!("the lights are mixed like {}", path.display())));
+            }
+            Action::AddMixTarget(at) => {
+                self.add_mix_target(at)?;
+                return Ok(Some("now choose its colour in the tab Scene".to_owned()));
+            }
+            Action::SetMixTarget { place, color } => {
+                self.picture.mix.set_target(place, color);
+                self.picture.mix.meet_targets(&self.panel.controls.settings)?;
+                self.picture.request_repaint();
+            }
+            Action::ForgetMixTarget(place) => self.change_mix(|mix| mix.forget_target(place)),
+            Action::KeepSnapshot => {
+                let name = self.comparison.keep(&self.session, &mut self.picture)?;
+                self.panel.controls.compare.chosen = self.comparison.last();
+                return Ok(Some(format!("{name} kept: T compares with it")));
+            }
+            Action::ForgetSnapshot(place) => {
+                self.comparison.forget(place);
+                let compare = &mut self.panel.controls.compare;
+                compare.chosen -= usize::from(place < compare.chosen);
+                compare.chosen = compare.chosen.min(self.comparison.last());
+                compare.is_shown &= !self.comparison.is_empty();
+            }
+            Action::ToggleSnapshot if self.comparison.is_empty() => {
+                return Err(miette!("there is nothing to compare with: K keeps a snapshot"));
+            }
+            Action::ToggleSnapshot => self.panel.controls.compare.is_shown ^= true,
+            Action::TogglePause if self.paused.is_some() => self.go_on(),
+            Action::TogglePause => {
+                self.paused = Some(Instant::now());
+                return Ok(Some("paused: Space goes on, and so does every change".to_owned()));
+            }
+            Action::ToggleFullscreen => self.toggle_fullscreen(),
+            Action::ScaleText(steps) => {
+                let layout = &mut self.panel.controls.layout;
+                layout.font_scale = preferences::scaled(layout.font_scale, steps);
+                self.panel.host.scale_text(layout.font_scale);
+                self.keep_picture();
+            }
+            Action::ShowTab(tab) => {
+                if !self.panel.controls.layout.is_open {
+                    self.toggle_panel();
+                }
+                self.panel.controls.layout.bring(tab);
+            }
+            Action::EnterPanel => {
+                if !self.panel.controls.layout.is_open {
+                    self.toggle_panel();
+                }
+                self.panel.controls.enters = true;
+            }
+            Action::TogglePalette => self.panel.controls.palette.toggle(),
+            Action::TogglePanel => self.toggle_panel(),
+            Action::ToggleHelp => self.panel.controls.help ^= true,
+            Action::Cancel => {
+                let drags = self.panel.input.asks_region() || self.dragged.take().is_some();
+                let asked = self.asked.take().is_some() || drags;
+                self.panel.input.cancel_region();
+                if asked {
+                    self.panel.host.say("nothing was done".to_owned());
+                }
+                if !asked && !std::mem::take(&mut self.panel.controls.help) {
+                    if self.session.is_in_region() {
+                        return self.release_region();
+                    }
+                    self.editor.select(None);
+                }
+            }
+            Action::Quit => self.quit = self.may_discard("closing the window"),
+        }
+        Ok(None)
+    }
+
+    /// The place in the picture that is shown at this place of the window; an error beside it.
+    fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
+        let viewport = &self.panel.viewport;
+        if !viewport.contains(at.into()) {
+            return Err(miette!("there is no picture here"));
+        }
+        Ok(viewport.to_picture(at.into()).to_array())
+    }
+
+    /// Makes a picture of another size; returns what is said of it.
+    fn change_picture_size(&mut self, size @ [width, height]: [u32; 2]) -> Option<String> {
+        if size == self.session.size() {
+            return Some(format!("the picture has {width}×{height} pixels"));
+        }
+        let (was_stale, samples) = (self.session.is_stale(), self.picture.counts().samples());
+        self.set_picture_size(size);
+        let begins_anew = self.session.is_stale() && !was_stale && self.session.size() == size;
+        begins_anew.then(|| {
+            let samples = human(samples as f64);
+            format!("a picture of {width}×{height} pixels begins anew, without the {samples} samples of the one before")
+        })
+    }
+
+    /// Traces the groups of lights from now on, or none of them any more.
+    fn toggle_light_mix(&mut self) -> Result<String> {
+        if self.picture.mix.is_on() {
+            self.session.set_light_groups(Vec::new())?;
+            self.picture.mix.end();
+            self.edited();
+            return Ok("all lights are as they are in the scene".to_owned());
+        }
+        let groups = groups_of(self.editor.desc(), &self.editor.scene(), self.session.run_spec())?;
+        self.session.set_light_groups(groups.clone())?;
+        let made = self.picture.mix_groups(groups, self.session.run_spec()).into_diagnostic();
+        if made.is_err() {
+            self.session.set_light_groups(Vec::new())?;
+        }
+        made?;
+        self.edited();
+        if !self.panel.controls.layout.shows(PanelTab::Scene) {
+            self.panel.controls.layout.bring(PanelTab::Scene);
+        }
+        let memory = self.picture.group_memory();
+        let summary = light_groups::summary(self.picture.mix.groups(), self.session.run_spec(), memory);
+        Ok(format!("lights are mixed in the tab Scene: {summary}"))
+    }
+
+    /// Changes the mix, which is shown at once.
+    fn change_mix(&mut self, change: impl FnOnce(&mut LightMix)) {
+        change(&mut self.picture.mix);
+        self.picture.request_repaint();
+    }
+
+    /// Adds the place that is seen here as one whose colour is known: it has the one that it is to have until another is chosen.
+    fn add_mix_target(&mut self, at: [f64; 2]) -> Result<()> {
+        let pixel = self.on_picture(at)?.map(|at| at as u32);
+        self.picture.mix.add_target(pixel, &self.panel.controls.settings)
+    }
+
+    /// The rectangle of the picture between two places of the window.
+    fn rectangle(&self, [from, to]: [[f64; 2]; 2]) -> Region {
+        let [from, to] = [from, to].map(|at| self.panel.viewport.to_picture(at.into()));
+        rectangle_between(from, to, self.session.size())
+    }
+
+    /// Traces a rectangle of the picture and nothing else until it is released, or something is changed.
+    fn trace_region(&mut self, rectangle: Region) -> Result<String> {
+        if self.session.is_stale() || !self.picture.is_seen() {
+            return Err(miette!("there is no picture of this view yet: drag the region again"));
+        }
+        let camera = self.editor.camera(self.session.size())?;
+        let view = EpochView { scene: self.editor.scene(), camera };
+        let Self { picture, session, editor, panel, .. } = self;
+        let (settings, target) = (&panel.controls.settings, panel.target());
+        picture.begin_region(rectangle, session, view, editor, settings, target)?;
+        self.go_on();
+        let [width, height] = rectangle.extent;
+        Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))
+    }
+
+    /// Goes on with the whole picture.
+    fn release_region(&mut self) -> Result<Option<String>> {
+        self.go_on();
+        let released = self.picture.end_region(&mut self.session, &self.editor)?;
+        Ok(released.then(|| "the whole picture is traced again".to_owned()))
+    }
+
+    /// Exposes the picture so that what is seen here becomes a middle grey.
+    fn meter(&mut self, at: [f64; 2]) -> Result<()> {
+        let mean = f64::from(self.spot(at)?.y);
+        let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
+        self.panel.controls.follow_light = false;
+        self.panel.controls.settings.exposure = exposure;
+        self.controls_changed();
+        Ok(())
+    }
+
+    /// The mean of what is shown around a place of the window, scene-linear XYZ.
+    fn spot(&mut self, at: [f64; 2]) -> Result<Vec3> {
+        let size = self.session.size();
+        let place = self.on_picture(at)?.map(|at| at as u32);
+        let low = place.map(|at| at.saturating_sub(SPOT));
+        let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
+        let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
+        let spot = shown.map_or(Vec::new(), |shown| shown.xyz);
+        Ok(spot.iter().map(|xyz| Vec3::from(*xyz)).sum::<Vec3>() / spot.len().max(1) as f32)
+    }
+
+    /// Whether changes that were not saved may be lost: where there are some, the user has to ask twice.
+    pub(super) fn may_discard(&mut self, by: &str) -> bool {
+        let warned = self.warned.take().is_some_and(|at| at.elapsed() < SURE);
+        if warned || !self.editor.has_unsaved_changes() {
+            return true;
+        }
+        self.warned = Some(Instant::now());
+        self.say(format!(
+            "the scene has changes that are not saved (Ctrl+S saves them): {by} again loses them"
+        ));
+        false
+    }
+
+    /// Compares with the picture that was added last.
+    fn compare_with_last(&mut self) {
+        let compare = &mut self.panel.controls.compare;
+        (compare.chosen, compare.is_shown) = (self.comparison.last(), true);
+    }
+
+    fn toggle_fullscreen(&mut self) {
+        let Some(screen) = &self.picture.screen else { return };
+        let fullscreen = screen.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
+        screen.window.set_fullscreen(fullscreen);
+    }
+
+    /// The folder of the open scene.
+    fn scene_folder(&self) -> PathBuf {
+        let scene = &self.source.args.scene;
+        let folder = scene.canonicalize().ok().and_then(|scene| scene.parent().map(Path::to_path_buf));
+        folder.unwrap_or_else(|| PathBuf::from("."))
+    }
+
+    /// Moves the camera.
+    pub(super) fn gesture(&mut self, gesture: Gesture) {
+        if self.editor.gesture(gesture, self.session.size()) {
+            self.edited();
+        }
+    }
+
+    /// Shows another state of the history.
+    fn restored(&mut self) -> Result<()> {
+        self.editor.follow()?;
+        self.session.set_effects(&self.editor);
+        self.edited();
+        Ok(())
+    }
+
+    /// Shows the changed scene that another thread has prepared, if it is ready.
+    fn take_prepared(&mut self) {
+        if !self.editor.is_preparing() {
+            return;
+        }
+        match self.editor.follow() {
+            Ok(false) => {}
+            Ok(true) => {
+                self.session.set_effects(&self.editor);
+                self.edited();
+                self.refresh();
+            }
+            Err(error) => self.say(error.to_string()),
+        }
+    }
+
+    /// What the panel shows, with the readings of the tools.
+    pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
+        let shows_gizmo = self.shows_gizmo();
+        if self.panel.controls.layout.shows(PanelTab::Scene) {
+            self.picture.offer_mix(&self.session, &self.editor);
+        }
+        let Self { session, picture, editor, metrics, panel, .. } = self;
+        let mut data = panel.data(session, picture, editor, metrics, now);
+        let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
+        let cursor = cursor.filter(|_| !panel.controls.settings.view.is_error());
+        data.pixel = cursor.and_then(|at| {
+            inspector::reading(at, session, picture, editor, panel.controls.settings.exposure)
+        });
+        (data.undo, data.redo) =
+            (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
+        let dragged =
+            |Region { origin, extent }| RegionDrawing { origin, extent, is_traced: false, per_pixel: 0.0 };
+        data.region = self.dragged.map(dragged).or_else(|| picture.regions.drawing());
+        data.mix = picture.mix.data();
+        data.gizmo_mode = self.gizmo.mode;
+        if shows_gizmo {
+            let (size, zoom) = (session.size(), panel.points_per_pixel());
+            data.gizmo = self.gizmo.drawing(editor, panel.cursor(), size, zoom);
+        }
+        data.outline = self.outline.lines(session.epoch(), session.size());
+        (data.paths, data.traces_paths) = (self.inspector.paths(), self.inspector.is_busy());
+        if panel.controls.layout.shows(PanelTab::Look) && !panel.controls.settings.view.is_error() {
+            let exposure = panel.controls.settings.exposure;
+            data.histogram = self.histogram.get(picture, session.size(), exposure);
+        }
+        let compare = &panel.controls.compare;
+        data.comparison = self.comparison.data(compare, &panel.controls.settings, session, picture);
+        if let Some(map) = self.comparison.map(compare) {
+            data.overlay = PictureOverlay::Map(map);
+        }
+        let curve = self.comparison.curve(compare);
+        if let Some(error) = data.error.as_mut().filter(|_| !curve.is_empty()) {
+            Arc::make_mut(error).compared = curve;
+        }
+        (data.views, data.recent) = (self.views.numbers(), self.preferences.recent.clone());
+        data.is_paused = self.paused.is_some();
+        data
+    }
+
+    /// Draws the window anew, with the panel.
+    pub(super) fn refresh(&mut self) {
+        self.picture.request_show();
+        self.clock.hasten(Instant::now() + self.picture.budget());
+        self.panel.host.refresh();
+    }
+
+    /// Tells the user in the panel, and on standard error.
+    pub(super) fn say(&mut self, message: String) {
+        tell(&message);
+        self.panel.host.say(message);
+    }
+
+    /// Switches an effect on or off. The files of the picture name the effects that are left out.
+    fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
+        match Effect::named(name) {
+            Some(effect) => {
+                self.editor.switch(effect)?;
+                self.session.set_effects(&self.editor);
+                self.edited();
+            }
+            None => self.panel.switch_display_effect(name, on),
+        }
+        Ok(())
+    }
+}

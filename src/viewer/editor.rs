@@ -1,0 +1,588 @@
+//! The scene editor: the scene as the file has it, and what the user has changed of it: camera moves, values of objects, transforms,
+//! effects that are forced on or off, all in one history. It saves the changes as a scene file.
+//!
+//! A change goes to the history at once. The scene with it is prepared on a thread ([`ScenePreparation`]); what takes longer than a few
+//! frames is traced later, and the scene before it until then. `transform` moves, turns and scales objects; `lens` is the camera's lens.
+
+mod lens;
+mod transform;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::window::history::UndoHistory;
+use crate::client::window::navigation::{Gesture, Pose};
+use crate::client::window::panel::{ParameterValue, SceneParameter, Selection};
+use crate::render::edited_scene::{EditedScene, ScenePreparation};
+use crate::render::forced::Forced;
+use crate::render::run_spec::RunSpec;
+use crate::scene::SceneDesc;
+use crate::scene::desc::{CameraDesc, FovAxis};
+use crate::scene::edit::{Edits, NewValue, Target, editable, lights, shape_name};
+use crate::tracer::effects::{Effect, decide};
+use crate::tracer::{Camera, Pick, Scene};
+use crate::viewer::gizmo::SightLine;
+use crate::viewer::saves::free_path;
+
+use transform::TransformDrag;
+
+/// Everything that the user can change, and undo.
+#[derive(Clone, Debug, PartialEq)]
+struct EditorState {
+    pose: Pose,
+    /// Radius of the lens, where it is not the file's.
+    aperture: Option<f64>,
+    /// Changed values; their camera is not used.
+    edits: Arc<Edits>,
+    /// Effects that are forced on or off.
+    forced: Arc<Vec<Forced>>,
+}
+
+/// A shape that is selected.
+#[derive(Clone, Copy, Debug)]
+struct SelectedShape {
+    shape: u32,
+    /// The box around it in object space; `None` where it is empty.
+    bounds: Option<[DVec3; 2]>,
+}
+
+/// A value that the panel shows.
+#[derive(Clone, Copy, Debug)]
+enum EditedValue {
+    /// Of an object of the scene.
+    Of(Target),
+    /// The centre of the selected shape.
+    Position,
+    /// Radius of the lens.
+    Aperture,
+    /// Distance of the plane in focus.
+    Focus,
+}
+
+/// The scene as it is traced, and how it differs from the file's.
+pub struct SceneEditor {
+    /// The scene with all edits of values and forced effects; the camera is the history's.
+    edited: EditedScene,
+    /// The scene that will be traced next.
+    preparing: Option<ScenePreparation>,
+    /// How long the last one took.
+    took: Duration,
+    /// All changes, to undo and redo them.
+    history: UndoHistory<EditorState>,
+    /// The file's pose.
+    home: Pose,
+    selected: Option<SelectedShape>,
+    drag: Option<TransformDrag>,
+    /// The changes that were saved last, and their file.
+    saved: Option<(Edits, PathBuf)>,
+}
+
+/// Lens numbers of the ray through the centre of the lens.
+const CENTER: [f32; 2] = [0.5; 2];
+
+/// A change whose scene is ready after this long is traced without detour.
+const PATIENCE: Duration = Duration::from_millis(40);
+
+impl SceneEditor {
+    /// An editor of a scene without changes.
+    pub fn new(original: SceneDesc, scene: Scene) -> Result<Self> {
+        let camera = Camera::of(&original).into_diagnostic()?;
+        let ahead = scene.pick(&camera.ray([0.5, 0.5], CENTER)).map_or(1.0, |pick| f64::from(pick.distance));
+        // The target of a camera with a lens lies where the lens is focused, and stays in focus as the camera moves.
+        let lens = original.camera.aperture_radius > 0.0;
+        let ahead = if lens { original.camera.focus_distance } else { ahead };
+        let home = Pose::of(&original.camera.to_world, pose_fov(&original.camera, ahead), ahead);
+        let state = EditorState { pose: home, aperture: None, edits: Arc::default(), forced: Arc::default() };
+        Ok(Self {
+            edited: EditedScene::new(original, scene),
+            preparing: None,
+            took: Duration::ZERO,
+            history: UndoHistory::new(state),
+            home,
+            selected: None,
+            drag: None,
+            saved: None,
+        })
+    }
+
+    /// The scene that is traced.
+    pub fn scene(&self) -> Arc<Scene> {
+        self.edited.scene()
+    }
+
+    /// The description of the scene that is traced, but for the camera.
+    pub fn desc(&self) -> &SceneDesc {
+        self.edited.desc()
+    }
+
+    fn original(&self) -> &SceneDesc {
+        self.edited.original()
+    }
+
+    fn state(&self) -> &EditorState {
+        self.history.state()
+    }
+
+    /// Where the camera is.
+    pub fn pose(&self) -> Pose {
+        self.state().pose
+    }
+
+    /// The camera as a scene file says it: the file's own where it was not changed.
+    fn camera_desc(&self) -> CameraDesc {
+        let (pose, camera) = (self.pose(), self.original().camera.clone());
+        let aperture_radius = self.aperture();
+        if !self.is_moved() && aperture_radius == camera.aperture_radius {
+            return camera;
+        }
+        if camera.orthographic {
+            return CameraDesc { to_world: self.parallel_to_world(pose), ..camera };
+        }
+        // A lens is focused where the camera looks.
+        let focus_distance = if aperture_radius > 0.0 { pose.distance() } else { camera.focus_distance };
+        let to_world = if self.is_moved() { pose.to_world() } else { camera.to_world };
+        CameraDesc { to_world, fov: pose.fov, aperture_radius, focus_distance, ..camera }
+    }
+
+    /// The transform of a camera of parallel rays in this pose. It shows as much as a perspective camera of the pose's field of view does
+    /// at the target, and stays as far from the target as it was, so that nothing is cut off that was seen.
+    fn parallel_to_world(&self, pose: Pose) -> DAffine3 {
+        let matrix = self.original().camera.to_world.matrix3;
+        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+        let width = (0.5 * pose.fov.to_radians()).tan() * pose.distance();
+        let rigid = pose.to_world();
+        let eye = pose.target - rigid.matrix3.z_axis * self.home.distance();
+        let scale = DMat3::from_diagonal(DVec3::new(width, width * y / x, z));
+        DAffine3::from_mat3_translation(rigid.matrix3 * scale, eye)
+    }
+
+    /// The camera for a picture of this size in pixels.
+    pub fn camera(&self, size: [u32; 2]) -> Result<Camera> {
+        self.edited.camera(self.camera_desc(), size)
+    }
+
+    /// Field of view, degrees.
+    pub fn fov(&self) -> f64 {
+        self.pose().fov
+    }
+
+    /// Moves the camera of a picture of this size; returns whether anything changed. Moves of one kind are one entry of the history until
+    /// [`end_change`](Self::end_change); flying and looking go together.
+    pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
+        let shape = shape(self.original().camera.fov_axis, size);
+        let name = match gesture {
+            Gesture::Orbit(_) => "orbit of the camera",
+            Gesture::Pan(_) => "pan of the camera",
+            Gesture::Dolly(_) => "dolly of the camera",
+            Gesture::Fly(_) | Gesture::Look(_) => "flight of the camera",
+            Gesture::Fov(_) => "field of view",
+            Gesture::Focus(_) => "focus of the camera",
+        };
+        self.set_pose(name, self.pose().apply_in(gesture, shape))
+    }
+
+    /// Sets the field of view, in degrees; returns whether that changes anything.
+    pub fn set_fov(&mut self, fov: f64) -> bool {
+        self.gesture(Gesture::Fov(fov - self.fov()), [1, 1])
+    }
+
+    /// Moves the camera back to where the file puts it; returns whether it was elsewhere.
+    pub fn reset_camera(&mut self) -> bool {
+        self.end_change();
+        self.set_pose("reset of the camera", self.home)
+    }
+
+    /// Moves the camera to this pose; returns whether it was elsewhere.
+    pub fn go_to(&mut self, pose: Pose) -> bool {
+        self.end_change();
+        let moved = pose.is_usable() && self.set_pose("view of the camera", pose);
+        self.end_change();
+        moved
+    }
+
+    fn set_pose(&mut self, name: &str, pose: Pose) -> bool {
+        let state = EditorState { pose, ..self.state().clone() };
+        self.history.change(name, name, state)
+    }
+
+    /// Ends a drag or a run of steps: the next change is an entry of its own in the history.
+    pub fn end_change(&mut self) {
+        self.drag = None;
+        self.history.end();
+    }
+
+    /// Takes the last change back and names it. Call [`follow`](Self::follow) then.
+    pub fn undo(&mut self) -> Option<String> {
+        self.drag = None;
+        self.history.undo()
+    }
+
+    /// Repeats the change that was undone last and names it. Call [`follow`](Self::follow) then.
+    pub fn redo(&mut self) -> Option<String> {
+        self.drag = None;
+        self.history.redo()
+    }
+
+    /// Whether the camera is elsewhere than where the file puts it.
+    fn is_moved(&self) -> bool {
+        self.pose() != self.home
+    }
+
+    /// The surface that is seen at this position of a picture of this size, both in pixels.
+    pub fn pick(&self, at: [f64; 2], size: [u32; 2]) -> Option<Pick> {
+        let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
+        let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
+        let camera = self.camera(size).ok().filter(|_| inside)?;
+        self.scene().pick(&camera.ray(uv, CENTER))
+    }
+
+    /// The selected shape.
+    pub fn selected(&self) -> Option<u32> {
+        self.selected.map(|selected| selected.shape)
+    }
+
+    /// The line of sight through a place of a picture of this size, in pixels; `None` where the camera cannot be used.
+    pub fn sight_line(&self, place: DVec2, size: [u32; 2]) -> Option<SightLine> {
+        let uv = (place / DVec2::from(size.map(f64::from))).to_array();
+        let ray = self.camera(size).ok()?.ray(uv, CENTER);
+        let direction = ray.direction.as_dvec3().normalize_or(DVec3::Z);
+        Some(SightLine { place, origin: self.original().space.world_point(ray.origin), direction })
+    }
+
+    /// Distance of a place in world space from the camera.
+    pub fn distance_to(&self, place: DVec3) -> f64 {
+        self.pose().eye.distance(place)
+    }
+
+    /// Selects a shape, or nothing.
+    pub fn select(&mut self, shape: Option<u32>) {
+        self.end_change();
+        self.selected =
+            shape.map(|shape| SelectedShape { shape, bounds: self.original().object_bounds(shape) });
+    }
+
+    /// The values of the selected shape that can be changed, as they are now, with their labels; where nothing is selected, those of the
+    /// lights that have no shape to click at; then those of the lens.
+    fn values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
+        let editables = match self.selected {
+            Some(SelectedShape { shape, .. }) => editable(self.original(), shape),
+            None => lights(self.original()),
+        };
+        let step = 0.01 * self.pose().distance();
+        let of = |value, target: Target| match value {
+            NewValue::Scale(factor) => Some(ParameterValue::Scale(factor)),
+            NewValue::Rgb(rgb) => Some(ParameterValue::Color(rgb.map(|c| c as f32))),
+            NewValue::Number(value) => {
+                let [min, max] = target.bounds();
+                Some(ParameterValue::Number { value, min, max })
+            }
+            NewValue::Switch(on) => Some(ParameterValue::Switch(on)),
+            NewValue::Vector(value) => {
+                let step = if matches!(target, Target::LightDirection(_)) { 0.01 } else { step };
+                Some(ParameterValue::Vector { value, step })
+            }
+            NewValue::Transform(_) => None,
+        };
+        let edits = &self.state().edits;
+        let values = editables.into_iter().filter_map(|one| {
+            let value = edits.get(one.target).unwrap_or(one.value);
+            Some((one.label, EditedValue::Of(one.target), of(value, one.target)?))
+        });
+        let mut values: Vec<_> = values.collect();
+        if let Some(pivot) = self.selected_pivot() {
+            let value = ParameterValue::Vector { value: pivot.to_array(), step };
+            values.push(("position".to_owned(), EditedValue::Position, value));
+        }
+        values.extend(self.lens_values());
+        values
+    }
+
+    /// Whether values were changed since they were saved last.
+    pub fn has_unsaved_changes(&self) -> bool {
+        let edits = self.edits();
+        !edits.values.is_empty() && self.saved.as_ref().is_none_or(|(saved, _)| *saved != edits)
+    }
+
+    /// The selected shape, or lights and lens, for the panel.
+    pub fn selection(&self) -> Option<Selection> {
+        let parameters: Vec<SceneParameter> =
+            self.values().into_iter().map(|(label, _, value)| SceneParameter { label, value }).collect();
+        let lens_from = parameters.len() - self.lens_values().len();
+        let name = match self.selected {
+            Some(SelectedShape { shape, .. }) => shape_name(self.original(), shape),
+            None if parameters.is_empty() => return None,
+            None => "Lights".to_owned(),
+        };
+        Some(Selection { name, selected: self.selected.is_some(), parameters, lens_from })
+    }
+
+    /// Changes parameter `index` of the selection. On an error, such as a value out of range, nothing is changed. Returns whether another
+    /// scene or camera is traced now; where not, [`follow`](Self::follow) will.
+    pub fn edit(&mut self, index: usize, value: ParameterValue) -> Result<bool> {
+        let Some((label, parameter, _)) = self.values().into_iter().nth(index) else { return Ok(false) };
+        let number = match value {
+            ParameterValue::Number { value, .. } => value,
+            _ => 0.0,
+        };
+        match parameter {
+            EditedValue::Of(target) => {
+                let value = match value {
+                    ParameterValue::Scale(factor) => NewValue::Scale(factor),
+                    ParameterValue::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
+                    ParameterValue::Number { value, .. } => NewValue::Number(value),
+                    ParameterValue::Switch(on) => NewValue::Switch(on),
+                    ParameterValue::Vector { value, .. } => NewValue::Vector(value),
+                };
+                let (what, object) = match self.selected {
+                    Some(SelectedShape { shape, .. }) => (target.label(), shape_name(self.original(), shape)),
+                    None => (label.as_str(), String::new()),
+                };
+                self.set_value(target, value, what, object)
+            }
+            EditedValue::Position => {
+                let (Some(SelectedShape { shape, .. }), ParameterValue::Vector { value, .. }) =
+                    (self.selected, value)
+                else {
+                    return Ok(false);
+                };
+                if self.drag.is_none() {
+                    self.begin_transform(shape);
+                }
+                let Some(TransformDrag { pivot, .. }) = self.drag else { return Ok(false) };
+                self.set_transform(DAffine3::from_translation(DVec3::from(value) - pivot))
+            }
+            EditedValue::Aperture => {
+                let same = number == self.original().camera.aperture_radius;
+                let state = EditorState { aperture: (!same).then_some(number), ..self.state().clone() };
+                let changed = self.history.change("lens", "radius of the lens", state);
+                Ok(self.follow()? || changed)
+            }
+            EditedValue::Focus => {
+                let pose = self.pose();
+                let ahead = (pose.target - pose.eye).normalize_or(DVec3::Z);
+                let pose = Pose { target: pose.eye + ahead * number, ..pose };
+                Ok(self.set_pose("distance in focus", pose))
+            }
+        }
+    }
+
+    /// Sets a value, as a change of `what` of an object. Returns whether another scene is traced now.
+    fn set_value(&mut self, target: Target, value: NewValue, what: &str, object: String) -> Result<bool> {
+        let mut edits = Edits::clone(&self.state().edits);
+        edits.set(target, value).into_diagnostic()?;
+        let change = if object.is_empty() { what.to_owned() } else { format!("{what} of `{object}`") };
+        let state = EditorState { edits: Arc::new(edits), ..self.state().clone() };
+        self.history.change(&format!("{target:?}"), &change, state);
+        self.follow()
+    }
+
+    /// The edits and the effects of the present state, as the scene is prepared with them.
+    fn wanted(&self) -> (Edits, Vec<Forced>) {
+        let EditorState { aperture, edits, forced, .. } = self.state();
+        let camera = self.original().camera.clone();
+        let camera = aperture.map(|aperture_radius| CameraDesc { aperture_radius, ..camera });
+        (Edits { camera, values: edits.values.clone() }, forced.to_vec())
+    }
+
+    /// Lets the scene that is traced follow the history; to be called after every change and again and again, because another thread
+    /// prepares it. Returns whether another scene is traced from now on.
+    ///
+    /// # Errors
+    ///
+    /// When the scene cannot be prepared: the last change is then taken back.
+    pub fn follow(&mut self) -> Result<bool> {
+        let followed = self.try_follow();
+        if followed.is_err() {
+            self.preparing = None;
+            self.history.undo();
+        }
+        followed
+    }
+
+    fn try_follow(&mut self) -> Result<bool> {
+        let mut adopted = false;
+        loop {
+            let patience = if self.took > PATIENCE { Duration::ZERO } else { PATIENCE };
+            let (preparation, patience) = match self.preparing.take() {
+                Some(preparation) => (preparation, Duration::ZERO),
+                None => {
+                    let (edits, forced) = self.wanted();
+                    if *self.edited.edits() == edits && self.edited.forced() == forced {
+                        return Ok(adopted);
+                    }
+                    (self.edited.begin(edits, forced)?, patience)
+                }
+            };
+            match preparation.wait(patience)? {
+                Ok(changed) => {
+                    self.took = changed.took;
+                    self.edited.adopt(changed);
+                    adopted = true;
+                }
+                Err(preparation) => {
+                    self.preparing = Some(preparation);
+                    return Ok(adopted);
+                }
+            }
+        }
+    }
+
+    /// Whether a changed scene is being prepared, which will be traced next.
+    pub fn is_preparing(&self) -> bool {
+        self.preparing.is_some()
+    }
+
+    /// Forces an effect on or off, as if the file had it so. On an error the scene stays as it was.
+    pub fn force(&mut self, new: Forced) -> Result<()> {
+        let others = self.forced().iter().filter(|forced| forced.effect != new.effect);
+        let forced: Vec<Forced> = others.copied().chain([new]).collect();
+        self.edited.change(self.edited.edits().clone(), forced.clone())?;
+        let forced = Arc::new(forced);
+        self.history = UndoHistory::new(EditorState { forced, ..self.state().clone() });
+        Ok(())
+    }
+
+    /// Switches an effect: one that the scene calls for is forced off, any other is forced on, until it is switched back. Waits for the
+    /// scene.
+    pub fn switch(&mut self, effect: Effect) -> Result<()> {
+        let mut forced = self.state().forced.to_vec();
+        forced.retain(|forced| forced.effect != effect);
+        if forced.len() == self.state().forced.len() {
+            let plan = decide(self.desc(), self.desc().integrator.kind);
+            let is_on = plan.iter().any(|decision| decision.effect == effect && decision.on);
+            forced.push(Forced { effect, on: !is_on });
+        }
+        let (edits, _) = self.wanted();
+        self.edited.change(edits, forced.clone())?;
+        self.preparing = None;
+        self.end_change();
+        let state = EditorState { forced: Arc::new(forced), ..self.state().clone() };
+        self.history.change("effects", &format!("switch of {}", effect.name()), state);
+        self.end_change();
+        Ok(())
+    }
+
+    /// Takes over from another reading of the same scene: the history, with the edits by name. Returns the number of changes of the present
+    /// state that have lost their object or have become impossible.
+    pub fn take_over(&mut self, old: Self) -> usize {
+        let name = |desc: &SceneDesc, shape| shape_name(desc, shape);
+        let known = |s: &SelectedShape| name(old.original(), s.shape) == name(self.original(), s.shape);
+        let selected = old.selected.filter(known).map(|s| s.shape);
+        let (_, lost) = old.state().edits.carried(old.original(), self.original());
+        let initial = self.history.clone();
+        // Many states share their edits.
+        let mut carried: Option<[Arc<Edits>; 2]> = None;
+        let mut carry = |edits: Arc<Edits>| match &carried {
+            Some([from, to]) if Arc::ptr_eq(from, &edits) => to.clone(),
+            _ => {
+                let to = Arc::new(edits.carried(old.edited.original(), self.edited.original()).0);
+                carried = Some([edits, to.clone()]);
+                to
+            }
+        };
+        let home = self.home;
+        let history = old.history.clone().map(|state| EditorState {
+            pose: if state.pose == old.home { home } else { state.pose },
+            edits: carry(state.edits),
+            ..state
+        });
+        self.history = history;
+        self.select(selected);
+        let (edits, forced) = self.wanted();
+        let changes = edits.values.len() + forced.len();
+        match self.edited.change(edits, forced) {
+            Ok(()) => lost,
+            Err(_) => {
+                let pose = self.pose();
+                self.history = initial;
+                self.set_pose("camera", pose);
+                lost + changes
+            }
+        }
+    }
+
+    /// The effects that are forced on or off.
+    pub fn forced(&self) -> &[Forced] {
+        self.edited.forced()
+    }
+
+    /// All changes of what is traced against the file.
+    pub fn edits(&self) -> Edits {
+        let camera = self.camera_desc();
+        let camera = (camera != self.original().camera).then_some(camera);
+        Edits { camera, values: self.edited.edits().values.clone() }
+    }
+
+    /// Saves camera and edits as a scene that includes the original, unless that was done already. `name` is the name of the
+    /// scene.
+    pub fn save(&mut self, name: &str, run: &RunSpec) -> Result<PathBuf> {
+        let edits = self.edits();
+        if let Some((saved, path)) = &self.saved
+            && *saved == edits
+            && path.exists()
+        {
+            return Ok(path.clone());
+        }
+        let path = free_path(name, "xml", |_| false)?;
+        edits.write(&path, &run.scene, &run.defines, self.original()).into_diagnostic()?;
+        self.saved = Some((edits, path.clone()));
+        Ok(path)
+    }
+
+    /// Saves camera and edits as a scene under this name that includes the original.
+    pub fn save_as(&mut self, path: &Path, run: &RunSpec) -> Result<()> {
+        let edits = self.edits();
+        edits.write(path, &run.scene, &run.defines, self.original()).into_diagnostic()?;
+        self.saved = Some((edits, path.to_path_buf()));
+        Ok(())
+    }
+
+    /// The camera in words.
+    pub fn camera_words(&self) -> String {
+        let pose = self.pose();
+        let v = |v: glam::DVec3| format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z);
+        format!("{} to {}, {:.1}°", v(pose.eye), v(pose.target), pose.fov)
+    }
+}
+
+impl SceneEditor {
+    /// The change that would be undone, such as `move of ball`.
+    pub fn undo_name(&self) -> Option<&str> {
+        self.history.undo_name()
+    }
+
+    /// The change that would be repeated.
+    pub fn redo_name(&self) -> Option<&str> {
+        self.history.redo_name()
+    }
+}
+
+/// The field of view of the pose of a camera whose target is `ahead`; of parallel rays one that shows as much there.
+fn pose_fov(camera: &CameraDesc, ahead: f64) -> f64 {
+    match camera.orthographic {
+        true => 2.0 * (camera.to_world.matrix3.x_axis.length() / ahead).atan().to_degrees(),
+        false => camera.fov,
+    }
+}
+
+/// Half the picture's extent at distance 1 in units of `tan(fov / 2)`, as navigation wants it.
+fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
+    let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
+    let along_x = DVec2::new(1.0, aspect.recip());
+    let along_y = DVec2::new(aspect, 1.0);
+    match axis {
+        FovAxis::X => along_x,
+        FovAxis::Y => along_y,
+        FovAxis::Diagonal => along_y.normalize(),
+        FovAxis::Smaller if aspect < 1.0 => along_x,
+        FovAxis::Larger if aspect >= 1.0 => along_x,
+        FovAxis::Smaller | FovAxis::Larger => along_y,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,63 @@
+//! The lens of the camera: its radius and its focus.
+
+use glam::DVec3;
+use miette::{Result, miette};
+
+use crate::client::window::navigation::Pose;
+use crate::client::window::panel::ParameterValue;
+
+use crate::viewer::editor::{EditedValue, SceneEditor};
+
+/// The widest lens that a slider offers, as a share of the distance to the target.
+const WIDEST: f64 = 0.05;
+
+/// The focus that a slider offers, in distances to the target.
+const FOCUS: [f64; 2] = [0.02, 10.0];
+
+impl SceneEditor {
+    /// Radius of the lens.
+    pub(super) fn aperture(&self) -> f64 {
+        self.state().aperture.unwrap_or(self.original().camera.aperture_radius)
+    }
+
+    /// The values of the lens; none for a camera of parallel rays.
+    pub(super) fn lens_values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
+        let mut values = Vec::new();
+        if self.original().camera.orthographic {
+            return values;
+        }
+        let (distance, aperture) = (self.pose().distance(), self.aperture());
+        // Bounds that stay where they are while the focus moves.
+        let reach = self.home.distance();
+        let value = ParameterValue::Number { value: aperture, min: 0.0, max: (WIDEST * reach).max(aperture) };
+        values.push(("radius of the lens".to_owned(), EditedValue::Aperture, value));
+        if aperture > 0.0 {
+            let [min, max] = FOCUS.map(|distances| distances * reach);
+            let value =
+                ParameterValue::Number { value: distance, min: min.min(distance), max: max.max(distance) };
+            values.push(("distance in focus".to_owned(), EditedValue::Focus, value));
+        }
+        values
+    }
+
+    /// Focuses the lens at the distance of a place in world space, without turning the camera; returns whether that changes anything.
+    ///
+    /// # Errors
+    ///
+    /// Without a lens: it says what to do.
+    pub fn focus_at(&mut self, place: DVec3) -> Result<bool> {
+        if self.aperture() <= 0.0 || self.original().camera.orthographic {
+            return Err(miette!(
+                "a pinhole has everything in focus: give the lens a radius first (tab Scene, Camera)"
+            ));
+        }
+        let pose = self.pose();
+        let ahead = (pose.target - pose.eye).normalize_or(DVec3::Z);
+        let distance = (place - pose.eye).dot(ahead);
+        self.end_change();
+        let changed = distance > 0.0
+            && self.set_pose("distance in focus", Pose { target: pose.eye + ahead * distance, ..pose });
+        self.end_change();
+        Ok(changed)
+    }
+}

@@ -1,0 +1,272 @@
+//! What is left behind when the window closes, for whatever reason: pictures, figures, an exit code.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use miette::{IntoDiagnostic, Result};
+use serde::Serialize;
+
+use crate::client::window::statistics::RecentValues;
+use crate::client::{Denoise, Film, Settings};
+use crate::gpu;
+use crate::remote::{Health, TracerStatus};
+use crate::render::light_groups::GroupFilms;
+use crate::render::outputs::Extras;
+use crate::render::plan::PlannedEffect;
+use crate::render::process::tell;
+use crate::render::rejected::RejectedReport;
+use crate::render::report::{ErrorReport, Seconds, human, write_json};
+use crate::render::run_spec::{ChoiceReport, RunEnd};
+use crate::render::{predictions, process};
+use crate::study::ErrorQuantile;
+use crate::viewer::Viewer;
+use crate::viewer::picture::output::ComposedFilm;
+use crate::viewer::screen::Screen;
+
+/// Longest wait for the last samples.
+const LAST_SAMPLES: Duration = Duration::from_secs(2);
+
+/// Figures of a session. Field names are the JSON keys; times in milliseconds.
+#[derive(Serialize)]
+struct ViewReport {
+    version: &'static str,
+    scene: PathBuf,
+    integrator: &'static str,
+    /// Why the program chose this integrator, where it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    auto: Option<ChoiceReport>,
+    device: String,
+    /// Every effect, on or off, and why.
+    plan: Vec<PlannedEffect>,
+    /// Values of the last epoch that were not numbers from 0 on, by cause and origin.
+    rejected: RejectedReport,
+    /// Effects that were forced off.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    left_out: Vec<&'static str>,
+    /// How tracer and display share the processor.
+    cores: String,
+    threads: usize,
+    /// Tracers on other machines.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tracers: Vec<TracerReport>,
+    /// Instructions that walked the rays.
+    simd: &'static str,
+    width: u32,
+    height: u32,
+    /// From the start of the program to the first picture.
+    first_picture_ms: Option<f64>,
+    frames: u64,
+    frame_ms: TimePercentiles,
+    edit_latency_ms: TimePercentiles,
+    edits: usize,
+    /// Mean number of samples on screen, by seconds after an edit that was left alone for so long.
+    samples_after_edit: BTreeMap<String, f64>,
+    /// From an edit to the last worker leaving the old epoch.
+    abort_ms: TimePercentiles,
+    aborts: usize,
+    stalls: u64,
+    epochs: u64,
+    /// Views that began with the last picture of another one.
+    reprojections: u64,
+    resizes: u64,
+    device_losses: u32,
+    surface_losses: u32,
+    validation_messages: usize,
+    seconds: f64,
+    traced_samples: u64,
+    rasterised_samples: u64,
+    traced_samples_per_second: f64,
+    rasterised_samples_per_second: f64,
+    /// Error of the last picture, where it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<ErrorReport>,
+    passes_ms: BTreeMap<&'static str, f64>,
+    peak_memory_bytes: Option<u64>,
+}
+
+/// A tracer on another machine, as it was at the end. Field names are JSON keys.
+#[derive(Serialize)]
+struct TracerReport {
+    address: String,
+    well: bool,
+    state: String,
+}
+
+impl From<TracerStatus> for TracerReport {
+    fn from(status: TracerStatus) -> Self {
+        let TracerStatus { address, health, words, .. } = status;
+        Self { address, well: health == Health::Well, state: words }
+    }
+}
+
+/// Percentiles of times in milliseconds. Field names are JSON keys.
+#[derive(Serialize)]
+struct TimePercentiles {
+    p50: f32,
+    p95: f32,
+    p99: f32,
+}
+
+impl TimePercentiles {
+    fn of(values: &RecentValues) -> Self {
+        let [p50, p95, p99] = values.percentiles([50.0, 95.0, 99.0]);
+        Self { p50, p95, p99 }
+    }
+}
+
+impl Viewer {
+    /// Stops the tracer, writes what was asked for, and closes the window. The error says why the window closed, if the user did
+    /// not want it, or else names the first file that could not be written.
+    pub(super) fn finish(mut self) -> Result<()> {
+        let lasted = self.metrics.started.elapsed().as_secs_f64();
+        self.session.abort();
+        if !self.options.outputs.is_empty()
+            && let Err(error) = self.picture.read_rest(&mut self.session, LAST_SAMPLES)
+        {
+            // The film is lost; kept samples are not.
+            tell(&format!("the last samples could not be rasterised: {error}"));
+        }
+        if let Err(error) = self.send_to_tev(true) {
+            tell(&format!("tev does not show the last samples: {error}"));
+        }
+        let report = self.report(lasted);
+        self.preferences.write(&self.panel.controls.layout);
+        self.saves.finish().iter().for_each(|message| tell(message));
+        let capture = self.capture.take();
+        let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.tracers.server()));
+        // Where no window was ever opened there is no picture, and the reason is told already.
+        let wanted = !self.options.outputs.is_empty() && self.picture.screen.is_some();
+        let written = if wanted { self.write_pictures() } else { Ok(()) };
+        let panicked = self.session.panicked.clone();
+        let Self { picture, panel, options, outcome, .. } = self;
+        if gpu::display_lost() {
+            // What belongs to the window is left to the system: nobody answers any more.
+            std::mem::forget((picture, panel));
+        }
+        let told = options.json.map_or(Ok(()), |path| write_json(&report, &path));
+        outcome.and(written).and(captured).and(told)?;
+        match panicked {
+            Some((index, message)) => {
+                Err(miette::miette!("path {index} panicked: {message}; please report it"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn report(&self, seconds: f64) -> ViewReport {
+        let (session, metrics, screen) = (&self.session, &self.metrics, self.picture.screen.as_ref());
+        let (run, [width, height]) = (session.run_spec(), session.size());
+        let (traced, rasterised) = (session.traced(), self.picture.rasterised);
+        ViewReport {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: run.scene.clone(),
+            integrator: run.integrator.name(),
+            auto: run.auto.clone(),
+            device: run.device.clone(),
+            plan: self.panel.plan(session, &self.editor),
+            left_out: run.left_out().collect(),
+            rejected: session.rejected(&self.editor),
+            cores: session.processor_sharing.clone(),
+            threads: session.tracers.threads(),
+            tracers: session.tracers.status().into_iter().map(TracerReport::from).collect(),
+            simd: self.editor.scene().kernel().name(),
+            width,
+            height,
+            first_picture_ms: metrics.first.map(|first| first.as_secs_f64() * 1e3),
+            frames: metrics.presented,
+            frame_ms: TimePercentiles::of(&metrics.frames),
+            edit_latency_ms: TimePercentiles::of(&metrics.edits),
+            edits: metrics.edits.iter().count(),
+            samples_after_edit: metrics.samples_after_edit(),
+            abort_ms: TimePercentiles::of(&session.aborts),
+            aborts: session.aborts.iter().count(),
+            stalls: metrics.stalls,
+            epochs: metrics.epochs,
+            reprojections: self.picture.reprojections(),
+            resizes: metrics.resizes,
+            device_losses: screen.map_or(0, |screen| screen.device_losses),
+            surface_losses: screen.map_or(0, |screen| screen.surface_losses),
+            validation_messages: screen.map_or(0, Screen::validation_messages),
+            seconds,
+            traced_samples: traced,
+            rasterised_samples: rasterised,
+            traced_samples_per_second: traced as f64 / seconds.max(1e-9),
+            rasterised_samples_per_second: rasterised as f64 / seconds.max(1e-9),
+            error: self.last_error(),
+            passes_ms: metrics.passes.iter().copied().collect(),
+            peak_memory_bytes: process::peak_memory_bytes(),
+        }
+    }
+
+    /// The error of the last picture; the predictions and their outcomes are logged.
+    fn last_error(&self) -> Option<ErrorReport> {
+        let (observer, run) = (self.picture.observer.as_ref()?, self.session.run_spec());
+        let (state, kept) = observer.end();
+        predictions::log(run, &kept);
+        let filter = self.picture.filter_shown(run, &self.panel.controls.settings);
+        ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached, filter)
+    }
+
+    /// What a picture's file says of how the render went so far.
+    pub(super) fn outcome(&self) -> RunEnd {
+        let rejected = self.session.rejected(&self.editor).summary();
+        let is_whole = self.picture.regions.is_empty() && !self.session.has_gaps();
+        let prefix = self.session.is_complete() && is_whole;
+        let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
+        // Nothing is known of the error of a mix.
+        if let Some(observer) = self.picture.observer.as_ref().filter(|_| !self.picture.mix.is_mixing()) {
+            end.describe(&observer.state(), ErrorQuantile::P95);
+        }
+        end.notes.extend(self.picture.composition());
+        end
+    }
+
+    /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
+    fn write_pictures(&mut self) -> Result<()> {
+        let outcome = self.outcome();
+        let settings = &self.panel.controls.settings;
+        let denoised = self.picture.filtered(self.session.run_spec(), settings);
+        let denoise = denoised.as_ref().map_or(Denoise::Off, |_| settings.denoise);
+        let settings = Settings { denoise, ..settings.clone() };
+        let films = self.picture.mix.films().filter(|_| self.options.outputs.writes_exr());
+        let layers = films.map_or(Ok(Vec::new()), GroupFilms::channels).unwrap_or_else(|error| {
+            tell(&format!("the pictures of the groups of lights are lost: {error}"));
+            Vec::new()
+        });
+        let extras = Extras { denoised, layers };
+        let run = self.present_run_spec().unwrap_or_else(|error| {
+            tell(&format!("the changes of the scene could not be saved: {error}"));
+            self.session.run_spec().clone()
+        });
+        let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
+        let samples = self.picture.counts().samples();
+        let mut taken = self.picture.take_film();
+        let written = match &mut taken {
+            Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
+            Some(film) => {
+                let (regions, mix) = (&mut self.picture.regions, &mut self.picture.mix);
+                let mut film = ComposedFilm { film, regions, mix };
+                outputs.write(&mut film, &run, &outcome, &settings, extras, &mut seconds)
+            }
+            None => Err(miette::miette!("there is no film")),
+        };
+        let Err(error) = written else { return Ok(()) };
+        let mut film = self.picture.film_without_device(run.film, taken).into_diagnostic()?;
+        let (kept, samples) = (film.counts().samples(), samples.max(self.picture.lost()));
+        let of = if kept < samples {
+            format!(", from {} of its {} samples", human(kept as f64), human(samples as f64))
+        } else {
+            String::new()
+        };
+        tell(&format!("{error}; the picture is made without the device{of}"));
+        outputs.write(
+            &mut film,
+            &run,
+            &RunEnd { prefix: false, ..outcome },
+            &Settings { denoise: Denoise::Off, ..settings },
+            Extras::default(),
+            &mut seconds,
+        )
+    }
+}

@@ -1,0 +1,169 @@
+//! Hears winit: turns the events of the window into actions, and lets the loop step when a frame is due.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use glam::DVec2;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{ElementState, MouseButton, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::window::WindowId;
+
+use crate::client::window::host::ReaderEvent;
+use crate::client::window::panel::PanelTab;
+use crate::gpu;
+use crate::render::process;
+use crate::viewer::Viewer;
+use crate::viewer::screen::Screen;
+use crate::viewer::start::{Stage, ViewerApp};
+
+impl ApplicationHandler<ReaderEvent> for ViewerApp {
+    fn resumed(&mut self, _: &ActiveEventLoop) {
+        if let Stage::Loading(loading) = &mut self.stage {
+            loading.may_open = true;
+        }
+    }
+
+    fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match &mut self.stage {
+            Stage::Loading(loading) => loading.hear(&event),
+            Stage::Open(viewer) => viewer.hear(event),
+            Stage::Over(_) => {}
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, event: ReaderEvent) {
+        match &mut self.stage {
+            Stage::Loading(loading) => {
+                if let Some(open) = &mut loading.open {
+                    open.host.hear_reader(event);
+                }
+            }
+            Stage::Open(viewer) => {
+                viewer.panel.host.hear_reader(event);
+                viewer.refresh();
+            }
+            Stage::Over(_) => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        self.step(events);
+        let next = match &mut self.stage {
+            Stage::Loading(loading) if !loading.quit => loading.next_look(),
+            Stage::Open(viewer) if !viewer.quit => viewer.next_look(Instant::now()),
+            _ => return events.exit(),
+        };
+        events.set_control_flow(ControlFlow::WaitUntil(next));
+    }
+}
+
+impl Viewer {
+    /// Hears an event of the window.
+    fn hear(&mut self, mut event: WindowEvent) {
+        let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else { return };
+        match &mut event {
+            WindowEvent::CloseRequested => self.quit = self.may_discard("closing the window"),
+            WindowEvent::Destroyed => self.quit = true,
+            WindowEvent::Resized(size) => self.resized(*size),
+            WindowEvent::ScaleFactorChanged { inner_size_writer, .. } => {
+                // Points become larger or smaller; the picture keeps its pixels, and the dock its points.
+                let _ = inner_size_writer.request_inner_size(window.inner_size());
+                self.keep_picture();
+                self.refresh();
+                self.look_at_display = Instant::now();
+            }
+            WindowEvent::Moved(_) => self.look_at_display = Instant::now(),
+            WindowEvent::Occluded(true) => self.picture.hide(),
+            WindowEvent::RedrawRequested | WindowEvent::Occluded(false) => self.picture.request_show(),
+            WindowEvent::DroppedFile(path) => self.drop_file(path.clone()),
+            _ => {}
+        }
+        if self.takes_hold(&event) {
+            return;
+        }
+        if self.panel.on_event(&window, &event) {
+            self.act();
+        }
+        self.drag_gizmo(&event);
+    }
+
+    /// Opens the scene or model that was dropped onto the window.
+    fn drop_file(&mut self, path: PathBuf) {
+        if self.may_discard("dropping a scene") {
+            self.open_file(path);
+        }
+    }
+
+    /// Whether the gizmo is shown: an object is selected, and the tab that changes it is seen.
+    pub(super) fn shows_gizmo(&self) -> bool {
+        self.editor.selected().is_some() && self.panel.controls.layout.shows(PanelTab::Scene)
+    }
+
+    /// Whether this is the press of a button on a handle of the gizmo, which is dragged from then on.
+    fn takes_hold(&mut self, event: &WindowEvent) -> bool {
+        let is_press = matches!(
+            event,
+            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Left, .. }
+        );
+        let panel = &self.panel;
+        let is_free =
+            !panel.host.is_under_pointer() && !panel.input.is_dragging() && !panel.input.is_ctrl_held();
+        // Whoever is asked for a place clicks at it, whatever lies over it.
+        let is_free = is_free && !panel.input.asks_region() && self.asked.is_none();
+        if !is_press || !is_free || !self.shows_gizmo() {
+            return false;
+        }
+        let (size, zoom) = (self.session.size(), panel.points_per_pixel());
+        panel.cursor().is_some_and(|at| self.gizmo.press(&mut self.editor, at, size, zoom))
+    }
+
+    /// Transforms the selected object while a handle of the gizmo is dragged.
+    fn drag_gizmo(&mut self, event: &WindowEvent) {
+        if !self.gizmo.is_dragging() {
+            return;
+        }
+        match event {
+            WindowEvent::CursorMoved { position, .. } => {
+                let at = self.panel.viewport.to_picture(DVec2::new(position.x, position.y));
+                let by = self.gizmo.transform(&self.editor, at, self.session.size());
+                match by.map(|by| self.editor.set_transform(by)) {
+                    Some(Ok(true)) => self.edited(),
+                    Some(Ok(false)) | None => {}
+                    Some(Err(error)) => self.say(error.to_string()),
+                }
+                self.refresh();
+            }
+            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Left, .. }
+            | WindowEvent::Focused(false) => {
+                self.gizmo.release();
+                self.editor.end_change();
+                self.refresh();
+            }
+            _ => {}
+        }
+    }
+
+    /// Does what is due.
+    pub(super) fn turn(&mut self) {
+        if process::is_interrupted() {
+            self.quit = true;
+        }
+        if gpu::display_lost() {
+            self.fail(miette::miette!("the connection to the display broke"));
+        }
+        if !self.quit {
+            self.step();
+        }
+    }
+
+    pub(super) fn resized(&mut self, size: PhysicalSize<u32>) {
+        if let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) {
+            swapchain.resize([size.width, size.height]);
+        }
+        self.picture.request_show();
+        self.clock.set(Instant::now());
+        self.panel.host.refresh();
+    }
+}

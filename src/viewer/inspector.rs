@@ -1,0 +1,451 @@
+//! The inspector: what is shown at the pixel under the cursor, and after a click the paths that have made it, traced once more by
+//! the code that records them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{Builder, JoinHandle};
+
+use glam::{DVec2, Vec2, Vec3};
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::lod::level_of_detail;
+use crate::client::retained::RetainedSamples;
+use crate::client::window::panel::{
+    LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS,
+};
+use crate::client::zones;
+use crate::color::Xyz;
+use crate::gpu::Region;
+use crate::render::method;
+use crate::render::run_spec::RunSpec;
+use crate::scene::desc::IntegratorKind;
+use crate::server::panic_message;
+use crate::stream::{SampleSink, UvWindow};
+use crate::study::error::TILE;
+use crate::tracer::camera::CameraLines;
+use crate::tracer::integrator::{BidirectionalTracer, DepthTracer, PathTracer, RenderContext, Replicated};
+use crate::tracer::record::{PathEvent, recorded};
+use crate::tracer::{Camera, Integrator, Scene};
+use crate::viewer::editor::SceneEditor;
+use crate::viewer::picture::LivePicture;
+use crate::viewer::session::RenderSession;
+
+/// Most paths of a pixel that are traced again.
+const MOST_PATHS: usize = 512;
+
+/// Indices of further paths through the pixel, for its spectrum.
+const SPECTRUM_INDICES: u64 = 1024;
+
+/// Most paths that are drawn: the brightest.
+const MOST_DRAWN: usize = 24;
+
+/// How far a line goes towards a light without a place, in units of the last segment.
+const FAR: f32 = 4.0;
+
+/// Paths of a pixel that a thread traces again.
+struct PathStudy {
+    thread: JoinHandle<PixelPaths>,
+    is_over: Arc<AtomicBool>,
+}
+
+/// The pixel that was clicked at last, and its paths.
+#[derive(Default)]
+pub struct Inspector {
+    study: Option<PathStudy>,
+    paths: Option<Arc<PixelPaths>>,
+}
+
+impl Inspector {
+    /// Forgets the paths: scene or camera have changed.
+    pub fn clear(&mut self) {
+        if let Some(study) = self.study.take() {
+            study.is_over.store(true, Ordering::Relaxed);
+        }
+        self.paths = None;
+    }
+
+    /// Begins to trace again the paths that have made a pixel, as far as their samples are kept.
+    ///
+    /// # Errors
+    ///
+    /// When the camera cannot be used, or no thread can be started.
+    pub fn begin(
+        &mut self,
+        pixel: [u32; 2],
+        session: &RenderSession,
+        picture: &LivePicture,
+        editor: &SceneEditor,
+    ) -> Result<()> {
+        self.clear();
+        let mut run = session.run_spec().clone();
+        let note = match run.integrator {
+            IntegratorKind::Vcm => {
+                run.integrator = IntegratorKind::Bidirectional;
+                "without the photons that were merged"
+            }
+            IntegratorKind::Photon => "photon mapping gathers photons of all paths: its paths are not drawn",
+            IntegratorKind::Light => "particle tracing has no paths from the camera",
+            _ => "",
+        };
+        let size = session.size();
+        let indices = match run.integrator {
+            IntegratorKind::Path | IntegratorKind::Bidirectional | IntegratorKind::Depth => {
+                indices(picture.kept(), run.integrator, pixel, size)
+            }
+            _ => PixelIndices::default(),
+        };
+        let (scene, camera, window) = (editor.scene(), editor.camera(size)?, session.window());
+        let is_over = Arc::new(AtomicBool::new(false));
+        let seen = is_over.clone();
+        let trace = move || {
+            let scene = Arc::new(Scene::clone(&scene).recorded());
+            let context = method::render_context(&run, scene.clone(), camera.clone(), window);
+            let mut study = PathCollector::new(pixel, &scene, &camera, size);
+            for &(index, subpath) in indices.list.iter().take_while(|_| !seen.load(Ordering::Relaxed)) {
+                study.add(&run, &context, index, subpath);
+            }
+            let within = method::render_context(&run, scene, camera.clone(), window_of(pixel, size));
+            // Those of other methods would be another method's.
+            let has_paths = note.is_empty() || run.integrator == IntegratorKind::Bidirectional;
+            let count = if has_paths { SPECTRUM_INDICES } else { 0 };
+            for index in (0..count).take_while(|_| !seen.load(Ordering::Relaxed)) {
+                study.add_to_spectrum(&run, &within, index);
+            }
+            PixelPaths { known: indices.known, note, ..study.finish() }
+        };
+        let thread = Builder::new().name("inspect".into()).spawn(trace).into_diagnostic()?;
+        self.study = Some(PathStudy { thread, is_over });
+        Ok(())
+    }
+
+    /// Whether paths are being traced.
+    pub fn is_busy(&self) -> bool {
+        self.study.is_some()
+    }
+
+    /// Takes over what was traced; true when there is something new.
+    pub fn take(&mut self) -> bool {
+        let Some(study) = self.study.take_if(|study| study.thread.is_finished()) else { return false };
+        self.paths = match study.thread.join() {
+            Ok(paths) => Some(Arc::new(paths)),
+            Err(panic) => {
+                let why = panic_message(panic.as_ref()).unwrap_or_default();
+                tracing::error!("the paths could not be traced because of a bug ({why}); please report it");
+                None
+            }
+        };
+        true
+    }
+
+    /// The paths of the pixel that was clicked at last.
+    pub fn paths(&self) -> Option<Arc<PixelPaths>> {
+        self.paths.clone()
+    }
+}
+
+/// What is shown at a place of the picture, in pixels; `None` outside, and before there is a picture.
+pub fn reading(
+    at: DVec2,
+    session: &RenderSession,
+    picture: &mut LivePicture,
+    editor: &SceneEditor,
+    exposure: f32,
+) -> Option<PixelReading> {
+    let size = session.size();
+    let [x, y] = [at.x, at.y].map(f64::floor);
+    if x < 0.0 || y < 0.0 || x >= f64::from(size[0]) || y >= f64::from(size[1]) {
+        return None;
+    }
+    let pixel = [x as u32, y as u32];
+    // A square around it, as far as it lies in the picture.
+    let low = pixel.map(|at| at.saturating_sub(LOUPE));
+    let high = [0, 1].map(|i| (pixel[i] + LOUPE + 1).min(size[i]));
+    let region = Region { origin: low, extent: [high[0] - low[0], high[1] - low[1]] };
+    let shown = picture.shown(region).ok().flatten()?;
+    let place = |x: u32, y: u32| ((y - low[1]) * region.extent[0] + x - low[0]) as usize;
+    let middle = place(pixel[0], pixel[1]);
+    let side = 2 * LOUPE + 1;
+    let loupe = (0..side * side).map(|i| {
+        let [x, y] = [(pixel[0] + i % side).checked_sub(LOUPE)?, (pixel[1] + i / side).checked_sub(LOUPE)?];
+        let inside = x < high[0] && y < high[1];
+        inside.then(|| shown.displayed[place(x, y)].map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8))
+    });
+    let film = session.run_spec().film;
+    let counts = picture.counts();
+    let pick = editor.pick([at.x, at.y], size);
+    let desc = editor.desc();
+    let error = picture.observer.as_ref().and_then(|observer| {
+        let state = observer.state();
+        let (columns, values) = &state.map;
+        let tile = pixel[1] as usize / TILE * columns + pixel[0] as usize / TILE;
+        values.get(tile).copied().filter(|error| error.is_finite())
+    });
+    Some(PixelReading {
+        pixel,
+        xyz: shown.xyz[middle],
+        stops: Some((exposure * shown.xyz[middle][1] / zones::middle() as f32).log2())
+            .filter(|s| s.is_finite()),
+        displayed: shown.displayed[middle],
+        samples: f64::from(picture.weight_at(pixel)),
+        error,
+        lods: [counts.camera_samples, counts.light_samples].map(|n| level_of_detail(&film, n)),
+        object: pick.as_ref().map(|pick| crate::scene::edit::shape_name(desc, pick.shape)),
+        material: pick.as_ref().and_then(|pick| crate::scene::edit::material_name(desc, pick.shape)),
+        distance: pick.map(|pick| f64::from(pick.distance)),
+        loupe: loupe.collect(),
+    })
+}
+
+/// Paths of the sequence that have a camera sample in a pixel.
+#[derive(Default)]
+struct PixelIndices {
+    /// Index, and which of its subpaths from the camera.
+    list: Vec<(u64, usize)>,
+    /// How many are known, those beyond the list included.
+    known: u64,
+}
+
+/// Finds the indices behind a pixel among the samples that are kept: within a block the camera samples stand in the order of
+/// their paths. A block that was full in the middle of an index has its last samples at the beginning of the next one.
+fn indices(kept: &RetainedSamples, method: IntegratorKind, pixel: [u32; 2], size: [u32; 2]) -> PixelIndices {
+    let per_index = method::paths_per_index(method);
+    let mut found = PixelIndices::default();
+    // Camera samples of an index that stand in the block before, by that index.
+    let mut sent = HashMap::new();
+    kept.each(|samples, first, paths| {
+        let camera = || samples.iter().filter(|sample| sample.w > 0.0);
+        let before = sent.remove(&first).unwrap_or(0);
+        let unfinished = (before + camera().count() as u64).checked_sub(paths.camera);
+        // One sample for each path; where some were rejected it is not known which is whose.
+        let Some(unfinished) = unfinished.filter(|unfinished| *unfinished <= per_index) else { return };
+        if unfinished > 0 {
+            sent.insert(first + paths.camera / per_index, unfinished);
+        }
+        for (rank, sample) in camera().enumerate() {
+            let inside = (0..2).all(|i| (sample.uv[i] * size[i] as f32).floor() == pixel[i] as f32);
+            if inside {
+                found.known += 1;
+                if found.list.len() < MOST_PATHS {
+                    let rank = before + rank as u64;
+                    found.list.push((first + rank / per_index, (rank % per_index) as usize));
+                }
+            }
+        }
+    });
+    found
+}
+
+/// Collects what recorded paths do.
+struct PathCollector {
+    pixel: [u32; 2],
+    size: Vec2,
+    lines: CameraLines,
+    paths: Vec<TracedPath>,
+    /// Radiance by wavelength, summed over so many paths.
+    spectrum: Vec<f64>,
+    summed: u64,
+    has_colour: bool,
+}
+
+/// One path from the camera: what it has found, and where it went.
+struct TracedPath {
+    luminance: f32,
+    segments: Vec<PathSegment>,
+}
+
+impl PathCollector {
+    fn new(pixel: [u32; 2], scene: &Scene, camera: &Camera, size: [u32; 2]) -> Self {
+        Self {
+            pixel,
+            size: Vec2::from(size.map(|n| n as f32)),
+            lines: camera.lines(),
+            paths: Vec::new(),
+            spectrum: vec![0.0; SPECTRUM_BINS],
+            summed: 0,
+            has_colour: scene.white().is_none(),
+        }
+    }
+
+    /// Traces an index, and takes the subpath of this number from the camera.
+    fn add(&mut self, run: &RunSpec, context: &RenderContext, index: u64, number: usize) {
+        let events = trace_recorded(run, context, index);
+        let begins = |event: &&PathEvent| matches!(event, PathEvent::Begins(path) if !path.from_light);
+        let starts: Vec<usize> =
+            events.iter().enumerate().filter(|(_, event)| begins(event)).map(|(i, _)| i).collect();
+        let Some(&start) = starts.get(number) else { return };
+        let mut path = TracedPath { luminance: 0.0, segments: Vec::new() };
+        let mut last = None;
+        for event in &events[start..] {
+            match event {
+                PathEvent::Meets(carried, hit) if !carried.from_light => {
+                    let from = hit.point.p + hit.wo * hit.hit.t;
+                    self.draw(&mut path, [from, hit.point.p], SegmentKind::Path);
+                    last = Some((hit.point.p, hit.hit.t));
+                }
+                PathEvent::Light { sample, value, visible, .. } if *visible > 0.0 => {
+                    let Some((from, length)) = last.filter(|_| value.0.max_element() > 0.0) else { continue };
+                    let to = sample.target.unwrap_or(from + sample.wi * (FAR * length));
+                    self.draw(&mut path, [from, to], SegmentKind::Light);
+                }
+                PathEvent::Connection { camera, light, value, visible }
+                    if *visible > 0.0 && value.0.max_element() > 0.0 =>
+                {
+                    self.draw(&mut path, [*camera, *light], SegmentKind::Light);
+                }
+                PathEvent::Estimate { lambda, radiance } => {
+                    path.luminance = lambda.to_xyz(*radiance).y;
+                    break;
+                }
+                _ => {}
+            }
+        }
+        self.paths.push(path);
+    }
+
+    /// Traces an index, all of whose paths go through the pixel.
+    fn add_to_spectrum(&mut self, run: &RunSpec, context: &RenderContext, index: u64) {
+        for event in trace_recorded(run, context, index) {
+            let PathEvent::Estimate { lambda, radiance } = event else { continue };
+            self.summed += 1;
+            for lane in 0..4 {
+                let pdf = lambda.pdf()[lane];
+                if let Some(bin) = bin(lambda.lambda()[lane]).filter(|_| pdf > 0.0) {
+                    self.spectrum[bin] += f64::from(radiance.0[lane] * 0.25 / pdf);
+                }
+            }
+        }
+    }
+
+    fn draw(&self, path: &mut TracedPath, ends: [Vec3; 2], kind: SegmentKind) {
+        if let Some([from, to]) = self.lines.segment(ends) {
+            let [from, to] = [from * self.size, to * self.size].map(|at| at.to_array());
+            path.segments.push(PathSegment { from, to, kind });
+        }
+    }
+
+    /// What was found.
+    fn finish(mut self) -> PixelPaths {
+        let count = self.paths.len();
+        let per_bin = (WAVELENGTHS[1] - WAVELENGTHS[0]) / SPECTRUM_BINS as f64;
+        let scale = 1.0 / (self.summed.max(1) as f64 * per_bin);
+        self.spectrum.iter_mut().for_each(|bin| *bin *= scale);
+        self.paths.sort_by(|a, b| b.luminance.total_cmp(&a.luminance));
+        let lit = self.paths.iter().filter(|path| path.luminance > 0.0).count();
+        let drawn = self.paths.into_iter().take(MOST_DRAWN);
+        PixelPaths {
+            pixel: self.pixel,
+            traced: count,
+            lit,
+            spectrum: if self.has_colour && self.summed > 0 { self.spectrum } else { Vec::new() },
+            segments: drawn.flat_map(|path| path.segments).collect(),
+            ..PixelPaths::default()
+        }
+    }
+}
+
+/// Traces an index from the camera once more, in a scene that [records](Scene::recorded); returns what happened on its paths.
+fn trace_recorded(run: &RunSpec, context: &RenderContext, index: u64) -> Vec<PathEvent> {
+    fn trace<I: Integrator + From<RenderContext>>(run: &RunSpec, context: &RenderContext, index: u64) {
+        let tracer = Replicated::new(context, run.replicated, I::from);
+        tracer.trace(index, &mut Default::default(), &mut Discarded);
+    }
+    recorded(|| match run.integrator {
+        IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(run, context, index),
+        IntegratorKind::Depth => trace::<DepthTracer>(run, context, index),
+        _ => trace::<PathTracer>(run, context, index),
+    })
+}
+
+/// Samples of paths that are traced for their events.
+struct Discarded;
+
+impl SampleSink for Discarded {
+    fn camera(&mut self, _: [f32; 2], _: Xyz, _: f32) {}
+
+    fn light(&mut self, _: [f32; 2], _: Xyz) {}
+}
+
+/// The part of the screen that a pixel covers.
+fn window_of(pixel: [u32; 2], size: [u32; 2]) -> UvWindow {
+    let corner = |i: usize, by: u32| (pixel[i] + by) as f32 / size[i] as f32;
+    UvWindow { min: [corner(0, 0), corner(1, 0)], max: [corner(0, 1), corner(1, 1)] }
+}
+
+/// The bin of a wavelength in nm; `None` outside the spectrum that is shown.
+fn bin(lambda: f32) -> Option<usize> {
+    let at = (f64::from(lambda) - WAVELENGTHS[0]) / (WAVELENGTHS[1] - WAVELENGTHS[0]);
+    (0.0..1.0).contains(&at).then_some((at * SPECTRUM_BINS as f64) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::load;
+    use crate::render::options::SceneOptions;
+    use crate::stream::{BlockSink, DrainOrder, Epoch, LANE_BLOCKS, REPLICATES, lanes};
+
+    const SIZE: [u32; 2] = [6, 5];
+
+    /// The samples of the first indices of a picture, as the window keeps them.
+    fn kept<I: Integrator + From<RenderContext>>(context: &RenderContext, count: u64) -> RetainedSamples {
+        let (mut writers, mut lanes) = lanes(1, LANE_BLOCKS);
+        lanes.hub().run(Some(Epoch(1)));
+        lanes.follow(Epoch(1), DrainOrder::Arrival);
+        let mut sink = BlockSink::new(writers.remove(0));
+        sink.start(Epoch(1), UvWindow::PICTURE);
+        let tracer = Replicated::new(context, REPLICATES > 1, I::from);
+        let mut scratch = Default::default();
+        let mut kept = RetainedSamples::with_room(1 << 16, 1 << 10);
+        for index in 0..count {
+            sink.begin_path(index);
+            tracer.trace(index, &mut scratch, &mut sink);
+            sink.end_path(tracer.paths_per_index());
+        }
+        sink.flush();
+        lanes.drain(usize::MAX, |block| _ = kept.push(block));
+        kept
+    }
+
+    /// Every path that is found behind a pixel, traced again, finds what its sample has brought there.
+    #[test]
+    fn the_paths_of_a_pixel_are_those_that_made_it() {
+        let source = SceneOptions::of("scenes/cornell_spheres.xml".into());
+        let input = load::load(&source).expect("a scene");
+        let desc = &input.loaded.desc;
+        let (scene, camera) =
+            (Arc::new(Scene::prepare(desc).expect("valid")), Camera::of(desc).expect("valid"));
+        for kind in [IntegratorKind::Path, IntegratorKind::Bidirectional] {
+            let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+            (run.integrator, run.replicated) = (kind, true);
+            (run.film.width, run.film.height) = (SIZE[0], SIZE[1]);
+            let context = |scene| method::render_context(&run, scene, camera.clone(), UvWindow::PICTURE);
+            let kept = match kind {
+                IntegratorKind::Path => kept::<PathTracer>(&context(scene.clone()), 3000),
+                _ => kept::<BidirectionalTracer>(&context(scene.clone()), 400),
+            };
+            let recorded = Arc::new(Scene::clone(&scene).recorded());
+            let context = context(recorded.clone());
+            for pixel in [[0, 0], [3, 2], [5, 4]] {
+                let mut wanted = Vec::new();
+                kept.each(|samples, _, _| {
+                    let inside =
+                        |uv: [f32; 2]| (0..2).all(|i| (uv[i] * SIZE[i] as f32).floor() == pixel[i] as f32);
+                    wanted.extend(samples.iter().filter(|s| s.w > 0.0 && inside(s.uv)).map(|s| s.xyz.y));
+                });
+                let found = indices(&kept, kind, pixel, SIZE);
+                assert!(found.known > 20 && found.known == wanted.len() as u64, "{kind:?} {pixel:?}");
+                let mut paths = PathCollector::new(pixel, &recorded, &camera, SIZE);
+                for (&(index, subpath), wanted) in found.list.iter().zip(wanted) {
+                    paths.add(&run, &context, index, subpath);
+                    let got = paths.paths.last().expect("a path").luminance;
+                    assert!(
+                        (got - wanted).abs() <= 1e-5 * wanted.abs().max(1.0),
+                        "{kind:?} {index}: {got}, {wanted}"
+                    );
+                }
+                assert!(paths.paths.iter().any(|path| path.segments.len() > 1));
+            }
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! The panel of the viewer: egui, mouse and keys, the display controls, the list of effects, and the data that is shown.
+
+use std::time::{Duration, Instant};
+
+use glam::DVec2;
+use miette::Result;
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use crate::client::Settings;
+use crate::client::lod::level_of_detail;
+use crate::client::window::action::Action;
+use crate::client::window::host::{EguiHost, PanelDrawing};
+use crate::client::window::input::{InputEvent, InputState};
+use crate::client::window::panel::{
+    CompareMode, EffectRow, ErrorSummary, MapChoice, PanelControls, PanelData, PictureView, RejectedList,
+    RejectedRow, TracerRow,
+};
+use crate::client::window::viewport::{GRID_ZOOM, Viewport};
+use crate::remote::{Health, TracerStatus};
+use crate::render::plan::{self, PlannedEffect};
+use crate::render::rejected::RejectedExample;
+use crate::scene::desc::IntegratorKind;
+use crate::study::{ErrorQuantile, ErrorTarget};
+use crate::tracer::choice::CANDIDATES;
+use crate::tracer::effects::{self, refusal};
+use crate::viewer::costs::EffectCosts;
+use crate::viewer::editor::SceneEditor;
+use crate::viewer::maps::{self, MapCache};
+use crate::viewer::metrics::ViewerMetrics;
+use crate::viewer::picture::LivePicture;
+use crate::viewer::screen::Screen;
+use crate::viewer::session::RenderSession;
+
+/// The panel, and what the user does with mouse and keys.
+pub struct ViewerPanel {
+    /// egui, which draws the panel.
+    pub host: EguiHost,
+    /// The display controls.
+    pub controls: PanelControls,
+    /// Mouse and keys.
+    pub input: InputState,
+    /// Which part of the picture is shown, and where.
+    pub viewport: Viewport,
+    maps: MapCache,
+    costs: EffectCosts,
+    /// The list of effects, and the method and settings that it holds for; `None` after an edit.
+    effects: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
+    /// Actions that are asked for, to be done before the next frame.
+    actions: Vec<Action>,
+    /// The display controls have changed since the last frame.
+    settings_changed: bool,
+    /// An object is outlined.
+    pub has_outline: bool,
+    /// A rectangle is traced alone, or is being dragged.
+    pub has_region: bool,
+}
+
+impl ViewerPanel {
+    /// A panel beside a picture of this size.
+    pub fn new(host: EguiHost, controls: PanelControls, size: [u32; 2]) -> Self {
+        Self {
+            host,
+            controls,
+            input: InputState::new(size),
+            viewport: Viewport::new(size),
+            maps: MapCache::default(),
+            costs: EffectCosts::default(),
+            effects: None,
+            actions: Vec::new(),
+            settings_changed: false,
+            has_outline: false,
+            has_region: false,
+        }
+    }
+
+    /// Hears an event of the window. Returns true when it asks for actions.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        let active = self.is_interactive() && !self.input.is_dragging();
+        let modal = self.controls.dialog.is_open() || self.controls.palette.is_open;
+        let taken = self.host.on_event(window, event, active, modal);
+        let actions = self.input.on_window_event(event, taken);
+        self.actions.extend_from_slice(&actions);
+        !actions.is_empty()
+    }
+
+    /// The error that the user wants.
+    pub fn target(&self) -> ErrorTarget {
+        ErrorTarget { error: self.controls.target, at: ErrorQuantile::P95 }
+    }
+
+    /// Takes the actions that were asked for since the last call.
+    pub fn take_actions(&mut self) -> Vec<Action> {
+        std::mem::take(&mut self.actions)
+    }
+
+    /// Whether the display controls have changed since the last call.
+    pub fn take_settings_changed(&mut self) -> bool {
+        std::mem::take(&mut self.settings_changed)
+    }
+
+    /// Turns an effect of the display on or off.
+    pub fn switch_display_effect(&mut self, name: &str, on: bool) {
+        self.controls.settings.switch(name, on);
+        self.settings_changed = true;
+    }
+
+    /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
+    pub fn measure_costs(&mut self, session: &RenderSession, editor: &SceneEditor) -> Result<()> {
+        let plan = self.plan(session, editor);
+        self.costs.measure(session, editor, plan)
+    }
+
+    /// Takes over the costs that were measured; true when there are new ones.
+    pub fn take_costs(&mut self) -> bool {
+        self.costs.take()
+    }
+
+    /// Whether something goes on that needs frames or ends soon.
+    pub fn is_busy(&self) -> bool {
+        self.costs.is_measuring() || self.input.is_moving()
+    }
+
+    /// Scene, camera or method have changed.
+    pub fn edited(&mut self) {
+        self.effects = None;
+        self.costs.edited();
+    }
+
+    /// Another epoch begins.
+    pub fn begin_epoch(&mut self) {
+        self.maps.begin_epoch();
+    }
+
+    /// Whether something of the panel reacts to mouse and keys.
+    fn is_interactive(&self) -> bool {
+        let PanelControls { layout, help, palette, dialog, compare, .. } = &self.controls;
+        let splits = compare.is_shown && compare.mode == CompareMode::Split;
+        layout.is_open || *help || palette.is_open || dialog.is_open() || splits
+    }
+
+    /// Whether egui draws something: dock, list of keys, palette, map, message or the grid between magnified pixels.
+    fn has_overlay(&self) -> bool {
+        self.is_interactive()
+            || self.controls.map != MapChoice::None
+            || self.host.has_message()
+            || self.controls.compare.is_shown
+            || self.has_outline
+            || self.has_region
+            || !self.viewport.is_whole()
+            || self.viewport.zoom() >= GRID_ZOOM
+    }
+
+    /// The size that the dock leaves to the picture in a window of this extent, physical pixels.
+    pub fn picture_area(&self, window: &Window, [width, height]: [u32; 2]) -> [u32; 2] {
+        let scale = self.host.pixels_per_point(window);
+        let dock = self.controls.layout.width_in(width as f32 / scale) * scale;
+        [width.saturating_sub(dock.round() as u32).max(1), height]
+    }
+
+    /// The width of the dock, physical pixels; 0 where there is none.
+    pub fn dock_pixels(&self, window: &Window) -> u32 {
+        let layout = &self.controls.layout;
+        if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
+    }
+
+    /// The picture has this area of the window and this size from now on.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
+        self.viewport.set_sizes(area, picture);
+        let shown = self.viewport.zoom() * self.viewport.picture();
+        self.input.take(InputEvent::Size(self.viewport.area(), shown), Instant::now());
+    }
+
+    /// When the panel must run next; `None` while nothing of it is visible.
+    pub fn next_run(&self) -> Option<Instant> {
+        self.has_overlay().then(|| self.host.due())
+    }
+
+    /// Whether the panel must run now.
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.next_run().is_some_and(|due| now >= due)
+    }
+
+    /// Runs the panel.
+    pub fn run(&mut self, window: &Window, data: &PanelData) {
+        let before = (self.controls.settings.clone(), self.controls.filter);
+        self.actions.extend(self.host.run(window, data, &mut self.controls));
+        self.settings_changed |= before != (self.controls.settings.clone(), self.controls.filter);
+    }
+
+    /// The display settings, the part of the picture that is shown, and what is drawn over it.
+    pub fn shown(&mut self) -> (&Settings, &Viewport, Option<&mut PanelDrawing>) {
+        let drawn = self.has_overlay();
+        (&self.controls.settings, &self.viewport, drawn.then(|| self.host.drawing()))
+    }
+
+    /// Every effect of tracer and display, on or off, and why.
+    pub fn plan(&self, session: &RenderSession, editor: &SceneEditor) -> Vec<PlannedEffect> {
+        plan::plan(editor.desc(), session.run_spec(), &self.controls.settings)
+    }
+
+    /// The list of effects with their costs, as far as these are known.
+    fn effects(&mut self, session: &RenderSession, editor: &SceneEditor) -> Vec<EffectRow> {
+        let (method, settings) = (session.run_spec().integrator, &self.controls.settings);
+        let mut rows = match &self.effects {
+            Some((for_method, for_settings, rows)) if *for_method == method && for_settings == settings => {
+                rows.clone()
+            }
+            _ => {
+                let plan = self.plan(session, editor);
+                let rows: Vec<_> = plan.into_iter().map(|entry| effect_row(entry, method, editor)).collect();
+                self.effects = Some((method, settings.clone(), rows.clone()));
+                rows
+            }
+        };
+        for (place, row) in rows.iter_mut().enumerate() {
+            row.cost = self.costs.of(place, row.name);
+        }
+        rows
+    }
+
+    /// Size of a pixel of the picture in the window, points.
+    pub fn points_per_pixel(&self) -> f64 {
+        self.viewport.zoom() / f64::from(self.host.drawing_scale())
+    }
+
+    /// The place in the picture under the cursor, in pixels, while it is over the picture.
+    pub fn cursor(&self) -> Option<DVec2> {
+        let at = self.input.cursor().filter(|at| self.viewport.contains(*at))?;
+        Some(self.viewport.to_picture(at))
+    }
+
+    /// Gathers what the panel shows, apart from what the tools add.
+    pub fn data(
+        &mut self,
+        session: &RenderSession,
+        picture: &LivePicture,
+        editor: &SceneEditor,
+        metrics: &mut ViewerMetrics,
+        now: Instant,
+    ) -> PanelData {
+        let (run, counts) = (session.run_spec(), picture.counts());
+        let rates = metrics.rates(session.traced(), picture.rasterised);
+        let latency = |milliseconds| Duration::try_from_secs_f32(milliseconds * 1e-3).unwrap_or_default();
+        let last_edit = metrics.recent_edits.last();
+        let device = picture.screen.as_ref().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
+        PanelData {
+            device: device.map_or(String::new(), |d| match d.driver.contains(&d.name) {
+                true => d.driver,
+                false => format!("{} ({})", d.name, d.driver),
+            }),
+            plan: session.processor_sharing.clone(),
+            method: run.integrator.name(),
+            methods: CANDIDATES.map(IntegratorKind::name).to_vec(),
+            chooses_method: session.chooses_method(),
+            reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
+            extent: session.size(),
+            view: PictureView { viewport: self.viewport, pixels_per_point: self.host.drawing_scale() },
+            detail: picture.detail(),
+            counts,
+            traced_per_second: rates.traced,
+            rasterised_per_second: rates.rasterised,
+            drawing: rates.drawing,
+            lods: [counts.camera_samples, counts.light_samples].map(|n| level_of_detail(&run.film, n)),
+            ring: session.fill(),
+            passes: metrics.passes.clone(),
+            frames: metrics.intervals.iter().collect(),
+            percentiles: metrics.intervals.percentiles([50.0, 95.0, 99.0]),
+            budget: picture.budget(),
+            edit_latency: last_edit.map(latency),
+            edit_latency_p95: last_edit.map(|_| latency(metrics.recent_edits.percentiles([95.0])[0])),
+            threads: session.tracers.threads(),
+            tracers: session.tracers.status().into_iter().map(tracer_row).collect(),
+            elapsed: session.elapsed(),
+            message: self.host.message(now).map(str::to_owned),
+            selection: editor.selection(),
+            effects: self.effects(session, editor),
+            costs: self.costs.state(),
+            error: picture.present_observer().map(|observer| {
+                if picture.mix.is_mixing() {
+                    let message = "not known of a mix of lights".to_owned();
+                    return ErrorSummary { message, ..ErrorSummary::default() }.into();
+                }
+                let filtered = picture.filtered_error(run, &self.controls.settings);
+                let target = self.controls.target;
+                maps::error_summary(observer, run, target, session.is_through(), filtered).into()
+            }),
+            overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),
+            left_out: run.left_out().collect(),
+            rejected: rejected(session, editor),
+            camera: editor.camera_words(),
+            fov: editor.fov(),
+            ..PanelData::default()
+        }
+    }
+}
+
+/// A tracer on another machine, for the panel.
+fn tracer_row(status: TracerStatus) -> TracerRow {
+    let TracerStatus { address, health, words, .. } = status;
+    TracerRow { address, words, ill: health == Health::Ill }
+}
+
+/// What was rejected, for the panel.
+fn rejected(session: &RenderSession, editor: &SceneEditor) -> RejectedList {
+    let report = session.rejected(editor);
+    let row = |example: RejectedExample| RejectedRow {
+        what: format!("path {}: {}", example.index, example.what),
+        command: example.replay,
+    };
+    RejectedList { total: report.total, rows: report.examples.into_iter().map(row).collect() }
+}
+
+/// One row of the list of effects. A forced effect can be switched back; any other can be forced off or on where that is possible.
+fn effect_row(entry: PlannedEffect, method: IntegratorKind, editor: &SceneEditor) -> EffectRow {
+    let on_display = entry.client.as_ref().is_some_and(|effect| effect.can_switch);
+    let can_switch = entry.effect.map_or(on_display, |effect| {
+        let is_forced = editor.forced().iter().any(|forced| forced.effect == effect);
+        let can_add = effects::force_on(&mut editor.desc().clone(), effect).is_ok();
+        is_forced || entry.on && refusal(effect, method).is_none() || !entry.on && can_add
+    });
+    let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
+    EffectRow { name: entry.name, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
+}

@@ -1,0 +1,188 @@
+//! How samples come to the film of the window: kept ones first, then those in the lanes.
+
+use std::time::{Duration, Instant};
+
+use crate::client::film::VulkanFilm;
+use crate::client::reference::ReferenceFilm;
+use crate::client::{CHUNK_SAMPLES, ClientError, Film, FilmSpec};
+use crate::render::film_writer::FilmWriter;
+use crate::stream::BLOCK_SAMPLES;
+use crate::viewer::picture::LivePicture;
+use crate::viewer::screen::Screen;
+use crate::viewer::session::RenderSession;
+
+/// After an edit the loop waits this long for the first samples before it reads messages again.
+const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
+
+/// Samples that are read at once while the sums are coarse: all of them must be kept.
+const COARSE_PART: usize = 8 * BLOCK_SAMPLES;
+
+/// Samples that make a first picture: a high level of detail shows the scene from few.
+const FIRST_SAMPLES: u64 = 512;
+
+impl LivePicture {
+    /// Reads samples of a frame that began at `begin`. After an edit it waits a moment for the first ones.
+    pub fn read_samples(
+        &mut self,
+        session: &mut RenderSession,
+        budget: usize,
+        begin: Instant,
+    ) -> Result<(), ClientError> {
+        self.read(session, budget)?;
+        while self.unseen && !session.is_through() && self.samples() < FIRST_SAMPLES {
+            let left = FIRST_SAMPLES_WAIT.saturating_sub(begin.elapsed());
+            if left.is_zero() {
+                break;
+            }
+            session.wait(left);
+            session.hear_server();
+            self.read(session, budget)?;
+        }
+        // In order of index a film that is lost is made anew.
+        if session.run_spec().deterministic { Ok(()) } else { self.back_up(begin) }
+    }
+
+    /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
+    fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
+        let (begin, before) = (Instant::now(), self.rasterised);
+        let outcome = self.take(session, budget);
+        self.fed = (self.fed.0 + self.rasterised - before, self.fed.1 + begin.elapsed());
+        outcome?;
+        let film = self.film().filter(|film| film.is_coarse());
+        match film.is_some_and(|film| film.must_sharpen() || self.kept.is_half_full()) {
+            true => self.sharpen(),
+            false => Ok(()),
+        }
+    }
+
+    fn take(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
+        let left = self.feed(budget)?;
+        if let Some(region) = self.regions.traced_mut() {
+            let (film, observer, filter) = region.feed();
+            let mut writer = FilmWriter::new(film, observer).with_filter(filter.thread());
+            let drained = session.drain(left.max(BLOCK_SAMPLES), |block| writer.block(block));
+            self.rasterised += drained.samples as u64;
+            return writer.finish();
+        }
+        if session.is_in_region() {
+            // Its film is gone: these samples are no one's.
+            session.drain(left.max(BLOCK_SAMPLES), |_| ());
+            return Ok(());
+        }
+        let observer = self.observer.as_ref();
+        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| self.kept.caught_up());
+        let Some(film) = film else {
+            // Without a film samples are kept as long as there is room; then workers park.
+            self.read_ahead(session, budget);
+            return Ok(());
+        };
+        let (filter, coarse) = (self.filter.thread(), film.is_coarse());
+        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        writer = writer.with_groups(self.mix.films());
+        let mut left = left.max(BLOCK_SAMPLES);
+        while left > 0 {
+            let drained = session.drain(if coarse { left.min(COARSE_PART) } else { left }, |block| {
+                self.kept.push(block);
+                writer.block(block);
+            });
+            self.rasterised += drained.samples as u64;
+            left = left.saturating_sub(drained.samples.max(1));
+            if !coarse || drained.blocks == 0 || self.kept.is_half_full() {
+                break;
+            }
+        }
+        writer.finish()
+    }
+
+    /// Adds the kept samples up again at full resolution, where the sums are coarse.
+    pub fn sharpen(&mut self) -> Result<(), ClientError> {
+        let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|film| film.is_coarse());
+        let Some(film) = film else { return Ok(()) };
+        film.sharpen();
+        let mut outcome = Ok(());
+        self.kept.each(|samples, _, paths| {
+            film.count_paths(paths);
+            if outcome.is_ok() {
+                outcome = film.add(samples);
+            }
+            self.rasterised += samples.len() as u64;
+        });
+        outcome
+    }
+
+    /// Gives the film the kept samples that it lacks, `budget` at most, and reads no others.
+    pub fn read_kept(&mut self, budget: usize) -> Result<(), ClientError> {
+        self.feed(budget).map(drop)
+    }
+
+    /// Gives the film kept samples where it is behind; returns what is left of the budget.
+    fn feed(&mut self, budget: usize) -> Result<usize, ClientError> {
+        let observer = self.observer.as_ref();
+        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else { return Ok(budget) };
+        let (mut left, filter) = (budget, self.filter.thread());
+        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        while left > 0
+            && let Some((samples, first_index, paths)) = self.kept.feed()
+        {
+            writer.samples(first_index, paths, samples);
+            left = left.saturating_sub(samples.len());
+            self.rasterised += samples.len() as u64;
+        }
+        writer.finish()?;
+        Ok(left)
+    }
+
+    /// Keeps samples from the lanes for later, so that the tracer need not wait for a film that is behind.
+    fn read_ahead(&mut self, session: &mut RenderSession, budget: usize) {
+        let mut left = budget;
+        while left > 0 && self.kept.has_room() {
+            let drained = session.drain(BLOCK_SAMPLES, |block| _ = self.kept.push_for_later(block));
+            if drained.blocks == 0 {
+                break;
+            }
+            left = left.saturating_sub(drained.samples.max(1));
+        }
+    }
+
+    /// Reads the last samples of a render that was stopped, for `time` at most. On an error the kept samples remain.
+    pub fn read_rest(&mut self, session: &mut RenderSession, time: Duration) -> Result<(), ClientError> {
+        let start = Instant::now();
+        while !session.is_through() && start.elapsed() < time || !self.kept.caught_up() {
+            session.hear_server();
+            self.read(session, CHUNK_SAMPLES)?;
+            if self.film().is_none() {
+                break;
+            }
+            if !session.is_through() {
+                session.wait(Duration::from_millis(5));
+            }
+        }
+        Ok(())
+    }
+
+    /// A film without a device: that of `taken` or of a device that was lost, where its sums are in memory; or one with the last copy of
+    /// the sums; or one that is filled with the samples that are kept.
+    pub fn film_without_device(
+        &mut self,
+        spec: FilmSpec,
+        taken: Option<VulkanFilm>,
+    ) -> Result<ReferenceFilm, ClientError> {
+        let rescued = taken.or_else(|| self.screen.as_mut().and_then(Screen::take_rescued));
+        if let Some(film) = rescued.and_then(|film| film.into_reference(0)) {
+            return film;
+        }
+        let mut film = ReferenceFilm::new(spec, 0)?;
+        if let Some(copy) = self.backup.take(self.kept.len()) {
+            film.restore(&copy)?;
+            return Ok(film);
+        }
+        let mut writer = FilmWriter::new(&mut film, None);
+        self.kept.rewind();
+        while let Some((samples, first_index, paths)) = self.kept.feed() {
+            writer.samples(first_index, paths, samples);
+        }
+        writer.finish()?;
+        film.flush()?;
+        Ok(film)
+    }
+}

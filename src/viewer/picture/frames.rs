@@ -1,0 +1,201 @@
+//! When the picture is repainted and from what, and how it comes to the window.
+
+use std::time::{Duration, Instant};
+
+use crate::client::film::VulkanFilm;
+use crate::client::lod::level_of_detail;
+use crate::client::pacing::{FramePlan, Situation};
+use crate::client::window::host::PanelDrawing;
+use crate::client::window::viewport::Viewport;
+use crate::client::{ClientError, Reconstruction, Settings};
+use crate::gpu::FrameNumber;
+use crate::stream::BLOCK_SAMPLES;
+use crate::viewer::picture::{LastRepaint, LivePicture, Painted, ShownFrame};
+use crate::viewer::screen::{Canvas, PictureParts, PictureSource};
+use crate::viewer::session::RenderSession;
+
+/// The picture of another view is waited for until so long after an edit, before one of the first samples is shown.
+const FIRST_WAIT: Duration = Duration::from_millis(40);
+
+/// The same, before the picture after that.
+const NEXT_WAIT: Duration = Duration::from_millis(150);
+
+/// Paths without any sample, and time since the edit, after which the picture is shown black.
+const BLACK_PATHS: u64 = 4096;
+const BLACK_AFTER: Duration = Duration::from_millis(500);
+
+impl LivePicture {
+    /// Decides what this frame does.
+    pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
+        if let Some(screen) = &mut self.screen {
+            screen.begin_frame();
+            self.pacer.set_lead(screen.leads());
+        }
+        let run = session.run_spec();
+        let mut filter = self.look_at_filter(run, settings);
+        // Until the first filtered picture the others go on.
+        let mut filtered = self.filtered_frame(run, settings).map(|frame| frame.samples);
+        let mut is_fresh = self.filter.is_fresh();
+        // Regions that are traced no more are filtered once from all that they have.
+        for region in self.regions.released_mut() {
+            let is_ready = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
+            if is_ready && region.filtered(settings) != Some(region.samples()) {
+                region.filter_now();
+            }
+            is_fresh |= region.filter().is_fresh();
+        }
+        if let Some(region) = self.regions.traced_mut() {
+            filter = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
+            filtered = region.filtered(settings);
+            is_fresh |= region.filter().is_fresh();
+        }
+        if self.film().is_some_and(VulkanFilm::is_background_ready) {
+            self.repaint = true;
+        }
+        let longest_wait = if self.unseen { FIRST_WAIT } else { NEXT_WAIT };
+        let waits = self.filter.is_reprojecting() && session.elapsed() < longest_wait;
+        let (last, samples) = (&self.last_repaint, self.traced_samples());
+        let growth = match last.samples {
+            last if last == samples => 1.0,
+            0 => f64::INFINITY,
+            last => samples as f64 / last as f64,
+        };
+        let situation = Situation {
+            since_edit: now - self.last_edit,
+            since_repaint: now - last.at,
+            lod: level_of_detail(&run.film, self.samples()),
+            growth,
+            shown_detail: last.detail,
+            due: !waits && self.unseen || self.repaint || is_fresh,
+            waiting: session.fill().0 * BLOCK_SAMPLES,
+            // In order of index only full batches are rasterised.
+            batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
+            capacity: self.film().map_or(0, VulkanFilm::batch_capacity),
+            coarse: self.is_coarse(),
+            streams: self.film().map_or(0, |film| film.allocated_streams().map(u32::from).iter().sum()),
+            filter: filter && filtered.is_some(),
+        };
+        let mut plan = self.pacer.plan(&situation);
+        if filter && !situation.due {
+            // The picture comes when it is filtered; the first and the last one as soon as they can.
+            let soon = filtered.is_none() || !self.running && filtered != Some(samples);
+            let due = filtered.is_some() && std::mem::take(&mut plan.repaint);
+            match self.regions.traced_mut() {
+                Some(region) if due || soon => region.filter_now(),
+                None if (due || soon) && !self.filter.is_busy() => self.filter_now(),
+                _ => {}
+            }
+        }
+        plan.repaint &= situation.due || !waits;
+        if run.deterministic {
+            plan.samples = plan.samples.max(run.film.batch_capacity());
+        }
+        plan
+    }
+
+    /// Whether a frame with this plan shows something.
+    pub fn wants_show(&self, plan: &FramePlan, panel_is_due: bool) -> bool {
+        self.show || (!self.hidden && (plan.repaint || panel_is_due))
+    }
+
+    /// Asks for an image of the window to draw into.
+    pub fn acquire(&mut self) -> Result<Canvas, ClientError> {
+        let Some(screen) = &mut self.screen else { return Ok(Canvas::Hidden) };
+        let canvas = screen.acquire()?;
+        self.hidden = canvas == Canvas::Hidden;
+        // What was to be shown still is, whatever becomes of the last frame.
+        self.show |= matches!(canvas, Canvas::Later(_));
+        Ok(canvas)
+    }
+
+    /// Asks for a last repaint once the render has ended and the film has all of its samples.
+    pub fn hear_end(&mut self, session: &RenderSession) {
+        if session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.running) {
+            self.repaint = true;
+            tracing::info!("the render has ended");
+        }
+    }
+
+    /// Whether there is something to show: a picture of the present epoch, or the last one of the one before.
+    pub fn has_picture(&mut self) -> bool {
+        self.film_mut().is_some_and(|film| film.painted().is_some()) || self.is_known()
+    }
+
+    /// Whether the film shows the present epoch: it has samples, or enough paths have found none that it is black.
+    fn is_known(&self) -> bool {
+        let is_black = self.counts().paths() >= BLACK_PATHS && self.since_edit() >= BLACK_AFTER;
+        self.samples() > 0 || is_black
+    }
+
+    /// Repaints the picture if the plan says so or it was asked for, draws the panel over it and swaps. The frame `began` with
+    /// the run of the panel.
+    pub fn show(
+        &mut self,
+        session: &RenderSession,
+        plan: &FramePlan,
+        settings: &Settings,
+        viewport: &Viewport,
+        panel: Option<&mut PanelDrawing>,
+        began: Instant,
+    ) -> Result<ShownFrame, ClientError> {
+        let samples = self.samples();
+        // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
+        let partial = !session.run_spec().deterministic || session.is_complete();
+        let ready = if partial {
+            self.is_known()
+        } else {
+            samples >= session.run_spec().film.batch_capacity() as u64
+        };
+        let repaint = plan.repaint || self.repaint;
+        if repaint && settings.reconstruction == Reconstruction::None {
+            // Texels are shown as they are: those of coarse sums are not the picture's, however few samples there are.
+            self.sharpen()?;
+        }
+        let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
+        if partial && ready && repaint && !is_filtered {
+            self.flush()?;
+        } else if repaint {
+            // The sums of the parts are never those of whole batches alone.
+            self.rasterise(VulkanFilm::settle)?;
+        }
+        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| is_filtered);
+        let detail = match filtered {
+            Some(_) => Some(1),
+            None => (ready && repaint).then_some(plan.detail),
+        };
+        let samples = match (self.regions.traced(), filtered) {
+            (Some(region), _) => region.samples(),
+            (None, Some(frame)) => frame.samples,
+            (None, None) => samples,
+        };
+        let source = match filtered {
+            Some(frame) => Some(PictureSource::Filtered(frame.shown.xyz())),
+            None if self.mix.is_mixing() && !settings.view.is_error() => detail.map(PictureSource::Mix),
+            None => detail.map(PictureSource::Film),
+        };
+        let number = match &mut self.screen {
+            Some(screen) => {
+                let parts = PictureParts { regions: &mut self.regions, mix: &mut self.mix };
+                screen.show(settings, source, parts, viewport, panel)?
+            }
+            None => FrameNumber::default(),
+        };
+        self.show = false;
+        // The picture of before was shown once more: this one is still due.
+        let detail = detail.filter(|_| !self.film().is_some_and(VulkanFilm::has_given_up));
+        if let Some(detail) = detail {
+            let film = session.run_spec().film;
+            if self.painted.as_ref().is_none_or(|p| p.film != film || p.settings != *settings) {
+                self.painted = Some(Painted { settings: settings.clone(), film });
+            }
+            self.failures = 0;
+            if std::mem::take(&mut self.unseen) {
+                self.filter.prepare();
+            }
+            self.repaint = false;
+            self.filter.is_seen();
+            self.last_repaint = LastRepaint { at: began, samples, detail };
+        }
+        Ok(ShownFrame { number, began, samples, detail, filtered: is_filtered })
+    }
+}

@@ -1,0 +1,209 @@
+//! What leaves the window: pictures for files and for tev, with their regions and the mix of lights.
+
+use std::path::Path;
+
+use glam::Vec3;
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::film::VulkanFilm;
+use crate::client::reference::ReferenceFilm;
+use crate::client::wavelet::out_of_memory;
+use crate::client::{
+    ClientError, Denoise, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Readback, Settings,
+};
+use crate::denoise::filtered_picture::FilteredPicture;
+use crate::image::Grid;
+use crate::render::outputs::PendingSnapshot;
+use crate::render::run_spec::RunSpec;
+use crate::render::tev::TevLink;
+use crate::stream::{PathCounts, Sample};
+use crate::viewer::light_mix::LightMix;
+use crate::viewer::picture::LivePicture;
+use crate::viewer::picture::regions::{Regions, per_pixel};
+use crate::viewer::screen::Screen;
+use crate::viewer::session::RenderSession;
+
+/// The film of a picture together with its regions, or with the mix of its lights, for what is saved.
+pub struct ComposedFilm<'a> {
+    pub film: &'a mut VulkanFilm,
+    pub regions: &'a mut Regions,
+    pub mix: &'a mut LightMix,
+}
+
+impl ComposedFilm<'_> {
+    /// Whether more than the film is shown.
+    fn is_composed(&self, settings: &Settings) -> bool {
+        !settings.view.is_error() && (!self.regions.is_empty() || self.mix.is_mixing())
+    }
+}
+
+impl Film for ComposedFilm<'_> {
+    fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        self.film.add(samples)
+    }
+
+    fn count_paths(&mut self, paths: PathCounts) {
+        self.film.count_paths(paths);
+    }
+
+    fn flush(&mut self) -> Result<(), ClientError> {
+        self.film.flush()?;
+        self.regions.flush()
+    }
+
+    fn clear(&mut self) {
+        self.film.clear();
+        self.regions.clear();
+    }
+
+    fn keep_batch(&mut self, keep: bool) {
+        self.film.keep_batch(keep);
+    }
+
+    fn counts(&self) -> FilmCounts {
+        self.film.counts()
+    }
+
+    fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
+        if !self.is_composed(settings) {
+            return self.film.display(settings);
+        }
+        let FilmSpec { width, height, .. } = *self.film.spec();
+        if self.mix.is_mixing() {
+            return ReferenceFilm::show(&self.mix.linear(settings, [width, height])?, settings);
+        }
+        let linear = self.film.reconstruct(&Settings { glare: None, ..settings.clone() }, 1)?;
+        let pixels = linear.into_iter().map(Vec3::from).collect();
+        let size = [width as usize, height as usize];
+        let picture = Grid::from_rows(size[0], size[1], pixels);
+        let mut picture = picture.ok_or_else(|| out_of_memory(size))?;
+        self.regions.mix_into(&mut picture, per_pixel(self.film), settings)?;
+        ReferenceFilm::show(&picture, settings)
+    }
+
+    fn begin_display(&mut self, settings: &Settings) -> Result<Readback<DisplayImage>, ClientError> {
+        match self.is_composed(settings) {
+            true => self.display(settings).map(Readback::ready),
+            false => self.film.begin_display(settings),
+        }
+    }
+
+    fn begin_develop(&mut self) -> Result<Readback<FilmData>, ClientError> {
+        match self.regions.is_empty() {
+            true => self.film.begin_develop(),
+            false => self.develop().map(Readback::ready),
+        }
+    }
+
+    fn develop(&mut self) -> Result<FilmData, ClientError> {
+        let mut data = self.film.develop()?;
+        self.regions.mix_into_sums(&mut data, per_pixel(self.film))?;
+        Ok(data)
+    }
+}
+
+impl LivePicture {
+    /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
+    pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
+        if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {
+            return None;
+        }
+        self.sharpen().ok()?;
+        self.filter.choose(settings);
+        self.filter.wait();
+        self.filter_now();
+        self.filter.wait();
+        let picture = self.filter.take()?;
+        // A device that cannot give the regions cannot give the film either, and that is told.
+        self.composed(picture, settings).ok()
+    }
+
+    /// A filtered picture with the regions in it.
+    fn composed(
+        &mut self,
+        picture: FilteredPicture,
+        settings: &Settings,
+    ) -> Result<FilteredPicture, ClientError> {
+        let film = self.screen.as_ref().and_then(Screen::film).filter(|_| !self.regions.is_empty());
+        let Some(whole) = film.map(per_pixel) else { return Ok(picture) };
+        let mut xyz = picture.xyz().clone();
+        self.regions.mix_into(&mut xyz, whole, settings)?;
+        Ok(xyz.into())
+    }
+
+    /// The filter through which the picture is shown.
+    pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
+        let filtered = self.filtered_frame(run, settings).and_then(|frame| frame.filtered.as_ref());
+        filtered.map_or(Denoise::Off, |_| settings.denoise)
+    }
+
+    /// What the picture is composed of beside the samples of all of it, for its files.
+    pub fn composition(&self) -> Vec<(&'static str, String)> {
+        let mix = Some(self.mix.options()).filter(|options| !options.is_empty());
+        let regions = Some(self.regions.in_words()).filter(|words| !words.is_empty());
+        let notes = [("displayedMix", mix), ("regions", regions)];
+        notes.into_iter().filter_map(|(name, note)| Some((name, note?))).collect()
+    }
+
+    /// Takes the picture as it is now, to be written by another thread.
+    pub fn snapshot(
+        &mut self,
+        path: &Path,
+        session: &RenderSession,
+        settings: &Settings,
+    ) -> Result<PendingSnapshot> {
+        self.sharpen().into_diagnostic()?;
+        let filtered = self.filtered_frame(session.run_spec(), settings);
+        let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
+        let filtered = match filtered.cloned() {
+            Some(picture) => Some(self.composed(picture, settings).into_diagnostic()?.display(settings)?),
+            None => None,
+        };
+        let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
+            return Err(miette::miette!("there is no picture to save"));
+        };
+        if film.is_damaged() {
+            return Err(miette::miette!(
+                "samples were lost to an error of the device: change something, then save"
+            ));
+        }
+        // In order of index the sums must stay those of whole batches until the last one.
+        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
+        let mut film = ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
+        let snapshot = PendingSnapshot::take(path, &mut film, settings, filtered);
+        film.keep_batch(false);
+        let snapshot = match (snapshot, self.mix.films()) {
+            (Ok(PendingSnapshot::Exr(data, mut layers)), Some(films)) => {
+                layers.extend(films.channels()?);
+                Ok(PendingSnapshot::Exr(data, layers))
+            }
+            (snapshot, _) => snapshot,
+        };
+        // The window's own picture may have another encoding.
+        self.repaint = true;
+        snapshot
+    }
+
+    /// Shows the film in tev, unless it is empty.
+    pub fn send_to_tev(
+        &mut self,
+        tev: &mut TevLink,
+        name: &str,
+        session: &RenderSession,
+    ) -> Result<(), ClientError> {
+        self.sharpen()?;
+        let film = self.screen.as_mut().and_then(Screen::film_mut);
+        let Some(film) = film.filter(|film| film.counts().paths() > 0) else { return Ok(()) };
+        let film = &mut ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
+        film.keep_batch(session.run_spec().deterministic && !session.is_complete());
+        let sent = tev.send(name, film);
+        film.keep_batch(false);
+        sent
+    }
+
+    /// Takes the film out of the window, for the files written at the end; `None` also where the device fails: the kept samples remain.
+    pub fn take_film(&mut self) -> Option<VulkanFilm> {
+        self.sharpen().ok()?;
+        self.screen.as_mut().and_then(Screen::take_film)
+    }
+}

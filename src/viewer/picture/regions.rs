@@ -1,0 +1,542 @@
+//! Regions of the picture that were given samples of their own.
+//!
+//! While a region is traced, the tracer sees nothing but it: a camera with that crop window, another randomisation, a film, a noise
+//! filter and an observer of the error of its own. The film of the whole picture gets no sample meanwhile, so that what lies outside
+//! stays as it is bit for bit, and what it has inside is neither lost nor biased. Shown, saved and stated is, inside, the mean of both
+//! pictures, and of those of other regions where they overlap, each with the share of its paths per pixel: all are estimates of the same
+//! picture, and shares depend on no sample's value. Photon mapping, which is biased at first, begins a region with a map of its own, and
+//! so with a larger bias than the picture around it has by then. Particle tracing has no regions: its paths do not know the camera.
+
+use std::time::{Duration, Instant};
+
+use glam::{DVec2, Mat3, Vec3};
+use miette::{IntoDiagnostic, Result, miette};
+
+use crate::client::film::VulkanFilm;
+use crate::client::pacing::Pacer;
+use crate::client::pass::compose::PictureLayer;
+use crate::client::wavelet::out_of_memory;
+use crate::client::window::panel::RegionDrawing;
+use crate::client::{ClientError, Film, FilmData, FilmSpec, Settings, develop};
+use crate::denoise::noise_filter::EpochView;
+use crate::gpu::{Cmd, Gpu, Region};
+use crate::image::Grid;
+use crate::render::method;
+use crate::render::observer::{Beside, Observer};
+use crate::render::run_spec::RunSpec;
+use crate::scene::desc::IntegratorKind;
+use crate::study::ErrorTarget;
+use crate::tracer::Camera;
+use crate::viewer::editor::SceneEditor;
+use crate::viewer::picture::LivePicture;
+use crate::viewer::session::RenderSession;
+use crate::viewer::window_filter::WindowFilter;
+
+/// Regions that a picture has at most: each has images on the device.
+const MOST_REGIONS: usize = 8;
+
+/// Regions begin and end at multiples of this, which is the coarsest internal resolution of a repaint.
+const GRAIN: u32 = 4;
+
+/// Pixels of the shorter side of a region at least.
+const LEAST: u32 = 8;
+
+/// Regions have seeds that differ from that of the picture by multiples of this.
+const REGION_SEED: u32 = 0x3c6e_f35f;
+
+/// A region, and the samples of its own.
+pub struct RegionRender {
+    /// Where it lies in the picture, pixels.
+    pub rectangle: Region,
+    /// How it is traced: as the whole picture, but for size and seed, and in order of arrival.
+    run: RunSpec,
+    film: VulkanFilm,
+    filter: WindowFilter,
+    /// States the error of what is shown of it.
+    observer: Option<Observer>,
+    began: Instant,
+}
+
+/// The regions of a picture.
+#[derive(Default)]
+pub struct Regions {
+    list: Vec<RegionRender>,
+    /// The last one is being traced.
+    is_traced: bool,
+}
+
+/// The rectangle of a picture of this size, in whole [`GRAIN`]s, between two places in pixels.
+pub fn rectangle_between(a: DVec2, b: DVec2, size: [u32; 2]) -> Region {
+    let (low, high) = (a.min(b), a.max(b));
+    let grain = f64::from(GRAIN);
+    let axis = |i: usize| {
+        let first = (low[i].clamp(0.0, f64::from(size[i])) / grain).floor() * grain;
+        let end = ((high[i].clamp(0.0, f64::from(size[i])) / grain).ceil() * grain).min(f64::from(size[i]));
+        [first as u32, (end - first).max(0.0) as u32]
+    };
+    let ([x, width], [y, height]) = (axis(0), axis(1));
+    Region { origin: [x, y], extent: [width, height] }
+}
+
+impl RegionRender {
+    /// The part of the picture's camera that sees the region.
+    fn camera(&self, whole: Camera, size: [u32; 2]) -> Camera {
+        let size = DVec2::from(size.map(f64::from));
+        let [corner, part] =
+            [self.rectangle.origin, self.rectangle.extent].map(|n| DVec2::from(n.map(f64::from)) / size);
+        whole.cropped(corner, part)
+    }
+
+    /// Samples on the film.
+    pub fn samples(&self) -> u64 {
+        let counts = self.film.counts();
+        counts.camera_samples + counts.light_samples
+    }
+
+    /// Takes over a picture that was filtered; returns whether the next one is to be shown through the filter.
+    pub fn look_at_filter(&mut self, settings: &Settings, pacer: &mut Pacer, spent: &mut Duration) -> bool {
+        self.filter.prepare_for(&self.run, settings);
+        if let Some(time) = self.filter.poll() {
+            pacer.filtered(time);
+            *spent += time;
+        }
+        self.filter.is_ready(&self.run, settings, self.samples())
+    }
+
+    /// The number of samples in the filtered picture, if there is one.
+    pub fn filtered(&self, settings: &Settings) -> Option<u64> {
+        self.filter.shown(&self.run, settings).map(|frame| frame.samples)
+    }
+
+    /// The filter of its picture.
+    pub fn filter(&mut self) -> &mut WindowFilter {
+        &mut self.filter
+    }
+
+    /// Begins to filter the samples so far, unless it is filtering.
+    pub fn filter_now(&mut self) {
+        if self.filter.is_busy() {
+            return;
+        }
+        let samples = self.samples();
+        let data = Some(&mut self.film).filter(|film| film.is_summed_on_host()).map(Film::develop);
+        self.filter.filter(samples, data.and_then(Result::ok));
+    }
+
+    /// The film, the observer and the filter that its samples go to.
+    pub fn feed(&mut self) -> (&mut VulkanFilm, Option<&Observer>, &WindowFilter) {
+        (&mut self.film, self.observer.as_ref(), &self.filter)
+    }
+
+    /// States its error.
+    pub fn observer(&self) -> Option<&Observer> {
+        self.observer.as_ref()
+    }
+
+    /// As [`observer`](Self::observer), to be changed.
+    pub fn observer_mut(&mut self) -> Option<&mut Observer> {
+        self.observer.as_mut()
+    }
+
+    /// The picture of its own samples alone, scene-linear XYZ before glare and tone curve, as these settings show it.
+    fn linear(&mut self, settings: &Settings) -> Result<Grid<Vec3>, ClientError> {
+        if let Some(frame) = self.filter.shown(&self.run, settings) {
+            return Ok(frame.shown.xyz().clone());
+        }
+        let settings = Settings { glare: None, ..settings.clone() };
+        let xyz = self.film.reconstruct(&settings, 1)?;
+        let [width, height] = self.rectangle.extent.map(|n| n as usize);
+        let pixels = xyz.into_iter().map(Vec3::from).collect();
+        Grid::from_rows(width, height, pixels).ok_or_else(|| out_of_memory([width, height]))
+    }
+}
+
+/// Paths per pixel of a film, of those that begin within the picture.
+pub fn per_pixel(film: &VulkanFilm) -> f64 {
+    let spec @ FilmSpec { width, height, .. } = *film.spec();
+    film.counts().paths() as f64 * spec.coverage() / (f64::from(width) * f64::from(height))
+}
+
+/// A rectangle that has a part of the samples of what is shown there.
+type Share = (Region, f32);
+
+/// The parts of a rectangle with `own` paths per pixel in what is shown there: `whole` paths per pixel are everywhere, and each of the `others`
+/// has some within a rectangle. Those whose share is 0 are left out.
+fn shares(rectangle: Region, own: f64, whole: f64, others: &[(Region, f64)]) -> Vec<Share> {
+    let end = |region: &Region, axis: usize| region.origin[axis] + region.extent[axis];
+    let cuts = |axis: usize| {
+        let (low, high) = (rectangle.origin[axis], end(&rectangle, axis));
+        let edges = others.iter().flat_map(|(other, _)| [other.origin[axis], end(other, axis)]);
+        let mut cuts: Vec<u32> = edges.filter(|edge| (low..high).contains(edge)).chain([low, high]).collect();
+        cuts.sort_unstable();
+        cuts.dedup();
+        cuts
+    };
+    let (columns, rows) = (cuts(0), cuts(1));
+    let mut parts = Vec::new();
+    for y in rows.windows(2) {
+        for x in columns.windows(2) {
+            let origin = [x[0], y[0]];
+            let holds = |other: &Region| {
+                (0..2).all(|axis| (other.origin[axis]..end(other, axis)).contains(&origin[axis]))
+            };
+            let there: f64 = others.iter().filter(|(other, _)| holds(other)).map(|(_, n)| n).sum();
+            let share = own / (own + there + whole).max(f64::MIN_POSITIVE);
+            let part = Region { origin, extent: [x[1] - x[0], y[1] - y[0]] };
+            parts.extend((share > 0.0).then_some((part, share as f32)));
+        }
+    }
+    parts
+}
+
+impl Regions {
+    /// The region that is being traced.
+    pub fn traced(&self) -> Option<&RegionRender> {
+        self.list.last().filter(|_| self.is_traced)
+    }
+
+    /// As [`traced`](Self::traced), to be changed.
+    pub fn traced_mut(&mut self) -> Option<&mut RegionRender> {
+        self.list.last_mut().filter(|_| self.is_traced)
+    }
+
+    /// Forgets all of them: another view, or another film. Threads that still filter or add up are waited for by another one.
+    pub fn clear(&mut self) {
+        let busy: Vec<_> = self.list.drain(..).map(|region| (region.filter, region.observer)).collect();
+        self.is_traced = false;
+        if !busy.is_empty() {
+            let spawned = std::thread::Builder::new().name("regions".into()).spawn(move || drop(busy));
+            if let Err(error) = spawned {
+                tracing::warn!("no thread for what ends: {error}");
+            }
+        }
+    }
+
+    /// Those that are traced no more.
+    pub fn released_mut(&mut self) -> impl Iterator<Item = &mut RegionRender> {
+        let count = self.list.len() - usize::from(self.is_traced);
+        self.list[..count].iter_mut()
+    }
+
+    /// All regions.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut RegionRender> {
+        self.list.iter_mut()
+    }
+
+    /// Whether the film of one of them has lost samples to an error.
+    pub fn are_damaged(&self) -> bool {
+        self.list.iter().any(|region| region.film.is_damaged())
+    }
+
+    /// The parts that each region has in what is shown beside a picture of this number of paths per pixel.
+    fn shares(&self, whole: f64, settings: &Settings) -> Vec<Vec<Share>> {
+        let mut others = Vec::new();
+        let mut of_all = Vec::new();
+        for region in &self.list {
+            let own = per_pixel(&region.film);
+            let mut parts = shares(region.rectangle, own, whole, &others);
+            if settings.view.is_error() {
+                // There is no mean of variances: the one is shown that has more samples.
+                parts.retain_mut(|(_, share)| std::mem::replace(share, 1.0) >= 0.5);
+            }
+            of_all.push(parts);
+            others.push((region.rectangle, own));
+        }
+        of_all
+    }
+
+    /// What the panel shows of the one that is being traced.
+    pub fn drawing(&self) -> Option<RegionDrawing> {
+        let region = self.traced()?;
+        let Region { origin, extent } = region.rectangle;
+        Some(RegionDrawing { origin, extent, is_traced: true, per_pixel: per_pixel(&region.film) })
+    }
+
+    /// Where they lie, and how many samples of their own they have.
+    pub fn in_words(&self) -> String {
+        let words = |region: &RegionRender| {
+            let Region { origin: [x, y], extent: [width, height] } = region.rectangle;
+            format!("{width}×{height} at {x},{y}: {:.1} more paths per pixel", per_pixel(&region.film))
+        };
+        self.list.iter().map(words).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The sum of the weights of their camera samples at a pixel of the picture.
+    pub fn weight_at(&mut self, pixel: [u32; 2]) -> f32 {
+        let within = |region: &RegionRender| {
+            let Region { origin, extent } = region.rectangle;
+            (0..2).all(|i| (origin[i]..origin[i] + extent[i]).contains(&pixel[i]))
+        };
+        let weight = |region: &mut RegionRender| {
+            let origin = region.rectangle.origin;
+            region.film.weight_at([pixel[0] - origin[0], pixel[1] - origin[1]]).unwrap_or(0.0)
+        };
+        self.list.iter_mut().filter(|region| within(region)).map(weight).sum()
+    }
+
+    /// Whether the device has drawn all of their samples.
+    pub fn are_drawn(&self, gpu: &Gpu) -> bool {
+        self.list.iter().all(|region| gpu.has_completed(region.film.rasterised()))
+    }
+
+    /// Rasterises what waits.
+    pub fn flush(&mut self) -> Result<(), ClientError> {
+        self.list.iter_mut().try_for_each(|region| region.film.flush())
+    }
+
+    /// Samples that the processor has drawn since the last call, and how long that took.
+    pub fn take_host_time(&mut self) -> (u64, Duration) {
+        let times = self.list.iter_mut().map(|region| region.film.take_host_time());
+        times.fold((0, Duration::ZERO), |(samples, time), (more, took)| (samples + more, time + took))
+    }
+
+    /// Records the pictures of those that have samples, to be drawn into a picture of `whole` paths per pixel.
+    pub fn record(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        settings: &Settings,
+        detail: u32,
+        whole: f64,
+    ) -> Result<Vec<PictureLayer<'_>>, ClientError> {
+        let mut images = Vec::new();
+        for (shares, region) in self.shares(whole, settings).into_iter().zip(&mut self.list) {
+            if !shares.is_empty() {
+                region.filter.is_seen();
+                let filtered = region
+                    .filter
+                    .shown(&region.run, settings)
+                    .map(|frame| frame.shown.xyz())
+                    .filter(|_| detail == 1);
+                let origin = region.rectangle.origin;
+                let xyz = region.film.linear(cmd, filtered, settings, detail)?;
+                images.push(PictureLayer { xyz, origin, matrix: Mat3::IDENTITY, shares });
+            }
+        }
+        Ok(images)
+    }
+
+    /// Mixes them into a picture of `whole` paths per pixel, scene-linear XYZ before glare and tone curve.
+    pub fn mix_into(
+        &mut self,
+        picture: &mut Grid<Vec3>,
+        whole: f64,
+        settings: &Settings,
+    ) -> Result<(), ClientError> {
+        let shares = self.shares(whole, settings);
+        for (shares, region) in shares.into_iter().zip(&mut self.list) {
+            let own = region.linear(settings)?;
+            let [x0, y0] = region.rectangle.origin.map(|n| n as usize);
+            let width = picture.width();
+            for (part, share) in shares {
+                let [x, y, columns, rows] =
+                    [part.origin[0], part.origin[1], part.extent[0], part.extent[1]].map(|n| n as usize);
+                for y in y..y + rows {
+                    let row = &mut picture.pixels_mut()[y * width + x..][..columns];
+                    for (out, x) in row.iter_mut().zip(x..) {
+                        *out = out.lerp(own.at(x - x0, y - y0), share);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Mixes their sums into those of a picture of `whole` paths per pixel.
+    pub fn mix_into_sums(&mut self, data: &mut FilmData, whole: f64) -> Result<(), ClientError> {
+        let shares = self.shares(whole, &Settings::default());
+        for (shares, region) in shares.into_iter().zip(&mut self.list) {
+            let own = region.film.develop()?;
+            for (part, share) in shares {
+                develop::mix_region(data, &own, region.rectangle.origin, part, share);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl LivePicture {
+    /// The region that is being traced.
+    pub fn region(&self) -> Option<Region> {
+        self.regions.traced().map(|region| region.rectangle)
+    }
+
+    /// States the error of what is being traced: a region, or the whole picture.
+    pub fn present_observer(&self) -> Option<&Observer> {
+        match self.regions.traced() {
+            Some(region) => region.observer(),
+            None => self.observer.as_ref(),
+        }
+    }
+
+    /// The render stood still for so long, after a pause: that time does not count.
+    pub fn stood_still(&mut self, time: Duration) {
+        if let Some(region) = self.regions.traced_mut() {
+            region.began += time;
+            region.observer.iter_mut().for_each(|observer| observer.stood_still(time));
+        }
+        self.observer.iter_mut().for_each(|observer| observer.stood_still(time));
+    }
+
+    /// Traces this rectangle of the picture and nothing else.
+    ///
+    /// # Errors
+    ///
+    /// Where it is too small, has no room on the device, or cannot be traced.
+    pub fn begin_region(
+        &mut self,
+        rectangle: Region,
+        session: &mut RenderSession,
+        view: EpochView,
+        editor: &SceneEditor,
+        settings: &Settings,
+        target: ErrorTarget,
+    ) -> Result<()> {
+        if session.run_spec().integrator == IntegratorKind::Light {
+            return Err(miette!(
+                "particle tracing cannot be kept to a region: its paths begin at the lights; choose another method on the tab Render"
+            ));
+        }
+        self.sharpen().into_diagnostic()?;
+        if rectangle.extent.iter().any(|side| *side < LEAST) {
+            return Err(miette!(
+                "a region has {LEAST} pixels or more along each side: drag a larger rectangle"
+            ));
+        }
+        if self.mix.is_on() {
+            return Err(miette!(
+                "a region has no pictures of groups of lights: end the light mix first (Ctrl+L)"
+            ));
+        }
+        if self.regions.list.len() == MOST_REGIONS {
+            return Err(miette!(
+                "{MOST_REGIONS} regions of this view have samples of their own already: move the camera or change something to begin anew"
+            ));
+        }
+        let last = self.regions.is_traced;
+        self.end_region(session, editor)?;
+        let Some(screen) = &self.screen else { return Err(miette!("there is no window yet")) };
+        let whole = session.run_spec();
+        let number = self.regions.list.len() as u32 + 1;
+        let film = FilmSpec { width: rectangle.extent[0], height: rectangle.extent[1], ..whole.film };
+        let run = RunSpec {
+            film,
+            seed: whole.seed ^ REGION_SEED.wrapping_mul(number) & 0x7fff_ffff,
+            deterministic: false,
+            ..whole.clone()
+        };
+        let observe = || Observer::start(&run, Some(target), Beside::Window);
+        let mut region = RegionRender {
+            rectangle,
+            film: screen.new_film(film).into_diagnostic()?,
+            filter: WindowFilter::new(session.tracers.threads()).without_error(),
+            observer: run.replicated.then(observe).transpose()?,
+            run,
+            began: Instant::now(),
+        };
+        let camera = region.camera(view.camera, session.size());
+        let device = self.gpu().filter(|_| !region.film.is_summed_on_host()).cloned();
+        let witnesses = method::witnesses(&region.run, &view.scene, &camera);
+        if let Some((observer, witnesses)) = region.observer.as_ref().zip(witnesses) {
+            observer.call(witnesses);
+        }
+        let view = EpochView { camera: camera.clone(), ..view };
+        region.filter.start_anew(&region.run, view, settings, device);
+        session.trace_region(editor, &region.run, camera)?;
+        if let Some((whole, own)) = self.observer.as_ref().zip(region.observer.as_ref()) {
+            // What the last region has found comes first.
+            match self.regions.list.last().and_then(|last| last.observer.as_ref()).filter(|_| last) {
+                Some(last) => last.ask_for(rectangle, whole, own),
+                None => whole.lend_shown(rectangle, own),
+            }
+        }
+        self.regions.list.push(region);
+        (self.regions.is_traced, self.running) = (true, true);
+        self.shown_anew();
+        Ok(())
+    }
+
+    /// Releases the region that is traced: what was found of it stays in the picture, and the render goes on with the whole of it. Returns
+    /// whether there was one.
+    pub fn end_region(&mut self, session: &mut RenderSession, editor: &SceneEditor) -> Result<bool> {
+        let Some(region) = self.regions.traced() else { return Ok(false) };
+        let lasted = region.began.elapsed();
+        if let Some((whole, own)) = self.observer.as_mut().zip(region.observer.as_ref()) {
+            whole.stood_still(lasted);
+            own.lend_own(whole, region.rectangle.origin.map(i64::from));
+        }
+        self.regions.is_traced = false;
+        session.resume(editor, lasted)?;
+        self.running = true;
+        self.shown_anew();
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn region(x: u32, y: u32, width: u32, height: u32) -> Region {
+        Region { origin: [x, y], extent: [width, height] }
+    }
+
+    /// Where regions overlap each has the share of its paths in the mean of all, drawn one after the other.
+    #[test]
+    fn overlapping_regions_have_the_shares_of_their_paths() {
+        let regions =
+            [(region(8, 8, 24, 16), 2000.0), (region(16, 0, 24, 16), 50.0), (region(8, 8, 24, 16), 10.0)];
+        let whole = 16.0;
+        let mut weights = vec![[0.0f64; 4]; 48 * 32];
+        weights.iter_mut().for_each(|weight| weight[0] = 1.0);
+        for (i, (rectangle, own)) in regions.iter().enumerate() {
+            let mut drawn = [0; 48 * 32];
+            for (part, share) in shares(*rectangle, *own, whole, &regions[..i]) {
+                for y in part.origin[1]..part.origin[1] + part.extent[1] {
+                    for x in part.origin[0]..part.origin[0] + part.extent[0] {
+                        let place = (y * 48 + x) as usize;
+                        drawn[place] += 1;
+                        weights[place].iter_mut().for_each(|weight| *weight *= 1.0 - f64::from(share));
+                        weights[place][i + 1] += f64::from(share);
+                    }
+                }
+            }
+            let holds = |place: usize| {
+                let at = [place as u32 % 48, place as u32 / 48];
+                (0..2).all(|a| {
+                    (rectangle.origin[a]..rectangle.origin[a] + rectangle.extent[a]).contains(&at[a])
+                })
+            };
+            assert!((0..48 * 32).all(|place| drawn[place] == i32::from(holds(place))), "region {i}");
+        }
+        for (place, weights) in weights.iter().enumerate() {
+            let at = [place as u32 % 48, place as u32 / 48];
+            let there = |(rectangle, own): &(Region, f64)| {
+                let inside = (0..2).all(|a| {
+                    (rectangle.origin[a]..rectangle.origin[a] + rectangle.extent[a]).contains(&at[a])
+                });
+                if inside { *own } else { 0.0 }
+            };
+            let paths: Vec<f64> = std::iter::once(whole).chain(regions.iter().map(there)).collect();
+            let sum: f64 = paths.iter().sum();
+            for (weight, paths) in weights.iter().zip(&paths) {
+                assert!((weight - paths / sum).abs() < 1e-6, "{at:?}: {weights:?} of {paths:?}");
+            }
+        }
+        assert!(shares(region(0, 0, 8, 8), 0.0, whole, &[]).is_empty());
+        assert_eq!(shares(region(0, 0, 8, 8), 1.0, 0.0, &[]), [(region(0, 0, 8, 8), 1.0)]);
+    }
+
+    #[test]
+    fn rectangles_lie_on_the_grain_and_in_the_picture() {
+        let between = |a: [f64; 2], b: [f64; 2]| rectangle_between(a.into(), b.into(), [101, 67]);
+        assert_eq!(between([13.2, 9.9], [30.1, 20.0]), region(12, 8, 20, 12));
+        assert_eq!(between([30.1, 20.0], [13.2, 9.9]), region(12, 8, 20, 12));
+        assert_eq!(between([-50.0, 60.0], [500.0, 400.0]), region(0, 60, 101, 7));
+        assert_eq!(between([200.0, 200.0], [300.0, 300.0]).extent, [1, 3]);
+    }
+}

@@ -1,0 +1,121 @@
+//! Another scene in the open window: a file that was chosen or dropped onto it, or the same scene after its files have changed.
+//!
+//! The old scene is shown until the new one is ready, and stays where that cannot be read. A scene that is read again keeps the camera
+//! where it was moved to, the display, the effects that are switched, and the edits of objects that are still there by name.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use miette::Result;
+
+use crate::render::process::tell;
+use crate::viewer::Viewer;
+use crate::viewer::light_mix::LightMix;
+use crate::viewer::loader::{ReadyScene, SceneLoader, ViewSource, brief};
+use crate::viewer::loading::title;
+use crate::viewer::views::KeptViews;
+
+impl Viewer {
+    /// Opens a scene or a model in this window.
+    pub(super) fn open_file(&mut self, path: PathBuf) {
+        let source = self.source.with_scene(path);
+        self.load(source);
+    }
+
+    fn load(&mut self, source: ViewSource) {
+        match SceneLoader::start(source) {
+            Ok(loader) => self.loader = Some(loader),
+            Err(error) => self.say(error.to_string()),
+        }
+    }
+
+    /// Reads the scene again when its files have changed, and shows what was read.
+    pub(super) fn look_at_files(&mut self, now: Instant) {
+        if self.watch.has_changed(now) {
+            // What is dropped meanwhile counts more.
+            let dropped = self.loader.as_ref().filter(|loader| !self.is_open(&loader.source));
+            if dropped.is_none() {
+                self.load(self.source.clone());
+            }
+        }
+        let Some(loader) = &self.loader else { return };
+        let Some(outcome) = loader.take() else {
+            let state = loader.state();
+            return self.panel.host.pin(format!("{}: {}", state.name, state.what));
+        };
+        let Some(loader) = self.loader.take() else { return };
+        let files = loader.files();
+        let again = self.is_open(&loader.source);
+        let outcome = outcome.and_then(|ready| self.replace(ready, loader.source));
+        let (message, files) = match outcome {
+            Ok(message) => {
+                tell(&message);
+                self.panel.host.say(message);
+                (None, Some(files))
+            }
+            Err(error) => {
+                tell(&format!("{error:?}"));
+                let known = self.watch.files();
+                // A mistake in a file that was not read before is mended in that.
+                let files = again.then(|| known.chain(files).collect());
+                (Some(brief(&error)), files)
+            }
+        };
+        if let Some(problem) = files.and_then(|files| self.watch.follow(files)) {
+            self.say(problem);
+        }
+        if let Some(message) = message {
+            self.panel.host.pin(message);
+        }
+        self.refresh();
+    }
+
+    fn is_open(&self, source: &ViewSource) -> bool {
+        let [one, other] = [source, &self.source]
+            .map(|source| source.args.scene.canonicalize().unwrap_or_else(|_| source.args.scene.clone()));
+        one == other
+    }
+
+    /// Shows another scene in the place of the present one; returns a message.
+    fn replace(&mut self, ready: ReadyScene, source: ViewSource) -> Result<String> {
+        let ReadyScene { run, choose, mut editor, digest } = ready;
+        let before = self.session.size();
+        // Before anything is changed: a camera that cannot be used is an error of the scene.
+        editor.camera(before)?;
+        let again = self.is_open(&source);
+        std::mem::swap(&mut self.editor, &mut editor);
+        let lost = if again { self.editor.take_over(editor) } else { 0 };
+        self.session.replace(run, choose, digest);
+        // Lights of another scene may have the same names.
+        if again {
+            self.picture.mix.end()
+        } else {
+            self.picture.mix = LightMix::default()
+        }
+        self.session.set_effects(&self.editor);
+        if self.session.size() != before {
+            self.set_picture_size(self.session.size());
+            self.ask_room(self.session.size());
+        }
+        self.options.name = source.name();
+        self.source = source;
+        if !again {
+            let scene = &self.source.args.scene;
+            self.preferences.opened(scene, &self.panel.controls.layout);
+            let (views, problem) = KeptViews::beside(scene);
+            self.views = views;
+            problem.into_iter().for_each(|problem| self.say(problem));
+        }
+        if let Some(screen) = &self.picture.screen {
+            screen.window.set_title(&title(&self.options.name));
+        }
+        self.edited();
+        let path = self.source.args.scene.display();
+        Ok(match (again, lost) {
+            (false, _) => format!("opened {path}"),
+            (true, 0) => format!("read {path} again"),
+            (true, 1) => format!("read {path} again; one change has lost its object and is gone"),
+            (true, lost) => format!("read {path} again; {lost} changes have lost their objects and are gone"),
+        })
+    }
+}

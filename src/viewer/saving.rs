@@ -1,0 +1,87 @@
+//! What the user saves: the picture, the sums, the scene, and the command that makes the picture again.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::Settings;
+use crate::image::write::check_target;
+use crate::render::run_spec::{RunSpec, display_options, quoted};
+use crate::viewer::Viewer;
+
+impl Viewer {
+    /// Saves under a name of the user's choice: by its ending the displayed picture, the sums or the scene.
+    pub(super) fn save_as(&mut self, path: PathBuf) -> Result<Option<String>> {
+        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) {
+            self.editor.save_as(&path, self.session.run_spec())?;
+            self.preferences.opened(&path, &self.panel.controls.layout);
+            return Ok(Some(format!("saved {}", path.display())));
+        }
+        check_target(&path).into_diagnostic()?;
+        self.write_picture(path).map(|()| None)
+    }
+
+    /// Saves the picture as it is now under a new name; a message follows when the file is complete.
+    pub(super) fn save_picture(&mut self, ending: &str) -> Result<()> {
+        let path = self.saves.free_path(&self.options.name, ending)?;
+        self.write_picture(path)
+    }
+
+    /// Saves the picture as it is now in this file; a message follows when it is complete.
+    fn write_picture(&mut self, path: PathBuf) -> Result<()> {
+        let mut outcome = self.outcome();
+        outcome.prefix &= self.session.run_spec().deterministic;
+        let run = self.present_run_spec()?;
+        if run.scene != self.session.run_spec().scene {
+            let (picture, scene) = (path.display(), run.scene.display());
+            self.say(format!("saving {picture}; it comes from the changed scene, which is saved as {scene}"));
+        }
+        let settings = self.settings_shown();
+        let snapshot = self.picture.snapshot(&path, &self.session, &settings)?;
+        self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
+    }
+
+    /// With what the present picture is shown: the noise filter is among it only where it has filtered it.
+    fn settings_shown(&self) -> Settings {
+        let settings = &self.panel.controls.settings;
+        let denoise = self.picture.filter_shown(self.session.run_spec(), settings);
+        Settings { denoise, ..settings.clone() }
+    }
+
+    /// What makes the present picture: where camera or scene were changed, a scene file with the changes is saved first.
+    pub(super) fn present_run_spec(&mut self) -> Result<RunSpec> {
+        let [width, height] = self.session.size();
+        let mut run = RunSpec { size: Some((width, height)), ..self.session.run_spec().clone() };
+        if !self.editor.edits().is_empty() {
+            run.scene = self.save_scene()?;
+            run.defines.clear();
+        }
+        Ok(run)
+    }
+
+    pub(super) fn save_scene(&mut self) -> Result<PathBuf> {
+        self.editor.save(&self.options.name, self.session.run_spec())
+    }
+
+    /// Puts the command that repeats this picture without a window on the clipboard and on standard output.
+    pub(super) fn copy_command(&mut self) -> Result<String> {
+        let (run, paths) = (self.present_run_spec()?, self.picture.counts().paths());
+        let options = display_options(&self.settings_shown());
+        let mut command = format!("{} {options}", run.command(0, paths));
+        if run.light_groups.is_some() {
+            let (name, mix) = (quoted(&format!("{}.exr", self.options.name)), self.picture.mix.options());
+            command += &format!(" -o {name}");
+            if !mix.is_empty() {
+                let shown = quoted(&format!("{}-mix.png", self.options.name));
+                command += &format!(" && pointillist mix {name} {mix} -o {shown}");
+            }
+        }
+        // Standard output may be the figures', or a pipe that nobody reads any more.
+        if self.options.json.as_deref() != Some(Path::new("-")) {
+            let _ = writeln!(std::io::stdout(), "{command}");
+        }
+        self.panel.host.copy(command.clone());
+        Ok(format!("copied: {command}"))
+    }
+}

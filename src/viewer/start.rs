@@ -1,0 +1,356 @@
+//! From the command line to the open window, and from there to the exit code.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use miette::{IntoDiagnostic, Result};
+use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
+
+use crate::client::background;
+use crate::client::window::host::ReaderEvent;
+use crate::client::window::panel::{
+    CommandPalette, CompareControls, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelLayout,
+};
+use crate::client::{Denoise, Settings, SplatFilter};
+use crate::color::Profile;
+use crate::denoise::view_filter::check as check_denoise;
+use crate::gpu::{self, CallFaults, DeviceChoice};
+use crate::remote::{FetchOptions, Fetched, TracerAddress, fetch};
+use crate::render::device::CPU;
+use crate::render::options::SceneOptions;
+use crate::render::outputs::Outputs;
+use crate::render::process::tell;
+use crate::render::remote_order::scene_digest;
+use crate::render::tev::TevLink;
+use crate::render::timings::{self, TimingCapture};
+use crate::render::{predictions, process};
+use crate::server::panic_message;
+use crate::viewer::clock::{Backoff, FrameClock};
+use crate::viewer::comparison::Comparison;
+use crate::viewer::exposure::FollowedLight;
+use crate::viewer::gizmo::Gizmo;
+use crate::viewer::histogram::HistogramCache;
+use crate::viewer::inspector::Inspector;
+use crate::viewer::loader::{ReadyScene, ViewSource};
+use crate::viewer::loading::{LoadingWindow, OpenWindow, title, window_size};
+use crate::viewer::metrics::ViewerMetrics;
+use crate::viewer::options::{OF_TRACER, ViewOptions};
+use crate::viewer::outline::Outline;
+use crate::viewer::panel::ViewerPanel;
+use crate::viewer::picture::LivePicture;
+use crate::viewer::preferences::Preferences;
+use crate::viewer::saves::BackgroundSaves;
+use crate::viewer::screen::{SimulatedLosses, is_device_lost};
+use crate::viewer::session::RenderSession;
+use crate::viewer::tracers::{self, Tracers};
+use crate::viewer::views::KeptViews;
+use crate::viewer::watch::FileWatch;
+use crate::viewer::{SessionContext, Viewer};
+
+/// Runs the subcommand. A picture that was asked for is written even after an error.
+pub fn view(args: &ViewOptions) -> Result<()> {
+    let began = Instant::now();
+    if args.source.device.as_deref() == Some(CPU) {
+        return Err(miette::miette!(
+            "a window needs a Vulkan device, and --device cpu is none: leave it out, or use `pointillist render`"
+        ));
+    }
+    if args.deterministic && !args.tracers.connect.is_empty() {
+        return Err(miette::miette!(
+            help = "leave --deterministic away, or render in parts: `pointillist shard`",
+            "samples of tracers elsewhere come in any order: --deterministic and --connect exclude each other"
+        ));
+    }
+    let denoise = denoise(args)?;
+    let outputs = Outputs::check(args.outputs.clone(), args.json.as_ref(), &args.source.scene)?;
+    if let Some(path) = &args.gpu_timings {
+        timings::check(path, args.outputs.iter().chain(&args.json).chain([&args.source.scene]))?;
+    }
+    process::listen_for_interrupt();
+    let mut events = EventLoop::<ReaderEvent>::with_user_event();
+    let events = events.build().map_err(|error| no_display(&error.to_string()))?;
+    let mut app = ViewerApp::start(args, denoise, outputs, events.create_proxy(), began)?;
+    // The window system may fail at any moment: what was traced is saved all the same.
+    let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut app)));
+    match run {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => app.fail(miette::miette!("the window system failed: {error}")),
+        // winit panics when its display goes away.
+        Err(_) if gpu::display_lost() => app.fail(miette::miette!("the connection to the display broke")),
+        Err(panic) => app.fail(internal(panic.as_ref())),
+    }
+    let outcome = app.finish();
+    // Threads that a closed film has left must not be inside the driver when the program ends.
+    background::join_abandoned();
+    outcome
+}
+
+/// The error of a panic in the viewer.
+fn internal(panic: &(dyn Any + Send)) -> miette::Report {
+    let words = panic_message(panic).unwrap_or_default();
+    miette::miette!(
+        help = "please report this, with what you did last",
+        "the viewer made a mistake and had to close: {words}"
+    )
+}
+
+/// The error where no window system answers. `why` is the message of winit, which begins with the place in its source.
+fn no_display(why: &str) -> miette::Report {
+    let why =
+        why.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(why, |(_, words)| words);
+    miette::miette!(
+        help = "set DISPLAY or WAYLAND_DISPLAY to a running display, or make the picture without a window: \
+                `pointillist render SCENE -o FILE`",
+        "no window can be opened: {}",
+        why.trim_end_matches('.')
+    )
+}
+
+/// What the event loop drives.
+pub(super) struct ViewerApp {
+    pub(super) stage: Stage,
+}
+
+/// The life of the viewer.
+pub(super) enum Stage {
+    /// The first scene is being loaded.
+    Loading(Box<LoadingWindow>),
+    /// A scene is shown.
+    Open(Box<Viewer>),
+    /// The window has closed before there was a scene.
+    Over(Result<()>),
+}
+
+impl ViewerApp {
+    /// Begins to load the scene.
+    fn start(
+        args: &ViewOptions,
+        denoise: Denoise,
+        outputs: Outputs,
+        proxy: EventLoopProxy<ReaderEvent>,
+        began: Instant,
+    ) -> Result<Self> {
+        let tracers = tracers::addresses(&args.tracers)?;
+        let scene = scene(args, &tracers)?;
+        let source = ViewSource {
+            args: scene,
+            deterministic: args.deterministic,
+            replicated: args.replicates > 1,
+            remote: !tracers.is_empty(),
+        };
+        let settings = Settings { denoise, reproject: !args.no_reproject, ..args.display.clone() };
+        let preferences = Preferences::read();
+        let mut layout = PanelLayout::new(!args.no_panel);
+        preferences.arrange(&mut layout);
+        let controls = PanelControls {
+            own_profile: Some(settings.profile.clone()).filter(|p| Profile::named(&p.name).is_none()),
+            settings,
+            filter: SplatFilter::Gaussian,
+            layout,
+            help: false,
+            palette: CommandPalette::default(),
+            dialog: FileChooser::default(),
+            enters: false,
+            compare: CompareControls::default(),
+            map: MapChoice::default(),
+            // In order of index the picture is that of `render`, to the byte.
+            follow_light: !args.fixed_exposure && !args.deterministic,
+            target: DEFAULT_TARGET,
+        };
+        let options = SessionContext {
+            began,
+            outputs,
+            json: args.json.clone(),
+            device: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
+            timings: args.gpu_timings.clone(),
+            losses: SimulatedLosses {
+                devices: args.lose_device_after.clone(),
+                calls: CallFaults::of(&args.fail_call),
+                memory: args.device_memory.map(|mib| mib << 20),
+            },
+            budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
+            samples: args.samples,
+            tev: args.tev.as_deref().map(TevLink::start).transpose()?,
+            tracers,
+            name: source.name(),
+        };
+        let loading = LoadingWindow::start(source, options, controls, preferences, proxy)?;
+        Ok(Self { stage: Stage::Loading(Box::new(loading)) })
+    }
+
+    /// Does what is due; from loading to a scene when it is there.
+    pub(super) fn step(&mut self, events: &ActiveEventLoop) {
+        match &mut self.stage {
+            Stage::Open(viewer) => viewer.turn(),
+            Stage::Over(_) => {}
+            Stage::Loading(loading) => {
+                loading.quit |= process::is_interrupted();
+                match loading.step(events) {
+                    _ if gpu::display_lost() => {
+                        self.fail(miette::miette!("the connection to the display broke"))
+                    }
+                    Ok(None) => {}
+                    Ok(Some(ready)) => self.open(ready),
+                    Err(error) => self.fail(error),
+                }
+            }
+        }
+    }
+
+    /// Shows the first scene in the window that is open.
+    fn open(&mut self, ready: ReadyScene) {
+        let Stage::Loading(loading) = std::mem::replace(&mut self.stage, Stage::Over(Ok(()))) else { return };
+        self.stage = match viewer(*loading, ready) {
+            Ok(viewer) => Stage::Open(Box::new(viewer)),
+            Err(error) => Stage::Over(Err(error)),
+        };
+    }
+
+    /// Ends the loop for this reason; the first one counts.
+    fn fail(&mut self, error: miette::Report) {
+        match &mut self.stage {
+            Stage::Open(viewer) => viewer.fail(error),
+            Stage::Over(Err(_)) => {}
+            stage => *stage = Stage::Over(Err(error)),
+        }
+    }
+
+    /// Writes what was asked for, and says why the window has closed if the user did not want it.
+    fn finish(self) -> Result<()> {
+        match self.stage {
+            Stage::Loading(_) => Ok(()),
+            Stage::Open(viewer) => viewer.finish(),
+            Stage::Over(outcome) => outcome,
+        }
+    }
+}
+
+/// The noise filter that the command line asks for, if it is there.
+fn denoise(args: &ViewOptions) -> Result<Denoise> {
+    let usual = if args.deterministic || args.replicates == 1 { Denoise::Off } else { Denoise::Wavelet };
+    match args.denoise {
+        Some(kind) if kind != Denoise::Off && args.replicates == 1 => {
+            Err(miette::miette!(help = "leave --replicates away", "--denoise needs two randomisations"))
+        }
+        kind => {
+            let kind = kind.unwrap_or(usual);
+            check_denoise(kind).map(|()| kind)
+        }
+    }
+}
+
+/// The scene of the command line; that of the first tracer where it names none.
+fn scene(args: &ViewOptions, tracers: &[TracerAddress]) -> Result<SceneOptions> {
+    if args.source.scene != Path::new(OF_TRACER) {
+        return Ok(args.source.clone());
+    }
+    let Some(first) = tracers.first() else {
+        return Err(miette::miette!(
+            help = "`pointillist view scenes/cornell.xml`, or --connect HOST:PORT for the scene of a tracer",
+            "there is no scene to show"
+        ));
+    };
+    let folder = predictions::folder()
+        .ok_or_else(|| miette::miette!("set POINTILLIST_STATE to a folder for fetched scenes"))?;
+    tell(&format!("fetching the scene from {}", first.address));
+    let options = FetchOptions {
+        folder: &folder.join("scenes"),
+        digest: &|files, welcome| scene_digest(files, &welcome.defines, welcome.lenient).ok(),
+        is_over: &process::is_interrupted,
+    };
+    let fetched = fetch(first, &options);
+    let Fetched { scene, welcome } = fetched
+        .map_err(|error| miette::miette!("the scene of {} cannot be fetched: {error}", first.address))?;
+    Ok(SceneOptions { scene, defines: welcome.defines, lenient: welcome.lenient, ..args.source.clone() })
+}
+
+/// Starts the tracer, and the first epoch in the window that is open.
+fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
+    let LoadingWindow { mut options, mut controls, mut preferences, loader, open, .. } = loading;
+    let Some(OpenWindow { screen, host }) = open else {
+        return Err(miette::miette!("there is no window for the scene"));
+    };
+    let ReadyScene { run, choose, editor, digest } = ready;
+    controls.filter = run.film.filter;
+    let size = [run.film.width, run.film.height];
+    let window = screen.window.clone();
+    // Another scene may have been dropped onto the window meanwhile.
+    options.name = loader.source.name();
+    window.set_title(&title(&options.name));
+    let panel = ViewerPanel::new(host, controls, size);
+    let wanted = window_size(&window, size, panel.dock_pixels(&window));
+    if window.inner_size() != wanted {
+        // It was opened before the size of the picture was known.
+        let _ = window.request_inner_size(wanted);
+    }
+    let threads = loader.source.args.threads();
+    let mut picture = LivePicture::new(&run, options.budget, panel.target(), threads)?;
+    let (tracers, lanes) = match options.tracers.is_empty() {
+        true => Tracers::here(threads)?,
+        false => Tracers::elsewhere(options.tracers.clone(), digest.unwrap_or_default())?,
+    };
+    let mut session = RenderSession::new(run, choose, tracers, lanes, options.samples);
+    let mut capture = None;
+    if let Some(gpu) = screen.gpu() {
+        session.set_device(gpu.info());
+    }
+    if let Some(path) = &options.timings {
+        if let Some(server) = session.tracers.server() {
+            server.set_tracing(true);
+        }
+        capture = Some(TimingCapture::new(path, screen.gpu())?);
+    }
+    picture.screen = Some(screen);
+    if let Err(error) = picture.refit(session.run_spec()) {
+        match is_device_lost(&error) {
+            true => picture.lose_device(error).into_diagnostic()?,
+            // The first frame tries it again.
+            false => tell(&error.to_string()),
+        }
+    }
+    preferences.opened(&loader.source.args.scene, &panel.controls.layout);
+    let (views, no_views) = KeptViews::beside(&loader.source.args.scene);
+    let (mut watch, problem) = FileWatch::new();
+    let unseen = watch.follow(loader.files());
+    let now = Instant::now();
+    let metrics = ViewerMetrics::since(options.began);
+    let mut viewer = Viewer {
+        source: loader.source,
+        loader: None,
+        watch,
+        options,
+        session,
+        picture,
+        editor,
+        panel,
+        metrics,
+        light: FollowedLight::default(),
+        saves: BackgroundSaves::default(),
+        capture,
+        clock: FrameClock::new(now),
+        errors: Backoff::default(),
+        ended: now,
+        tick: now,
+        paused: None,
+        asked: None,
+        dragged: None,
+        warned: None,
+        inspector: Inspector::default(),
+        outline: Outline::default(),
+        gizmo: Gizmo::default(),
+        comparison: Comparison::default(),
+        histogram: HistogramCache::default(),
+        views,
+        preferences,
+        look_at_display: now,
+        awaited: None,
+        quit: false,
+        outcome: Ok(()),
+    };
+    problem.into_iter().chain(unseen).chain(no_views).for_each(|message| viewer.say(message));
+    viewer.choose_method()?;
+    viewer.restart()?;
+    Ok(viewer)
+}
