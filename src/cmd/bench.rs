@@ -19,8 +19,8 @@ use crate::client::traffic::{MODEL, PassTraffic};
 use crate::cmd::args::BenchArgs;
 use crate::gpu::Gpu;
 use crate::render::device::Device;
+use crate::render::figures::{Percentiles, Seconds, check_json, human, publish};
 use crate::render::load::{self, Opened};
-use crate::render::report::{Percentiles, Seconds, check_json, human, publish};
 use crate::render::run_spec::RunSpec;
 use crate::render::timings::{self, TimingCapture, describe};
 use crate::render::{method, process};
@@ -52,7 +52,7 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
              `pointillist devices` lists what there is"
         ));
     };
-    let mut run = RunSpec::of(&args.source, &input, device.name());
+    let mut run = input.run(&args.source, device.name());
     let (scene, threads) = (Arc::new(scene), args.source.threads());
     method::choose(&mut run, &scene, &camera, threads);
     method::tell_choice(&run);

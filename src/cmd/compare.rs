@@ -19,7 +19,7 @@ use crate::image::exr::Layers;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
 use crate::image::{Attribute, Grid, ImageError, exr, png};
-use crate::render::report::{is_special, publish};
+use crate::render::figures::{is_special, publish};
 
 /// Level of the z-test for the whole picture.
 const ALPHA: f64 = 0.01;

@@ -10,7 +10,7 @@ use crate::cmd::args::InfoArgs;
 use crate::image::png::PngDescription;
 use crate::image::write::FileFormat;
 use crate::image::{Attribute, exr, png};
-use crate::render::report::{human, print};
+use crate::render::figures::{human, print};
 use crate::render::state::file::MAGIC;
 use crate::render::state::{StateFile, StateHeader};
 

@@ -15,7 +15,7 @@ use crate::image::mix::{MixExample, MixFreedom, MixRgb, examples_of, factors_lik
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_target, same_file};
 use crate::image::{Attribute, Grid, exr, layer, png};
-use crate::render::report::print;
+use crate::render::figures::print;
 use crate::render::run_spec::LIGHT_GROUPS;
 use crate::render::run_spec::mix_option;
 use crate::scene::light_groups;

@@ -33,7 +33,7 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     let input = load::load(&args.source)?;
     let desc = &input.loaded.desc;
     let camera = Camera::of(desc).into_diagnostic()?;
-    let mut run = RunSpec::of(&args.source, &input, String::new());
+    let mut run = input.run(&args.source, String::new());
     run.replicated = args.replicates > 1;
     let scene = load::prepare(Scene::prepare, desc, args.source.simd)?;
     let scene = Arc::new(scene);

@@ -60,7 +60,7 @@ impl ServedScene {
         let files = progress.files();
         let digest = scene_digest(&files, &source.defines, source.lenient)?;
         let input = SceneInput { loaded, forced: Vec::new(), files: files.clone() };
-        let run = RunSpec::of(source, &input, String::new());
+        let run = input.run(source, String::new());
         Ok(Self { edited: EditedScene::new(input.loaded.desc, scene), run, files, digest })
     }
 }

@@ -7,10 +7,11 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result};
 
 use crate::render::device::Device;
+use crate::render::figures::Seconds;
 use crate::render::forced::{Forced, last_of_each};
 use crate::render::options::SceneOptions;
 use crate::render::process::tell;
-use crate::render::report::Seconds;
+use crate::render::run_spec::RunSpec;
 use crate::scene::desc::{AovDesc, IntegratorKind, SceneDesc};
 use crate::scene::{self, LoadOptions, LoadProgress, Loaded};
 use crate::tracer::accel::SimdKernel;
@@ -25,6 +26,13 @@ pub struct SceneInput {
     pub forced: Vec<Forced>,
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
+}
+
+impl SceneInput {
+    /// The run that these options and the scene ask for, on the device of this name. It begins at index 0 and is rasterised in any order.
+    pub fn run(&self, source: &SceneOptions, device: String) -> RunSpec {
+        RunSpec::of(source, &self.loaded.desc, &self.forced, device)
+    }
 }
 
 /// A scene that is ready to be traced, and the device that shows it.

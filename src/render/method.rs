@@ -325,7 +325,7 @@ mod tests {
         let input = load::load(&source).unwrap();
         let mut desc = input.loaded.desc.clone();
         desc.space.scale = 0.25;
-        let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+        let mut run = input.run(&source, "cpu".to_string());
         run.photons = PhotonDesc { initial_radius: Some(8.0), ..run.photons };
         let (scene, camera) = (Scene::prepare(&desc).unwrap(), Camera::of(&desc).unwrap());
         let context = render_context(&run, Arc::new(scene), camera, UvWindow::PICTURE);
@@ -336,7 +336,7 @@ mod tests {
     fn the_program_leaves_its_method_for_one_that_finds_missing_light() {
         let source = SceneOptions::of("scenes/cornell.xml".into());
         let input = load::load(&source).unwrap();
-        let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+        let mut run = input.run(&source, "cpu".to_string());
         run.integrator = IntegratorKind::Path;
         let missing = |missing: f64, caustics: f64| LateLight {
             missing: Some(missing),

@@ -8,7 +8,7 @@
 //! | `batch.rs`, `drive.rs`, `adaptive.rs`, `progress.rs` | a render from start to end; from the lanes to the film; its adaptive stages; its progress bar |
 //! | `film_writer.rs`, `observer.rs`, `predictions.rs` | where samples are added up; the error of the picture meanwhile; the log of predicted times |
 //! | `outputs.rs`, `live_outputs.rs`, `layers.rs`, `light_groups.rs`, `tev.rs` | files of pictures; snapshots on the way; layers beside the picture; pictures by groups of lights; the viewer tev |
-//! | `report.rs`, `rejected.rs`, `effect_price.rs`, `recorded_path.rs` | figures of a run; rejected values in words; what each effect costs; one path again with all that it meets |
+//! | `figures.rs`, `report.rs`, `rejected.rs`, `effect_price.rs` | figures as JSON and on standard output; those of a render; rejected values in words; what each effect costs |
 //! | `state/` | renders in parts: their files, their sum |
 //! | `timings.rs`, `trace.rs`, `pipelines.rs`, `process.rs` | `--gpu-timings`; compiled pipelines on disk; signals and standard error |
 
@@ -18,6 +18,7 @@ pub mod device;
 pub mod drive;
 pub mod edited_scene;
 pub mod effect_price;
+pub mod figures;
 pub mod film_writer;
 pub mod forced;
 pub mod layers;

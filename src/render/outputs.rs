@@ -14,8 +14,8 @@ use crate::image::exr::Channel;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
 use crate::image::{Attribute, exr, png};
+use crate::render::figures::{Seconds, is_special};
 use crate::render::options::RenderOptions;
-use crate::render::report::{Seconds, is_special};
 use crate::render::run_spec::{RunEnd, RunSpec, display_options};
 
 /// Pictures of a run beside the film's own.

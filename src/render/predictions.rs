@@ -126,6 +126,6 @@ pub fn print() -> Result<()> {
     if broken > 0 {
         text += &format!("{broken} lines of {place} cannot be read\n");
     }
-    crate::render::report::print(&text, "the predictions");
+    crate::render::figures::print(&text, "the predictions");
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::render::report::human;
+use crate::render::figures::human;
 use crate::study::{ErrorQuantile, ErrorStatus};
 
 /// How far a run is to go.

@@ -11,9 +11,8 @@ use crate::client::{
 use crate::image::Attribute;
 use crate::image::mix::MixRgb;
 use crate::render::forced::Forced;
-use crate::render::load::SceneInput;
 use crate::render::options::SceneOptions;
-use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter};
+use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter, SceneDesc};
 use crate::stream::Rejected;
 use crate::study::format::percent;
 use crate::study::{ErrorQuantile, ErrorStatus};
@@ -171,9 +170,8 @@ impl RunSpec {
     }
 
     /// The run that options and scene ask for. It begins at index 0 and is rasterised in any order.
-    pub fn of(source: &SceneOptions, input: &SceneInput, device: String) -> Self {
-        let SceneInput { loaded, forced, .. } = input;
-        let film = &loaded.desc.film;
+    pub fn of(source: &SceneOptions, desc: &SceneDesc, forced: &[Forced], device: String) -> Self {
+        let film = &desc.film;
         let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
         let from_file = || match film.rfilter {
             Some(ReconstructionFilter::Box) => SplatFilter::Box,
@@ -187,7 +185,7 @@ impl RunSpec {
             None => SplatFilter::Gaussian,
         };
         let filter = source.filter.unwrap_or_else(from_file);
-        let integrator = &loaded.desc.integrator;
+        let integrator = &desc.integrator;
         Self {
             scene: source.scene.clone(),
             defines: source.defines.clone(),
@@ -208,8 +206,8 @@ impl RunSpec {
             photons: integrator.photons,
             aovs: integrator.aovs.clone(),
             auto: None,
-            effects: forced.clone(),
-            spp: loaded.desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
+            effects: forced.to_vec(),
+            spp: desc.samples_per_pixel.unwrap_or(DEFAULT_SPP),
             seed: source.seed,
             deterministic: false,
             replicated: true,

@@ -416,7 +416,7 @@ mod tests {
         let (scene, camera) =
             (Arc::new(Scene::prepare(desc).expect("valid")), Camera::of(desc).expect("valid"));
         for kind in [IntegratorKind::Path, IntegratorKind::Bidirectional] {
-            let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+            let mut run = input.run(&source, "cpu".to_string());
             (run.integrator, run.replicated) = (kind, true);
             (run.film.width, run.film.height) = (SIZE[0], SIZE[1]);
             let context = |scene| method::render_context(&run, scene, camera.clone(), UvWindow::PICTURE);

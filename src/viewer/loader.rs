@@ -73,7 +73,7 @@ impl ViewSource {
         let mut run = RunSpec {
             deterministic: *deterministic,
             replicated: *replicated,
-            ..RunSpec::of(args, &input, String::new())
+            ..input.run(args, String::new())
         };
         let SceneInput { loaded, forced, files } = input;
         let digest = remote.then(|| scene_digest(&files, &args.defines, args.lenient)).transpose()?;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::client::traffic::{MODEL, PASSES, PassTraffic};
 use crate::client::{FilmSpec, Settings, SplatFilter, Summation, VarianceForm};
-use crate::render::report::human;
+use crate::render::figures::human;
 
 /// Width and height of the pictures.
 const SIZES: [[u32; 2]; 3] = [[512, 512], [1920, 1080], [3840, 2160]];

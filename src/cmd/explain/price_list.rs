@@ -4,10 +4,10 @@ use std::cell::{Cell, RefCell};
 use std::path::Path;
 
 use crate::cmd::explain::{COLUMNS, wrapped};
+use crate::render::figures::print;
 use crate::render::plan::{Cost, EffectSide, PlannedEffect};
 use crate::render::process;
 use crate::render::progress::Steps;
-use crate::render::report::print;
 
 /// The list that grows by a line with every price, above a progress bar.
 pub struct PriceList {

@@ -112,7 +112,7 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     let study = analysis::study(about::about(args, &renderer, &folder), &folder.measurements);
     folder.publish(&study)?;
     if !args.quiet {
-        crate::render::report::print(&pages::terminal(&study), "the study");
+        crate::render::figures::print(&pages::terminal(&study), "the study");
         let page = folder.file("index.html");
         tell(&format!("the page is {}; tables and charts are beside it", page.display()));
     }

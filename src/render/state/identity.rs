@@ -152,7 +152,7 @@ mod tests {
         let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
         let camera = Camera::of(desc).expect("the camera is valid");
         let of = |side: u32| {
-            let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+            let mut run = input.run(&source, "cpu".to_string());
             (run.film.width, run.film.height) = (side, side);
             let first = FirstChunk::trace(&run, &scene, &camera).hash.finalize();
             (first, Identity::of(&run, &[], &scene, &camera).expect("no files").samples)
@@ -172,7 +172,7 @@ mod tests {
         let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
         let camera = Camera::of(desc).expect("the camera is valid");
         let [one, two] = [false, true].map(|replicated| {
-            let run = RunSpec { replicated, ..RunSpec::of(&source, &input, "cpu".to_string()) };
+            let run = RunSpec { replicated, ..input.run(&source, "cpu".to_string()) };
             Identity::of(&run, &[], &scene, &camera).expect("no files").samples
         });
         assert_ne!(one, two);

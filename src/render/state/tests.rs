@@ -52,7 +52,7 @@ fn trace(scene: &str, integrator: IntegratorKind) -> TracedPicture {
     };
     let input = load::load(&source).unwrap();
     let desc = &input.loaded.desc;
-    let mut run = RunSpec::of(&source, &input, "cpu".to_string());
+    let mut run = input.run(&source, "cpu".to_string());
     run.film.variance = Some(Default::default());
     let camera = Camera::of(desc).unwrap();
     let kernels = SimdKernel::ALL.into_iter().filter(|kernel| kernel.is_available());
