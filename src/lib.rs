@@ -41,6 +41,7 @@ pub mod color;
 mod denoise;
 pub mod gpu;
 pub mod image;
+mod job;
 pub mod math;
 mod memory;
 pub mod remote;

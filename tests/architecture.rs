@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("memory", &[]),
+    ("job", &[]),
     ("color", &["math"]),
     ("spectrum", &["math", "color"]),
     ("image", &["math", "color", "memory"]),
@@ -21,9 +22,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("remote", &["math", "color", "stream"]),
     ("scene", &["math", "color", "spectrum", "image"]),
     ("tracer", &["math", "memory", "color", "spectrum", "scene", "stream"]),
-    ("server", &["math", "tracer", "scene", "stream"]),
+    ("server", &["math", "job", "tracer", "scene", "stream"]),
     ("gpu", &[]),
-    ("client", &["gpu", "stream", "color", "image", "math"]),
+    ("client", &["job", "gpu", "stream", "color", "image", "math"]),
     ("study", &["image", "color", "math", "stream"]),
     (
         "denoise",

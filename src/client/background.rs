@@ -1,8 +1,9 @@
 //! Work on a thread of its own, so that a window does not stand still for it.
 
-use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
+
+use crate::job::Job;
 
 /// Whether the caller blocks until the result is ready.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,10 +18,7 @@ pub enum BackgroundPolicy {
 
 /// A value that is made in the background. Dropping it abandons the value without waiting: its thread ends when it has made
 /// it, and [`join_abandoned`] waits for that.
-pub(in crate::client) struct BackgroundTask<T> {
-    value: Receiver<T>,
-    thread: Option<JoinHandle<()>>,
-}
+pub(in crate::client) struct BackgroundTask<T>(Option<Job<T>>);
 
 /// Threads of abandoned values.
 static ABANDONED: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
@@ -28,21 +26,17 @@ static ABANDONED: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 impl<T: Send + 'static> BackgroundTask<T> {
     /// Starts `work`; `None` where the system gives no thread.
     pub fn start(work: impl FnOnce() -> T + Send + 'static) -> Option<Self> {
-        let (sender, value) = sync_channel(1);
-        // Nobody may be waiting any more: the value is then dropped there.
-        let work = move || drop(sender.send(work()));
-        let thread = thread::Builder::new().name("client background".into()).spawn(work).ok()?;
-        Some(Self { value, thread: Some(thread) })
+        Job::start("client background", move |_| work()).ok().map(|job| Self(Some(job)))
     }
 
     /// Whether [`wait`](Self::wait) returns at once.
     pub fn is_ready(&self) -> bool {
-        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+        self.0.as_ref().is_none_or(Job::is_finished)
     }
 
     /// Waits for the value; `None` when its thread has panicked.
-    pub fn wait(self) -> Option<T> {
-        self.value.recv().ok()
+    pub fn wait(mut self) -> Option<T> {
+        self.0.take()?.wait().ok()
     }
 }
 
@@ -50,7 +44,8 @@ impl<T> Drop for BackgroundTask<T> {
     fn drop(&mut self) {
         let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
         abandoned.retain(|thread| !thread.is_finished());
-        abandoned.extend(self.thread.take().filter(|thread| !thread.is_finished()));
+        let thread = self.0.take().and_then(Job::abandon);
+        abandoned.extend(thread.filter(|thread| !thread.is_finished()));
     }
 }
 

@@ -1,12 +1,11 @@
 //! A scene with changes: edits of values and effects that are forced, always applied to the scene as it was read.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{IntoDiagnostic, Result};
 
+use crate::job::Job;
 use crate::render::forced::Forced;
 use crate::render::load;
 use crate::scene::SceneDesc;
@@ -37,7 +36,7 @@ struct SceneChange {
 pub struct ScenePreparation {
     change: SceneChange,
     began: Instant,
-    answer: Receiver<Result<Scene, PrepareError>>,
+    job: Job<Result<Scene, PrepareError>>,
 }
 
 /// A changed scene that is prepared.
@@ -116,14 +115,10 @@ impl EditedScene {
     /// When the scene has no place for the edits, or the system gives no thread.
     pub fn begin(&self, edits: Edits, forced: Vec<Forced>) -> Result<ScenePreparation> {
         let (change, scene) = (self.changed(edits, forced)?, self.scene());
-        let (outbox, answer) = channel();
         let desc = change.desc.clone();
-        let prepare = move || {
-            // Nobody waits any more where the window is closed.
-            let _ = outbox.send(scene.edited(&desc));
-        };
-        Builder::new().name("scene".into()).spawn(prepare).into_diagnostic()?;
-        Ok(ScenePreparation { change, began: Instant::now(), answer })
+        let job =
+            Job::start("preparing the changed scene", move |_| scene.edited(&desc)).into_diagnostic()?;
+        Ok(ScenePreparation { change, began: Instant::now(), job })
     }
 
     /// Traces the changed scene from now on.
@@ -158,15 +153,13 @@ impl ScenePreparation {
     ///
     /// When the scene cannot be prepared.
     pub fn wait(self, time: Duration) -> Result<Result<ChangedScene, Self>> {
-        match self.answer.recv_timeout(time) {
+        let Self { change, began, job } = self;
+        match job.wait_for(time) {
             Ok(scene) => {
-                let took = self.began.elapsed();
-                Ok(Ok(ChangedScene { scene: scene.into_diagnostic()?, change: self.change, took }))
+                let scene = scene.into_diagnostic()?.into_diagnostic()?;
+                Ok(Ok(ChangedScene { scene, change, took: began.elapsed() }))
             }
-            Err(RecvTimeoutError::Timeout) => Ok(Err(self)),
-            Err(RecvTimeoutError::Disconnected) => {
-                Err(miette!("the changed scene could not be prepared because of a bug; please report it"))
-            }
+            Err(job) => Ok(Err(Self { change, began, job })),
         }
     }
 }

@@ -1,11 +1,11 @@
 //! What leaves a render while it goes on: the picture in tev, and snapshots of the output files when SIGUSR1 arrives.
 
 use std::path::{Path, PathBuf};
-use std::thread::{Builder, JoinHandle};
 
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::{Denoise, Film, Settings};
+use crate::job::{Job, StopFlag};
 use crate::render::observer::Observer;
 use crate::render::options::RenderOptions;
 use crate::render::outputs::{Outputs, PendingSnapshot};
@@ -31,7 +31,7 @@ pub struct LiveOutputs<'a> {
     name: String,
     tev: Option<TevLink>,
     /// Writes the last snapshot.
-    writer: Option<JoinHandle<()>>,
+    writer: Option<Job<()>>,
 }
 
 /// What a render is made of and where it goes.
@@ -71,7 +71,7 @@ impl<'a> LiveOutputs<'a> {
         let counts = film.counts();
         let shows = self.tev.as_ref().is_some_and(|tev| tev.is_due(counts));
         let saves = counts.paths() > 0
-            && self.writer.as_ref().is_none_or(JoinHandle::is_finished)
+            && self.writer.as_ref().is_none_or(Job::is_finished)
             && process::take_snapshot_request();
         if !shows && !saves {
             return Ok(());
@@ -118,7 +118,7 @@ impl<'a> LiveOutputs<'a> {
         });
         let pictures = pictures.collect::<Result<Vec<_>>>()?;
         let (run, settings, quiet) = (self.run.clone(), self.settings.clone(), self.args.quiet);
-        let write = move || {
+        let write = move |_: &StopFlag| {
             for (path, snapshot) in pictures {
                 match snapshot.write(&path, &run, &outcome, &settings) {
                     Ok(()) if quiet => {}
@@ -127,7 +127,7 @@ impl<'a> LiveOutputs<'a> {
                 }
             }
         };
-        self.writer = Some(Builder::new().name("snapshot".into()).spawn(write).into_diagnostic()?);
+        self.writer = Some(Job::start("writing a snapshot", write).into_diagnostic()?);
         Ok(())
     }
 }
@@ -135,7 +135,7 @@ impl<'a> LiveOutputs<'a> {
 impl Drop for LiveOutputs<'_> {
     fn drop(&mut self) {
         if let Some(writer) = self.writer.take() {
-            let _ = writer.join();
+            let _ = writer.wait().inspect_err(|panic| tell(&panic.to_string()));
         }
     }
 }

@@ -4,10 +4,10 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::job::Job;
 use crate::render::process::tell;
 use crate::render::run_spec::{ChoiceReport, RunSpec};
 use crate::scene::desc::{IntegratorDesc, IntegratorKind};
@@ -227,7 +227,7 @@ pub struct Chooser {
     pub wanted: bool,
     /// Scene or view have changed since the last choice was begun.
     pub stale: bool,
-    running: Option<Receiver<IntegratorChoice>>,
+    running: Option<Job<IntegratorChoice>>,
     /// Witnesses of a picture have decided, who know more than trials: nothing is chosen any more.
     settled: bool,
 }
@@ -245,22 +245,13 @@ impl Chooser {
         }
         self.stale = false;
         let context = trial_context(run, scene, camera);
-        let (sender, receiver) = channel();
-        let work = move || {
-            // Nobody listens any more when the window has closed.
-            let _ = sender.send(choice::choose(&context));
-        };
         // Without a thread the method stays what it is.
-        let started = std::thread::Builder::new().name("choice".to_string()).spawn(work);
-        self.running = started.is_ok().then_some(receiver);
+        self.running = Job::start("the choice of the method", move |_| choice::choose(&context)).ok();
     }
 
     /// Returns the choice that was begun, once, when it is ready.
     pub fn take(&mut self) -> Option<ChoiceReport> {
-        let choice = self.running.as_ref()?.try_recv();
-        if !matches!(choice, Err(TryRecvError::Empty)) {
-            self.running = None;
-        }
+        let choice = Job::take(&mut self.running)?.inspect_err(|panic| tracing::error!("{panic}"));
         // An edit may have overtaken the choice. It is a better guess than none, and the next one begins when the view is
         // at rest.
         choice.ok().map(ChoiceReport::from)

@@ -14,11 +14,11 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crate::gpu::Gpu;
 use crate::image::write::atomically;
+use crate::job::Job;
 use crate::render::predictions;
 
 /// How the file begins.
@@ -117,7 +117,7 @@ pub struct PipelineKeeper {
     /// Number of compiled pipelines that was seen last, and since when it is that.
     seen: (usize, Instant),
     saved: usize,
-    saving: Option<JoinHandle<()>>,
+    saving: Option<Job<()>>,
 }
 
 impl PipelineKeeper {
@@ -139,15 +139,14 @@ impl PipelineKeeper {
         }
         self.saved = compiled;
         let gpu = self.gpu.clone();
-        let work = move || save(&gpu);
-        self.saving = thread::Builder::new().name("pipeline file".into()).spawn(work).ok();
+        self.saving = Job::start("writing compiled pipelines", move |_| save(&gpu)).ok();
     }
 }
 
 impl Drop for PipelineKeeper {
     fn drop(&mut self) {
-        // A thread that has panicked has reported that.
-        let _ = self.saving.take().map(JoinHandle::join);
+        // A panic has been printed.
+        let _ = self.saving.take().map(Job::wait);
         save(&self.gpu);
     }
 }

@@ -58,4 +58,3 @@ pub use job::{CHUNK, DEADLINE, RenderJob};
 pub use spans::{ChunkSpan, Spans};
 pub use stats::{Stats, WorkerStats, thread_cpu_time};
 pub use worker::Priority;
-pub(crate) use worker::panic_message;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
+use crate::job::panic_message;
 use crate::server::cost::Probe;
 use crate::server::job::Task;
 use crate::server::spans::SpanLog;
@@ -90,12 +91,6 @@ fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) 
     worker.sink.abandon_path();
     worker.sink.flush();
     FinishReason::Panicked { index: worker.sink.index(), message }
-}
-
-/// The message of a panic, if it has one.
-pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> Option<String> {
-    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
-    text.or_else(|| panic.downcast_ref::<String>().cloned())
 }
 
 /// Traces chunks of `task` until there are none left or its epoch is stopped, which is checked before every path.

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
@@ -19,6 +18,7 @@ use crate::color::Profile;
 use crate::gpu::Region;
 use crate::image::Grid;
 use crate::image::compare::{MetricMap, PIXELS_PER_DEGREE, Picture, flip, luminance, rel_mse};
+use crate::job::{Job, StopFlag};
 use crate::study::ErrorQuantile;
 use crate::study::format::{duration, percent};
 use crate::viewer::picture::LivePicture;
@@ -78,7 +78,8 @@ pub struct Comparison {
     /// The chosen picture as it is displayed, and by which settings.
     displayed: Option<(Arc<Grid<Vec3>>, Settings, Arc<SmallPicture>)>,
     difference: Option<Difference>,
-    thread: Option<JoinHandle<Result<Difference>>>,
+    /// Computes the next difference.
+    job: Option<Job<Result<Difference>>>,
     /// When the present picture was taken for the last difference, and how long that took.
     taken: Option<(Instant, Duration)>,
 }
@@ -174,7 +175,7 @@ impl Comparison {
 
     /// Whether a difference is being computed.
     pub fn is_busy(&self) -> bool {
-        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+        self.job.as_ref().is_some_and(|job| !job.is_finished())
     }
 
     /// The error curve of the chosen picture, where the comparison is shown.
@@ -252,9 +253,8 @@ impl Comparison {
         session: &RenderSession,
         picture: &mut LivePicture,
     ) -> Result<()> {
-        if let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) {
-            let difference = thread.join().map_err(|_| miette!("the difference could not be computed"))?;
-            self.difference = Some(difference?);
+        if let Some(difference) = Job::take(&mut self.job) {
+            self.difference = Some(difference.into_diagnostic()??);
         }
         let counts = picture.counts();
         let of = DifferenceKey {
@@ -269,7 +269,7 @@ impl Comparison {
             let rested = self.taken.is_none_or(|(taken, took)| taken.elapsed() > REFRESH.max(SHARE * took));
             known.mode != mode || !known.of.is_of(reference) || changed && rested
         });
-        if self.thread.is_some() || !is_due {
+        if self.job.is_some() || !is_due {
             return Ok(());
         }
         let size @ [width, height] = session.size();
@@ -287,8 +287,8 @@ impl Comparison {
         let present = grid(size, &whole(picture, size)?)?;
         self.taken = Some((start, start.elapsed()));
         let settings = settings.clone();
-        let compute = move || difference(mode, &present, of, &settings);
-        self.thread = Some(Builder::new().name("compare".into()).spawn(compute).into_diagnostic()?);
+        let compute = move |_: &StopFlag| difference(mode, &present, of, &settings);
+        self.job = Some(Job::start("the comparison", compute).into_diagnostic()?);
         Ok(())
     }
 }

@@ -1,10 +1,11 @@
 //! What the effects cost, measured beside the window when the user asks for it.
 
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, channel};
 
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::window::panel::{CostState, EffectCost};
+use crate::job::{Job, StopFlag};
 use crate::render::effect_price;
 use crate::render::plan::{Cost, EffectSide, PlannedEffect};
 use crate::server::Priority;
@@ -14,10 +15,16 @@ use crate::viewer::session::RenderSession;
 /// A measurement under way, and the costs that the last one found.
 #[derive(Default)]
 pub struct EffectCosts {
-    running: Option<Receiver<PlannedEffect>>,
+    running: Option<RunningMeasurement>,
     known: Vec<(&'static str, Cost)>,
     /// Something has been edited since the last measurement was begun.
     stale: bool,
+}
+
+/// Measures one effect after the other.
+struct RunningMeasurement {
+    measured: Receiver<PlannedEffect>,
+    job: Job<()>,
 }
 
 impl EffectCosts {
@@ -33,22 +40,21 @@ impl EffectCosts {
         }
         let (scene, camera) = (editor.scene(), editor.camera(session.size())?);
         let (desc, run) = (editor.desc().clone(), session.run_spec().clone());
-        let (sender, receiver) = channel();
-        let work = move || {
+        let (sender, measured) = channel();
+        let work = move |stop: &StopFlag| {
             Priority::Background.apply();
             let subject = effect_price::Subject { desc: &desc, scene: &scene, camera: &camera, run: &run };
             let mut timer = effect_price::EffectTimer::new(subject, effect_price::BRIEF);
             for mut entry in plan.into_iter().filter(|entry| entry.side == EffectSide::Tracer) {
                 // An effect without which the scene cannot be prepared has no cost.
                 let _ = timer.charge(&mut entry);
-                // Nobody listens any more when the window has closed.
-                if sender.send(entry).is_err() {
+                if stop.is_set() || sender.send(entry).is_err() {
                     return;
                 }
             }
         };
-        std::thread::Builder::new().name("price".to_owned()).spawn(work).into_diagnostic()?;
-        (self.running, self.stale) = (Some(receiver), false);
+        let job = Job::start("measuring costs", work).into_diagnostic()?;
+        (self.running, self.stale) = (Some(RunningMeasurement { measured, job }), false);
         self.known.clear();
         Ok(())
     }
@@ -77,14 +83,10 @@ impl EffectCosts {
     pub fn take(&mut self) -> bool {
         let Some(running) = &self.running else { return false };
         let known = self.known.len();
-        let is_over = loop {
-            match running.try_recv() {
-                Ok(entry) => self.known.push((entry.name, entry.cost)),
-                Err(error) => break error == TryRecvError::Disconnected,
-            }
-        };
-        if is_over {
-            self.running = None;
+        let is_over = running.job.is_finished();
+        self.known.extend(running.measured.try_iter().map(|entry| (entry.name, entry.cost)));
+        if is_over && let Some(running) = self.running.take() {
+            let _ = running.job.wait().inspect_err(|panic| tracing::error!("{panic}"));
         }
         is_over || self.known.len() > known
     }

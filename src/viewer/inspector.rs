@@ -3,8 +3,6 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{Builder, JoinHandle};
 
 use glam::{DVec2, Vec2, Vec3};
 use miette::{IntoDiagnostic, Result};
@@ -17,10 +15,10 @@ use crate::client::window::panel::{
 use crate::client::zones;
 use crate::color::Xyz;
 use crate::gpu::Region;
+use crate::job::{Job, StopFlag};
 use crate::render::method;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
-use crate::server::panic_message;
 use crate::stream::{SampleSink, UvWindow};
 use crate::study::error::TILE;
 use crate::tracer::camera::CameraLines;
@@ -43,26 +41,18 @@ const MOST_DRAWN: usize = 24;
 /// How far a line goes towards a light without a place, in units of the last segment.
 const FAR: f32 = 4.0;
 
-/// Paths of a pixel that a thread traces again.
-struct PathStudy {
-    thread: JoinHandle<PixelPaths>,
-    is_over: Arc<AtomicBool>,
-}
-
 /// The pixel that was clicked at last, and its paths.
 #[derive(Default)]
 pub struct Inspector {
-    study: Option<PathStudy>,
+    /// Traces them again.
+    study: Option<Job<PixelPaths>>,
     paths: Option<Arc<PixelPaths>>,
 }
 
 impl Inspector {
     /// Forgets the paths: scene or camera have changed.
     pub fn clear(&mut self) {
-        if let Some(study) = self.study.take() {
-            study.is_over.store(true, Ordering::Relaxed);
-        }
-        self.paths = None;
+        (self.study, self.paths) = (None, None);
     }
 
     /// Begins to trace again the paths that have made a pixel, as far as their samples are kept.
@@ -96,26 +86,23 @@ impl Inspector {
             _ => PixelIndices::default(),
         };
         let (scene, camera, window) = (editor.scene(), editor.camera(size)?, session.window());
-        let is_over = Arc::new(AtomicBool::new(false));
-        let seen = is_over.clone();
-        let trace = move || {
+        let trace = move |stop: &StopFlag| {
             let scene = Arc::new(Scene::clone(&scene).recorded());
             let context = method::render_context(&run, scene.clone(), camera.clone(), window);
             let mut study = PathCollector::new(pixel, &scene, &camera, size);
-            for &(index, subpath) in indices.list.iter().take_while(|_| !seen.load(Ordering::Relaxed)) {
+            for &(index, subpath) in indices.list.iter().take_while(|_| !stop.is_set()) {
                 study.add(&run, &context, index, subpath);
             }
             let within = method::render_context(&run, scene, camera.clone(), window_of(pixel, size));
             // Those of other methods would be another method's.
             let has_paths = note.is_empty() || run.integrator == IntegratorKind::Bidirectional;
             let count = if has_paths { SPECTRUM_INDICES } else { 0 };
-            for index in (0..count).take_while(|_| !seen.load(Ordering::Relaxed)) {
+            for index in (0..count).take_while(|_| !stop.is_set()) {
                 study.add_to_spectrum(&run, &within, index);
             }
             PixelPaths { known: indices.known, note, ..study.finish() }
         };
-        let thread = Builder::new().name("inspect".into()).spawn(trace).into_diagnostic()?;
-        self.study = Some(PathStudy { thread, is_over });
+        self.study = Some(Job::start("the inspector", trace).into_diagnostic()?);
         Ok(())
     }
 
@@ -126,15 +113,8 @@ impl Inspector {
 
     /// Takes over what was traced; true when there is something new.
     pub fn take(&mut self) -> bool {
-        let Some(study) = self.study.take_if(|study| study.thread.is_finished()) else { return false };
-        self.paths = match study.thread.join() {
-            Ok(paths) => Some(Arc::new(paths)),
-            Err(panic) => {
-                let why = panic_message(panic.as_ref()).unwrap_or_default();
-                tracing::error!("the paths could not be traced because of a bug ({why}); please report it");
-                None
-            }
-        };
+        let Some(paths) = Job::take(&mut self.study) else { return false };
+        self.paths = paths.inspect_err(|panic| tracing::error!("{panic}")).ok().map(Arc::new);
         true
     }
 

@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::thread::Builder;
 
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::window::panel::LoadingData;
+use crate::job::{Job, StopFlag};
 use crate::render::load::{self, SceneInput};
 use crate::render::options::SceneOptions;
 use crate::render::remote_order::scene_digest;
@@ -45,7 +44,7 @@ pub struct SceneLoader {
     progress: Arc<LoadProgress>,
     /// All files are read.
     preparing: Arc<AtomicBool>,
-    outcome: Receiver<Result<ReadyScene>>,
+    job: Job<Result<ReadyScene>>,
 }
 
 impl ViewSource {
@@ -100,30 +99,23 @@ impl SceneLoader {
     /// Begins to load.
     pub fn start(source: ViewSource) -> Result<Self> {
         let (progress, preparing) = (Arc::<LoadProgress>::default(), Arc::<AtomicBool>::default());
-        let (send, outcome) = channel();
         let work = {
             let (source, progress, preparing) = (source.clone(), progress.clone(), preparing.clone());
-            move || {
-                // Nobody listens any more when the window has closed.
-                let _ = send.send(source.load(&progress, &preparing));
-            }
+            move |_: &StopFlag| source.load(&progress, &preparing)
         };
-        Builder::new().name("load".into()).spawn(work).into_diagnostic()?;
-        Ok(Self { source, progress, preparing, outcome })
+        let job = Job::start("the reader of scenes", work).into_diagnostic()?;
+        Ok(Self { source, progress, preparing, job })
     }
 
     /// The scene or the error, once, when it is there.
-    pub fn take(&self) -> Option<Result<ReadyScene>> {
-        match self.outcome.try_recv() {
-            Ok(outcome) => Some(outcome),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => {
-                let path = self.source.args.scene.display();
-                Some(Err(miette::miette!(
-                    "the reader of {path} made a mistake; please report it with that file"
-                )))
-            }
-        }
+    pub fn take(&mut self) -> Option<Result<ReadyScene>> {
+        Some(self.job.poll()?.unwrap_or_else(|panic| {
+            let path = self.source.args.scene.display();
+            Err(miette::miette!(
+                help = "please report it with that file",
+                "{path} could not be read: {panic}"
+            ))
+        }))
     }
 
     /// Size of the picture, as soon as it is known.

@@ -1,10 +1,8 @@
 //! The outline of the selected object: where the picture changes from it to anything else, by rays of a thread of its own.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{Builder, JoinHandle};
 
-use crate::server::panic_message;
+use crate::job::{Job, StopFlag};
 use crate::stream::Epoch;
 use crate::tracer::{Camera, Scene};
 
@@ -26,63 +24,49 @@ pub struct OutlineKey {
 }
 
 /// An outline that is being traced.
-struct OutlineThread {
+struct TracedOutline {
     key: OutlineKey,
-    thread: JoinHandle<OutlineLines>,
-    is_over: Arc<AtomicBool>,
+    job: Job<OutlineLines>,
 }
 
 /// The outline of the selected object.
 #[derive(Default)]
 pub struct Outline {
-    thread: Option<OutlineThread>,
+    traced: Option<TracedOutline>,
     drawn: Option<(OutlineKey, Arc<OutlineLines>)>,
 }
 
 impl Outline {
     /// Whether this is outlined, or will be.
     pub fn follows(&self, key: Option<OutlineKey>) -> bool {
-        let traced = self.thread.as_ref().map(|thread| thread.key);
+        let traced = self.traced.as_ref().map(|traced| traced.key);
         traced.or(self.drawn.as_ref().map(|(key, _)| *key)) == key
     }
 
     /// Forgets the outline.
     pub fn clear(&mut self) {
-        if let Some(thread) = self.thread.take() {
-            thread.is_over.store(true, Ordering::Relaxed);
-        }
-        self.drawn = None;
+        (self.traced, self.drawn) = (None, None);
     }
 
     /// Begins to trace an outline, in place of the present one.
     pub fn begin(&mut self, key: OutlineKey, scene: Arc<Scene>, camera: Camera) {
         self.clear();
-        let is_over = Arc::new(AtomicBool::new(false));
-        let seen = is_over.clone();
-        let trace = move || outline(&scene, &camera, key, &seen);
+        let job = Job::start("the outline", move |stop| outline(&scene, &camera, key, stop));
         // Without a thread there is no outline: the selection is told in the panel.
-        if let Ok(thread) = Builder::new().name("outline".into()).spawn(trace) {
-            self.thread = Some(OutlineThread { key, thread, is_over });
-        }
+        self.traced = job.ok().map(|job| TracedOutline { key, job });
     }
 
     /// Takes over what was traced; true when there is something new.
     pub fn take(&mut self) -> bool {
-        let Some(traced) = self.thread.take_if(|traced| traced.thread.is_finished()) else { return false };
-        match traced.thread.join() {
-            Ok(lines) => self.drawn = Some((traced.key, Arc::new(lines))),
-            Err(panic) => {
-                let why = panic_message(panic.as_ref()).unwrap_or_default();
-                tracing::error!("the outline could not be traced because of a bug ({why}); please report it");
-                self.drawn = None;
-            }
-        }
+        let Some(traced) = self.traced.take_if(|traced| traced.job.is_finished()) else { return false };
+        let lines = traced.job.wait().inspect_err(|panic| tracing::error!("{panic}"));
+        self.drawn = lines.ok().map(|lines| (traced.key, Arc::new(lines)));
         true
     }
 
     /// Whether an outline is being traced.
     pub fn is_busy(&self) -> bool {
-        self.thread.is_some()
+        self.traced.is_some()
     }
 
     /// The lines of the outline in a picture of this epoch and size; none while they are not known.
@@ -93,14 +77,14 @@ impl Outline {
 }
 
 /// Traces a ray through every cell of a grid, and follows the border of those that see the shape.
-fn outline(scene: &Scene, camera: &Camera, key: OutlineKey, is_over: &AtomicBool) -> OutlineLines {
+fn outline(scene: &Scene, camera: &Camera, key: OutlineKey, stop: &StopFlag) -> OutlineLines {
     let [width, height] = key.size;
     let step = width.max(height).div_ceil(CELLS).max(1);
     let [columns, rows] = [width, height].map(|n| n.div_ceil(step));
     let place = |i: u32, of: u32| (f64::from(i * step) + 0.5 * f64::from(step)) / f64::from(of);
     let mut seen = vec![false; (columns * rows) as usize];
     for y in 0..rows {
-        if is_over.load(Ordering::Relaxed) {
+        if stop.is_set() {
             return Vec::new();
         }
         for x in 0..columns {

@@ -38,7 +38,7 @@ impl Viewer {
                 self.load(self.source.clone());
             }
         }
-        let Some(loader) = &self.loader else { return };
+        let Some(loader) = &mut self.loader else { return };
         let Some(outcome) = loader.take() else {
             let state = loader.state();
             return self.panel.host.pin(format!("{}: {}", state.name, state.what));

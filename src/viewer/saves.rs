@@ -1,14 +1,15 @@
 //! Files that other threads write while the window goes on.
 
 use std::path::{Path, PathBuf};
-use std::thread::{Builder, JoinHandle};
 
 use miette::{IntoDiagnostic, Result, miette};
+
+use crate::job::Job;
 
 /// A file that a thread writes.
 struct FileInProgress {
     path: PathBuf,
-    thread: JoinHandle<Result<()>>,
+    job: Job<Result<()>>,
 }
 
 /// The files that are being written.
@@ -23,8 +24,8 @@ impl BackgroundSaves {
         write: impl FnOnce(&Path) -> Result<()> + Send + 'static,
     ) -> Result<()> {
         let target = path.clone();
-        let thread = Builder::new().name("save".into()).spawn(move || write(&target)).into_diagnostic()?;
-        self.0.push(FileInProgress { path, thread });
+        let job = Job::start("saving a file", move |_| write(&target)).into_diagnostic()?;
+        self.0.push(FileInProgress { path, job });
         Ok(())
     }
 
@@ -40,7 +41,7 @@ impl BackgroundSaves {
 
     /// Messages about the files that are complete by now, or could not be written.
     pub fn done(&mut self) -> Vec<String> {
-        self.0.extract_if(.., |file| file.thread.is_finished()).map(message).collect()
+        self.0.extract_if(.., |file| file.job.is_finished()).map(message).collect()
     }
 
     /// Waits for all files; returns the messages about them.
@@ -56,11 +57,11 @@ pub fn free_path(name: &str, ending: &str, taken: impl Fn(&Path) -> bool) -> Res
     free.ok_or_else(|| miette!("no free name {name}-….{ending} in this folder"))
 }
 
-fn message(FileInProgress { path, thread }: FileInProgress) -> String {
-    match thread.join() {
+fn message(FileInProgress { path, job }: FileInProgress) -> String {
+    match job.wait() {
         Ok(Ok(())) => format!("saved {}", path.display()),
         Ok(Err(error)) => error.to_string(),
-        Err(_) => format!("{} could not be written because of a bug; please report it", path.display()),
+        Err(panic) => format!("{} could not be written: {panic}", path.display()),
     }
 }
 

@@ -1,10 +1,10 @@
 //! A copy of the sums in memory, which outlives the device that they are on.
 
-use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crate::client::film::VulkanFilm;
 use crate::client::{ClientError, Film, FilmData};
+use crate::job::Job;
 
 /// Least time between two copies: a tenth of a second of the bus at 4K.
 const INTERVAL: Duration = Duration::from_secs(10);
@@ -16,7 +16,7 @@ const GROWTH: f64 = 1.25;
 #[derive(Default)]
 pub struct SumsBackup {
     data: Option<FilmData>,
-    pending: Option<JoinHandle<Result<FilmData, ClientError>>>,
+    pending: Option<Job<Result<FilmData, ClientError>>>,
     begun: Option<Instant>,
     /// Samples in the copy that was begun last.
     samples: u64,
@@ -35,9 +35,7 @@ impl SumsBackup {
     ///
     /// Those of drawing the batch.
     pub fn update(&mut self, film: &mut VulkanFilm, kept: usize, now: Instant) -> Result<(), ClientError> {
-        if let Some(thread) = self.pending.take_if(|thread| thread.is_finished()) {
-            self.data = thread.join().ok().and_then(Result::ok).or(self.data.take());
-        }
+        self.arrive();
         let samples = film.counts().samples();
         let is_due = self.begun.is_none_or(|begun| now - begun >= INTERVAL)
             && samples as f64 >= GROWTH * self.samples.max(kept as u64) as f64;
@@ -46,15 +44,23 @@ impl SumsBackup {
         }
         let copy = film.begin_backup()?;
         // Without a thread there is no copy.
-        self.pending = Builder::new().name("backup".into()).spawn(move || copy.wait()).ok();
+        self.pending = Job::start("a copy of the sums", move |_| copy.wait()).ok();
         (self.begun, self.samples) = (Some(now), samples);
         Ok(())
     }
 
+    /// Takes over a copy that is there.
+    fn arrive(&mut self) {
+        if let Some(copy) = Job::take(&mut self.pending) {
+            let copy = copy.inspect_err(|panic| tracing::error!("{panic}"));
+            self.data = copy.ok().and_then(Result::ok).or(self.data.take());
+        }
+    }
+
     /// The last copy, if it has more samples than are `kept`.
     pub fn take(&mut self, kept: usize) -> Option<FilmData> {
-        let arrived = self.pending.take().filter(|thread| thread.is_finished());
-        let data = arrived.and_then(|thread| thread.join().ok()?.ok()).or(self.data.take());
+        self.arrive();
+        let data = self.data.take();
         self.clear();
         data.filter(|data| data.counts.samples() > kept as u64)
     }
@@ -85,7 +91,7 @@ mod tests {
         let sample = Sample { uv: [0.4, 0.6], xyz: Xyz::new(1.0, 1.0, 1.0), w: 1.0 };
         let mut step = |backup: &mut SumsBackup, samples: usize, seconds: u64| {
             film.add(&vec![sample; samples]).expect("add");
-            while backup.pending.as_ref().is_some_and(|thread| !thread.is_finished()) {
+            while backup.pending.as_ref().is_some_and(|job| !job.is_finished()) {
                 std::thread::yield_now();
             }
             backup.update(&mut film, 100, start + Duration::from_secs(seconds)).expect("the device");
