@@ -33,22 +33,22 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "render",
         &[
-            "math", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene", "tracer",
-            "server", "remote", "denoise",
+            "math", "job", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
+            "tracer", "server", "remote", "denoise",
         ],
     ),
     (
         "viewer",
         &[
-            "math", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene", "tracer",
-            "server", "remote", "denoise", "render",
+            "math", "job", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
+            "tracer", "server", "remote", "denoise", "render",
         ],
     ),
     (
         "cmd",
         &[
-            "math", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene", "tracer",
-            "server", "remote", "denoise", "render", "viewer",
+            "math", "job", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
+            "tracer", "server", "remote", "denoise", "render", "viewer",
         ],
     ),
 ];

@@ -1,9 +1,9 @@
 //! The list of the client's effects: which of them settings and streams call for, and why. People read it.
 //!
 //! Nothing is decided here: [`Effects`] and [`FilmSpec`] decide for the code that runs, and this reports the result. The
-//! tracer has a list of its own; `render/plan.rs` joins the two.
+//! tracer has a list of its own; `render/effect_plan.rs` joins the two.
 
-use crate::client::effects::Effects;
+use crate::client::compiled_effects::Effects;
 use crate::client::settings::{
     ColorOutput, Denoise, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction, Settings,
     VarianceForm,

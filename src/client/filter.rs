@@ -38,7 +38,7 @@ pub const MAX_EXTENT: u32 = 16_384;
 ///
 /// Every addition rounds, and equal samples round alike: 64 additions of 0.1 are off by up to 6e-7 of the sum, 256 by
 /// 2.4e-6, 1024 by 1e-5, 65,536 by 6e-4 (samples that differ round at random, and the error grows as the root). Where a batch
-/// falls into few texels of a large film its samples are [merged](crate::client::merge).
+/// falls into few texels of a large film its samples are [merged](crate::client::dense_cells).
 pub const ADDS_PER_SUM: u64 = 64;
 
 /// True for samples that keep the rules of the stream: all numbers finite, none above

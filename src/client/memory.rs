@@ -4,7 +4,7 @@
 //! for a moment, the coarse sums of a window whose picture moves (a sixteenth of the others), the small copies of a picture that is larger
 //! than its window (a third of the encoded one), and the rounding of the driver are left out. [`images`](crate::client::pass::images) has the reasons.
 
-use crate::client::effects::Effects;
+use crate::client::compiled_effects::Effects;
 use crate::client::glare::FourierAxis;
 use crate::client::glare::point_spread::GlareProfile;
 use crate::client::pass::images::atlas_extent;

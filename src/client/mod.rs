@@ -44,10 +44,11 @@
 
 pub mod background;
 pub mod cascades;
+pub mod compiled_effects;
+pub mod dense_cells;
 pub mod develop;
 pub mod dither;
 pub mod effect_list;
-pub mod effects;
 pub mod error;
 pub mod film;
 pub mod filter;
@@ -56,7 +57,6 @@ pub mod layout;
 pub mod light_meter;
 pub mod lod;
 pub mod memory;
-pub mod merge;
 pub mod oidn;
 pub mod pacing;
 pub mod pass;

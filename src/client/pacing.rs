@@ -60,7 +60,7 @@ impl Mean {
 
 /// The state of the viewer when it plans a frame.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Situation {
+pub struct PacingInput {
     /// Time since the last edit or gesture.
     pub since_edit: Duration,
     /// Time since the last repaint.
@@ -200,7 +200,7 @@ impl Pacer {
     }
 
     /// Plans the next frame.
-    pub fn plan(&self, now: &Situation) -> FramePlan {
+    pub fn plan(&self, now: &PacingInput) -> FramePlan {
         let changing = now.since_edit < CHANGING || now.lod.is_none_or(|lod| lod >= COARSE_LOD);
         let detail = if changing && !now.filter { self.coarseness() } else { 1 };
         let cost = match now.filter {
@@ -286,9 +286,9 @@ mod tests {
         pacer
     }
 
-    fn still() -> Situation {
+    fn still() -> PacingInput {
         let long = Duration::from_secs(10);
-        Situation {
+        PacingInput {
             since_edit: long,
             since_repaint: long,
             lod: Some(-1.0),
@@ -311,12 +311,12 @@ mod tests {
         let alone = pacer.plan(&still()).samples;
         pacer.fold(ms(0.5), false);
         pacer.fold(ms(50.0), true);
-        let now = Situation { capacity: 10 * BLOCK_SAMPLES, ..still() };
+        let now = PacingInput { capacity: 10 * BLOCK_SAMPLES, ..still() };
         let folded = pacer.plan(&now).samples;
         // 100 ns a sample and 0.5 ms for each 10,240 of them; 15 ms are left, less one fold.
         let wanted = 14.5e6 / (100.0 + 0.5e6 / 10_240.0);
         assert!((folded as f64 / wanted - 1.0).abs() < 0.02, "{folded} of {wanted}, without folds {alone}");
-        let twice = pacer.plan(&Situation { streams: 2, ..now }).samples;
+        let twice = pacer.plan(&PacingInput { streams: 2, ..now }).samples;
         assert!((twice as f64 / (14e6 / (100.0 + 1e6 / 10_240.0)) - 1.0).abs() < 0.02, "{twice}");
         pacer.fed(1000, ms(0.1));
         assert!((pacer.plan(&now).samples as f64 / (14.5e6 / (200.0 + 0.5e6 / 10_240.0)) - 1.0).abs() < 0.02);
@@ -326,12 +326,12 @@ mod tests {
     #[test]
     fn large_batches_are_drawn_early() {
         let mut pacer = pacer(1000.0, 10.0);
-        let quiet = Situation { growth: 1.0, ..still() };
-        assert!(!pacer.plan(&Situation { batched: 7 * BLOCK_SAMPLES, ..quiet }).flush);
-        assert!(pacer.plan(&Situation { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
+        let quiet = PacingInput { growth: 1.0, ..still() };
+        assert!(!pacer.plan(&PacingInput { batched: 7 * BLOCK_SAMPLES, ..quiet }).flush);
+        assert!(pacer.plan(&PacingInput { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
         pacer.fold(ms(12.0), false);
-        assert!(!pacer.plan(&Situation { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
-        assert!(pacer.plan(&Situation { batched: 13 * BLOCK_SAMPLES, ..quiet }).flush);
+        assert!(!pacer.plan(&PacingInput { batched: 9 * BLOCK_SAMPLES, ..quiet }).flush);
+        assert!(pacer.plan(&PacingInput { batched: 13 * BLOCK_SAMPLES, ..quiet }).flush);
     }
 
     #[test]
@@ -341,7 +341,7 @@ mod tests {
         pacer.panel(ms(2.0));
         let plan = pacer.plan(&still());
         assert_eq!(plan, FramePlan { samples: 97 * BLOCK_SAMPLES, detail: 1, repaint: true, flush: false });
-        let calm = Situation { growth: 1.01, ..still() };
+        let calm = PacingInput { growth: 1.01, ..still() };
         let plan = pacer.plan(&calm);
         assert_eq!(plan, FramePlan { samples: 136 * BLOCK_SAMPLES, detail: 1, repaint: false, flush: false });
     }
@@ -349,39 +349,40 @@ mod tests {
     #[test]
     fn dear_repaints_become_coarse_then_rare() {
         let pacer = pacer(100.0, 40.0);
-        let moving = Situation { since_edit: ms(5.0), due: true, ..still() };
+        let moving = PacingInput { since_edit: ms(5.0), due: true, ..still() };
         assert_eq!(pacer.plan(&moving).detail, 4);
         assert!(pacer.plan(&moving).repaint);
         // Still: full resolution at most every 200 ms.
-        let soon = Situation { since_repaint: ms(199.0), ..still() };
+        let soon = PacingInput { since_repaint: ms(199.0), ..still() };
         assert!(!pacer.plan(&soon).repaint);
-        let later = Situation { since_repaint: ms(201.0), ..still() };
+        let later = PacingInput { since_repaint: ms(201.0), ..still() };
         assert_eq!((pacer.plan(&later).repaint, pacer.plan(&later).detail), (true, 1));
         // What was shown coarsely is shown again, without any new sample.
-        let settled = Situation { growth: 1.0, shown_detail: 4, ..still() };
+        let settled = PacingInput { growth: 1.0, shown_detail: 4, ..still() };
         assert!(pacer.plan(&settled).repaint);
-        assert!(!pacer.plan(&Situation { growth: 1.0, ..still() }).repaint);
+        assert!(!pacer.plan(&PacingInput { growth: 1.0, ..still() }).repaint);
     }
 
     /// The first pictures after an edit have few samples: the next one, of many more, must not wait for its turn.
     #[test]
     fn leaps_are_shown_soon() {
         let pacer = pacer(100.0, 40.0);
-        let leap = Situation { growth: 40.0, since_repaint: ms(41.0), ..still() };
+        let leap = PacingInput { growth: 40.0, since_repaint: ms(41.0), ..still() };
         assert!(pacer.plan(&leap).repaint);
-        assert!(!pacer.plan(&Situation { since_repaint: ms(39.0), ..leap }).repaint);
-        assert!(!pacer.plan(&Situation { growth: 2.0, ..leap }).repaint);
+        assert!(!pacer.plan(&PacingInput { since_repaint: ms(39.0), ..leap }).repaint);
+        assert!(!pacer.plan(&PacingInput { growth: 2.0, ..leap }).repaint);
         // And between them the lanes are emptied, although the camera was moved a moment ago.
-        let between = Situation { since_edit: ms(50.0), since_repaint: ms(1.0), waiting: usize::MAX, ..leap };
+        let between =
+            PacingInput { since_edit: ms(50.0), since_repaint: ms(1.0), waiting: usize::MAX, ..leap };
         assert_eq!(pacer.plan(&between).samples, MOST_WAITING.max(156 * BLOCK_SAMPLES));
     }
 
     #[test]
     fn few_samples_are_coarse() {
         let pacer = pacer(100.0, 12.0);
-        let few = Situation { lod: Some(3.0), ..still() };
+        let few = PacingInput { lod: Some(3.0), ..still() };
         assert!(pacer.plan(&few).detail > 1);
-        assert!(pacer.plan(&Situation { lod: None, ..still() }).detail > 1);
+        assert!(pacer.plan(&PacingInput { lod: None, ..still() }).detail > 1);
         assert_eq!(pacer.plan(&still()).detail, 1);
         let mut cheap = pacer.clone();
         (0..50).for_each(|_| cheap.repainted(1, ms(1.0)));
@@ -402,24 +403,27 @@ mod tests {
     #[test]
     fn lanes_are_emptied_between_repaints() {
         let pacer = pacer(1e5, 1.0);
-        let full = Situation { waiting: 20 * BLOCK_SAMPLES + 7, growth: 1.0, ..still() };
+        let full = PacingInput { waiting: 20 * BLOCK_SAMPLES + 7, growth: 1.0, ..still() };
         assert_eq!(pacer.plan(&full).samples, 20 * BLOCK_SAMPLES);
-        assert_eq!(pacer.plan(&Situation { waiting: usize::MAX, ..full }).samples, MOST_WAITING);
-        assert_eq!(pacer.plan(&Situation { since_edit: ms(5.0), ..full }).samples, 20 * BLOCK_SAMPLES);
-        assert_eq!(pacer.plan(&Situation { since_edit: ms(5.0), due: true, ..full }).samples, BLOCK_SAMPLES);
+        assert_eq!(pacer.plan(&PacingInput { waiting: usize::MAX, ..full }).samples, MOST_WAITING);
+        assert_eq!(pacer.plan(&PacingInput { since_edit: ms(5.0), ..full }).samples, 20 * BLOCK_SAMPLES);
+        assert_eq!(
+            pacer.plan(&PacingInput { since_edit: ms(5.0), due: true, ..full }).samples,
+            BLOCK_SAMPLES
+        );
     }
 
     /// Batch and repaint do not fit into one frame together: first the one, then, with an empty batch, the other.
     #[test]
     fn dear_batches_come_before_their_picture() {
         let pacer = pacer(1000.0, 10.0);
-        let full = Situation { batched: 30 * BLOCK_SAMPLES, ..still() };
+        let full = PacingInput { batched: 30 * BLOCK_SAMPLES, ..still() };
         let plan = pacer.plan(&full);
         assert_eq!((plan.samples, plan.repaint, plan.flush), (0, false, true));
-        let plan = pacer.plan(&Situation { batched: 0, ..full });
+        let plan = pacer.plan(&PacingInput { batched: 0, ..full });
         assert_eq!((plan.repaint, plan.flush), (true, false));
-        assert!(pacer.plan(&Situation { due: true, ..full }).repaint, "who has asked for it must not wait");
-        assert!(pacer.plan(&Situation { batched: BLOCK_SAMPLES, ..full }).repaint, "a small one fits");
+        assert!(pacer.plan(&PacingInput { due: true, ..full }).repaint, "who has asked for it must not wait");
+        assert!(pacer.plan(&PacingInput { batched: BLOCK_SAMPLES, ..full }).repaint, "a small one fits");
     }
 
     #[test]

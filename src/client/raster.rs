@@ -12,7 +12,7 @@ use crate::client::pass::variance::VariancePass;
 use crate::client::reference::sums::HostSums;
 use crate::client::settings::{FilmData, FilmSpec};
 use crate::client::state::FilmState;
-use crate::client::upload::{FilmMoment, MOST_PENDING, Uploader, VertexBatch};
+use crate::client::upload::{BatchSnapshot, MOST_PENDING, Uploader, VertexBatch};
 use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu};
 use crate::stream::Sample;
 
@@ -265,7 +265,7 @@ impl DeviceRaster {
         spec: &FilmSpec,
         streams: &mut Streams,
     ) -> Result<(), ClientError> {
-        let FilmMoment { samples, scale } = batch.moment();
+        let BatchSnapshot { samples, scale } = batch.moment();
         let inverse_scale = scale.recip();
         make_images(&self.gpu, spec, samples, true, streams)?;
         let passes = match &mut self.passes {
@@ -340,8 +340,8 @@ impl HostRaster {
     }
 }
 
-fn moment(state: &FilmState) -> FilmMoment {
-    FilmMoment { samples: state.samples(), scale: state.scale() }
+fn moment(state: &FilmState) -> BatchSnapshot {
+    BatchSnapshot { samples: state.samples(), scale: state.scale() }
 }
 
 /// Records the copy of a stream's sums into its images.

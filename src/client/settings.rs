@@ -135,7 +135,7 @@ pub enum Summation {
     /// Two floats: what the larger one rounds off is kept in the smaller.
     #[default]
     TwoFloat,
-    /// One float, which stands still where a batch is less than half of its last bit, without [merging](crate::client::merge); kept
+    /// One float, which stands still where a batch is less than half of its last bit, without [merging](crate::client::dense_cells); kept
     /// to show what the second costs. The variance has two in any case.
     Plain,
 }

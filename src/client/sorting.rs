@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::client::merge::Merger;
+use crate::client::dense_cells::Merger;
 use crate::client::settings::FilmSpec;
 use crate::stream::Sample;
 

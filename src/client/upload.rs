@@ -57,7 +57,7 @@ pub enum VertexPart {
 /// What a film knows when it sends a chunk. The batch that ends with the chunk is drawn with it, however late: so the sums do not depend on
 /// how fast the thread is.
 #[derive(Clone, Copy, Debug)]
-pub struct FilmMoment {
+pub struct BatchSnapshot {
     /// Samples of the camera and of the light stream so far.
     pub samples: [u64; 2],
     /// The luminance scale.
@@ -74,7 +74,7 @@ pub struct VertexBatch {
     /// Number of its samples, with those outside of the target.
     samples: usize,
     /// When its last chunk was sent.
-    moment: FilmMoment,
+    moment: BatchSnapshot,
     /// Whether it has all of its samples.
     is_whole: bool,
     /// The frame that reads it; 0 before there is one.
@@ -82,13 +82,13 @@ pub struct VertexBatch {
 }
 
 impl VertexBatch {
-    fn new(pool: &Arc<BufferPool>, moment: FilmMoment) -> Self {
+    fn new(pool: &Arc<BufferPool>, moment: BatchSnapshot) -> Self {
         let (buffers, streams, frame) = Default::default();
         Self { pool: pool.clone(), buffers, streams, samples: 0, moment, is_whole: false, frame }
     }
 
     /// When its last chunk was sent.
-    pub fn moment(&self) -> FilmMoment {
+    pub fn moment(&self) -> BatchSnapshot {
         self.moment
     }
 
@@ -129,7 +129,7 @@ impl VertexBatch {
     }
 
     /// Notes that it has all of its samples, and its buffers as ones that come back once it is drawn.
-    fn end(mut self, moment: FilmMoment) -> Self {
+    fn end(mut self, moment: BatchSnapshot) -> Self {
         (self.is_whole, self.moment) = (true, moment);
         self.pool.locked().undrawn += self.buffers.len();
         self
@@ -215,7 +215,7 @@ impl BufferPool {
 /// Samples for the thread.
 struct SentChunk {
     samples: Vec<Sample>,
-    moment: FilmMoment,
+    moment: BatchSnapshot,
     /// Whether the batch ends with it although it is not full.
     is_last: bool,
     /// The number of times that all samples were forgotten before it.
@@ -286,7 +286,7 @@ impl Uploader {
     }
 
     /// Hands the chunk to the thread, with which the batch ends if `is_last`. [`next_batch`](Self::next_batch) must be next.
-    pub fn send(&mut self, moment: FilmMoment, is_last: bool) {
+    pub fn send(&mut self, moment: BatchSnapshot, is_last: bool) {
         let samples = std::mem::replace(&mut self.chunk, self.empty.pop().unwrap_or_default());
         let epoch = self.epoch.load(Ordering::Relaxed);
         // A thread that has panicked is found when the outcome is fetched.

@@ -60,9 +60,9 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     let part =
         if run.replicated { format!(", randomisation {}", replicate(args.index).0) } else { String::new() };
     println!("index {}{part} of seed {}, {}", args.index, run.seed, run.integrator.name());
-    let mut story = Story { desc, scene: &scene, text: String::new(), vertices: 0 };
-    events.iter().for_each(|event| story.tell(event));
-    print!("{}", story.text);
+    let mut report = PathReport { desc, scene: &scene, text: String::new(), vertices: 0 };
+    events.iter().for_each(|event| report.tell(event));
+    print!("{}", report.text);
     samples.0.iter().for_each(|sample| println!("{sample}"));
     let faults: Vec<String> = raised
         .iter()
@@ -143,14 +143,14 @@ impl SampleSink for Samples {
 }
 
 /// The events of a path in words.
-struct Story<'a> {
+struct PathReport<'a> {
     desc: &'a SceneDesc,
     scene: &'a Scene,
     text: String,
     vertices: u32,
 }
 
-impl Story<'_> {
+impl PathReport<'_> {
     fn tell(&mut self, event: &PathEvent) {
         let line = match event {
             PathEvent::Begins(path) => {

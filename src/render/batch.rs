@@ -20,7 +20,7 @@ use crate::render::light_groups::{self, GroupFilms, GroupMemory};
 use crate::render::live_outputs::{LiveOutputs, LiveRender};
 use crate::render::load::{self, Opened};
 use crate::render::method::{self, CheckOrder, RenderOrder};
-use crate::render::observer::{Beside, Observer};
+use crate::render::observer::{Backpressure, Observer};
 use crate::render::options::RenderOptions;
 use crate::render::outputs::{Extras, Outputs};
 use crate::render::process::tell;
@@ -31,7 +31,7 @@ use crate::render::run_spec::{RunEnd, RunSpec};
 use crate::render::state::identity::luminance_scale;
 use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
 use crate::render::timings::{self, TimingCapture};
-use crate::render::{layers, plan, predictions, process, warnings};
+use crate::render::{effect_plan, layers, predictions, process, warnings};
 use crate::scene::Loaded;
 use crate::scene::light_groups::{of_sources, text};
 use crate::server::{Server, Stats};
@@ -256,7 +256,7 @@ impl<'a> BatchRender<'a> {
             (Some(sums), Some(recorder)) => {
                 Observer::resume(run, goal.error, sums, recorder.about().progress.clone())
             }
-            _ => Observer::start(run, goal.error, Beside::Render),
+            _ => Observer::start(run, goal.error, Backpressure::Wait),
         });
         let observer = observer.transpose()?;
         let filters = self.settings.denoise != Denoise::Off;
@@ -490,7 +490,7 @@ impl<'a> BatchRender<'a> {
             height: run.film.height,
             integrator: run.integrator.name(),
             auto: run.auto.clone(),
-            plan: plan::plan(&self.loaded.desc, run, &self.settings),
+            plan: effect_plan::plan(&self.loaded.desc, run, &self.settings),
             left_out: run.left_out().collect(),
             adaptive: traced.adaptive.clone(),
             light_groups: self.groups.as_ref().map(GroupFilms::report).unwrap_or_default(),

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::color::Xyz;
-use crate::render::plan::PlannedEffect;
+use crate::render::effect_plan::PlannedEffect;
 use crate::render::run_spec::RunSpec;
 use crate::render::{method, process};
 use crate::scene::SceneDesc;

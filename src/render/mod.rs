@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `options.rs` | what is asked for, as plain data: the command line is read into it |
 //! | `load.rs`, `device.rs`, `edited_scene.rs`, `warnings.rs` | the scene and the device; a scene with edits; what is said of the scene |
-//! | `run_spec.rs`, `method.rs`, `plan.rs`, `remote_order.rs` | what a run is made of; its method of light transport; its effects; the same for a tracer elsewhere |
+//! | `run_spec.rs`, `method.rs`, `effect_plan.rs`, `remote_order.rs` | what a run is made of; its method of light transport; its effects; the same for a tracer elsewhere |
 //! | `batch.rs`, `drive.rs`, `adaptive.rs`, `progress.rs` | a render from start to end; from the lanes to the film; its adaptive stages; its progress bar |
 //! | `film_writer.rs`, `observer.rs`, `predictions.rs` | where samples are added up; the error of the picture meanwhile; the log of predicted times |
 //! | `outputs.rs`, `live_outputs.rs`, `layers.rs`, `light_groups.rs`, `tev.rs` | files of pictures; snapshots on the way; layers beside the picture; pictures by groups of lights; the viewer tev |
@@ -17,6 +17,7 @@ pub mod batch;
 pub mod device;
 pub mod drive;
 pub mod edited_scene;
+pub mod effect_plan;
 pub mod effect_price;
 pub mod figures;
 pub mod film_writer;
@@ -30,7 +31,6 @@ pub mod observer;
 pub mod options;
 pub mod outputs;
 pub mod pipelines;
-pub mod plan;
 pub mod predictions;
 pub mod process;
 pub mod progress;

@@ -37,14 +37,14 @@ const REST: Duration = Duration::from_millis(250);
 /// sums do.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// What the thread runs beside.
+/// What happens to blocks that do not fit into the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Beside {
-    /// A render without a window: the caller blocks while the queue is full.
-    Render,
-    /// A window, which never waits: blocks that do not fit into the queue are left out, so that the stated error is too large,
-    /// never too small.
-    Window,
+pub enum Backpressure {
+    /// The caller waits for room: a render without a window.
+    Wait,
+    /// They are left out, so that the stated error is too large, never too small: a window, which never waits. The thread runs at the
+    /// lowest priority then.
+    LeaveOut,
 }
 
 /// A message to the thread.
@@ -66,9 +66,9 @@ enum Message {
     Aim(Option<ErrorTarget>),
     Witnesses(Witnesses),
     /// Tells another observer what is known here.
-    Lend(Lent, Borrower),
+    Share(SharedEstimate, Subscriber),
     /// Asks the first observer to tell the second one what is shown of a rectangle, after all that it was told from here.
-    AskFor(Region, Borrower, Borrower),
+    AskFor(Region, Subscriber, Subscriber),
     /// What another one tells, when this render has taken so long.
     Others(OtherSamples, Duration),
     /// Answers when everything before has been processed.
@@ -88,7 +88,7 @@ enum Message {
 }
 
 /// What an observer tells another one.
-enum Lent {
+enum SharedEstimate {
     /// What is shown of a rectangle of its picture.
     Shown(Region),
     /// What its own render shows, which begins at this pixel of the other one's picture.
@@ -96,7 +96,7 @@ enum Lent {
 }
 
 /// An observer that is told what another one has seen.
-struct Borrower {
+struct Subscriber {
     shared: Arc<Shared>,
     /// The number of its render: another one is not told.
     number: u64,
@@ -134,7 +134,7 @@ struct Inbox {
 pub struct Observer {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-    beside: Beside,
+    backpressure: Backpressure,
     began: Instant,
     run: Arc<RunSpec>,
     target: Option<ErrorTarget>,
@@ -142,8 +142,8 @@ pub struct Observer {
 
 impl Observer {
     /// Watches a render of `run`, which must be divided into replicates, from now on.
-    pub fn start(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> Result<Self> {
-        Self::start_with(watch(run, target, beside), run, target, beside)
+    pub fn start(run: &RunSpec, target: Option<ErrorTarget>, backpressure: Backpressure) -> Result<Self> {
+        Self::start_with(watch(run, target, backpressure), run, target, backpressure)
     }
 
     /// Goes on watching a render without a window whose exact sums were kept.
@@ -153,15 +153,15 @@ impl Observer {
         sums: ExactReplicates,
         seen: MonitorProgress,
     ) -> Result<Self> {
-        let watch = watch(run, target, Beside::Render).exact(sums, seen);
-        Self::start_with(watch, run, target, Beside::Render)
+        let watch = watch(run, target, Backpressure::Wait).exact(sums, seen);
+        Self::start_with(watch, run, target, Backpressure::Wait)
     }
 
     fn start_with(
         watch: ErrorMonitor,
         run: &RunSpec,
         target: Option<ErrorTarget>,
-        beside: Beside,
+        backpressure: Backpressure,
     ) -> Result<Self> {
         let inbox = Inbox {
             messages: VecDeque::new(),
@@ -179,24 +179,24 @@ impl Observer {
         });
         let own = shared.clone();
         let work = move || {
-            if beside == Beside::Window {
+            if backpressure == Backpressure::LeaveOut {
                 Priority::Background.apply();
             }
-            let _last = Gone(&own);
+            let _last = ExitGuard(&own);
             observe(watch, &own);
         };
         let thread = Builder::new().name("observer".to_string()).spawn(work).into_diagnostic();
         let thread =
             thread.wrap_err("cannot start the thread that watches the error; --replicates 1 does without")?;
         let run = Arc::new(run.clone());
-        Ok(Self { shared, thread: Some(thread), beside, began: Instant::now(), run, target })
+        Ok(Self { shared, thread: Some(thread), backpressure, began: Instant::now(), run, target })
     }
 
     /// Another render begins, with these witnesses. What came of the predictions for the last one is logged.
     pub fn begin(&mut self, run: &RunSpec, witnesses: Option<Witnesses>) {
         let ended = self.began.elapsed();
         self.began = Instant::now();
-        let mut watch = Box::new(watch(run, self.target, self.beside));
+        let mut watch = Box::new(watch(run, self.target, self.backpressure));
         if let Some(witnesses) = witnesses {
             watch.set_witnesses(witnesses);
         }
@@ -205,7 +205,7 @@ impl Observer {
 
     /// The same render goes on in another picture, which is filled from its first sample on: another size, another filter.
     pub fn begin_again(&mut self, run: &RunSpec) {
-        let watch = Box::new(watch(run, self.target, self.beside));
+        let watch = Box::new(watch(run, self.target, self.backpressure));
         self.forget(run, watch, self.began.elapsed(), true);
     }
 
@@ -214,7 +214,7 @@ impl Observer {
         let mut inbox = unpoisoned(&self.shared.inbox);
         inbox.messages.retain(|message| !matches!(message, Message::Block { .. }));
         inbox.samples = 0;
-        if self.beside == Beside::Window {
+        if self.backpressure == Backpressure::LeaveOut {
             inbox.rest = Instant::now() + REST;
         }
         inbox.messages.push_back(Message::Begin { watch, ended, last, goes_on });
@@ -239,19 +239,19 @@ impl Observer {
 
     /// Tells the observer of a rectangle of the picture what is shown of it: from now on what it states is the error of the mean of both, each
     /// with the share of its paths.
-    pub fn lend_shown(&self, rectangle: Region, to: &Observer) {
-        self.send(Message::Lend(Lent::Shown(rectangle), Borrower::new(to)), false);
+    pub fn share_shown(&self, rectangle: Region, to: &Observer) {
+        self.send(Message::Share(SharedEstimate::Shown(rectangle), Subscriber::new(to)), false);
     }
 
-    /// As `whole.lend_shown(rectangle, to)`, but after all that `whole` is told by this observer.
+    /// As `whole.share_shown(rectangle, to)`, but after all that `whole` is told by this observer.
     pub fn ask_for(&self, rectangle: Region, whole: &Observer, to: &Observer) {
-        self.send(Message::AskFor(rectangle, Borrower::new(whole), Borrower::new(to)), false);
+        self.send(Message::AskFor(rectangle, Subscriber::new(whole), Subscriber::new(to)), false);
     }
 
     /// Tells the observer of a picture, in which this one's begins at `origin`, what this render alone shows: the same, the other way
     /// round.
-    pub fn lend_own(&self, to: &Observer, origin: [i64; 2]) {
-        self.send(Message::Lend(Lent::Own(origin), Borrower::new(to)), false);
+    pub fn share_own(&self, to: &Observer, origin: [i64; 2]) {
+        self.send(Message::Share(SharedEstimate::Own(origin), Subscriber::new(to)), false);
     }
 
     /// What is wanted.
@@ -265,7 +265,7 @@ impl Observer {
         let samples: Box<[Sample]> = samples.into();
         let mut inbox = unpoisoned(&self.shared.inbox);
         while inbox.samples + count > MOST && !inbox.gone {
-            if self.beside == Beside::Window {
+            if self.backpressure == Backpressure::LeaveOut {
                 return;
             }
             inbox = self.shared.room.wait(inbox).unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -409,7 +409,7 @@ impl Shared {
     }
 }
 
-impl Borrower {
+impl Subscriber {
     /// This observer, with its present render.
     fn new(observer: &Observer) -> Self {
         let number = unpoisoned(&observer.shared.state).0;
@@ -427,9 +427,9 @@ impl Borrower {
 }
 
 /// Marks the thread as ended when it is dropped, so that no caller waits for it.
-struct Gone<'a>(&'a Shared);
+struct ExitGuard<'a>(&'a Shared);
 
-impl Drop for Gone<'_> {
+impl Drop for ExitGuard<'_> {
     fn drop(&mut self) {
         let mut inbox = unpoisoned(&self.0.inbox);
         (inbox.gone, inbox.samples) = (true, 0);
@@ -438,21 +438,21 @@ impl Drop for Gone<'_> {
     }
 }
 
-fn watch(run: &RunSpec, target: Option<ErrorTarget>, beside: Beside) -> ErrorMonitor {
+fn watch(run: &RunSpec, target: Option<ErrorTarget>, backpressure: Backpressure) -> ErrorMonitor {
     let watch = ErrorMonitor::new([run.film.width, run.film.height], run.film.filter.energy(), target)
         .with_coverage(run.film.coverage())
         .that_blurs(run.is_blurred());
     let watch = if run.adaptive { watch.with_density_weights() } else { watch };
-    match blur(run, beside) {
+    match blur(run, backpressure) {
         Some(schedule) => watch.with_blur(schedule),
         None => watch,
     }
 }
 
 /// How the blur of this render shrinks; `None` without one, and where it may begin with the photons of the last render.
-fn blur(run: &RunSpec, beside: Beside) -> Option<BlurSchedule> {
+fn blur(run: &RunSpec, backpressure: Backpressure) -> Option<BlurSchedule> {
     let last_generation = match run.integrator {
-        IntegratorKind::Photon if run.deterministic || beside == Beside::Render => LAST_GENERATION,
+        IntegratorKind::Photon if run.deterministic || backpressure == Backpressure::Wait => LAST_GENERATION,
         // Few of its light paths leave photons.
         IntegratorKind::Vcm if run.photons.caustics => u64::MAX,
         _ => return None,
@@ -488,19 +488,19 @@ fn observe(mut watch: ErrorMonitor, shared: &Shared) {
                 shared.publish(number, &watch);
             }
             Message::Witnesses(witnesses) => watch.set_witnesses(witnesses),
-            Message::Lend(lent, borrower) => {
-                let others = match lent {
-                    Lent::Shown(Region { origin, extent }) => {
+            Message::Share(estimate, subscriber) => {
+                let others = match estimate {
+                    SharedEstimate::Shown(Region { origin, extent }) => {
                         watch.shown(origin.map(|n| n as usize), extent.map(|n| n as usize))
                     }
-                    Lent::Own(origin) => watch.own(origin),
+                    SharedEstimate::Own(origin) => watch.own(origin),
                 };
                 if let Some(others) = others {
-                    borrower.tell(Message::Others(others, borrower.at));
+                    subscriber.tell(Message::Others(others, subscriber.at));
                 }
             }
             Message::AskFor(rectangle, whole, to) => {
-                whole.tell(Message::Lend(Lent::Shown(rectangle), to));
+                whole.tell(Message::Share(SharedEstimate::Shown(rectangle), to));
             }
             Message::Others(others, at) => {
                 watch.add_others(others, at.as_secs_f64());

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 
-use crate::client::effects::Effects;
+use crate::client::compiled_effects::Effects;
 use crate::client::{Denoise, DisplayImage, Film, FilmData, Readback, Settings, develop};
 use crate::color::Profile;
 use crate::denoise::filtered_picture::FilteredPicture;

@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use crate::client::Denoise;
 use crate::render::adaptive::AdaptiveReport;
+use crate::render::effect_plan::PlannedEffect;
 use crate::render::figures::{Seconds, human};
 use crate::render::light_groups::LightGroupReport;
-use crate::render::plan::PlannedEffect;
 use crate::render::rejected::RejectedReport;
 use crate::render::run_spec::{ChoiceReport, RunSpec};
 use crate::scene::desc::IntegratorKind;

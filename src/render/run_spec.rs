@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::client::effects::Effects;
+use crate::client::compiled_effects::Effects;
 use crate::client::{
     FilmSpec, OptionNames, ReconstructionKernel, ScaledFilter, Settings, SplatFilter, VarianceForm,
 };

@@ -155,7 +155,7 @@ impl Viewer {
             Action::NextGizmo => self.gizmo.mode = self.gizmo.mode.next(),
             Action::SetEffect { name, on } => self.set_effect(name, on)?,
             Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
-            Action::ToggleFollowLight => self.panel.controls.follow_light ^= true,
+            Action::ToggleFollowLight => self.panel.controls.auto_exposure ^= true,
             Action::SetMethod(name) => {
                 if self.session.set_method(name) {
                     self.edited();
@@ -174,7 +174,7 @@ impl Viewer {
             Action::MeterAt(at) => self.meter(at)?,
             Action::Expose(steps) => {
                 let controls = &mut self.panel.controls;
-                controls.follow_light = false;
+                controls.auto_exposure = false;
                 let exposure = controls.settings.exposure * 2f32.powf(steps as f32 * EXPOSURE_STEP);
                 controls.settings.exposure = exposure.clamp(1e-6, 1e9);
                 self.controls_changed();
@@ -396,7 +396,7 @@ impl Viewer {
     fn meter(&mut self, at: [f64; 2]) -> Result<()> {
         let mean = f64::from(self.spot(at)?.y);
         let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
-        self.panel.controls.follow_light = false;
+        self.panel.controls.auto_exposure = false;
         self.panel.controls.settings.exposure = exposure;
         self.controls_changed();
         Ok(())

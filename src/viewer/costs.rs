@@ -6,8 +6,8 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::window::panel::{CostState, EffectCost};
 use crate::job::{Job, StopFlag};
+use crate::render::effect_plan::{Cost, EffectSide, PlannedEffect};
 use crate::render::effect_price;
-use crate::render::plan::{Cost, EffectSide, PlannedEffect};
 use crate::server::Priority;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::session::RenderSession;

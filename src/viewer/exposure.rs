@@ -13,14 +13,14 @@ const COMPLETE: f32 = 0.01;
 
 /// The exposure that is shown.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct FollowedLight {
+pub struct AutoExposure {
     /// `None` before the first picture.
     shown: Option<f32>,
     /// A change is being made, and was last brought on at this time.
     changing: Option<Instant>,
 }
 
-impl FollowedLight {
+impl AutoExposure {
     /// The exposure to show now, given the one that the light of the scene asks for, if it is known; `None` where it stays as it is.
     pub fn step(&mut self, wanted: Option<f32>, now: Instant) -> Option<f32> {
         let wanted = wanted?;
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn the_first_is_shown_at_once_and_others_are_eased() {
-        let (mut light, start) = (FollowedLight::default(), Instant::now());
+        let (mut light, start) = (AutoExposure::default(), Instant::now());
         let at = |ms: u64| start + Duration::from_millis(ms);
         assert_eq!(light.step(None, at(0)), None);
         assert_eq!(light.step(Some(2.0), at(1)), Some(2.0));

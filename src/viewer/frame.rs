@@ -78,7 +78,7 @@ impl Viewer {
             }
         }
         self.picture.hear_end(&self.session);
-        self.follow_light(begin);
+        self.auto_exposure(begin);
         // A film of another size has no picture yet: the panel is not to wait for one for long.
         if shows && (self.picture.has_picture() || self.picture.since_edit() > PATIENCE) {
             self.show(&plan)?;
@@ -157,9 +157,9 @@ impl Viewer {
     }
 
     /// Lets the exposure follow the light of the scene, where it may.
-    fn follow_light(&mut self, now: Instant) {
+    fn auto_exposure(&mut self, now: Instant) {
         let controls = &mut self.panel.controls;
-        if !controls.follow_light {
+        if !controls.auto_exposure {
             return self.light.start_from(controls.settings.exposure);
         }
         let metered = self.picture.metered().filter(|_| !self.picture.is_frozen());

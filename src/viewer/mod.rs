@@ -33,7 +33,7 @@
 //! ├─ Gizmo           gizmo       handles that move, turn and scale it
 //! ├─ Comparison      comparison  snapshots and other pictures beside the present one
 //! ├─ HistogramCache  histogram   the histogram of the picture
-//! ├─ KeptViews       views       views of the camera by number, beside the scene
+//! ├─ CameraBookmarks  camera_bookmarks  views of the camera by number, beside the scene
 //! ├─ Preferences     preferences what is remembered from session to session
 //! ├─ BackgroundSaves saves     files that are being written
 //! ├─ SceneLoader     loader    a scene that a thread reads and prepares: the first, one that was dropped, one that has changed
@@ -46,6 +46,7 @@
 //! loop; `actions` does what the user asks for, `saving` what of it makes files; `ending` writes what is left behind when the window closes.
 
 mod actions;
+mod camera_bookmarks;
 mod clock;
 mod comparison;
 mod costs;
@@ -74,7 +75,6 @@ mod screen;
 mod session;
 mod start;
 mod tracers;
-mod views;
 mod watch;
 mod window_filter;
 
@@ -89,10 +89,11 @@ use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;
 use crate::render::tev::TevLink;
 use crate::render::timings::TimingCapture;
+use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
 use crate::viewer::comparison::Comparison;
 use crate::viewer::editor::SceneEditor;
-use crate::viewer::exposure::FollowedLight;
+use crate::viewer::exposure::AutoExposure;
 use crate::viewer::gizmo::Gizmo;
 use crate::viewer::histogram::HistogramCache;
 use crate::viewer::inspector::Inspector;
@@ -105,7 +106,6 @@ use crate::viewer::preferences::Preferences;
 use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::screen::SimulatedLosses;
 use crate::viewer::session::RenderSession;
-use crate::viewer::views::KeptViews;
 use crate::viewer::watch::FileWatch;
 
 pub use start::view;
@@ -148,7 +148,7 @@ struct Viewer {
     panel: ViewerPanel,
     metrics: ViewerMetrics,
     /// The exposure, where it follows the light of the scene.
-    light: FollowedLight,
+    light: AutoExposure,
     saves: BackgroundSaves,
     /// Records times of passes and workers, if asked for.
     capture: Option<TimingCapture>,
@@ -171,7 +171,7 @@ struct Viewer {
     gizmo: Gizmo,
     comparison: Comparison,
     histogram: HistogramCache,
-    views: KeptViews,
+    views: CameraBookmarks,
     preferences: Preferences,
     /// When it looks which display the window is on.
     look_at_display: Instant,

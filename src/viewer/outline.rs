@@ -154,7 +154,7 @@ mod tests {
         let desc = crate::scene::load_str("t.xml", text, &[]).expect("valid").desc;
         let (scene, camera) = (Scene::prepare(&desc).expect("valid"), Camera::of(&desc).expect("valid"));
         let key = OutlineKey { shape: 0, epoch: Epoch(1), size: [300, 300] };
-        let lines = outline(&scene, &camera, key, &AtomicBool::new(false));
+        let lines = outline(&scene, &camera, key, &StopFlag::default());
         assert!(lines.len() > 100);
         for [x, y] in lines.iter().flatten() {
             let radius = (x - 150.0).hypot(y - 150.0);

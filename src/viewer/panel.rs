@@ -18,7 +18,7 @@ use crate::client::window::panel::{
 };
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
 use crate::remote::{Health, TracerStatus};
-use crate::render::plan::{self, PlannedEffect};
+use crate::render::effect_plan::{self, PlannedEffect};
 use crate::render::rejected::RejectedExample;
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
@@ -196,7 +196,7 @@ impl ViewerPanel {
 
     /// Every effect of tracer and display, on or off, and why.
     pub fn plan(&self, session: &RenderSession, editor: &SceneEditor) -> Vec<PlannedEffect> {
-        plan::plan(editor.desc(), session.run_spec(), &self.controls.settings)
+        effect_plan::plan(editor.desc(), session.run_spec(), &self.controls.settings)
     }
 
     /// The list of effects with their costs, as far as these are known.

@@ -23,7 +23,7 @@ use crate::gpu::{FrameNumber, Gpu, Region};
 use crate::render::figures::human;
 use crate::render::light_groups::{GroupFilms, GroupMemory};
 use crate::render::method;
-use crate::render::observer::{Beside, Observer};
+use crate::render::observer::{Backpressure, Observer};
 use crate::render::run_spec::RunSpec;
 use crate::scene::light_groups::LightGroup;
 use crate::study::{ErrorEstimate, ErrorTarget};
@@ -123,7 +123,7 @@ const FAILURES: u32 = 2;
 impl LivePicture {
     /// A picture without a window, of this many tracer threads. Starts the observer, where the render is divided into replicates.
     pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget, threads: usize) -> Result<Self> {
-        let observe = || Observer::start(run, Some(target), Beside::Window);
+        let observe = || Observer::start(run, Some(target), Backpressure::LeaveOut);
         let now = Instant::now();
         Ok(Self {
             screen: None,

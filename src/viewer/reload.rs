@@ -10,10 +10,10 @@ use miette::Result;
 
 use crate::render::process::tell;
 use crate::viewer::Viewer;
+use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::loader::{ReadyScene, SceneLoader, ViewSource, brief};
 use crate::viewer::loading::title;
-use crate::viewer::views::KeptViews;
 
 impl Viewer {
     /// Opens a scene or a model in this window.
@@ -102,7 +102,7 @@ impl Viewer {
         if !again {
             let scene = &self.source.args.scene;
             self.preferences.opened(scene, &self.panel.controls.layout);
-            let (views, problem) = KeptViews::beside(scene);
+            let (views, problem) = CameraBookmarks::beside(scene);
             self.views = views;
             problem.into_iter().for_each(|problem| self.say(problem));
         }

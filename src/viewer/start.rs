@@ -27,9 +27,10 @@ use crate::render::remote_order::scene_digest;
 use crate::render::tev::TevLink;
 use crate::render::timings::{self, TimingCapture};
 use crate::render::{predictions, process};
+use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
 use crate::viewer::comparison::Comparison;
-use crate::viewer::exposure::FollowedLight;
+use crate::viewer::exposure::AutoExposure;
 use crate::viewer::gizmo::Gizmo;
 use crate::viewer::histogram::HistogramCache;
 use crate::viewer::inspector::Inspector;
@@ -45,7 +46,6 @@ use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::screen::{SimulatedLosses, is_device_lost};
 use crate::viewer::session::RenderSession;
 use crate::viewer::tracers::{self, Tracers};
-use crate::viewer::views::KeptViews;
 use crate::viewer::watch::FileWatch;
 use crate::viewer::{SessionContext, Viewer};
 
@@ -156,7 +156,7 @@ impl ViewerApp {
             compare: CompareControls::default(),
             map: MapChoice::default(),
             // In order of index the picture is that of `render`, to the byte.
-            follow_light: !args.fixed_exposure && !args.deterministic,
+            auto_exposure: !args.fixed_exposure && !args.deterministic,
             target: DEFAULT_TARGET,
         };
         let options = SessionContext {
@@ -311,7 +311,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         }
     }
     preferences.opened(&loader.source.args.scene, &panel.controls.layout);
-    let (views, no_views) = KeptViews::beside(&loader.source.args.scene);
+    let (views, no_views) = CameraBookmarks::beside(&loader.source.args.scene);
     let (mut watch, problem) = FileWatch::new();
     let unseen = watch.follow(loader.files());
     let now = Instant::now();
@@ -326,7 +326,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         editor,
         panel,
         metrics,
-        light: FollowedLight::default(),
+        light: AutoExposure::default(),
         saves: BackgroundSaves::default(),
         capture,
         clock: FrameClock::new(now),

@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
 mod client {
+    mod compiled_effects;
     mod dither;
     mod effect_list;
-    mod effects;
     mod filter;
     mod glare {
         mod fourier;

@@ -110,7 +110,7 @@ pub fn controls() -> PanelControls {
         enters: false,
         compare: CompareControls::default(),
         map: MapChoice::None,
-        follow_light: true,
+        auto_exposure: true,
         target: DEFAULT_TARGET,
     }
 }

@@ -135,11 +135,11 @@ fn choices_and_resets_change_the_settings() {
     panel.click(pos2(name.x + 130.0, c.y), &readout, &mut controls);
     assert_ne!(controls.settings.contrast, 1.0);
     assert_eq!(controls.settings, Settings { contrast: controls.settings.contrast, ..Settings::default() });
-    assert!(controls.follow_light);
+    assert!(controls.auto_exposure);
     // One into the slider of B fixes the brightness.
     let b = place(&shapes, "Brightness B");
     panel.click(pos2(name.x + 130.0, b.y), &readout, &mut controls);
-    assert!(!controls.follow_light && controls.settings.exposure != 1.0);
+    assert!(!controls.auto_exposure && controls.settings.exposure != 1.0);
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn untouched_values_stay_bit_for_bit() {
             enters: false,
             compare: CompareControls::default(),
             map: MapChoice::None,
-            follow_light: round % 2 == 0,
+            auto_exposure: round % 2 == 0,
             target: DEFAULT_TARGET,
         };
         let mut panel = Panel::new([700.0, 1500.0]);
@@ -203,7 +203,7 @@ fn untouched_values_stay_bit_for_bit() {
         assert_eq!(controls.settings, settings);
         assert_eq!(controls.settings.exposure.to_bits(), settings.exposure.to_bits());
         assert_eq!(controls.filter, SplatFilter::Tent);
-        assert_eq!(controls.follow_light, round % 2 == 0);
+        assert_eq!(controls.auto_exposure, round % 2 == 0);
     }
 }
 

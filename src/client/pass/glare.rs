@@ -3,7 +3,7 @@
 use std::sync::{Arc, Once};
 
 use crate::client::background::{BackgroundPolicy, BackgroundTask};
-use crate::client::effects::DETAILS;
+use crate::client::compiled_effects::DETAILS;
 use crate::client::error::ClientError;
 use crate::client::glare::{FourierAxis, GlareKernel, spectrum};
 use crate::client::layout::GlarePush;

@@ -19,7 +19,7 @@
 
 use std::sync::Arc;
 
-use crate::client::effects::{DETAILS, Effects};
+use crate::client::compiled_effects::{DETAILS, Effects};
 use crate::client::settings::{FilmSpec, Summation};
 use crate::gpu::{
     Access, Attachment, Cmd, ComputePipeline, Gpu, GpuError, Image, StorageBinding, TexelFormat,

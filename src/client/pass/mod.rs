@@ -25,7 +25,7 @@
 //!
 //! 1. **Setting.** Add a field to [`Settings`](crate::client::Settings). An option with a closed set of values derives
 //!    `clap::ValueEnum` and gets its labels in `client/settings.rs`; the command line takes it in `cmd/args/display.rs`.
-//! 2. **Plan.** [`Effects`](crate::client::effects::Effects) decides whether the pass runs, and yields its specialization
+//! 2. **Plan.** [`Effects`](crate::client::compiled_effects::Effects) decides whether the pass runs, and yields its specialization
 //!    constants. A line in [`effect_list`](crate::client::effect_list::effect_list) names the effect, its passes and its
 //!    images.
 //! 3. **Reference.** Write the pass in plain Rust in `client/reference` and call it from

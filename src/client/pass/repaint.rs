@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::client::background::BackgroundPolicy;
-use crate::client::effects::Effects;
+use crate::client::compiled_effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::client::compiled_effects::{self, Effects};
 use crate::client::dither::{MASK_SIDE, blue_noise};
-use crate::client::effects::{self, Effects};
 use crate::client::layout::TonemapPush;
 use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::client::settings::{Dither, Settings};
@@ -93,7 +93,7 @@ fn filled(
 
 /// The constants of `tonemap.frag`.
 fn tonemap_push(settings: &Settings) -> TonemapPush {
-    let p = effects::matrix(settings);
+    let p = compiled_effects::matrix(settings);
     let row = |i: usize| p.row(i).extend(0.0).to_array();
     TonemapPush {
         red: row(0),

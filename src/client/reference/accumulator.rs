@@ -264,7 +264,7 @@ fn copy<T: Copy>(from: &[T], spec: &FilmSpec) -> Option<Grid<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::client::merge::Merger;
+    use crate::client::dense_cells::Merger;
     use crate::client::settings::SplatFilter;
     use crate::color::Xyz;
     use crate::math::random::Random;

@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::client::Film;
-use crate::client::effects::Effects;
+use crate::client::compiled_effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
 use crate::client::reference::accumulator::Accumulator;

@@ -37,7 +37,7 @@ impl Sprite {
         spec.holds(p).then(|| Sprite { p, value: sprite_value(sample) })
     }
 
-    /// A [merged](crate::client::merge) sample, which lies in padded texels.
+    /// A [merged](crate::client::dense_cells) sample, which lies in padded texels.
     pub fn merged(sample: &Sample) -> Self {
         Sprite { p: sample.uv, value: sprite_value(sample) }
     }

@@ -1,7 +1,7 @@
 //! The sums of both streams on the CPU: batches are drawn into them by the current thread pool.
 
+use crate::client::dense_cells::Merger;
 use crate::client::error::ClientError;
-use crate::client::merge::Merger;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::splat::{Bins, Sprite};
 use crate::client::reference::variance::VarianceParameters;

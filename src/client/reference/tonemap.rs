@@ -5,8 +5,8 @@
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
+use crate::client::compiled_effects;
 use crate::client::dither::thresholds;
-use crate::client::effects;
 use crate::client::reference::curves::{MAX_TONE_INPUT, agx, pbr_neutral};
 use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, Settings, ToneCurve};
 use crate::client::zones;
@@ -31,7 +31,7 @@ pub struct ToneMapper<'a> {
 impl<'a> ToneMapper<'a> {
     /// The mapper of these settings.
     pub fn new(settings: &'a Settings) -> Self {
-        Self { settings, from_xyz: effects::matrix(settings) }
+        Self { settings, from_xyz: compiled_effects::matrix(settings) }
     }
 
     /// The largest displayed luminance, 1 being diffuse white.

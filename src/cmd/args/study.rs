@@ -24,7 +24,7 @@ pub struct StudyArgs {
 
     /// Parts to measure [default: all].
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
-    pub knobs: Vec<Knob>,
+    pub knobs: Vec<StudySection>,
 
     /// The reference, an EXR of the same size [default: made of all pictures of the study, each judged by the others].
     #[arg(long, value_name = "REF.exr")]
@@ -98,7 +98,7 @@ pub struct StudyArgs {
 
 /// A part of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Knob {
+pub enum StudySection {
     /// Error against time of each method, time to an error, predictions, rejected samples
     Methods,
     /// The cost of each effect in time and noise, and what the picture loses without it (FLIP)

@@ -12,7 +12,7 @@ use crate::color::Xyz;
 use crate::denoise::filtered_picture::{FilteredPicture, HalfMeans};
 use crate::denoise::view_filter::ViewFilter;
 use crate::gpu::Inventory;
-use crate::render::plan::PlannedEffect;
+use crate::render::effect_plan::PlannedEffect;
 use crate::render::process;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, PathCounts, Sample};

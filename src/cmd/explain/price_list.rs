@@ -4,8 +4,8 @@ use std::cell::{Cell, RefCell};
 use std::path::Path;
 
 use crate::cmd::explain::{COLUMNS, wrapped};
+use crate::render::effect_plan::{Cost, EffectSide, PlannedEffect};
 use crate::render::figures::print;
-use crate::render::plan::{Cost, EffectSide, PlannedEffect};
 use crate::render::process;
 use crate::render::progress::Steps;
 

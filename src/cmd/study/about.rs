@@ -6,7 +6,7 @@ use std::time::Instant;
 use miette::Result;
 
 use crate::cmd::args::StudyArgs;
-use crate::cmd::args::study::Knob;
+use crate::cmd::args::study::StudySection;
 use crate::cmd::explain::farm_cost;
 use crate::cmd::study::folder::{self, StudyFolder};
 use crate::cmd::study::renderer::{StudyRenderer, cpu};
@@ -94,14 +94,14 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneOptions {
 
 /// A study with its scene, its machine and its missing parts.
 pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -> Study {
-    let there = |knob: Knob| match knob {
-        Knob::Methods => folder.has(|m| matches!(m, Measurement::Run(_))),
+    let there = |knob: StudySection| match knob {
+        StudySection::Methods => folder.has(|m| matches!(m, Measurement::Run(_))),
         // Of these parts it is measured last.
-        Knob::Effects => folder.has(|m| matches!(m, Measurement::Unused { .. })),
-        Knob::Options => options::is_complete(folder),
-        Knob::Display => display::is_complete(folder),
-        Knob::Numeric => folder.has(|m| matches!(m, Measurement::Numeric(_))),
-        Knob::Replicates => folder.has(|m| matches!(m, Measurement::Scheme(_))),
+        StudySection::Effects => folder.has(|m| matches!(m, Measurement::Unused { .. })),
+        StudySection::Options => options::is_complete(folder),
+        StudySection::Display => display::is_complete(folder),
+        StudySection::Numeric => folder.has(|m| matches!(m, Measurement::Numeric(_))),
+        StudySection::Replicates => folder.has(|m| matches!(m, Measurement::Scheme(_))),
     };
     let missing = PARTS.into_iter().filter(|(knob, ..)| wanted(args, *knob) && !there(*knob));
     let spec = renderer.run.film;

@@ -9,10 +9,10 @@ use crate::cmd::study::folder::StudyFolder;
 use crate::cmd::study::pictures::{difference, linear, uri};
 use crate::cmd::study::renderer::{RenderLimit, StudyRender, StudyRenderer};
 use crate::cmd::study::{StudySession, TimeBudget};
+use crate::render::effect_plan::PlannedEffect;
 use crate::render::effect_price;
-use crate::render::plan::PlannedEffect;
 use crate::render::run_spec::RunSpec;
-use crate::render::{load, plan, process};
+use crate::render::{effect_plan, load, process};
 use crate::study::Interval;
 use crate::study::data::EffectPrice;
 use crate::study::measurement::Measurement;
@@ -36,7 +36,7 @@ pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     if folder.measurements.iter().filter(|m| matches!(m, Measurement::Unused { .. })).count() >= TURNS {
         return Ok(());
     }
-    let plan = plan::plan(&renderer.desc, &run, &renderer.settings);
+    let plan = effect_plan::plan(&renderer.desc, &run, &renderer.settings);
     let (on, off): (Vec<_>, Vec<_>) =
         plan.iter().filter(|entry| entry.effect.is_some()).partition(|entry| entry.on);
     // Two runners, each for all turns and once to warm up; scenes are prepared anew where geometry changes.

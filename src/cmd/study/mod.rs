@@ -23,7 +23,7 @@ use clap::ValueEnum;
 use miette::Result;
 
 use crate::cmd::args::StudyArgs;
-use crate::cmd::args::study::Knob;
+use crate::cmd::args::study::StudySection;
 use crate::render::process::tell;
 use crate::render::run_spec::{ChoiceReport, RunSpec};
 use crate::render::{predictions, process};
@@ -36,13 +36,13 @@ use judge::Judge;
 use renderer::StudyRenderer;
 
 /// Parts in their order, with shares of what is left of the budget, and what is missing without them.
-const PARTS: [(Knob, f64, &str); 6] = [
-    (Knob::Methods, 0.65, "convergence, prices, pictures, predictions, stability: --knobs methods"),
-    (Knob::Effects, 0.5, "effects: --knobs effects"),
-    (Knob::Options, 0.6, "options: --knobs options"),
-    (Knob::Display, 0.6, "display: --knobs display"),
-    (Knob::Numeric, 0.2, "numeric choices: --knobs numeric"),
-    (Knob::Replicates, 1.0, "replicates: --knobs replicates"),
+const PARTS: [(StudySection, f64, &str); 6] = [
+    (StudySection::Methods, 0.65, "convergence, prices, pictures, predictions, stability: --knobs methods"),
+    (StudySection::Effects, 0.5, "effects: --knobs effects"),
+    (StudySection::Options, 0.6, "options: --knobs options"),
+    (StudySection::Display, 0.6, "display: --knobs display"),
+    (StudySection::Numeric, 0.2, "numeric choices: --knobs numeric"),
+    (StudySection::Replicates, 1.0, "replicates: --knobs replicates"),
 ];
 
 /// A study of fewer seconds gives this share of them to the methods.
@@ -130,24 +130,24 @@ fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) ->
         let share = match knob {
             _ if Some(i) == last => 1.0,
             // Nothing is worth as much as the answer.
-            Knob::Methods if budget.seconds < BRIEF => BRIEF_SHARE,
+            StudySection::Methods if budget.seconds < BRIEF => BRIEF_SHARE,
             _ => share,
         };
         let part = TimeBudget { start: Instant::now(), seconds: share * budget.left(), quiet: args.quiet };
         match knob {
-            Knob::Methods => converge::converge(session, methods.clone(), &part)?,
-            Knob::Effects => effects::effects(session, &part)?,
-            Knob::Options => options::options(session, &part)?,
-            Knob::Display => display::display(session, &part)?,
-            Knob::Numeric => numeric::numeric(session, &part)?,
-            Knob::Replicates => schemes::schemes(session, &part)?,
+            StudySection::Methods => converge::converge(session, methods.clone(), &part)?,
+            StudySection::Effects => effects::effects(session, &part)?,
+            StudySection::Options => options::options(session, &part)?,
+            StudySection::Display => display::display(session, &part)?,
+            StudySection::Numeric => numeric::numeric(session, &part)?,
+            StudySection::Replicates => schemes::schemes(session, &part)?,
         }
     }
     converge::peers(session, &args.peer)
 }
 
 /// True if a part is asked for.
-fn wanted(args: &StudyArgs, knob: Knob) -> bool {
+fn wanted(args: &StudyArgs, knob: StudySection) -> bool {
     args.knobs.is_empty() || args.knobs.contains(&knob)
 }
 

@@ -18,7 +18,7 @@ use crate::render::figures::Seconds;
 use crate::render::light_groups::GroupFilms;
 use crate::render::load::{self, Opened};
 use crate::render::method::{self, RenderOrder};
-use crate::render::observer::{Beside, Observer};
+use crate::render::observer::{Backpressure, Observer};
 use crate::render::options::SceneOptions;
 use crate::render::progress::{Goal, Progress};
 use crate::render::run_spec::{RunSpec, shown_variance};
@@ -223,7 +223,7 @@ impl StudyRenderer {
             true => adaptive::stages(run, &goal)?,
             false => vec![RenderStage::even(goal.indices, time)],
         };
-        let observer = run.replicated.then(|| Observer::start(run, None, Beside::Render)).transpose()?;
+        let observer = run.replicated.then(|| Observer::start(run, None, Backpressure::Wait)).transpose()?;
         // What a user gets states its error with witnesses; in less time they would cost too much of it.
         let has_witnesses = time.is_some_and(|time| time >= WITNESSED);
         let witnesses = has_witnesses.then(|| method::witnesses(run, &scene, &camera)).flatten();

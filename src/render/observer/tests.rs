@@ -64,7 +64,7 @@ fn give(observer: &Observer, block: &Block) {
 
 #[test]
 fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
-    let mut observer = Observer::start(&run(64, 64), aim(0.01), Beside::Window).expect("a thread");
+    let mut observer = Observer::start(&run(64, 64), aim(0.01), Backpressure::LeaveOut).expect("a thread");
     observer.begin(&run(64, 64), None);
     (0..8).for_each(|i| give(&observer, &chunk(i)));
     observer.sync();
@@ -91,7 +91,7 @@ fn the_error_is_known_after_four_samples_per_pixel_and_falls() {
 #[test]
 fn sixty_renders_in_a_second_leave_nothing_behind() {
     let large = run(4096, 2160);
-    let mut observer = Observer::start(&large, aim(0.01), Beside::Window).expect("a thread");
+    let mut observer = Observer::start(&large, aim(0.01), Backpressure::LeaveOut).expect("a thread");
     let block = chunk(0);
     for _ in 0..60 {
         observer.begin(&large, None);
@@ -109,7 +109,7 @@ fn sixty_renders_in_a_second_leave_nothing_behind() {
 #[test]
 fn what_waits_is_bounded() {
     let small = run(16, 16);
-    let mut observer = Observer::start(&small, None, Beside::Window).expect("a thread");
+    let mut observer = Observer::start(&small, None, Backpressure::LeaveOut).expect("a thread");
     observer.begin(&small, None);
     let blocks = 3 * MOST / BLOCK_SAMPLES;
     for i in 0..blocks as u64 {
@@ -117,8 +117,8 @@ fn what_waits_is_bounded() {
         assert!(observer.waiting() <= MOST);
     }
     observer.end();
-    // Beside a render nothing is left out: it waits.
-    let observer = Observer::start(&small, None, Beside::Render).expect("a thread");
+    // Backpressure a render nothing is left out: it waits.
+    let observer = Observer::start(&small, None, Backpressure::Wait).expect("a thread");
     (0..blocks as u64).for_each(|i| give(&observer, &chunk(i % 2)));
     let (state, _) = observer.end();
     assert_eq!(state.samples_per_pixel, (blocks * BLOCK_SAMPLES) as f64 / 256.0);

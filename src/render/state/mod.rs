@@ -19,9 +19,9 @@
 //! | [`recorder`] | a render that keeps its state on disk |
 
 pub mod file;
+pub mod goal;
 pub mod header;
 pub mod identity;
-pub mod plan;
 pub mod ranges;
 pub mod recorder;
 
@@ -29,8 +29,8 @@ pub mod recorder;
 mod tests;
 
 pub use file::{RenderState, StateFile};
+pub use goal::{KeptState, OpenState, PlannedGoal};
 pub use header::{RenderGoal, Share, StateHeader};
 pub use identity::{Identity, hash_of_files};
-pub use plan::{KeptState, OpenState, PlannedGoal};
 pub use ranges::IndexRanges;
 pub use recorder::Recorder;

@@ -12,7 +12,6 @@ use crate::math::random::Random;
 use crate::render::load;
 use crate::render::method::render_context;
 use crate::render::options::SceneOptions;
-use crate::render::run_spec::RunSpec;
 use crate::render::state::*;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, PathCounts, Sample, SampleSink};

@@ -12,7 +12,7 @@
 //! ([`Decision`] has the object that does, and its line). [`planned`] takes out of the description what nothing calls for
 //! ([`without`]), and [`Scene::prepare`](crate::tracer::Scene::prepare) prepares what is left. So an effect that is
 //! off costs nothing: there is no texture, lobe or light to evaluate, and [`material_class`] picks code that has no branch for it.
-//! `--check-plan` traces paths without the plan too and compares. The client's half is `client/effect_list.rs`; `render/plan.rs` joins the
+//! `--check-plan` traces paths without the plan too and compares. The client's half is `client/effect_list.rs`; `render/effect_plan.rs` joins the
 //! two.
 //!
 //! # Adding an effect

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::client::film::VulkanFilm;
 use crate::client::lod::level_of_detail;
-use crate::client::pacing::{FramePlan, Situation};
+use crate::client::pacing::{FramePlan, PacingInput};
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, Reconstruction, Settings};
@@ -60,7 +60,7 @@ impl LivePicture {
             0 => f64::INFINITY,
             last => samples as f64 / last as f64,
         };
-        let situation = Situation {
+        let situation = PacingInput {
             since_edit: now - self.last_edit,
             since_repaint: now - last.at,
             lod: level_of_detail(&run.film, self.samples()),

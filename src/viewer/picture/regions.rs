@@ -22,7 +22,7 @@ use crate::denoise::noise_filter::EpochView;
 use crate::gpu::{Cmd, Gpu, Region};
 use crate::image::Grid;
 use crate::render::method;
-use crate::render::observer::{Beside, Observer};
+use crate::render::observer::{Backpressure, Observer};
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::study::ErrorTarget;
@@ -429,7 +429,7 @@ impl LivePicture {
             deterministic: false,
             ..whole.clone()
         };
-        let observe = || Observer::start(&run, Some(target), Beside::Window);
+        let observe = || Observer::start(&run, Some(target), Backpressure::LeaveOut);
         let mut region = RegionRender {
             rectangle,
             film: screen.new_film(film).into_diagnostic()?,
@@ -451,7 +451,7 @@ impl LivePicture {
             // What the last region has found comes first.
             match self.regions.list.last().and_then(|last| last.observer.as_ref()).filter(|_| last) {
                 Some(last) => last.ask_for(rectangle, whole, own),
-                None => whole.lend_shown(rectangle, own),
+                None => whole.share_shown(rectangle, own),
             }
         }
         self.regions.list.push(region);
@@ -467,7 +467,7 @@ impl LivePicture {
         let lasted = region.began.elapsed();
         if let Some((whole, own)) = self.observer.as_mut().zip(region.observer.as_ref()) {
             whole.stood_still(lasted);
-            own.lend_own(whole, region.rectangle.origin.map(i64::from));
+            own.share_own(whole, region.rectangle.origin.map(i64::from));
         }
         self.regions.is_traced = false;
         session.resume(editor, lasted)?;

@@ -12,7 +12,7 @@ use crate::color::Profile;
 
 /// Draws the controls; a double click on a label sets its default again.
 pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
-    let PanelControls { settings, filter, own_profile, map, follow_light, .. } = controls;
+    let PanelControls { settings, filter, own_profile, map, auto_exposure, .. } = controls;
     let default = Settings::default();
     let maps = [("None", MapChoice::None), ("Error map", MapChoice::Error), ("Cost map", MapChoice::Cost)];
     let hint = "Over the picture its relative error, or the time that paths take by region";
@@ -33,8 +33,8 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     glare(ui, &mut settings.glare);
     ui.separator();
     let exposure = settings.exposure;
-    tone(ui, settings, &default, own_profile.as_ref(), follow_light);
-    *follow_light &= settings.exposure == exposure;
+    tone(ui, settings, &default, own_profile.as_ref(), auto_exposure);
+    *auto_exposure &= settings.exposure == exposure;
 }
 
 /// Chooses the noise filter. One that is not installed is grey, and says so under the pointer.
@@ -67,14 +67,14 @@ fn tone(
     settings: &mut Settings,
     default: &Settings,
     own: Option<&Profile>,
-    follow_light: &mut bool,
+    auto_exposure: &mut bool,
 ) {
     let label = ("Tone curve", "From scene to display luminance");
     option(ui, label, &mut settings.curve, default.curve);
     let label = ("Brightness B", "Factor on luminance");
     slide(ui, label, &mut settings.exposure, default.exposure, 1e-3..=1e3);
     let hint = "Brightness follows the light of the scene: its mean becomes a middle grey";
-    ui.checkbox(follow_light, "Brightness from the scene").on_hover_text(hint);
+    ui.checkbox(auto_exposure, "Brightness from the scene").on_hover_text(hint);
     let label = ("Contrast C", "Exponent of the tone curve");
     slide(ui, label, &mut settings.contrast, default.contrast, 0.1..=4.0);
     slide(ui, ("Gamma G", "Of the display"), &mut settings.gamma, default.gamma, 1.0..=4.0);

@@ -46,7 +46,7 @@ pub struct PanelControls {
     /// Display settings; a change of them never restarts the server.
     pub settings: Settings,
     /// The exposure follows the light of the scene, until the user chooses one.
-    pub follow_light: bool,
+    pub auto_exposure: bool,
     /// Splat filter; a change of it starts the film anew from the kept samples.
     pub filter: SplatFilter,
     /// The profile that was read from a file, so that it can be chosen again after another one.

@@ -1,6 +1,6 @@
-//! Tests of `client::effects`.
+//! Tests of `client::compiled_effects`.
 
-use pointillist::client::effects::*;
+use pointillist::client::compiled_effects::*;
 use pointillist::client::settings::{DisplayView, Settings};
 
 #[test]

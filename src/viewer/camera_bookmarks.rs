@@ -10,7 +10,7 @@ use crate::image::write::atomically;
 
 /// The views of one scene.
 #[derive(Debug, Default)]
-pub struct KeptViews {
+pub struct CameraBookmarks {
     /// `SCENE.views.json`.
     file: PathBuf,
     views: BTreeMap<u8, Pose>,
@@ -18,7 +18,7 @@ pub struct KeptViews {
     is_foreign: bool,
 }
 
-impl KeptViews {
+impl CameraBookmarks {
     /// The views that are kept beside this scene.
     ///
     /// # Errors
@@ -96,13 +96,13 @@ mod tests {
             fov: 41.3,
             mirrored: false,
         };
-        let (mut views, problem) = KeptViews::beside(&scene);
+        let (mut views, problem) = CameraBookmarks::beside(&scene);
         assert!(problem.is_none() && views.get(3).is_err());
         views.keep(3, pose).expect("a file");
-        let (again, problem) = KeptViews::beside(&scene);
+        let (again, problem) = CameraBookmarks::beside(&scene);
         assert_eq!((problem, again.numbers(), again.get(3).expect("kept")), (None, vec![3], pose));
         std::fs::write(folder.path().join("room.views.json"), "{\n  3").expect("a file");
-        let (none, problem) = KeptViews::beside(&scene);
+        let (none, problem) = CameraBookmarks::beside(&scene);
         let mut none = none;
         assert!(none.numbers().is_empty() && none.keep(1, pose).is_err(), "it is not written over");
         let text = std::fs::read_to_string(folder.path().join("room.views.json")).expect("the file");
