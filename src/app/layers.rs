@@ -12,7 +12,7 @@ use super::run_spec::RunSpec;
 use super::tell;
 use crate::client::FilmSpec;
 use crate::math::random::Random;
-use crate::scene::aov::{AovDesc, channel_count};
+use crate::scene::desc::aov::{AovDesc, channel_count};
 use crate::scene::limits;
 use crate::tracer::aov::AovTracer;
 use crate::tracer::{Camera, Scene};

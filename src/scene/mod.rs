@@ -14,24 +14,17 @@
 //!
 //! This module knows nothing of rendering.
 
-pub mod aov;
-mod bsdf;
-pub mod curves;
 pub mod desc;
 mod diagnostic;
 pub mod edit;
-pub mod emission_texture;
 mod files;
 mod leftovers;
 pub mod light_groups;
-mod lights;
 pub mod limits;
 pub mod mesh;
 pub mod mitsuba;
 pub mod model;
-mod rendering_space;
-pub mod texture;
-pub mod volume;
+mod suggest;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
@@ -40,4 +33,3 @@ pub use mitsuba::{
     LoadOptions, Loaded, ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, load, load_str, load_str_with,
     load_telling, load_with, plugins,
 };
-pub use rendering_space::RenderingSpace;

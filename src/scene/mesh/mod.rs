@@ -16,6 +16,7 @@
 
 mod attributes;
 mod check;
+pub mod curves;
 mod file;
 mod normals;
 mod obj;

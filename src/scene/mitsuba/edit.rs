@@ -13,13 +13,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::document::{Document, Element, ElementId};
-use super::suggest;
-use super::value::{self, shorten};
+use super::value;
 use crate::scene::desc::SceneDesc;
+use crate::scene::diagnostic::shorten;
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::edit::objects::address;
 use crate::scene::edit::parameters::parameters;
 use crate::scene::edit::target::{EditError, EditableParameter, ObjectKind};
+use crate::scene::suggest;
 
 /// Objects with an id, by sort and id.
 type Ids = BTreeMap<(&'static str, String), u32>;

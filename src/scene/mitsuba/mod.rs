@@ -23,6 +23,7 @@
 //! ([`LoadOptions::lenient`]) turns into a warning; what does not, such as a sampler, is a remark.
 
 mod attribute;
+mod bsdf;
 mod document;
 mod documentation;
 mod edit;
@@ -39,7 +40,6 @@ mod shape;
 mod sky;
 mod source;
 mod spectrum;
-pub(super) mod suggest;
 mod tags;
 mod texture;
 mod transform;
@@ -50,16 +50,8 @@ mod variables;
 mod volume;
 mod walk;
 
-pub(crate) use document::ElementId;
-pub(crate) use params::{Params, Question};
-pub(crate) use reader::{PluginTable, Reader, Role};
-pub(crate) use sensor::AXES;
-pub(crate) use source::Span;
-pub(crate) use spectrum::read as read_spectrum;
-pub(crate) use texture::{read as read_texture, shared as texture_of};
-pub(crate) use value::{numbers, shorten};
-
 pub use documentation::{ParameterDoc, PluginDoc, PluginKind, plugins};
+pub(crate) use sensor::AXES;
 pub use unsupported::UNSUPPORTED;
 
 use std::path::Path;

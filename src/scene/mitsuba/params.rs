@@ -7,8 +7,10 @@ use glam::{DAffine3, DVec3};
 use super::document::{Document, Element, ElementId};
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
-use super::{suggest, transform, value};
+use super::{transform, value};
+use crate::scene::diagnostic::shorten;
 use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
+use crate::scene::suggest;
 
 /// One child of a plugin, with references followed.
 struct PluginChild<'d> {
@@ -278,17 +280,14 @@ impl<'d> Params<'d> {
     /// One remark on all children that were not asked for: those of a plugin whose place another one takes.
     pub(crate) fn rest_without_effect(&self) {
         let rest = self.children.iter().filter(|e| !e.used.replace(true));
-        let names: Vec<String> =
-            rest.filter_map(|e| e.name).map(|n| format!("`{}`", value::shorten(n))).collect();
+        let names: Vec<String> = rest.filter_map(|e| e.name).map(|n| format!("`{}`", shorten(n))).collect();
         let what = match names.as_slice() {
             [] => return,
             [one] => format!("{one} has no effect"),
             [first, rest @ ..] => format!("{first} and {} more parameters have no effect", rest.len()),
         };
-        let message = format!(
-            "{what} in this program, which renders `{}` in its own way",
-            value::shorten(self.plugin())
-        );
+        let message =
+            format!("{what} in this program, which renders `{}` in its own way", shorten(self.plugin()));
         self.note(self.fault(FindingKind::Parameter, message).advice());
     }
 
@@ -333,7 +332,7 @@ pub(crate) fn follow(document: &Document, reference: &Element) -> Result<Element
     let id = reference.value("id").unwrap_or_default();
     document.ids.get(id).copied().ok_or_else(|| {
         let names: Vec<&str> = document.ids.keys().map(String::as_str).take(1000).collect();
-        let message = format!("there is no element with the id `{}`", value::shorten(id));
+        let message = format!("there is no element with the id `{}`", shorten(id));
         let found = document.finding(FindingKind::Reference, reference.span_of("id"), message);
         found.help(suggest::nearest_or(id, names, "give the element meant an id")).error()
     })

@@ -9,16 +9,16 @@ use super::document::ElementId;
 use super::params::{Params, Question};
 use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
-use super::{spectrum, value, volume};
+use super::{spectrum, volume};
 use crate::image::bitmap::Bitmap;
 use crate::image::error::ImageError;
 use crate::scene::desc::MeshAttribute;
-use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::files::{ReadError, SceneFiles};
-use crate::scene::limits;
-use crate::scene::texture::{
+use crate::scene::desc::texture::{
     AttributeLayout, AttributeTexture, BitmapTexture, Checkerboard, SpectrumTexture, WrapMode,
 };
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
+use crate::scene::files::{ReadError, SceneFiles};
+use crate::scene::limits;
 use crate::spectrum::Spectrum;
 
 /// Every `<texture type="…">`.
@@ -193,7 +193,7 @@ fn mesh_attribute(_: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTex
         "it begins with `vertex_` or `face_`, such as in <string name=\"name\" value=\"vertex_color\"/>";
     let name = params.string("name")?.ok_or_else(|| missing().help(help).error())?;
     if ![MeshAttribute::VERTEX, MeshAttribute::FACE].iter().any(|first| name.starts_with(first)) {
-        let found = params.error("name", format!("`{}` names no attribute of a mesh", value::shorten(&name)));
+        let found = params.error("name", format!("`{}` names no attribute of a mesh", shorten(&name)));
         return Err(found.help(help).error());
     }
     let scale = params.float("scale")?.unwrap_or(1.0);
@@ -214,7 +214,7 @@ pub(super) fn choice(params: &Params<'_>, name: &'static str, names: &[&str]) ->
     params.default(name, names[0]);
     let Some(given) = params.string(name)? else { return Ok(0) };
     names.iter().position(|known| *known == given).ok_or_else(|| {
-        let message = format!("`{}` is no {name}", value::shorten(&given));
+        let message = format!("`{}` is no {name}", shorten(&given));
         params.error(name, message).help(format!("it is one of {}", names.join(", "))).error()
     })
 }

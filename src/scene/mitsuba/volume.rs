@@ -13,10 +13,10 @@ use super::params::Params;
 use super::reader::{PluginTable, Reader, Role};
 use super::spectrum;
 use super::texture::{choice, wrap};
+use crate::scene::desc::texture::{SpectrumTexture, WrapMode};
+use crate::scene::desc::volume::{VolumeGrid, VolumeTexture};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
-use crate::scene::texture::{SpectrumTexture, WrapMode};
-use crate::scene::volume::{VolumeGrid, VolumeTexture};
 use crate::spectrum::Spectrum;
 
 /// Every `<volume type="…">`.

@@ -7,12 +7,10 @@ use super::expand::Expanded;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
-use super::value::shorten;
 use super::{Loaded, attribute, edit, emitter, integrator, params, prefetch, sensor, shape, upgrade};
+use crate::scene::diagnostic::shorten;
 
-use crate::scene::RenderingSpace;
-use crate::scene::bsdf;
-use crate::scene::desc::{IntegratorDesc, SceneDesc};
+use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::model;
 
@@ -109,7 +107,7 @@ impl SceneWalk<'_> {
                 let read = shape::read(&mut self.reader, id);
                 self.leave_out(read)
             }
-            (TagKind::Object, "bsdf") => bsdf::read(&mut self.reader, id).map(|_| ()),
+            (TagKind::Object, "bsdf") => self.reader.bsdf(id).map(|_| ()),
             (TagKind::Object, "emitter") => {
                 let read = emitter::read(&mut self.reader, id);
                 self.leave_out(read)

@@ -72,7 +72,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::BsdfDesc;
-use crate::scene::texture::TexturePoint;
+use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::light_groups::GroupCredits;
 use crate::tracer::wavelength_mis::Parted;

@@ -10,7 +10,7 @@ mod trial;
 
 use super::params::Question;
 use super::{emitter, integrator, sensor, shape, spectrum, texture, volume};
-use crate::scene::bsdf;
+use crate::scene::mitsuba::bsdf;
 use trial::DocumentationRun;
 
 /// The plugins of one kind.

@@ -19,7 +19,7 @@ use super::assets::StageAssets;
 use super::network::{InputSource, ShaderNetwork};
 use super::textures::{StagePictures, TextureNode, TextureRead};
 use super::values;
-use crate::scene::mitsuba::shorten;
+use crate::scene::diagnostic::shorten;
 use crate::scene::model::CLAY;
 use crate::scene::model::picture_changes::ChannelUse;
 use crate::scene::model::specular::{STRONGEST, metallic_roughness};

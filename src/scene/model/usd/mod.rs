@@ -49,10 +49,10 @@ use openusd::usda::parser::Parser;
 
 use super::text::SceneText;
 use super::{finding, unreadable};
+use crate::scene::diagnostic::shorten;
 use crate::scene::diagnostic::{FindingKind, LineAt, SceneError};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
-use crate::scene::mitsuba::shorten;
 use assets::{StageAssets, StageResolver};
 use prim::guarded;
 use walk::StageWalker;
