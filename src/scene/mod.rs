@@ -21,6 +21,7 @@ mod files;
 mod leftovers;
 pub mod light_groups;
 pub mod limits;
+mod load;
 pub mod mesh;
 pub mod mitsuba;
 pub mod model;
@@ -29,7 +30,5 @@ mod suggest;
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
 pub use files::LoadProgress;
-pub use mitsuba::{
-    LoadOptions, Loaded, ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, load, load_str, load_str_with,
-    load_telling, load_with, plugins,
-};
+pub use load::{Loaded, load, load_str, load_str_with, load_telling, load_with};
+pub use mitsuba::{LoadOptions, ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, plugins};

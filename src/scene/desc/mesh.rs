@@ -44,6 +44,12 @@ impl MeshAttribute {
     /// The beginning of names of attributes of triangles.
     pub const FACE: &str = "face_";
 
+    /// The attribute that colours of vertices are.
+    pub(crate) const VERTEX_COLOR: &str = "vertex_color";
+
+    /// The attribute that colours of faces are.
+    pub(crate) const FACE_COLOR: &str = "face_color";
+
     /// It has numbers for triangles, not for vertices.
     pub fn is_of_faces(&self) -> bool {
         self.name.starts_with(Self::FACE)

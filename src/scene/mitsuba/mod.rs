@@ -26,14 +26,16 @@ mod attribute;
 mod bsdf;
 mod document;
 mod documentation;
-mod edit;
 mod emission;
 mod emitter;
 mod expand;
+mod grid_file;
 mod integrator;
 mod params;
 mod prefetch;
+mod prefetched;
 mod prescan;
+mod question;
 mod reader;
 mod sensor;
 mod shape;
@@ -50,86 +52,44 @@ mod variables;
 mod volume;
 mod walk;
 
+pub(super) use document::{Document, Element, ElementId};
 pub use documentation::{ParameterDoc, PluginDoc, PluginKind, plugins};
-pub(crate) use sensor::AXES;
+pub(super) use sensor::AXES;
 pub use unsupported::UNSUPPORTED;
+pub(super) use value::{integer, numbers};
+pub(super) use walk::SceneWithEdits;
 
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::scene::desc::SceneDesc;
-use crate::scene::diagnostic::{SceneError, SceneWarning};
+use crate::scene::diagnostic::SceneError;
 use crate::scene::files::LoadProgress;
-
-/// A scene as read, with warnings for the user.
-#[derive(Clone, Debug)]
-pub struct Loaded {
-    /// The scene.
-    pub desc: SceneDesc,
-    /// Warnings and remarks, in the order they were found.
-    pub warnings: Vec<SceneWarning>,
-}
 
 /// How a scene is read.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LoadOptions<'a> {
-    /// The `-D name=value` of the command line, as for [`load`].
+    /// The `-D name=value` of the command line, as for [`load`](crate::scene::load).
     pub defines: &'a [(String, String)],
     /// A bsdf that is not supported becomes magenta, such a shape or emitter is left out: a warning each instead of an error.
     pub lenient: bool,
 }
 
-/// Reads the scene file at `path` and every file it names. A model ([`ModelFormat`](crate::scene::model::ModelFormat)) is a
-/// scene, too.
-///
-/// `overrides` are the `-D name=value` of the command line: they win over `default`, and one the
-/// scene does not use is a warning.
-///
-/// # Errors
-///
-/// [`SceneError`] with file, line, column and source line, at the first thing that prevents a picture.
-pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
-    load_with(path, &LoadOptions { defines: overrides, lenient: false })
-}
-
-/// Reads the scene file at `path` as [`load`] does, with options.
-///
-/// # Errors
-///
-/// The errors of [`load`]; in a lenient run, plugins that are not supported are none.
-pub fn load_with(path: &Path, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
-    load_telling(path, options, &Arc::default())
-}
-
-/// Reads the scene file at `path` as [`load_with`] does, and tells `progress` of every file meanwhile.
-///
-/// # Errors
-///
-/// The errors of [`load_with`].
-pub fn load_telling(
+/// Reads the scene file at `path`, and tells `progress` of every file meanwhile.
+pub(super) fn read_file(
     path: &Path,
     options: &LoadOptions<'_>,
     progress: &Arc<LoadProgress>,
-) -> Result<Loaded, SceneError> {
+) -> Result<SceneWithEdits, SceneError> {
     let expander = expand::Expander::new(options.defines).telling(progress.clone());
     walk::read(expander.file(path)?, options.lenient)
 }
 
 /// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.
-///
-/// # Errors
-///
-/// The errors of [`load`].
-pub fn load_str(name: &str, text: &str, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
-    load_str_with(name, text, &LoadOptions { defines: overrides, lenient: false })
-}
-
-/// Reads a scene from `text` as [`load_str`] does, with options.
-///
-/// # Errors
-///
-/// The errors of [`load_with`].
-pub fn load_str_with(name: &str, text: &str, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
+pub(super) fn read_text(
+    name: &str,
+    text: &str,
+    options: &LoadOptions<'_>,
+) -> Result<SceneWithEdits, SceneError> {
     let expanded = expand::Expander::new(options.defines).string(Path::new(name), text.as_bytes())?;
     walk::read(expanded, options.lenient)
 }

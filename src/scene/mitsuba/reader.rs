@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::document::{Document, ElementId};
+use super::grid_file::Grids;
 use super::params::Params;
-use super::prefetch::Prefetched;
+use super::prefetched::Prefetched;
 use super::source::Span;
 use super::unsupported;
-use super::volume::Grids;
 use crate::image::bitmap::Bitmap;
 use crate::scene::desc::emission_texture::EmissionTexture;
 use crate::scene::desc::texture::{AttributeLayout, SpectrumTexture};

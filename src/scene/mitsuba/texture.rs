@@ -1,23 +1,23 @@
 //! Reads textures, wherever a reflectance or a factor on light may vary over a surface.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, Mat2, Vec2};
 
 use super::document::ElementId;
-use super::params::{Params, Question};
+use super::params::Params;
+use super::prefetched::{BitmapError, read_bitmap};
+use super::question::Question;
 use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
 use super::{spectrum, volume};
 use crate::image::bitmap::Bitmap;
-use crate::image::error::ImageError;
 use crate::scene::desc::MeshAttribute;
 use crate::scene::desc::texture::{
     AttributeLayout, AttributeTexture, BitmapTexture, Checkerboard, SpectrumTexture, WrapMode,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
-use crate::scene::files::{ReadError, SceneFiles};
 use crate::scene::limits;
 use crate::spectrum::Spectrum;
 
@@ -64,18 +64,6 @@ pub(crate) fn shared(reader: &mut Reader<'_>, id: ElementId) -> Result<SpectrumT
     reader.finish(params);
     reader.known.textures.insert(id, texture.clone());
     Ok(texture)
-}
-
-/// Why the picture of a texture cannot be used.
-pub(crate) enum BitmapError {
-    Unreadable(ReadError),
-    Damaged(ImageError),
-}
-
-/// The picture of a file.
-pub(crate) fn read_bitmap(files: &SceneFiles, path: &Path, raw: bool) -> Result<Bitmap, BitmapError> {
-    let bytes = files.read(path, limits::IMAGE_BYTES).map_err(BitmapError::Unreadable)?;
-    Bitmap::decode(path, &bytes, raw, limits::IMAGE_PIXELS).map_err(BitmapError::Damaged)
 }
 
 /// Tells what the file of a picture, named at `span`, says of its colours that is not used.

@@ -7,12 +7,23 @@ use super::expand::Expanded;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
-use super::{Loaded, attribute, edit, emitter, integrator, params, prefetch, sensor, shape, upgrade};
+use super::{attribute, emitter, integrator, params, prefetch, sensor, shape, upgrade};
 use crate::scene::diagnostic::shorten;
 
 use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
 use crate::scene::model;
+
+/// A scene as read, and the changes in it that are still to be made.
+pub(crate) struct SceneWithEdits {
+    pub(crate) desc: SceneDesc,
+    /// Warnings and remarks, in the order they were found.
+    pub(crate) warnings: Vec<SceneWarning>,
+    /// The elements of the file.
+    pub(crate) document: Document,
+    /// The `<edit>` elements, in the order of the file.
+    pub(crate) edits: Vec<ElementId>,
+}
 
 /// A scene that is being read.
 struct SceneWalk<'d> {
@@ -24,7 +35,7 @@ struct SceneWalk<'d> {
 }
 
 /// The scene that an expanded document describes; `lenient` leaves out or replaces plugins that are not supported.
-pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<Loaded, SceneError> {
+pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<SceneWithEdits, SceneError> {
     announce(&document);
     let known = Known { prefetched: prefetch::prefetch(&document), ..Known::default() };
     let lists = SceneLists::default();
@@ -35,7 +46,8 @@ pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<Load
     for &id in &document.element(ElementId(0)).children {
         walk.top_level(id)?;
     }
-    walk.done()
+    let (desc, warnings, edits) = walk.done()?;
+    Ok(SceneWithEdits { desc, warnings, document, edits })
 }
 
 /// Tells those who wait how large the film is and how many files the scene names.
@@ -166,7 +178,7 @@ impl SceneWalk<'_> {
         self.reader.warn(found.help(help).warning());
     }
 
-    fn done(mut self) -> Result<Loaded, SceneError> {
+    fn done(mut self) -> Result<(SceneDesc, Vec<SceneWarning>, Vec<ElementId>), SceneError> {
         emitter::finish(&mut self.reader)?;
         let root = self.reader.document.element(ElementId(0)).span;
         let Some(sensor) = self.sensor.take() else {
@@ -219,7 +231,6 @@ impl SceneWalk<'_> {
         }
         // An edited scene is traced where the original is, whatever was moved.
         desc.place();
-        edit::apply(self.reader.document, &mut desc, &self.edits)?;
-        Ok(Loaded { desc, warnings: self.reader.warnings })
+        Ok((desc, self.reader.warnings, self.edits))
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::scene::diagnostic::SceneError;
 use crate::scene::diagnostic::shorten;
-use crate::scene::mitsuba::params::{Params, Question};
+use crate::scene::mitsuba::params::Params;
+use crate::scene::mitsuba::question::Question;
 use crate::spectrum::dispersion::Ior;
 
 /// An index of refraction: a number, or the name of a medium.

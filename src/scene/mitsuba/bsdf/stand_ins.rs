@@ -9,7 +9,7 @@ use crate::scene::mitsuba::texture;
 use crate::spectrum::Spectrum;
 
 /// Every `<bsdf type="…">` that another material stands for.
-pub(in crate::scene::mitsuba) const STAND_INS: PluginTable<BsdfDesc> = &[
+pub(crate) const STAND_INS: PluginTable<BsdfDesc> = &[
     ("pplastic", pplastic),
     ("polarizer", |reader, params| filter(reader, params, 0.5)),
     ("circular", |reader, params| filter(reader, params, 0.5)),

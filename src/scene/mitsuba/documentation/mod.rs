@@ -8,7 +8,7 @@
 mod notes;
 mod trial;
 
-use super::params::Question;
+use super::question::Question;
 use super::{emitter, integrator, sensor, shape, spectrum, texture, volume};
 use crate::scene::mitsuba::bsdf;
 use trial::DocumentationRun;

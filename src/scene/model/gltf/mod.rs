@@ -41,8 +41,7 @@ use std::collections::BTreeMap;
 use glam::DAffine3;
 
 use super::mesh_shape::MeshShape;
-use super::text::SceneText;
-use super::{finding, unreadable};
+use super::text::{SceneText, finding, unreadable};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;

@@ -47,8 +47,7 @@ use openusd::pcp;
 use openusd::usd::Stage;
 use openusd::usda::parser::Parser;
 
-use super::text::SceneText;
-use super::{finding, unreadable};
+use super::text::{SceneText, finding, unreadable};
 use crate::scene::diagnostic::shorten;
 use crate::scene::diagnostic::{FindingKind, LineAt, SceneError};
 use crate::scene::files::SceneFiles;

@@ -12,14 +12,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::document::{Document, Element, ElementId};
-use super::value;
+use super::objects::address;
+use super::parameters::parameters;
+use super::target::{EditError, EditableParameter, ObjectKind};
 use crate::scene::desc::SceneDesc;
 use crate::scene::diagnostic::shorten;
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::edit::objects::address;
-use crate::scene::edit::parameters::parameters;
-use crate::scene::edit::target::{EditError, EditableParameter, ObjectKind};
+use crate::scene::mitsuba::{Document, Element, ElementId, integer, numbers};
 use crate::scene::suggest;
 
 /// Objects with an id, by sort and id.
@@ -46,13 +45,13 @@ pub(crate) fn apply(
                 document.finding(FindingKind::Reference, span, "this value is edited twice in this file");
             return Err(found.help("keep one of the two edits").error());
         }
-        let numbers = value::numbers(edit.element.value("value").unwrap_or_default());
+        let given = numbers(edit.element.value("value").unwrap_or_default());
         let (value_span, name_span) = (edit.element.span_of("value"), edit.element.span_of("name"));
         let at = |message| document.error(FindingKind::Value, value_span, message);
-        let numbers = numbers.map_err(at)?;
+        let given = given.map_err(at)?;
         let wrong =
             || at(format!("`{}` cannot have these numbers: {}", parameter.name, parameter.range.wanted()));
-        let value = parameter.range.value(&numbers).ok_or_else(wrong)?;
+        let value = parameter.range.value(&given).ok_or_else(wrong)?;
         (parameter.target)(index).set(desc, value).map_err(|e| {
             let (kind, span) = match &e {
                 EditError::NoTarget { .. } => (FindingKind::Reference, name_span),
@@ -165,7 +164,7 @@ impl Edit<'_> {
             return Err(self.document.error(FindingKind::Missing, self.element.span, message));
         };
         let wrong = |m: String| self.document.error(FindingKind::Value, a.span, m);
-        let v = value::integer(&a.value).map_err(wrong)?;
+        let v = integer(&a.value).map_err(wrong)?;
         u32::try_from(v).map_err(|_| wrong(format!("{v} is not from 0 to {}", u32::MAX)))
     }
 }
