@@ -257,7 +257,7 @@ const INSIDE_SCENE: &[(&str, &[&str])] = &[
 /// Modules whose imports still form circles of more than three files, with the number of files in the largest of each. These
 /// numbers only fall, and a module that needs none is not listed.
 const LARGEST_CIRCLE: &[(&str, usize)] =
-    &[("tracer", 26), ("server", 7), ("gpu", 7), ("client", 18), ("study", 6), ("app", 15)];
+    &[("tracer", 26), ("server", 7), ("gpu", 7), ("client", 19), ("study", 6), ("app", 15)];
 
 /// Files that import each other can be understood only together. Up to three may, as a trait and what implements it often do.
 #[test]
@@ -385,7 +385,15 @@ impl FileGraph {
         }
         let again = file.imports.iter().find(|import| Some(&import.alias) == rest.first());
         match again.filter(|_| depth < 8) {
-            None => Some(at),
+            None => {
+                let globs = file.imports.iter().filter(|import| import.alias == "*" && depth < 8);
+                let mut through = globs.filter_map(|glob| {
+                    let path = [&glob.path[..glob.path.len() - 1], &rest].concat();
+                    self.defining(at, &path, depth + 1)
+                });
+                let named = |other: &&str| words(&self.files[*other].code).any(|word| word == rest[0]);
+                through.find(|other| *other != at && !rest.is_empty() && named(other)).or(Some(at))
+            }
             Some(import) => {
                 let path: Vec<String> = import.path.iter().chain(&rest[1..]).cloned().collect();
                 let elsewhere = self.defining(at, &path, depth + 1);

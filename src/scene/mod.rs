@@ -1,4 +1,8 @@
-//! The content of a scene file, as plain data with ids.
+//! Scenes: their descriptions as plain data, the formats that they are read from, and changes to them.
+//!
+//! ```text
+//! load ─▶ edit ─▶ mitsuba ─▶ model ─▶ mesh ─▶ desc        each imports only what stands to its right
+//! ```
 //!
 //! [`load`] reads Mitsuba 3 XML and everything it names (includes, meshes, spectra) into a
 //! [`SceneDesc`]. Three rules hold here:
@@ -7,8 +11,8 @@
 //!   [`SceneWarning`], both with file, line, column and the source line under a caret.
 //! - **No input may hurt.** Sizes, depths and counts are bounded by [`limits`]; numbers are finite
 //!   or refused; no file can make the reader panic or hang (`tests/broken_files/corrupt.rs`).
-//! - **One plugin, one function, one line.** Each group of plugins has its file in [`mitsuba`] with a
-//!   table of names at its top; the bsdfs are in `bsdf/`.
+//! - **One plugin, one function, one line.** Each group of plugins has its file or folder in [`mitsuba`] with a
+//!   table of names at its top.
 //!
 //! A model without a scene file becomes the text of a scene first ([`model`]).
 //!

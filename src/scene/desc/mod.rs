@@ -16,9 +16,9 @@
 //! | `emission_texture.rs` | emission that varies |
 //! | `rendering_space.rs`, `moved.rs` | the space that a scene is traced in, and the scene moved to it |
 //!
-//! A new light is a variant of [`LightDesc`], a function with its line in the table of `mitsuba/emitter.rs`, and its half in the tracer. A
-//! new texture is a variant of [`SpectrumTexture`](texture::SpectrumTexture), and a function with its line in the table of
-//! `mitsuba/texture.rs`. For bsdfs see `bsdf/mod.rs`.
+//! What a new bsdf takes stands in `bsdf/mod.rs`. A new light is a variant of [`LightDesc`], a function that reads it with its line in
+//! the table of `mitsuba/emitter.rs`, and its half in the tracer. A new texture is a variant of
+//! [`SpectrumTexture`](texture::SpectrumTexture), and a function that reads it with its line in the table of `mitsuba/texture.rs`.
 
 pub mod aov;
 mod bsdf;
@@ -37,15 +37,7 @@ pub mod volume;
 mod wrap;
 
 pub use aov::{AovDesc, AovKind};
-pub use bsdf::{
-    AlphaTexture, BlendDesc, BsdfDesc, BumpDesc, BumpMapDesc, CoatDesc, CoatingDesc, ConductorDesc,
-    DielectricDesc, DiffuseDesc, DiffuseTransmitterDesc, Facets, LobeTexture, MOST_PARTS, MaskDesc,
-    MixtureDesc, NormalMapDesc, NullDesc, PhongDesc, PlasticDesc, PrincipledDesc, PrincipledLobes,
-    PrincipledThinDesc, RoughCoatingDesc, RoughConductorDesc, RoughDielectricDesc, RoughDiffuseDesc,
-    RoughPlasticDesc, Roughness, SHARPEST_PHONG, ThinDielectricDesc, ThinFilmDesc, TwoSidedDesc, WardDesc,
-    WardVariant,
-};
-pub(crate) use bsdf::{BsdfParts, BsdfPlugin, LobeParameter};
+pub use bsdf::*;
 pub use camera::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
 pub use ids::{BsdfId, GroupId, MeshId, Name, Names, Place};
 pub use integrator::{IntegratorDesc, IntegratorKind, PhotonDesc};

@@ -1,4 +1,4 @@
-//! Mitsuba 3 XML to [`SceneDesc`].
+//! Mitsuba 3 XML to [`SceneDesc`](crate::scene::SceneDesc).
 //!
 //! Two steps. `expand.rs` turns texts into one flat list of elements: XML, includes, `$names`, ids; in files of version 0.6 and
 //! older, `upgrade.rs` gives names their present form, so that nothing after it knows of versions.
@@ -7,20 +7,21 @@
 //! | group | file | plugins |
 //! |---|---|---|
 //! | shape | `shape.rs`, files first by `prefetch.rs` | obj, ply, serialized, rectangle, cube, sphere, cylinder, disk, linearcurve, bsplinecurve, merge, shapegroup, instance |
-//! | bsdf | `scene/bsdf/`, a smooth plugin and its rough form in a file | diffuse, dielectric, conductor, plastic, the same rough, principled and thin ones, null, blendbsdf, mask, twosided |
+//! | bsdf | `bsdf/`, a smooth plugin and its rough form in a file | diffuse, dielectric, conductor, plastic, the same rough, principled and thin ones, null, blendbsdf, mask, twosided |
 //! | emitter | `emitter.rs` | area, constant, envmap, point |
 //! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens, orthographic; films and filters |
 //! | integrator, sampler | `integrator.rs` | path, ptracer, depth and our own, layers of `aov`, methods that stand for others; any sampler |
 //! | texture | `texture.rs` | bitmap, checkerboard, mesh_attribute, product, volume |
 //! | volume | `volume.rs` | gridvolume, constvolume, within the texture `volume` |
 //! | spectrum | `spectrum.rs` | uniform, d65, srgb, blackbody, regular, irregular |
-//! | edit | `edit.rs` | changes saved by the viewer; no element of Mitsuba's |
 //!
-//! Adding a plugin is one function and one line in its group's table. A plugin asks `params.rs` for each
-//! parameter it knows; parameters that nobody asked for are reported, and `documentation/` learns from the questions what
-//! `pointillist plugins` prints. What changes light
-//! and is not known is an error of [`FindingKind::Plugin`](crate::scene::FindingKind::Plugin), which a lenient run
-//! ([`LoadOptions::lenient`]) turns into a warning; what does not, such as a sampler, is a remark.
+//! Adding a plugin is one function and one line in its group's table. The function asks `Params` (`params.rs`) for each parameter that
+//! the plugin has: parameters that nobody asked for are reported, and `documentation/` learns from the questions what
+//! `pointillist plugins` prints. An unknown plugin that changes light is an error of
+//! [`FindingKind::Plugin`](crate::scene::FindingKind::Plugin), which a lenient run ([`LoadOptions::lenient`]) turns into a warning; any
+//! other, such as a sampler, is a remark.
+//!
+//! `<edit>` elements, changes that the viewer has saved, are handed on to `scene/edit/saved.rs`: they are no element of Mitsuba's.
 
 mod attribute;
 mod bsdf;

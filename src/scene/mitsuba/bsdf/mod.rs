@@ -29,23 +29,18 @@ mod ward;
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::{PluginTable, Reader};
-use crate::scene::desc::{
-    BlendDesc, BsdfDesc, BsdfId, BsdfPlugin, BumpMapDesc, CoatingDesc, ConductorDesc, DielectricDesc,
-    DiffuseDesc, DiffuseTransmitterDesc, MaskDesc, MixtureDesc, Name, NormalMapDesc, NullDesc, PhongDesc,
-    PlasticDesc, PrincipledDesc, PrincipledThinDesc, RoughCoatingDesc, RoughConductorDesc,
-    RoughDielectricDesc, RoughDiffuseDesc, RoughPlasticDesc, ThinDielectricDesc, TwoSidedDesc, WardDesc,
-};
+use crate::scene::desc::{BsdfDesc, BsdfId, BsdfPlugin, Name, NullDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 
 pub(super) use stand_ins::STAND_INS;
 
-/// Makes the table of plugins from descriptions, whose names the plugins have, and the functions that read them.
+/// Makes the table of plugins: the description of each, which has its name, and the function that reads it.
 macro_rules! plugins {
     ($($desc:ident: $read:expr,)*) => {
         /// Every `<bsdf type="…">` that has a description of its own.
         pub(super) const PLUGINS: PluginTable<BsdfDesc> =
-            &[$(($desc::NAME, |reader, params| Ok($desc::into($read(reader, params)?)))),*];
+            &[$((crate::scene::desc::$desc::NAME, |reader, params| Ok($read(reader, params)?.into()))),*];
     };
 }
 
