@@ -2,7 +2,7 @@
 
 use crate::scene::limits;
 
-/// A quantity of the surface that a camera ray meets first, all of them 0 where it meets none. Definitions and names are those of Mitsuba 3.
+/// A quantity of the first surface that a camera ray hits; 0 if it hits none. Definitions and names are those of Mitsuba 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum AovKind {
     /// Diffuse reflectance of the material, linear Rec.709.
@@ -35,10 +35,10 @@ const KINDS: &[(&str, AovKind, &[&str])] = &[
     ("shape_index", AovKind::ShapeIndex, &["I"]),
 ];
 
-/// Types that Mitsuba has and this program has not.
+/// Types that Mitsuba supports and this program does not.
 const LEFT_OUT: &[&str] = &["dp_du", "dp_dv", "duv_dx", "duv_dy", "boundary_test"];
 
-/// Names that the layers of the picture's own sums have.
+/// Names of the layers of the picture itself.
 const RESERVED: &[&str] = &["camera", "light", "variance"];
 
 /// Longest name of a layer, bytes.
@@ -135,7 +135,7 @@ pub fn parse(list: &str) -> Result<AovList, String> {
     Ok(found)
 }
 
-/// Numbers per pixel of these layers.
+/// Number of channels of all layers together.
 pub fn channel_count(layers: &[AovDesc]) -> usize {
     layers.iter().map(|layer| layer.kind.channels().len()).sum()
 }

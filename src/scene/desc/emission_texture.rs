@@ -11,25 +11,25 @@ use glam::{Affine2, Vec2};
 use super::wrap::{WrapMode, cell};
 use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths, Spectrum};
 
-/// A picture or squares of two emissions, and their place on a surface.
+/// A picture or checkerboard of emission, and its mapping to a surface.
 #[derive(Clone, Debug)]
 pub struct EmissionTexture {
-    /// What it shows.
+    /// Its texels.
     pub texels: EmissionTexels,
-    /// From the texture coordinates of the surface to those of the picture.
+    /// Maps texture coordinates of the surface to those of the picture.
     pub to_uv: Affine2,
-    /// What lies beyond the picture.
+    /// How the picture continues outside the unit square.
     pub wrap: WrapMode,
-    /// The texel around a point counts alone; otherwise the four nearest are interpolated.
+    /// Nearest-neighbour lookup; otherwise bilinear interpolation.
     pub nearest: bool,
 }
 
-/// What an [`EmissionTexture`] shows.
+/// The texels of an [`EmissionTexture`].
 #[derive(Clone, Debug)]
 pub enum EmissionTexels {
-    /// A picture, shared by all that show it.
+    /// A picture, shared by all textures of it.
     Picture(Arc<EmissionMap>),
-    /// Mitsuba's `checkerboard`: two by two texels of two spectra, of these luminances.
+    /// Mitsuba's `checkerboard`: two by two texels of two spectra, with their luminances.
     Squares([Spectrum; 2], [f32; 2]),
 }
 
@@ -75,7 +75,7 @@ impl EmissionTexture {
         self.around(uv).into_iter().map(|(texel, weight)| self.luminance(texel) * weight).sum()
     }
 
-    /// The texels that count at `uv`, with their weights.
+    /// The texels that are interpolated at `uv`, with their weights.
     #[inline]
     fn around(&self, uv: Vec2) -> [([usize; 2], f32); 4] {
         let [width, height] = self.size();
@@ -87,8 +87,8 @@ impl EmissionTexture {
         [([left, upper], s0 * t0), ([right, upper], s * t0), ([left, lower], s0 * t), ([right, lower], s * t)]
     }
 
-    /// The columns and the rows of all texels that count somewhere between the texture coordinates `corners`, the images of a
-    /// convex patch of the surface: up to two ranges of each.
+    /// The columns and rows of all texels with a weight anywhere within `corners`, the texture coordinates of the corners of a convex patch
+    /// of the surface: up to two ranges of each.
     pub fn covered(&self, corners: [Vec2; 4]) -> [[Option<RangeInclusive<usize>>; 2]; 2] {
         let size = self.size();
         let cells = corners.map(|uv| cell(&self.to_uv, size, self.nearest, uv).0);
@@ -102,7 +102,7 @@ impl EmissionTexture {
         })
     }
 
-    /// How many texels wide and high the parallelogram of these edges, in texture coordinates, is at most.
+    /// Upper bound of the extent in texels of each of these edges, which are in texture coordinates.
     pub fn extent(&self, edges: [Vec2; 2]) -> [f32; 2] {
         let size = self.size().map(|n| n as f32);
         edges.map(|edge| {
@@ -111,7 +111,7 @@ impl EmissionTexture {
         })
     }
 
-    /// True when nothing shines.
+    /// True when it is zero everywhere.
     pub fn is_black(&self) -> bool {
         match &self.texels {
             EmissionTexels::Picture(map) => map.is_black(),
@@ -119,7 +119,7 @@ impl EmissionTexture {
         }
     }
 
-    /// True when all of it is D65, of whatever brightness.
+    /// True when every texel is a multiple of D65.
     pub fn is_grey(&self) -> bool {
         match &self.texels {
             EmissionTexels::Picture(map) => map.is_grey(),
@@ -129,7 +129,7 @@ impl EmissionTexture {
         }
     }
 
-    /// The same in D65 of the same luminance.
+    /// The texture with each texel replaced by D65 of the same luminance.
     pub fn grey(&self) -> Self {
         let texels = match &self.texels {
             EmissionTexels::Picture(map) => EmissionTexels::Picture(Arc::new(map.grey())),
@@ -141,24 +141,24 @@ impl EmissionTexture {
     }
 }
 
-/// How the emission of a shape, or of a projector, differs from the same everywhere and to all sides.
+/// How the emission of a shape varies over its surface and with direction; uniform and diffuse by default.
 #[derive(Clone, Debug, Default)]
 pub struct EmissionProfile {
-    /// Emission by place, of which the spectrum of the light is a factor.
+    /// Texture of the emission; the spectrum of the light is a factor on it.
     pub texture: Option<Arc<EmissionTexture>>,
     /// Light leaves along the normal only (Mitsuba's `directionalarea`); the spectrum is the radiant exitance.
     pub along_normal: bool,
 }
 
 impl EmissionProfile {
-    /// True when nothing shines, whatever the factor.
+    /// True when it is zero everywhere, whatever the factor.
     pub fn is_black(&self) -> bool {
         self.texture.as_ref().is_some_and(|texture| texture.is_black())
     }
 }
 
 impl PartialEq for EmissionProfile {
-    /// Textures are the same if they are the same allocation.
+    /// Textures are compared by identity.
     fn eq(&self, other: &Self) -> bool {
         let same = match (&self.texture, &other.texture) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),

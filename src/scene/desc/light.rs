@@ -26,7 +26,7 @@ pub enum LightDesc {
         map: Arc<EmissionMap>,
         /// Factor on it, the same at every wavelength.
         scale: Spectrum,
-        /// The map's space to world space: a rotation, or one with a mirror; moving it changes nothing.
+        /// The map's space to world space: a rotation, possibly with a reflection; a translation has no effect.
         to_world: DAffine3,
         /// Its place in the file.
         place: Place,
@@ -35,7 +35,7 @@ pub enum LightDesc {
     SunSky(SunSkyDesc),
     /// Light from one direction, infinitely far away (Mitsuba's `directional`).
     Directional {
-        /// Unit direction in which the light goes, world space.
+        /// Unit direction of propagation, world space.
         direction: DVec3,
         /// Irradiance of a surface that faces it.
         irradiance: Spectrum,
@@ -57,7 +57,7 @@ pub enum LightDesc {
     },
 }
 
-/// A sky by a picture, and the disc of the sun.
+/// A sky as an environment map, and the disc of the sun.
 #[derive(Clone, Debug)]
 pub struct SunSkyDesc {
     /// Radiance of the sky, as that of [`LightDesc::Map`]; black below the horizon.
@@ -66,7 +66,7 @@ pub struct SunSkyDesc {
     pub to_world: DAffine3,
     /// Unit direction to the sun, world space.
     pub sun_direction: DVec3,
-    /// Half of the angle under which the sun is seen, in degrees.
+    /// Angular radius of the sun, in degrees.
     pub sun_half_angle: f64,
     /// Radiance of the sun.
     pub sun: Spectrum,
@@ -76,52 +76,53 @@ pub struct SunSkyDesc {
     pub place: Place,
 }
 
-/// A point that emits the same within a beam, less and less from its edge on, and nothing beyond the cutoff.
+/// A point light with constant intensity within a beam, which falls off to 0 at the cutoff angle.
 #[derive(Clone, Debug)]
 pub struct SpotDesc {
     /// Position in world space.
     pub position: DVec3,
-    /// Unit vector in the middle of the beam, world space.
+    /// Unit axis of the beam, world space.
     pub axis: DVec3,
     /// Half angle of the beam, in degrees.
     pub beam_width: f64,
-    /// Angle to the axis from which on nothing is emitted, in degrees; not less.
+    /// Angle to the axis beyond which nothing is emitted, in degrees; at least the beam width.
     pub cutoff_angle: f64,
     /// Radiant intensity within the beam.
     pub intensity: Spectrum,
-    /// What it is multiplied with, if anything.
+    /// Texture that modulates the intensity.
     pub texture: Option<Arc<SpotTextureDesc>>,
     /// Its place in the file.
     pub place: Place,
 }
 
-/// What a spot projects.
+/// The texture of a spot light.
 #[derive(Clone, Debug)]
 pub struct SpotTextureDesc {
-    /// A factor on the intensity: (0, 0) to (1, 1) is the square around the cutoff on a plane across the axis.
+    /// Factor on the intensity; (0, 0) to (1, 1) is the square around the cutoff cone on a plane perpendicular to the axis.
     pub texture: SpectrumTexture,
     /// The spot's space, in which it shines along +z, to world space.
     pub to_world: DMat3,
 }
 
-/// A point that throws a picture onto the plane at distance 1 along the z axis of its space. π times the picture's value arrives
-/// there, as from Mitsuba's.
+/// A point light that projects a picture onto the plane at distance 1 along the z axis of its space. The irradiance there is π times the
+/// picture's value, as with Mitsuba's.
 #[derive(Clone, Debug)]
 pub struct ProjectorDesc {
-    /// Its space to world space: a rotation, or one with a mirror, and its place. The picture's left edge lies at +x, its upper one at +y.
+    /// Its space to world space: a rotation, possibly with a reflection, and its position. The picture's left edge is at +x, its upper edge at
+    /// +y.
     pub to_world: DAffine3,
     /// Half of the picture's width and height at distance 1.
     pub half_size: DVec2,
-    /// The picture, if it is not the same all over.
+    /// The picture, unless it is constant.
     pub picture: Option<Arc<EmissionTexture>>,
-    /// Factor on the picture, or its value.
+    /// Factor on the picture, or its constant value.
     pub irradiance: Spectrum,
     /// Its place in the file.
     pub place: Place,
 }
 
 impl LightDesc {
-    /// True when it shines from infinitely far, from all around; a scene has at most one such light.
+    /// True for an environment light, of which a scene has at most one.
     pub fn is_environment(&self) -> bool {
         matches!(self, LightDesc::Constant { .. } | LightDesc::Map { .. } | LightDesc::SunSky(_))
     }
@@ -163,7 +164,7 @@ impl LightDesc {
         }
     }
 
-    /// [`spectrum`](Self::spectrum) in a rendering space: the intensity of a point goes with the square of lengths.
+    /// [`spectrum`](Self::spectrum) in a rendering space: the intensity of a point light scales with the square of lengths.
     pub fn spectrum_in(&self, space: &RenderingSpace) -> Spectrum {
         let is_point = matches!(self, LightDesc::Point { .. } | LightDesc::Spot(_) | LightDesc::Projector(_));
         match is_point && space.scale != 1.0 {
@@ -172,7 +173,7 @@ impl LightDesc {
         }
     }
 
-    /// True when it gives no light.
+    /// True when it emits nothing.
     pub fn is_black(&self) -> bool {
         let dark = match self {
             LightDesc::Map { map, .. } => map.is_black(),
@@ -184,7 +185,7 @@ impl LightDesc {
         dark || self.spectrum().is_black()
     }
 
-    /// Its radiance, irradiance or intensity, or the factor on it, to change.
+    /// Its radiance, irradiance or intensity, or the factor on it, mutably.
     pub fn spectrum_mut(&mut self) -> &mut Spectrum {
         match self {
             LightDesc::Constant { radiance, .. } => radiance,

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-/// An indexed triangle mesh; already checked: indices in range, vertices finite, no triangle without area.
+/// An indexed triangle mesh. The reader has checked it: indices are in range, vertices finite, and every triangle has an area.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Positions, object space.
@@ -13,14 +13,14 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// Vertex indices.
     pub triangles: Vec<[u32; 3]>,
-    /// The number of each triangle in its file; empty where that is its index, because none before it was left out.
+    /// Number of each triangle in its file; empty if no triangle was dropped, so that numbers are indices.
     pub numbers: Vec<u32>,
-    /// What the materials of its shapes ask for besides; may be empty.
+    /// Attributes that the materials of its shapes use.
     pub attributes: Vec<MeshAttribute>,
 }
 
 impl Mesh {
-    /// The number in the file of the triangle of this index.
+    /// Number in the file of the triangle at an index.
     pub fn number(&self, index: usize) -> u32 {
         self.numbers.get(index).copied().unwrap_or(index as u32)
     }
@@ -31,26 +31,26 @@ impl Mesh {
 pub struct MeshAttribute {
     /// Its name, which begins with `vertex_` or `face_`.
     pub name: String,
-    /// The numbers of a vertex or triangle: 1, or 3 for a colour in linear Rec.709.
+    /// Values per vertex or triangle: 1, or 3 for a colour in linear Rec.709.
     pub channels: usize,
-    /// The numbers, those of a vertex or triangle together.
+    /// The values; those of one vertex or triangle are adjacent.
     pub values: Vec<f32>,
 }
 
 impl MeshAttribute {
-    /// The beginning of names of attributes of vertices.
+    /// Prefix of the names of vertex attributes.
     pub const VERTEX: &str = "vertex_";
 
-    /// The beginning of names of attributes of triangles.
+    /// Prefix of the names of face attributes.
     pub const FACE: &str = "face_";
 
-    /// The attribute that colours of vertices are.
+    /// Name of the attribute that holds vertex colours.
     pub(crate) const VERTEX_COLOR: &str = "vertex_color";
 
-    /// The attribute that colours of faces are.
+    /// Name of the attribute that holds face colours.
     pub(crate) const FACE_COLOR: &str = "face_color";
 
-    /// It has numbers for triangles, not for vertices.
+    /// True for a face attribute, false for a vertex attribute.
     pub fn is_of_faces(&self) -> bool {
         self.name.starts_with(Self::FACE)
     }

@@ -1,4 +1,4 @@
-//! A scene in its rendering space: which space that is, the description moved to it, and the bounding boxes by which it is chosen.
+//! Chooses the rendering space of a scene by bounding boxes, and transforms the description to it.
 
 use std::sync::Arc;
 
@@ -11,15 +11,15 @@ use super::scene::SceneDesc;
 use super::shape::{Curves, ShapeDesc, ShapeKind};
 
 impl SceneDesc {
-    /// Chooses [`SceneDesc::space`]: its origin in the middle of all shapes where they are far from that of world space, and its scale by
-    /// their sizes.
+    /// Chooses [`SceneDesc::space`]: its origin is the centre of all shapes if they are far from that of world space, and its scale
+    /// follows from their sizes.
     pub fn place(&mut self) {
         let groups = self.boxes_of_groups();
         let boxes: Vec<_> = self.shapes.iter().filter_map(|shape| self.bounds_of(shape, &groups)).collect();
         self.space = RenderingSpace::around(boxes.into_iter());
     }
 
-    /// The description in rendering space, but for the spectra of its lights ([`LightDesc::spectrum_in`]) and its camera.
+    /// The description in rendering space, except the spectra of its lights ([`LightDesc::spectrum_in`]) and its camera.
     pub fn in_rendering_space(&self) -> SceneDesc {
         let (space, mut moved) = (self.space, self.clone());
         moved.space = RenderingSpace::WORLD;
@@ -60,14 +60,14 @@ impl SceneDesc {
         moved
     }
 
-    /// The description with its materials in rendering space, and all else where it was.
+    /// The description with only its materials in rendering space.
     pub(crate) fn with_materials_in_rendering_space(&self) -> SceneDesc {
         let mut moved = self.clone();
         moved.move_materials(&self.space);
         moved
     }
 
-    /// Takes what materials know of world space to `space`, wherever a surface lies: on what an instance shows, too.
+    /// Transforms lengths and positions in materials from world space to `space`, also for surfaces within groups.
     fn move_materials(&mut self, space: &RenderingSpace) {
         for bsdf in &mut self.bsdfs {
             // Heights are lengths.
@@ -78,7 +78,7 @@ impl SceneDesc {
         }
     }
 
-    /// A box around a shape (an index into [`SceneDesc::shapes`]) in object space, or around what an instance shows; `None` where it is empty.
+    /// Bounding box of a shape (an index into [`SceneDesc::shapes`]) in object space, or of the group of an instance; `None` if it is empty.
     pub fn object_bounds(&self, shape: u32) -> Option<[DVec3; 2]> {
         let shape = self.shapes.get(shape as usize)?;
         let groups = match shape.kind {
@@ -88,13 +88,13 @@ impl SceneDesc {
         self.bounds_of(&ShapeDesc { to_world: DAffine3::IDENTITY, ..shape.clone() }, &groups)
     }
 
-    /// A box around the shapes of each group, in the space of the group.
+    /// Bounding box of each group, in the space of the group.
     fn boxes_of_groups(&self) -> Vec<Option<[DVec3; 2]>> {
         let around = |shapes: &[ShapeDesc]| enclosing(shapes.iter().filter_map(|s| self.bounds_of(s, &[])));
         self.groups.iter().map(|group| around(&group.shapes)).collect()
     }
 
-    /// A box around a shape in the space that it is placed in; `groups` are those of the groups that instances show.
+    /// Bounding box of a shape in the space that it is placed in; `groups` are the boxes of the groups, for instances.
     fn bounds_of(&self, shape: &ShapeDesc, groups: &[Option<[DVec3; 2]>]) -> Option<[DVec3; 2]> {
         let unit = [DVec3::NEG_ONE, DVec3::ONE];
         let boxed = match &shape.kind {
@@ -124,7 +124,7 @@ fn take(space: &RenderingSpace, shape: &mut ShapeDesc) {
     }
 }
 
-/// A box around points that are finite, without those that are far beyond most others.
+/// Bounding box of the finite points, except outliers ([`STRAY`]).
 fn of_points(points: impl Iterator<Item = Vec3> + Clone) -> Option<[DVec3; 2]> {
     let finite = points.filter(|p| p.is_finite());
     let size = |p: Vec3| exponent(f64::from(p.abs().max_element()));
@@ -134,7 +134,7 @@ fn of_points(points: impl Iterator<Item = Vec3> + Clone) -> Option<[DVec3; 2]> {
     Some([low.as_dvec3(), high.as_dvec3()])
 }
 
-/// A box around the image of a box, if that is finite.
+/// Bounding box of a transformed box, if that is finite.
 fn transformed_box(to_world: DAffine3, [low, high]: [DVec3; 2]) -> Option<[DVec3; 2]> {
     let center = to_world.transform_point3(0.5 * (low + high));
     let half = to_world.matrix3.abs() * (0.5 * (high - low));

@@ -1,10 +1,10 @@
 //! Rendering space: world space with its origin near the shapes (pbrt-v4, §5.1.1), in a unit of their size.
 //!
-//! Paths are traced in single precision, which resolves a point to 6e-8 of its distance from the origin, and whose squares and
-//! reciprocals of areas end at 1e38. A scene that lies far from the origin of its file is therefore moved there in double precision when it
-//! is prepared, and every scene is scaled by a power of two until its shapes have sizes around 1. Cameras, point lights and the heights of bump maps go with it, and
-//! what is reported in world space goes back. The power rounds nothing: a scene that is scaled by another one has the same picture, bit for
-//! bit. The spaces of groups are chosen likewise.
+//! Paths are traced in single precision, which resolves a point to 6e-8 of its distance from the origin and overflows above 1e38, a limit
+//! that squares and reciprocals of areas can reach. When a scene is prepared, it is therefore moved to the origin in double precision if it lies
+//! far from it, and scaled by a power of two so that its shapes have sizes around 1. Cameras, point lights and the heights of bump maps are
+//! moved and scaled with it; what is reported in world space is transformed back. Scaling by a power of two rounds nothing, so the choice of
+//! the power does not change a bit of the picture. The spaces of groups are chosen likewise.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -12,8 +12,8 @@ use glam::{DAffine3, DVec3, Vec3};
 /// two bits of its coordinates are lost.
 const FAR: f64 = 4.0;
 
-/// Binary logarithm of the size over that of most others from which on a point or a shape has no part in the choice: it is one that the
-/// tracer leaves out.
+/// Points and shapes larger than the median by this power of two have no influence on the choice of the space: the tracer leaves them
+/// out.
 pub(super) const STRAY: i32 = 40;
 
 /// The scale is from 2^−48 to 2^48, so that intensities, which go with its square, stay in single precision.
@@ -24,12 +24,12 @@ const LARGEST_EXPONENT: i32 = 48;
 pub struct RenderingSpace {
     /// Its origin, in world space.
     pub origin: DVec3,
-    /// What a length of 1 in world space is here: a power of two.
+    /// Length in rendering space of a unit of world space: a power of two.
     pub scale: f64,
 }
 
 impl RenderingSpace {
-    /// World space itself.
+    /// World space.
     pub const WORLD: Self = Self { origin: DVec3::ZERO, scale: 1.0 };
 
     /// A point of world space in this space.
@@ -52,7 +52,7 @@ impl RenderingSpace {
         (f64::from(length) / self.scale) as f32
     }
 
-    /// A space for these boxes.
+    /// The space chosen for shapes with these bounding boxes.
     pub(super) fn around(boxes: impl Iterator<Item = [DVec3; 2]> + Clone) -> Self {
         let size = |[low, high]: [DVec3; 2]| exponent((high - low).max_element());
         let sizes = boxes.clone().map(size);
@@ -78,12 +78,12 @@ impl RenderingSpace {
     }
 }
 
-/// The exponent of a finite number; −1023 of 0.
+/// Binary exponent of a finite number; −1023 for 0.
 pub(super) fn exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52 & 0x7ff) as i32) - 1023
 }
 
-/// The median of exponents, without those of 0; `None` of none.
+/// Median of exponents, except those of 0; `None` if there are none.
 pub(super) fn median(exponents: impl Iterator<Item = i32>) -> Option<i32> {
     let mut counts = [0usize; 2048];
     exponents.filter(|e| *e > -1023).for_each(|e| counts[(e + 1023) as usize & 2047] += 1);
@@ -96,7 +96,7 @@ pub(super) fn median(exponents: impl Iterator<Item = i32>) -> Option<i32> {
     Some(at as i32 - 1023)
 }
 
-/// The box around boxes; `None` around nothing.
+/// Bounding box of boxes; `None` if there are none.
 pub(super) fn enclosing(boxes: impl Iterator<Item = [DVec3; 2]>) -> Option<[DVec3; 2]> {
     boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])
 }

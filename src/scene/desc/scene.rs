@@ -1,4 +1,4 @@
-//! The whole scene: the lists of its objects, and what can be asked of them together.
+//! The whole scene: its lists of objects, and queries over them.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use super::shape::{GroupDesc, ShapeDesc, ShapeKind};
 /// A whole scene.
 #[derive(Clone, Debug)]
 pub struct SceneDesc {
-    /// Files the scene was read from; [`Place::file`] points here, the first is the one named by the user.
+    /// Files the scene was read from; [`Place::file`](super::Place::file) points here, the first is the one named by the user.
     pub files: Vec<PathBuf>,
     /// The camera.
     pub camera: CameraDesc,
@@ -28,22 +28,22 @@ pub struct SceneDesc {
     pub samples_per_pixel: Option<u64>,
     /// Materials; [`BsdfId`] indexes here.
     pub bsdfs: Vec<BsdfDesc>,
-    /// Meshes in object space; [`MeshId`] indexes here. Shared, so that a description is cheap to clone.
+    /// Meshes in object space; [`MeshId`](super::MeshId) indexes here. Shared, so that a description is cheap to clone.
     pub meshes: Vec<Arc<Mesh>>,
     /// Shapes, each with its transform, material and emission; instances of groups among them.
     pub shapes: Vec<ShapeDesc>,
-    /// Shapes in spaces of their own, seen where instances show them; [`GroupId`] indexes here.
+    /// Shapes in spaces of their own, seen where instances show them; [`GroupId`](super::GroupId) indexes here.
     pub groups: Vec<GroupDesc>,
     /// Lights that are not shapes.
     pub lights: Vec<LightDesc>,
     /// Names and places of the materials and lights, for messages and for saving changes.
     pub names: Names,
-    /// Where the scene is traced ([`SceneDesc::place`]).
+    /// The rendering space, chosen by [`SceneDesc::place`].
     pub space: RenderingSpace,
 }
 
 impl SceneDesc {
-    /// A material and all that it is made of, each once. Also ends where materials form a circle, which preparing refuses.
+    /// A material and all that are nested in it, each once. Terminates for cyclic materials, too, which preparing the scene refuses.
     pub(crate) fn made_of(&self, id: BsdfId) -> Vec<&BsdfDesc> {
         let (mut all, mut open, mut seen) = (Vec::new(), vec![id], BTreeSet::new());
         while let Some(id) = open.pop() {
@@ -55,7 +55,7 @@ impl SceneDesc {
         all
     }
 
-    /// The shapes whose surfaces are seen where `shape` stands: itself, or those of the group that it shows.
+    /// The shapes whose surfaces `shape` shows: itself, or those of its group for an instance.
     pub fn parts<'a>(&'a self, shape: &'a ShapeDesc) -> &'a [ShapeDesc] {
         match shape.kind {
             ShapeKind::Instance(id) => self.groups.get(id.0 as usize).map_or(&[], |group| &group.shapes),
@@ -63,7 +63,7 @@ impl SceneDesc {
         }
     }
 
-    /// How many faces a shape has, of which each is a light if it emits.
+    /// Number of faces of a shape, each of which is a light if the shape emits.
     pub fn faces(&self, shape: &ShapeDesc) -> usize {
         match shape.kind {
             ShapeKind::Mesh(id) => self.meshes.get(id.0 as usize).map_or(0, |mesh| mesh.triangles.len()),
@@ -85,8 +85,8 @@ impl SceneDesc {
         shown
     }
 
-    /// Every shape that has a surface in the world, each once: those of the scene itself that are no instances, then those
-    /// of the groups that are shown.
+    /// Every shape with a surface, each once: the scene's own shapes except instances, then the shapes of groups that have an
+    /// instance.
     pub fn surfaces(&self) -> impl Iterator<Item = &ShapeDesc> {
         let own = self.shapes.iter().filter(|s| !matches!(s.kind, ShapeKind::Instance(_)));
         let groups = self.groups.iter().zip(self.shown()).filter(|(_, shown)| *shown);

@@ -19,7 +19,7 @@ pub struct ShapeDesc {
     pub kind: ShapeKind,
     /// Object space to world space.
     pub to_world: DAffine3,
-    /// Turns normals, and with them the emitting side, around.
+    /// Flips normals, and with them the emitting side.
     pub flip_normals: bool,
     /// Its material; [`BsdfId::NONE`] of an instance.
     pub bsdf: BsdfId,
@@ -27,7 +27,7 @@ pub struct ShapeDesc {
     /// both sides and still emits on one. To emit on both, put two shapes in the same place, the second with
     /// [`ShapeDesc::flip_normals`]; each is then seen, lit and emits on its own side only.
     pub emission: Option<Spectrum>,
-    /// How the emission varies; [`ShapeDesc::emission`] is a factor on its texture.
+    /// Variation of the emission; [`ShapeDesc::emission`] is a factor on its texture.
     pub emission_profile: EmissionProfile,
 }
 
@@ -43,7 +43,7 @@ pub enum ShapeKind {
         /// Radius.
         radius: f64,
     },
-    /// The round side of a cylinder, without caps, normals outwards.
+    /// A cylinder without caps, normals outwards.
     Cylinder {
         /// The centre of one end.
         p0: DVec3,
@@ -60,12 +60,12 @@ pub enum ShapeKind {
     Cube,
     /// Curves with a thickness, seen from outside only. `to_world` moves their control points and leaves their radii.
     Curves(Arc<Curves>),
-    /// All shapes of a group, `to_world` taking its space to the world's. Turns no normals and emits nothing.
+    /// All shapes of a group, transformed from its space by `to_world`. Flips no normals and emits nothing.
     Instance(GroupId),
 }
 
 impl ShapeKind {
-    /// Mitsuba's name of the plugin; of a mesh, that of the best known format.
+    /// Mitsuba's name of the plugin; `obj` for every mesh.
     pub fn plugin(&self) -> &'static str {
         match self {
             ShapeKind::Mesh(_) => "obj",
@@ -83,7 +83,7 @@ impl ShapeKind {
 /// Curves of one file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// How control points make a curve.
+    /// The basis by which control points define a curve.
     pub basis: CurveBasis,
     /// Control points of all curves: positions in object space, and radii.
     pub points: Vec<Vec4>,
@@ -91,7 +91,7 @@ pub struct Curves {
     pub starts: Vec<u32>,
 }
 
-/// How control points make a curve.
+/// The basis by which control points define a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveBasis {
     /// Straight from each to the next, with round joints and ends.
@@ -110,13 +110,13 @@ impl CurveBasis {
     }
 }
 
-/// Shapes in a space of their own, Mitsuba's `shapegroup`: seen only through instances ([`ShapeKind::Instance`]).
+/// Shapes in a space of their own, Mitsuba's `shapegroup`: visible only through instances ([`ShapeKind::Instance`]).
 #[derive(Clone, Debug)]
 pub struct GroupDesc {
     /// `id` of the element, for messages.
     pub id: Option<String>,
     /// Its place in the file.
     pub place: Place,
-    /// Its shapes, which neither emit nor are instances; `to_world` takes them to the space of the group.
+    /// Its shapes, which neither emit nor are instances; their `to_world` is to the space of the group.
     pub shapes: Vec<ShapeDesc>,
 }

@@ -1,6 +1,6 @@
 //! Textures: reflectances and factors that vary over a surface.
 //!
-//! A texture is asked at a [`TexturePoint`]: the texture coordinates (u, v) of a point, as Mitsuba defines them for each shape, the
+//! A texture is evaluated at a [`TexturePoint`]: the texture coordinates (u, v) of a point, as Mitsuba defines them for each shape, the
 //! attributes of its mesh, and where it lies. Its colours become spectra by the same upsampling as `<rgb>`, through a table
 //! ([`Spectrum::textured_rgb`]); where a number is wanted, it is the luminance ([`SpectrumTexture::scalar`]).
 
@@ -15,7 +15,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 pub use super::wrap::WrapMode;
 
-/// The numbers of mesh attributes that the material of one shape can ask for: a colour counts as three.
+/// Most mesh attribute values that the material of one shape can use; a colour has three.
 pub const ATTRIBUTE_NUMBERS: usize = 4;
 
 /// A point of a surface as textures see it.
@@ -23,9 +23,9 @@ pub const ATTRIBUTE_NUMBERS: usize = 4;
 pub struct TexturePoint {
     /// Texture coordinates (u, v).
     pub uv: Vec2,
-    /// The attributes of the mesh that the material of the shape asks for, each from [`AttributeLayout::first`] on.
+    /// Values of the mesh attributes that the material uses, each from [`AttributeLayout::first`] on.
     pub attributes: [f32; ATTRIBUTE_NUMBERS],
-    /// Where the point lies, in the space that the scene is traced in; 0 where no texture of the surface asks for it.
+    /// Position in rendering space; 0 if no texture of the surface depends on it.
     pub p: Vec3,
 }
 
@@ -35,20 +35,20 @@ impl From<Vec2> for TexturePoint {
     }
 }
 
-/// A reflectance, a factor on light or a number, the same all over a surface or not.
+/// A reflectance, a factor on light or a number, constant or varying over a surface.
 #[derive(Clone, Debug)]
 pub enum SpectrumTexture {
-    /// The same everywhere.
+    /// Constant.
     Uniform(Spectrum),
     /// A picture.
     Bitmap(BitmapTexture),
-    /// Squares of two colours.
+    /// A checkerboard of two textures.
     Checkerboard(Arc<Checkerboard>),
-    /// Numbers that the mesh has.
+    /// Values stored at the vertices or on the faces of the mesh.
     Attribute(AttributeTexture),
-    /// Two textures multiplied.
+    /// The product of two textures.
     Product(Arc<[SpectrumTexture; 2]>),
-    /// Values over space.
+    /// Values on a grid in space.
     Volume(Arc<VolumeTexture>),
 }
 
@@ -57,15 +57,15 @@ pub enum SpectrumTexture {
 pub struct BitmapTexture {
     /// The texels; v = 0 is the upper edge.
     pub bitmap: Arc<Bitmap>,
-    /// From the texture coordinates of the surface to those of the picture.
+    /// Maps texture coordinates of the surface to those of the picture.
     pub to_uv: Affine2,
-    /// What lies beyond the picture.
+    /// How the picture continues outside the unit square.
     pub wrap: WrapMode,
-    /// The texel around a point counts alone; otherwise the four nearest are interpolated.
+    /// Nearest-neighbour lookup; otherwise bilinear interpolation.
     pub nearest: bool,
     /// Mean of the texels, linear Rec.709.
     pub mean: [f32; 3],
-    /// The texels have no colour.
+    /// All texels are grey.
     pub grey: bool,
 }
 
@@ -87,25 +87,25 @@ pub struct AttributeTexture {
     pub name: Arc<str>,
     /// Factor on the values.
     pub scale: f32,
-    /// Where the values of a point are.
+    /// Where the values of a point are stored.
     pub layout: AttributeLayout,
-    /// Colours count as greys of their luminance.
+    /// Colours are replaced by their luminance.
     pub grey: bool,
 }
 
-/// Where the numbers of an attribute are in [`TexturePoint::attributes`]: the same in all materials of a scene.
+/// Where the values of an attribute are in [`TexturePoint::attributes`]; the same in all materials of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttributeLayout {
     /// Index of the first.
     pub first: usize,
-    /// There are three, a colour in linear Rec.709; otherwise one.
+    /// It has three values, a colour in linear Rec.709; otherwise one.
     pub colored: bool,
     /// Mean of the values.
     pub mean: [f32; 3],
 }
 
 impl AttributeLayout {
-    /// That of an attribute before its meshes are read.
+    /// Placeholder until the meshes with the attribute are read.
     pub const UNKNOWN: Self = Self { first: 0, colored: false, mean: [1.0; 3] };
 }
 
@@ -142,7 +142,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// The colour at a point, linear Rec.709 from 0 to 1. Few scenes have products: their code stands apart from that of others.
+    /// The colour at a point, linear Rec.709 from 0 to 1. Not inlined, because few scenes have products or volumes.
     #[inline(never)]
     fn rgb(&self, at: &TexturePoint) -> Vec3A {
         match self {
@@ -155,13 +155,13 @@ impl SpectrumTexture {
         }
     }
 
-    /// The number of a product, apart as [`rgb`](Self::rgb) is.
+    /// The scalar value of a product; not inlined, as [`rgb`](Self::rgb).
     #[inline(never)]
     fn product_of_scalars(factors: &[Self; 2], at: &TexturePoint) -> f32 {
         factors[0].scalar(at) * factors[1].scalar(at)
     }
 
-    /// The number at a point, not negative: the luminance under D65 where there is a colour. Mitsuba's `eval_1`.
+    /// The scalar value at a point, at least 0; of a colour its luminance under D65. Mitsuba's `eval_1`.
     #[inline]
     pub fn scalar(&self, at: &TexturePoint) -> f32 {
         match self {
@@ -182,13 +182,13 @@ impl SpectrumTexture {
         }
     }
 
-    /// The number of a volume, apart as [`rgb`](Self::rgb) is.
+    /// The scalar value of a volume; not inlined, as [`rgb`](Self::rgb).
     #[inline(never)]
     fn number_of_volume(texture: &VolumeTexture, at: &TexturePoint) -> f32 {
         luminance(texture.number(at.p))
     }
 
-    /// The luminance under D65 at a point, if it depends on the place.
+    /// The luminance under D65 at a point, if it varies.
     pub fn luminance_at(&self, at: &TexturePoint) -> Option<f32> {
         self.varies().then(|| self.scalar(at).min(1.0))
     }
@@ -205,7 +205,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// The texture where numbers are wanted: what is uniform in it is a constant.
+    /// The texture as one of scalars: its uniform parts become constants.
     #[must_use]
     pub fn into_scalar(self) -> Self {
         match self {
@@ -217,7 +217,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// The mesh attributes that it asks for.
+    /// The mesh attributes that it uses.
     pub fn attributes(&self) -> Vec<&AttributeTexture> {
         match self {
             Self::Uniform(_) | Self::Bitmap(_) | Self::Volume(_) => Vec::new(),
@@ -229,7 +229,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// The mesh attributes that it asks for, to change.
+    /// The mesh attributes that it uses, mutably.
     pub fn attributes_mut(&mut self) -> Vec<&mut AttributeTexture> {
         match self {
             Self::Uniform(_) | Self::Bitmap(_) | Self::Volume(_) => Vec::new(),
@@ -252,7 +252,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// True when the value depends on where a surface lies.
+    /// True when the value depends on the position in space.
     pub fn asks_place(&self) -> bool {
         match self {
             Self::Uniform(_) | Self::Bitmap(_) | Self::Attribute(_) => false,
@@ -262,7 +262,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// The textures over space in it, to change.
+    /// The volumes in it, mutably.
     pub(super) fn volumes_mut(&mut self) -> Vec<&mut Arc<VolumeTexture>> {
         if !self.asks_place() {
             return Vec::new();
@@ -278,7 +278,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// The spectrum, if it is the same everywhere.
+    /// The spectrum, if it is constant.
     pub fn uniform(&self) -> Option<&Spectrum> {
         match self {
             Self::Uniform(spectrum) => Some(spectrum),
@@ -286,12 +286,12 @@ impl SpectrumTexture {
         }
     }
 
-    /// The number, if it is the same everywhere.
+    /// The scalar value, if it is constant.
     pub(crate) fn constant_scalar(&self) -> Option<f32> {
         (!self.varies()).then(|| self.scalar(&TexturePoint::default()))
     }
 
-    /// True when the value depends on the place.
+    /// True unless it is constant.
     pub fn varies(&self) -> bool {
         self.uniform().is_none()
     }
@@ -342,7 +342,7 @@ impl SpectrumTexture {
         }
     }
 
-    /// The texture whose colours are the greys that are as light under D65.
+    /// The texture with each colour replaced by the grey of the same luminance under D65.
     pub fn grey(&self) -> Self {
         match self {
             _ if self.is_grey() => self.clone(),
@@ -414,7 +414,7 @@ impl BitmapTexture {
         Self::repeated(Bitmap::of_eight_bits(width, texels, raw))
     }
 
-    /// The values of the file at texture coordinates `uv`, for what is no colour.
+    /// The texels as vectors at texture coordinates `uv`, not clamped to the range of colours.
     pub fn vector(&self, uv: Vec2) -> Vec3 {
         self.value(uv, |v| v).into()
     }
@@ -443,8 +443,8 @@ impl BitmapTexture {
         (a * (1.0 - s) + b * s) * (1.0 - t) + (c * (1.0 - s) + d * s) * t
     }
 
-    /// The four texels around texture coordinates `uv`, row by row, and where between them the point lies; if the nearest counts
-    /// alone, it is the first.
+    /// The four texels around texture coordinates `uv`, row by row, and the interpolation weights; for nearest-neighbour lookup
+    /// the first counts.
     #[inline(always)]
     fn texels(&self, uv: Vec2, usable: impl Fn(Vec3A) -> Vec3A) -> ([Vec3A; 4], Vec2) {
         let size = [self.bitmap.width(), self.bitmap.height()];
@@ -457,7 +457,7 @@ impl BitmapTexture {
 }
 
 impl AttributeTexture {
-    /// The values at a point, equal where there is one.
+    /// The values at a point; three equal ones for a scalar attribute.
     fn values(&self, at: &TexturePoint) -> [f32; 3] {
         let AttributeLayout { first, colored, .. } = self.layout;
         let value =
@@ -480,23 +480,23 @@ fn luminance([r, g, b]: [f32; 3]) -> f32 {
     if r == g && g == b { r.max(0.0) } else { (0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0) }
 }
 
-/// `v` from 0 on; NaN is 0, and what is beyond all sense stays finite.
+/// `v` clamped to [0, 1e30]; NaN becomes 0.
 fn not_negative(v: f32) -> f32 {
     if v > 0.0 { v.min(1e30) } else { 0.0 }
 }
 
-/// As [`not_negative`], each component.
+/// [`not_negative`] of each component.
 fn texel_not_negative(texel: Vec3A) -> Vec3A {
     texel.to_array().map(not_negative).into()
 }
 
-/// As [`clean`], each component.
+/// [`clean`] of each component.
 #[inline(always)]
 fn clean_texel(texel: Vec3A) -> Vec3A {
     Vec3A::select(texel.cmpgt(Vec3A::ZERO), texel.min(Vec3A::ONE), Vec3A::ZERO)
 }
 
-/// `v` cut to [0, 1]; NaN is 0.
+/// `v` clamped to [0, 1]; NaN becomes 0.
 fn clean(v: f32) -> f32 {
     if v > 0.0 { v.min(1.0) } else { 0.0 }
 }

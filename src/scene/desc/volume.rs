@@ -1,4 +1,4 @@
-//! Textures over space: values on a grid of points, which a surface shows where it lies. Mitsuba's `volume` with a `gridvolume`.
+//! Volume textures: values on a grid in space, evaluated at the position of a surface point. Mitsuba's `volume` with a `gridvolume`.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ pub struct VolumeGrid {
     size: [usize; 3],
     channels: usize,
     values: Vec<f32>,
-    /// Mean of the values, equal where there is one.
+    /// Mean of the values; three equal ones for a single channel.
     mean: [f32; 3],
 }
 
@@ -40,12 +40,12 @@ impl VolumeGrid {
         Self { size, channels, values, mean: sum.map(|v| (v / points as f64) as f32) }
     }
 
-    /// How many values it has.
+    /// Number of values.
     pub(crate) fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// True where each point has one number.
+    /// True for a single channel.
     pub fn is_grey(&self) -> bool {
         self.channels == 1
     }
@@ -61,7 +61,7 @@ impl VolumeGrid {
     }
 }
 
-/// `v` where it is no less than 0; NaN is 0, and what is beyond all sense stays finite.
+/// `v` clamped to [0, 1e30]; NaN becomes 0.
 fn usable(v: f32) -> f32 {
     if v > 0.0 { v.min(1e30) } else { 0.0 }
 }
@@ -70,30 +70,30 @@ fn usable(v: f32) -> f32 {
 #[derive(Clone, Debug)]
 pub struct VolumeTexture {
     grid: Arc<VolumeGrid>,
-    /// From the space of surfaces to that in which the grid fills the unit cube.
+    /// From the space of surfaces to the space in which the grid fills the unit cube.
     to_grid: DAffine3,
-    /// The same in single precision.
+    /// `to_grid` in single precision.
     near: Affine3A,
     wrap: WrapMode,
     nearest: bool,
-    /// Colours count as greys of their luminance.
+    /// Colours are replaced by their luminance.
     grey: bool,
 }
 
 impl VolumeTexture {
-    /// A texture of this grid, which fills the unit cube of the space to which `to_grid` takes world space. The point around a place counts
-    /// alone if it is the `nearest`; otherwise the eight around it are interpolated.
+    /// A texture of a grid that fills the unit cube of the space to which `to_grid` transforms world space. Lookup is `nearest`-neighbour or
+    /// trilinear.
     pub fn new(grid: Arc<VolumeGrid>, to_grid: DAffine3, wrap: WrapMode, nearest: bool) -> Self {
         Self { grid, to_grid, near: near(&to_grid), wrap, nearest, grey: false }
     }
 
-    /// The texture in the space that a scene is traced in.
+    /// The texture in a rendering space.
     pub(super) fn placed(&self, space: &RenderingSpace) -> Self {
         let to_grid = self.to_grid * space.inverse_transform();
         Self { to_grid, near: near(&to_grid), ..self.clone() }
     }
 
-    /// The values at a place, each point of the grid made usable first.
+    /// The values at a position, with `usable` applied to each grid point before interpolation.
     pub(super) fn value(&self, p: Vec3, usable: impl Fn(Vec3A) -> Vec3A) -> Vec3A {
         let size = self.grid.size;
         let lengths = Vec3::from_array(size.map(|n| n as f32));
@@ -122,7 +122,7 @@ impl VolumeTexture {
         if self.grey { Vec3A::splat(value.dot(LUMINANCE)) } else { value }
     }
 
-    /// The values at a place, for numbers.
+    /// The values at a position, for scalars.
     pub(super) fn number(&self, p: Vec3) -> [f32; 3] {
         self.value(p, |point| point.to_array().map(usable).into()).to_array()
     }
@@ -132,18 +132,18 @@ impl VolumeTexture {
         if self.grey { [Vec3A::from(self.grid.mean).dot(LUMINANCE); 3] } else { self.grid.mean }
     }
 
-    /// True where values have no colour.
+    /// True when the values have no colour.
     pub fn is_grey(&self) -> bool {
         self.grey || self.grid.is_grey()
     }
 
-    /// The texture of the luminances.
+    /// The texture with colours replaced by their luminance.
     pub(super) fn grey(&self) -> Self {
         Self { grey: true, ..self.clone() }
     }
 }
 
-/// Luminance of a linear Rec.709 colour, by its product with it.
+/// Weights of the luminance of a linear Rec.709 colour.
 const LUMINANCE: Vec3A = Vec3A::new(0.2126, 0.7152, 0.0722);
 
 fn near(to_grid: &DAffine3) -> Affine3A {

@@ -1,22 +1,22 @@
-//! What a texture shows beyond the unit square: which texel stands at a place, and where the texels around a point lie.
+//! Texture addressing: which texels are interpolated at a point, and how coordinates outside the unit square wrap.
 
 use std::ops::RangeInclusive;
 
 use glam::{Affine2, Vec2};
 
-/// What a texture has beyond [0, 1]².
+/// How a texture continues outside [0, 1]².
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WrapMode {
-    /// The same again.
+    /// The texture repeats.
     Repeat,
-    /// Mirror images.
+    /// The texture repeats, every other copy mirrored.
     Mirror,
-    /// The colour of the edge.
+    /// The texels of the edge continue.
     Clamp,
 }
 
 impl WrapMode {
-    /// The columns or rows of `size` that stand at the places from `first` to `last`: at most two ranges.
+    /// The columns or rows, of `size` in all, that unwrapped indices from `first` to `last` fall on: at most two ranges.
     pub(super) fn ranges(self, first: i64, last: i64, size: usize) -> [Option<RangeInclusive<usize>>; 2] {
         let n = size as i64;
         let (a, b) = (self.index(first, size), self.index(last, size));
@@ -34,10 +34,10 @@ impl WrapMode {
         }
     }
 
-    /// The column or row of `size` that stands at place `i`, which saturates where coordinates are beyond all sense.
+    /// The column or row, of `size` in all, that the unwrapped index `i` falls on. Indices saturate for huge coordinates.
     #[inline(always)]
     pub(super) fn index(self, i: i64, size: usize) -> usize {
-        // Most places lie in the picture itself, and a division takes as long as the rest.
+        // Most indices are inside already, and a division would take as long as the rest.
         if (i as u64) < size as u64 { i as usize } else { self.index_beyond(i, size) }
     }
 
@@ -56,12 +56,12 @@ impl WrapMode {
     }
 }
 
-/// Column and row of the first of the four texels around the texture coordinates `uv`, before wrapping, and the place between them
-/// in [0, 1]²; of the texel around `uv`, if that counts alone.
+/// Unwrapped column and row of the first of the four texels to interpolate at `uv`, and the interpolation weights in [0, 1]². With
+/// `nearest`, those of the texel that contains `uv`.
 #[inline]
 pub(super) fn cell(to_uv: &Affine2, size: [usize; 2], nearest: bool, uv: Vec2) -> ([i64; 2], Vec2) {
     let at = to_uv.transform_point2(uv) * Vec2::new(size[0] as f32, size[1] as f32);
-    // Coordinates that are no numbers, or beyond all integers, mean nothing.
+    // NaN and coordinates beyond the range of integers become 0.
     let at = if at.abs().cmplt(Vec2::splat(1e18)).all() { at } else { Vec2::ZERO };
     let at = if nearest { at } else { at - 0.5 };
     // Rounded down in integers: without SSE 4.1, `floor` is a call.

@@ -16,8 +16,7 @@ use super::objects::address;
 use super::parameters::parameters;
 use super::target::{EditError, EditableParameter, ObjectKind};
 use crate::scene::desc::SceneDesc;
-use crate::scene::diagnostic::shorten;
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::mitsuba::{Document, Element, ElementId, integer, numbers};
 use crate::scene::suggest;
 

@@ -17,7 +17,7 @@
 
 mod attributes;
 mod check;
-pub mod curves;
+pub(crate) mod curves;
 mod file;
 mod normals;
 mod obj;

@@ -6,8 +6,7 @@ use super::reader::Reader;
 use super::unsupported;
 use crate::scene::desc::aov::{self, AovDesc, AovKind, AovList};
 use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
-use crate::scene::diagnostic::shorten;
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
 use crate::scene::suggest;
 

@@ -9,8 +9,7 @@ use super::question::Question;
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
 use super::{transform, value};
-use crate::scene::diagnostic::shorten;
-use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
+use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::suggest;
 
 /// One child of a plugin, with references followed.

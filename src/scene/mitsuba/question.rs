@@ -1,8 +1,8 @@
-//! What the readers of plugins ask of parameters, from which `documentation/` learns what a plugin has.
+//! The questions that readers of plugins ask about parameters. A documentation run records them to learn which parameters a plugin has.
 
 use super::document::ElementId;
 
-/// What a plugin's reader wants to know of one of its parameters. Noted in a documentation run only.
+/// A question about one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Question {
     /// Whether it is given.
@@ -11,13 +11,13 @@ pub(crate) enum Question {
     Value(&'static [&'static str]),
     /// The name of a file with this ending.
     File(String),
-    /// What it is if it is not given.
+    /// Its default, which the reader states.
     Default(String),
-    /// Nothing but whether to remark that it changes nothing.
+    /// Whether to remark that it has no effect.
     Idle,
     /// Children with this tag, whatever their names.
     Nested,
 }
 
-/// The questions of all plugins so far: which one, about which parameter, what.
+/// The questions so far: plugin, parameter and question.
 pub(crate) type Questions = std::sync::Mutex<Vec<(ElementId, &'static str, Question)>>;

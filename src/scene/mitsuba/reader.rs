@@ -16,8 +16,7 @@ use crate::scene::desc::texture::{AttributeLayout, SpectrumTexture};
 use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, Mesh, MeshId, Name, Names, Place, ShapeDesc,
 };
-use crate::scene::diagnostic::shorten;
-use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
+use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::limits;
 use crate::scene::mesh::MeshOptions;
 use crate::scene::suggest;

@@ -7,8 +7,7 @@ use super::integrator;
 use super::params::Params;
 use super::reader::{PluginTable, Reader};
 use crate::scene::desc::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
-use crate::scene::diagnostic::shorten;
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
 use crate::scene::suggest;
 

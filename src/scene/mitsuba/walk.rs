@@ -8,10 +8,9 @@ use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
 use super::{attribute, emitter, integrator, params, prefetch, sensor, shape, upgrade};
-use crate::scene::diagnostic::shorten;
 
 use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
-use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
+use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::model;
 
 /// A scene as read, and the changes in it that are still to be made.

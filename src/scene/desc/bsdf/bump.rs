@@ -3,14 +3,13 @@
 use super::{BsdfPlugin, parts};
 use crate::scene::desc::ids::BsdfId;
 use crate::scene::desc::texture::BitmapTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// What normal maps and bump maps have in common.
+/// The parameters that normal maps and bump maps share.
 #[derive(Clone, Debug)]
 pub struct BumpDesc {
     /// The material whose frame is tilted.
     pub bsdf: BsdfId,
-    /// A normal that faces away from who looks is turned around the unperturbed one by 180° (Schüssler et al. 2017,
+    /// A perturbed normal that faces away from the viewer is turned around the unperturbed one by 180° (Schüssler et al. 2017,
     /// *Microfacet-based normal mapping for robust Monte Carlo path tracing*).
     pub flip_invalid_normals: bool,
     /// Light fades out towards the horizon (Conty Estevez, Lecocq and Stein 2019, *A Microfacet-Based Shadowing Function to Solve
@@ -20,12 +19,12 @@ pub struct BumpDesc {
 
 impl BumpDesc {}
 
-/// A material whose normals a picture holds.
+/// A material with a normal map.
 #[derive(Clone, Debug)]
 pub struct NormalMapDesc {
     /// Normals in the shading frame, x along ∂p/∂u, as (n + 1) / 2.
     pub normals: BitmapTexture,
-    /// The rest.
+    /// The parameters shared with the other kind of map.
     pub bump: BumpDesc,
 }
 
@@ -39,14 +38,14 @@ impl BsdfPlugin for NormalMapDesc {
     }
 }
 
-/// A material whose normals follow from heights over the surface, in a picture.
+/// A material with a bump map: heights over the surface.
 #[derive(Clone, Debug)]
 pub struct BumpMapDesc {
     /// Heights in world units: the luminance of the picture.
     pub heights: BitmapTexture,
-    /// Factor on them.
+    /// Factor on the heights.
     pub scale: f32,
-    /// The rest.
+    /// The parameters shared with the other kind of map.
     pub bump: BumpDesc,
 }
 

@@ -1,10 +1,10 @@
-//! What kind of scattering a material is of, from its parts.
+//! Classifies materials by their parameters.
 
 use super::{BsdfDesc, DiffuseDesc};
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// Classes of scattering, which decide the effects that a scene needs.
+/// Classes of scattering, by which the effects that a scene needs are planned.
 impl BsdfDesc {
     /// A grey material of this albedo.
     pub fn grey(albedo: f32) -> Self {
@@ -21,7 +21,7 @@ impl BsdfDesc {
         self.parts().albedo.is_some() || self.is_other_diffuse()
     }
 
-    /// True for a material that reflects or refracts into a single direction, if only by a smooth coat.
+    /// True for a material with a delta component, such as a smooth coat.
     pub(crate) fn is_delta(&self) -> bool {
         self.is_specular() && self.roughness().is_none()
     }
@@ -44,12 +44,12 @@ impl BsdfDesc {
         self.parts().transmission.is_some_and(|factor| !factor.is_black())
     }
 
-    /// True for a material to which interference in a film gives colours that its parameters do not have.
+    /// True for a material that is coloured by thin-film interference.
     pub(crate) fn is_iridescent(&self) -> bool {
         matches!(self, Self::Principled(desc) if desc.thin_film.as_ref().is_some_and(|film| !film.weight.is_black()))
     }
 
-    /// True for a material without a diffuse part whose factors are all black. A coat is none: something shines through it.
+    /// True for a material without a diffuse part whose factors are all black. A coating never is: the material under it may be seen.
     pub(crate) fn is_black(&self) -> bool {
         let parts = self.parts();
         parts.albedo.is_none()
@@ -57,13 +57,13 @@ impl BsdfDesc {
             && [parts.reflection, parts.transmission].into_iter().flatten().all(SpectrumTexture::is_black)
     }
 
-    /// Indices of refraction behind the surface and in front of it, where they count at every wavelength.
+    /// Indices of refraction behind the surface and in front of it, if they are evaluated at every wavelength.
     pub(crate) fn spectral_indices(&self) -> Option<[&Ior; 2]> {
         let parts = self.parts();
         Some([parts.int_ior?, parts.ext_ior?]).filter(|_| self.has_spectral_index())
     }
 
-    /// True for a material that rays pass straight, at least here and there.
+    /// True for a material that rays pass straight through, at least at some points.
     pub(crate) fn has_holes(&self) -> bool {
         match self {
             Self::Null(_) => true,

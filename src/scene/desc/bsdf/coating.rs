@@ -8,7 +8,7 @@ use crate::scene::desc::texture::SpectrumTexture;
 use crate::spectrum::dispersion::SODIUM_D;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// What a smooth and a rough coat have in common, as what is traced sees it.
+/// A smooth or rough coat as the tracer uses it.
 #[derive(Clone, Copy, Debug)]
 pub struct CoatDesc<'a> {
     /// The material under the coat.
@@ -17,7 +17,7 @@ pub struct CoatDesc<'a> {
     pub eta: f32,
     /// Thickness of the coat, in the units of 1 / `sigma_a`.
     pub thickness: f32,
-    /// What the coat absorbs on a length of 1, from 0 without bound.
+    /// Absorption coefficient of the coat, unbounded.
     pub sigma_a: &'a SpectrumTexture,
     /// Factor on the reflection of the coat, 1 in nature.
     pub specular_reflectance: &'a SpectrumTexture,
@@ -32,11 +32,11 @@ pub struct CoatingDesc {
     pub bsdf: BsdfId,
     /// Index of the coat; its value at the sodium line counts for all wavelengths.
     pub int_ior: Ior,
-    /// Index outside, likewise.
+    /// Index outside; its value at the sodium line counts for all wavelengths.
     pub ext_ior: Ior,
     /// Thickness of the coat, in the units of 1 / `sigma_a`.
     pub thickness: f32,
-    /// What the coat absorbs on a length of 1, from 0 without bound.
+    /// Absorption coefficient of the coat, unbounded.
     pub sigma_a: SpectrumTexture,
     /// Factor on the reflection of the coat, 1 in nature.
     pub specular_reflectance: SpectrumTexture,
@@ -87,7 +87,7 @@ impl BsdfPlugin for CoatingDesc {
 /// A rough coat over another material.
 #[derive(Clone, Debug)]
 pub struct RoughCoatingDesc {
-    /// What it has in common with a smooth one.
+    /// The parameters that it shares with a smooth one.
     pub coating: CoatingDesc,
     /// Microfacets of the coat, the same along both tangents.
     pub roughness: Roughness,

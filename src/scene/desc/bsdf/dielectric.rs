@@ -3,7 +3,7 @@
 use super::roughness::varying_roughness;
 use super::{AlphaTexture, BsdfPlugin, Roughness, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::dispersion::Ior;
 
 /// A smooth interface between two transparent media.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ pub struct RoughDielectricDesc {
     pub specular_transmittance: SpectrumTexture,
     /// Its microfacets.
     pub roughness: Roughness,
-    /// Their roughness where it varies; `roughness` has its mean, or 1 for a mesh attribute.
+    /// Texture of the roughness, if it varies; `roughness` then has its mean, or 1 for a mesh attribute.
     pub alpha: Option<Box<AlphaTexture>>,
 }
 

@@ -2,7 +2,6 @@
 
 use super::{BsdfPlugin, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// A diffuse reflector.
 #[derive(Clone, Debug)]

@@ -1,13 +1,12 @@
-//! `difftrans` of version 0.6: a thin sheet that spreads light to its other side.
+//! `difftrans` of version 0.6: a thin sheet that transmits diffusely.
 
 use super::{BsdfPlugin, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// A diffuse transmitter. It reflects nothing.
 #[derive(Clone, Debug)]
 pub struct DiffuseTransmitterDesc {
-    /// Share of light that is let through.
+    /// Transmittance.
     pub transmittance: SpectrumTexture,
 }
 

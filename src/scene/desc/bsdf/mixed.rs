@@ -3,7 +3,7 @@
 use super::{BsdfPlugin, parts};
 use crate::scene::desc::ids::BsdfId;
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::Spectrum;
 
 /// Most one-sided materials that one material can be made of.
 pub const MOST_PARTS: usize = 4;
@@ -13,7 +13,7 @@ pub const MOST_PARTS: usize = 4;
 pub struct BlendDesc {
     /// Share of the second, from 0 to 1: [`SpectrumTexture::scalar`].
     pub weight: SpectrumTexture,
-    /// The two.
+    /// The two materials.
     pub bsdfs: [BsdfId; 2],
 }
 
@@ -35,10 +35,11 @@ impl BsdfPlugin for BlendDesc {
     }
 }
 
-/// Several materials, each with the same share all over the surface.
+/// Several materials with constant weights.
 #[derive(Clone, Debug)]
 pub struct MixtureDesc {
-    /// The materials with their weights from 0, which count in proportion; those of a file add up to 1. What a file leaves of 1 is black.
+    /// The materials with their weights, at least 0, which are normalised by their sum. A reader that finds weights of less than 1 in all
+    /// adds a black material for the rest.
     pub parts: Vec<(BsdfId, f32)>,
 }
 
@@ -46,10 +47,10 @@ pub struct MixtureDesc {
 const WEIGHTS: [&str; MOST_PARTS] = ["weight_1", "weight_2", "weight_3", "weight_4"];
 
 impl MixtureDesc {
-    /// The materials with their shares, which add up to 1; all of them are 0 where no weight is more.
+    /// The materials with their normalised weights, which add up to 1, or are all 0 if every weight is.
     pub fn shares(&self) -> impl Iterator<Item = (BsdfId, f32)> {
         let sum: f32 = self.parts.iter().map(|(_, weight)| weight).sum();
-        // Weights of a file are shares already, but for their rounding.
+        // Weights of a file add up to 1 already, except for rounding.
         let scale = if sum <= 0.0 || (sum - 1.0).abs() < 1e-6 { 1.0 } else { 1.0 / sum };
         self.parts.iter().map(move |(bsdf, weight)| (*bsdf, weight * scale))
     }
@@ -75,12 +76,12 @@ impl BsdfPlugin for MixtureDesc {
     }
 }
 
-/// A material with holes: a ray that meets one goes straight on.
+/// A material with an opacity: where it is transparent, rays pass straight through.
 #[derive(Clone, Debug)]
 pub struct MaskDesc {
-    /// The material between the holes.
+    /// The material where it is opaque.
     pub bsdf: BsdfId,
-    /// Its share of the surface, from 0 to 1: [`SpectrumTexture::scalar`].
+    /// Opacity, from 0 to 1: [`SpectrumTexture::scalar`].
     pub opacity: SpectrumTexture,
 }
 

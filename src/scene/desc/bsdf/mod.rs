@@ -49,7 +49,7 @@ pub use roughness::{AlphaTexture, Facets, Roughness};
 pub use thin_film::ThinFilmDesc;
 pub use ward::WardVariant;
 
-/// Makes the enum of all descriptions, and hands calls on to the plugin.
+/// Makes the enum of all descriptions, which forwards the methods of [`BsdfPlugin`].
 macro_rules! bsdfs {
     ($($(#[$doc:meta])* $kind:ident = $file:ident::$desc:ident,)*) => {
         $(pub use $file::$desc;)*
@@ -68,14 +68,14 @@ macro_rules! bsdfs {
                 }
             }
 
-            /// The parameters by what they mean.
+            /// The parameters by meaning.
             pub(crate) fn parts(&self) -> BsdfParts<&SpectrumTexture, &Spectrum, &Ior> {
                 match self {
                     $(Self::$kind(desc) => desc.parts(),)*
                 }
             }
 
-            /// The parameters by what they mean, to change.
+            /// The parameters by meaning, mutably.
             pub(crate) fn parts_mut(&mut self) -> BsdfParts<&mut SpectrumTexture, &mut Spectrum, &mut Ior> {
                 match self {
                     $(Self::$kind(desc) => desc.parts_mut(),)*
@@ -89,7 +89,7 @@ macro_rules! bsdfs {
                 }
             }
 
-            /// The roughness differs between the tangents, if only somewhere.
+            /// True for anisotropic roughness, if only at some points.
             pub(crate) fn is_brushed(&self) -> bool {
                 match self {
                     $(Self::$kind(desc) => desc.is_brushed(),)*
@@ -102,42 +102,42 @@ macro_rules! bsdfs {
                 }
             }
 
-            /// The textures that numbers are read from, other than those of the parts, to change.
+            /// The textures of scalar parameters, other than those in [`parts`](Self::parts), mutably.
             pub(crate) fn scalars_mut(&mut self) -> Vec<&mut SpectrumTexture> {
                 match self {
                     $(Self::$kind(desc) => desc.scalars_mut(),)*
                 }
             }
 
-            /// A number by its name in Mitsuba, such as `alpha` or `metallic`, where it is the same all over the surface.
+            /// A scalar parameter by its name in Mitsuba, such as `alpha` or `metallic`, if it is constant over the surface.
             pub(crate) fn number(&self, name: &str) -> Option<f32> {
                 match self {
                     $(Self::$kind(desc) => desc.number(name),)*
                 }
             }
 
-            /// Changes a number that [`number`](Self::number) has.
+            /// Changes a parameter for which [`number`](Self::number) returns a value.
             pub(crate) fn set_number(&mut self, name: &str, value: f32) {
                 match self {
                     $(Self::$kind(desc) => desc.set_number(name, value),)*
                 }
             }
 
-            /// The materials that this one is made of; none for most.
+            /// The materials nested in this one; none for most.
             pub(crate) fn nested(&self) -> Vec<BsdfId> {
                 match self {
                     $(Self::$kind(desc) => desc.nested(),)*
                 }
             }
 
-            /// How it tilts the frame of the one that it is made of; `None` for what is no map of normals or heights.
+            /// The perturbation of the shading frame, for a normal map or a bump map.
             pub(crate) fn bump(&self) -> Option<&BumpDesc> {
                 match self {
                     $(Self::$kind(desc) => desc.bump(),)*
                 }
             }
 
-            /// The layer that it lays over the one that it is made of; `None` for what is no coat.
+            /// The coat over the nested material, for a coating.
             pub fn coat(&self) -> Option<CoatDesc<'_>> {
                 match self {
                     $(Self::$kind(desc) => desc.coat(),)*
@@ -151,7 +151,7 @@ macro_rules! bsdfs {
                 }
             }
 
-            /// The index of refraction counts at every wavelength; otherwise at the sodium line only.
+            /// The index of refraction is evaluated at every wavelength; otherwise at the sodium line only.
             fn has_spectral_index(&self) -> bool {
                 match self {
                     $(Self::$kind(_) => $desc::SPECTRAL_INDEX,)*
@@ -192,11 +192,11 @@ bsdfs! {
     Phong = phong::PhongDesc,
     /// Elliptic lobe over a diffuse part.
     Ward = ward::WardDesc,
-    /// Sheet that spreads light to its other side.
+    /// Thin sheet that transmits diffusely.
     DiffuseTransmitter = diffuse_transmitter::DiffuseTransmitterDesc,
-    /// Smooth pane that light passes straight.
+    /// Thin smooth pane, which refracts nothing.
     ThinDielectric = thin_dielectric::ThinDielectricDesc,
-    /// A surface that rays pass as if it were not there.
+    /// Invisible surface.
     Null = null::NullDesc,
     /// Two materials in a ratio that may vary.
     Blend = mixed::BlendDesc,
@@ -204,9 +204,9 @@ bsdfs! {
     Mixture = mixed::MixtureDesc,
     /// A material with holes.
     Mask = mixed::MaskDesc,
-    /// A material whose normals a picture holds.
+    /// A material with a normal map.
     NormalMap = bump::NormalMapDesc,
-    /// A material whose normals follow from a picture of heights.
+    /// A material with a bump map.
     BumpMap = bump::BumpMapDesc,
     /// A material under a smooth transparent layer.
     Coating = coating::CoatingDesc,

@@ -1,9 +1,8 @@
-//! `null`: a surface that is not there for light.
+//! `null`: an invisible surface.
 
 use super::{BsdfPlugin, parts};
-use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// An invisible surface: every ray goes straight on.
+/// An invisible surface: every ray passes straight through.
 #[derive(Clone, Copy, Debug)]
 pub struct NullDesc;
 

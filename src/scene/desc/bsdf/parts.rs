@@ -1,6 +1,6 @@
-//! What others may ask of a bsdf without knowing the plugin.
+//! The parameters of a bsdf by meaning, whatever the plugin.
 
-/// The parameters of a bsdf by what they mean, in whichever plugin: references to textures, spectra and indices, shared or mutable.
+/// References to the parameters of a bsdf by meaning: textures, spectra and indices of refraction, shared or mutable.
 pub(crate) struct BsdfParts<T, S, I> {
     /// Albedo of the diffuse part.
     pub(crate) albedo: Option<T>,
@@ -10,15 +10,15 @@ pub(crate) struct BsdfParts<T, S, I> {
     pub(crate) transmission: Option<T>,
     /// Real part of the index of refraction of a metal.
     pub(crate) eta: Option<S>,
-    /// Imaginary part of the same.
+    /// Imaginary part of the index of refraction of a metal.
     pub(crate) k: Option<S>,
-    /// What a coat absorbs on a length of 1, without bound.
+    /// Absorption coefficient of a coat, unbounded.
     pub(crate) absorption: Option<T>,
     /// Index of refraction behind the surface, or of a coat.
     pub(crate) int_ior: Option<I>,
     /// Index of refraction in front of the surface.
     pub(crate) ext_ior: Option<I>,
-    /// Share of one of the materials that this one is made of, one number for all wavelengths: an opacity, the weight of a blend.
+    /// Share of one of the nested materials, the same at all wavelengths: an opacity, or the weight of a blend.
     pub(crate) share: Option<T>,
 }
 
@@ -38,15 +38,27 @@ impl<T, S, I> Default for BsdfParts<T, S, I> {
     }
 }
 
-/// Writes [`BsdfPlugin::parts`] and [`BsdfPlugin::parts_mut`]: which field is which part.
+/// Implements [`BsdfPlugin::parts`] and [`BsdfPlugin::parts_mut`] by the fields that are the parts.
 macro_rules! parts {
     ($($part:ident: $field:ident),* $(,)?) => {
-        fn parts(&self) -> crate::scene::desc::bsdf::BsdfParts<&crate::scene::desc::texture::SpectrumTexture, &Spectrum, &Ior> {
-            crate::scene::desc::bsdf::BsdfParts { $($part: Some(&self.$field),)* ..Default::default() }
+        fn parts(
+            &self,
+        ) -> crate::scene::desc::BsdfParts<
+            &crate::scene::desc::texture::SpectrumTexture,
+            &crate::spectrum::Spectrum,
+            &crate::spectrum::dispersion::Ior,
+        > {
+            crate::scene::desc::BsdfParts { $($part: Some(&self.$field),)* ..Default::default() }
         }
 
-        fn parts_mut(&mut self) -> crate::scene::desc::bsdf::BsdfParts<&mut crate::scene::desc::texture::SpectrumTexture, &mut Spectrum, &mut Ior> {
-            crate::scene::desc::bsdf::BsdfParts { $($part: Some(&mut self.$field),)* ..Default::default() }
+        fn parts_mut(
+            &mut self,
+        ) -> crate::scene::desc::BsdfParts<
+            &mut crate::scene::desc::texture::SpectrumTexture,
+            &mut crate::spectrum::Spectrum,
+            &mut crate::spectrum::dispersion::Ior,
+        > {
+            crate::scene::desc::BsdfParts { $($part: Some(&mut self.$field),)* ..Default::default() }
         }
     };
 }

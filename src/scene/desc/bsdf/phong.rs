@@ -2,7 +2,7 @@
 
 use super::{BsdfPlugin, Facets, Roughness, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::Spectrum;
 
 /// A modified Phong reflector.
 #[derive(Clone, Debug)]

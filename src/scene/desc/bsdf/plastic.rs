@@ -2,7 +2,7 @@
 
 use super::{BsdfPlugin, Roughness, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::dispersion::Ior;
 
 /// A smooth transparent coat over a diffuse base.
 #[derive(Clone, Debug)]

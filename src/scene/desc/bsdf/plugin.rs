@@ -13,17 +13,17 @@ pub(crate) trait BsdfPlugin: Sized {
     /// Mitsuba's name of the plugin.
     const NAME: &'static str;
 
-    /// The index of refraction counts at every wavelength; otherwise at the sodium line only.
+    /// The index of refraction is evaluated at every wavelength; otherwise at the sodium line only.
     const SPECTRAL_INDEX: bool = true;
 
-    /// It spreads light diffusely and does nothing else, but not as Lambert's reflector: as a diffuse part it is known by all methods, and
-    /// only code for every model traces it.
+    /// It is purely diffuse, but not Lambertian. All integrators treat it as diffuse; the code that is specialised for scenes of
+    /// Lambertian surfaces does not trace it.
     const OTHER_DIFFUSE: bool = false;
 
-    /// The parameters that others may ask for.
+    /// The parameters by meaning.
     fn parts(&self) -> BsdfParts<&SpectrumTexture, &Spectrum, &Ior>;
 
-    /// The parameters that others may change.
+    /// The parameters by meaning, mutably.
     fn parts_mut(&mut self) -> BsdfParts<&mut SpectrumTexture, &mut Spectrum, &mut Ior>;
 
     /// Roughness of the specular part; `None` for a smooth or a diffuse material.
@@ -31,7 +31,7 @@ pub(crate) trait BsdfPlugin: Sized {
         None
     }
 
-    /// The roughness where it varies.
+    /// The texture of the roughness, if it varies.
     fn alpha(&self) -> Option<&AlphaTexture> {
         None
     }
@@ -41,7 +41,7 @@ pub(crate) trait BsdfPlugin: Sized {
         None
     }
 
-    /// The roughness differs between the tangents, if only somewhere.
+    /// True for anisotropic roughness, if only at some points.
     fn is_brushed(&self) -> bool {
         match self.alpha() {
             Some(alpha) => matches!(alpha, AlphaTexture::Anisotropic(_)),
@@ -49,7 +49,7 @@ pub(crate) trait BsdfPlugin: Sized {
         }
     }
 
-    /// The textures that numbers are read from, other than those of `parts`.
+    /// The textures of scalar parameters, other than those in [`parts`](Self::parts).
     fn scalars(&self) -> Vec<&SpectrumTexture> {
         self.alpha().map_or_else(Vec::new, AlphaTexture::textures)
     }
@@ -59,25 +59,25 @@ pub(crate) trait BsdfPlugin: Sized {
         self.alpha_mut().map_or_else(Vec::new, AlphaTexture::textures_mut)
     }
 
-    /// A number by its name in Mitsuba, where it is the same all over the surface.
+    /// A scalar parameter by its name in Mitsuba, if it is constant over the surface.
     fn number(&self, _name: &str) -> Option<f32> {
         None
     }
 
-    /// Changes a number that [`number`](Self::number) has.
+    /// Changes a parameter for which [`number`](Self::number) returns a value.
     fn set_number(&mut self, _name: &str, _value: f32) {}
 
-    /// The materials that this one is made of.
+    /// The materials nested in this one.
     fn nested(&self) -> Vec<BsdfId> {
         self.bump().map(|bump| bump.bsdf).into_iter().collect()
     }
 
-    /// How it tilts the frame of the one that it is made of; `None` for what is no map of normals or heights.
+    /// The perturbation of the shading frame, for a normal map or a bump map.
     fn bump(&self) -> Option<&BumpDesc> {
         None
     }
 
-    /// The layer that it lays over the one that it is made of; `None` for what is no coat.
+    /// The coat over the nested material, for a coating.
     fn coat(&self) -> Option<CoatDesc<'_>> {
         None
     }

@@ -4,10 +4,10 @@ use super::{BsdfParts, BsdfPlugin, Facets, Roughness, ThinFilmDesc};
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// The smoothest that its facets can be.
+/// Least α of the microfacets.
 const SMOOTHEST: f32 = 1e-3;
 
-/// What its reflection is multiplied by.
+/// The factor on its reflection.
 pub(super) static ONE: SpectrumTexture = SpectrumTexture::Uniform(Spectrum::Constant(1.0));
 
 /// The principled material of Burley (2012, 2015) as Mitsuba 3 has it.
@@ -17,15 +17,15 @@ pub struct PrincipledDesc {
     pub base_color: SpectrumTexture,
     /// Share of glass in what is not metal, a number. 0 for a material that lets nothing through.
     pub spec_trans: SpectrumTexture,
-    /// All that has no colour.
+    /// The scalar parameters.
     pub lobes: PrincipledLobes,
-    /// Those of `lobes` that vary; there they have their means, or 1 for a mesh attribute.
+    /// Textures of the parameters that vary; `lobes` then has their means, or 1 for a mesh attribute.
     pub textures: Vec<LobeTexture>,
     /// The film on its facets.
     pub thin_film: Option<Box<ThinFilmDesc>>,
 }
 
-/// The parameters of a [`PrincipledDesc`] that have no colour; from 0 to 1, the index excepted.
+/// The scalar parameters of a [`PrincipledDesc`], all from 0 to 1 except the index of refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipledLobes {
     /// Square root of the microfacets' α.
@@ -50,22 +50,22 @@ pub struct PrincipledLobes {
     pub clearcoat_gloss: f32,
 }
 
-/// Finds a number of [`PrincipledLobes`].
+/// Selects a field of [`PrincipledLobes`].
 pub(crate) type LobeParameter = fn(&mut PrincipledLobes) -> &mut f32;
 
-/// A number of [`PrincipledLobes`] that varies over a surface.
+/// A field of [`PrincipledLobes`] that varies over a surface.
 #[derive(Clone, Debug)]
 pub struct LobeTexture {
-    /// The number.
+    /// The field.
     parameter: LobeParameter,
-    /// The range to which it is cut.
+    /// The range to which its values are clamped.
     range: [f32; 2],
     /// Its values.
     pub(super) texture: SpectrumTexture,
 }
 
 impl PrincipledLobes {
-    /// The numbers that `principled` and `principledthin` share, by their names.
+    /// The parameters that `principled` and `principledthin` share, by name.
     pub(crate) const SHARED: &[(&str, LobeParameter)] = &[
         ("roughness", |lobes| &mut lobes.roughness),
         ("anisotropic", |lobes| &mut lobes.anisotropic),
@@ -78,7 +78,7 @@ impl PrincipledLobes {
     /// The index of refraction, which files give in several ways.
     pub(crate) const ETA: &[(&str, LobeParameter)] = &[("eta", |lobes| &mut lobes.eta)];
 
-    /// The others of `principled`.
+    /// The parameters that only `principled` has, by name.
     pub(crate) const COATED: &[(&str, LobeParameter)] = &[
         ("metallic", |lobes| &mut lobes.metallic),
         ("clearcoat", |lobes| &mut lobes.clearcoat),
@@ -101,7 +101,7 @@ impl PrincipledLobes {
         }
     }
 
-    /// One of `parameters` by its name, unless it is one of `textures`.
+    /// The value of one of `parameters` by its name, unless one of `textures` varies it.
     pub(super) fn number(
         &self,
         parameters: &[(&'static str, LobeParameter)],
@@ -126,7 +126,7 @@ impl PrincipledLobes {
         }
     }
 
-    /// These at a point, where `textures` vary.
+    /// The values at a point, with `textures` evaluated there.
     #[inline]
     pub fn at(mut self, textures: &[LobeTexture], at: &TexturePoint) -> Self {
         for LobeTexture { parameter, range: [least, most], texture } in textures {
@@ -146,7 +146,7 @@ impl PrincipledLobes {
 }
 
 impl LobeTexture {
-    /// The texture of a number, whose `mean` is set.
+    /// A texture of a field; sets the field to its `mean`.
     pub(crate) fn new(
         parameter: LobeParameter,
         range: [f32; 2],
@@ -185,7 +185,7 @@ impl BsdfPlugin for PrincipledDesc {
 
     fn number(&self, name: &str) -> Option<f32> {
         if name == "spec_trans" {
-            // Without any it lets nothing through, and is another material.
+            // 0 makes it an opaque material, which has no such parameter to edit.
             return self.spec_trans.constant_scalar().filter(|share| *share > 0.0);
         }
         let of_lobes = || {

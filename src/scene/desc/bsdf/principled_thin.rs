@@ -8,9 +8,9 @@ use crate::spectrum::{Spectrum, dispersion::Ior};
 /// The thin principled material of Burley (2015) as Mitsuba 3 has it: both sides look alike.
 #[derive(Clone, Debug)]
 pub struct PrincipledThinDesc {
-    /// Albedo of the diffuse parts, colour of what is let through.
+    /// Albedo of the diffuse parts, colour of transmitted light.
     pub base_color: SpectrumTexture,
-    /// Factor on all that is let through: 1, or 0 where the effect `transmission` is taken out.
+    /// Factor on transmission: 1, or 0 if the effect `transmission` is disabled.
     pub transmittance: SpectrumTexture,
     /// Share of the microfacets in everything, a number.
     pub spec_trans: SpectrumTexture,
@@ -18,7 +18,7 @@ pub struct PrincipledThinDesc {
     pub diff_trans: SpectrumTexture,
     /// The parameters that it shares with `principled`; there is neither metal nor coat.
     pub lobes: PrincipledLobes,
-    /// Those of `lobes` that vary; there they have their means, or 1 for a mesh attribute.
+    /// Textures of the parameters that vary; `lobes` then has their means, or 1 for a mesh attribute.
     pub textures: Vec<LobeTexture>,
 }
 

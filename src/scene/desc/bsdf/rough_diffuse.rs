@@ -2,7 +2,7 @@
 
 use super::{BsdfPlugin, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::Spectrum;
 
 /// A rough diffuse reflector.
 #[derive(Clone, Debug)]
@@ -11,7 +11,7 @@ pub struct RoughDiffuseDesc {
     pub reflectance: SpectrumTexture,
     /// Root mean square slope, a number: √2 times the σ of the model.
     pub alpha: SpectrumTexture,
-    /// Light that meets two facets is left out, and the rest is approximated.
+    /// Interreflection between facets is left out, and the rest is approximated.
     pub use_fast_approx: bool,
 }
 

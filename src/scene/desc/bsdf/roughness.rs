@@ -2,7 +2,7 @@
 
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 
-/// How the microfacets of a rough surface are spread: Mitsuba's `distribution` and `alpha`.
+/// Distribution of the microfacets of a rough surface: Mitsuba's `distribution` and `alpha`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {
     /// The family of distributions.
@@ -31,7 +31,7 @@ impl Roughness {
         }
     }
 
-    /// Changes one of them.
+    /// Changes `alpha`, `alpha_u` or `alpha_v`.
     pub(super) fn set_number(&mut self, name: &str, value: f32) {
         match name {
             "alpha" => self.alpha = [value; 2],
@@ -46,7 +46,7 @@ impl Roughness {
 pub enum AlphaTexture {
     /// The same along both tangents.
     Isotropic(SpectrumTexture),
-    /// Along either tangent.
+    /// Different along the two tangents.
     Anisotropic([SpectrumTexture; 2]),
 }
 
@@ -67,7 +67,7 @@ impl AlphaTexture {
         }
     }
 
-    /// The textures, to change.
+    /// The textures, mutably.
     pub(super) fn textures_mut(&mut self) -> Vec<&mut SpectrumTexture> {
         match self {
             Self::Isotropic(alpha) => vec![alpha],
@@ -76,7 +76,8 @@ impl AlphaTexture {
     }
 }
 
-/// Writes what [`BsdfPlugin`](super::BsdfPlugin) asks of a roughness, where `roughness` has it, or its mean, and `alpha` where it varies.
+/// Implements the methods of [`BsdfPlugin`](super::BsdfPlugin) about roughness by the fields `roughness`, which has its mean if it varies, and
+/// `alpha`, its texture.
 macro_rules! varying_roughness {
     () => {
         fn roughness(&self) -> Option<crate::scene::desc::bsdf::Roughness> {

@@ -1,4 +1,4 @@
-//! All textures of a material: those of its colours and of its numbers.
+//! All textures of a material, of its colours and of its scalar parameters.
 
 use std::sync::Arc;
 
@@ -14,20 +14,20 @@ fn colors_of<T, S, I>(parts: BsdfParts<T, S, I>) -> impl Iterator<Item = T> {
 }
 
 impl BsdfDesc {
-    /// All colours, factors and textures of numbers.
+    /// All textures: of colours, factors and scalar parameters.
     pub(crate) fn textures(&self) -> Vec<&SpectrumTexture> {
         let parts = self.parts();
         colors_of(parts).chain(self.scalars()).collect()
     }
 
-    /// The mesh attributes that its textures ask for, to change.
+    /// Visits the mesh attributes in its textures, mutably.
     pub(crate) fn for_each_attribute(&mut self, mut visit: impl FnMut(&mut AttributeTexture)) {
         let parts = self.parts_mut();
         colors_of(parts).flat_map(SpectrumTexture::attributes_mut).for_each(&mut visit);
         self.scalars_mut().into_iter().flat_map(SpectrumTexture::attributes_mut).for_each(visit);
     }
 
-    /// The textures over space in its textures, to change.
+    /// Visits the volumes in its textures, mutably.
     pub(crate) fn for_each_volume(&mut self, mut visit: impl FnMut(&mut Arc<VolumeTexture>)) {
         if !self.textures().into_iter().any(SpectrumTexture::asks_place) {
             return;
@@ -36,7 +36,7 @@ impl BsdfDesc {
         self.scalars_mut().into_iter().flat_map(SpectrumTexture::volumes_mut).for_each(visit);
     }
 
-    /// True for a material with a texture that depends on where a surface lies.
+    /// True for a material with a texture that depends on the position in space.
     pub(crate) fn asks_place(&self) -> bool {
         self.textures().into_iter().any(SpectrumTexture::asks_place)
     }

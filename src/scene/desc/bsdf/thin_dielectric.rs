@@ -1,8 +1,8 @@
-//! `thindielectric`: a pane too thin to shift what is behind it.
+//! `thindielectric`: a pane too thin to displace what is seen through it.
 
 use super::{BsdfPlugin, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
+use crate::spectrum::dispersion::Ior;
 
 /// A smooth pane of a transparent medium, both of whose faces are one surface.
 #[derive(Clone, Debug)]

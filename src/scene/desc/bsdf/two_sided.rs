@@ -2,7 +2,6 @@
 
 use super::{BsdfPlugin, parts};
 use crate::scene::desc::ids::BsdfId;
-use crate::spectrum::{Spectrum, dispersion::Ior};
 
 /// A pair of one-sided materials.
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,8 @@
 use super::roughness::varying_roughness;
 use super::{AlphaTexture, BsdfPlugin, Roughness, parts};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// What the lobe of a [`WardDesc`] is divided by, so that it returns about as much light from everywhere.
+/// The normalisation of the lobe of a [`WardDesc`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WardVariant {
     /// G. Ward 1992, *Measuring and Modeling Anisotropic Reflection*.
@@ -27,7 +26,7 @@ pub struct WardDesc {
     pub diffuse_reflectance: SpectrumTexture,
     /// Width of the lobe along the two tangents.
     pub roughness: Roughness,
-    /// The same where it varies; `roughness` has its mean, or 1 for a mesh attribute.
+    /// Texture of the width, if it varies; `roughness` then has its mean, or 1 for a mesh attribute.
     pub alpha: Option<Box<AlphaTexture>>,
 }
 

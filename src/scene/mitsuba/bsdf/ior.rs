@@ -1,7 +1,6 @@
 //! Indices of refraction, by number or by the name of a medium.
 
-use crate::scene::diagnostic::SceneError;
-use crate::scene::diagnostic::shorten;
+use crate::scene::diagnostic::{SceneError, shorten};
 use crate::scene::mitsuba::params::Params;
 use crate::scene::mitsuba::question::Question;
 use crate::spectrum::dispersion::Ior;

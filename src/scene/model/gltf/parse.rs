@@ -10,8 +10,7 @@ use gltf::binary::Glb;
 use serde_json::{Value, json};
 
 use super::grammar;
-use crate::scene::diagnostic::shorten;
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
 use crate::scene::model::finding;
 use crate::scene::model::text::SceneText;

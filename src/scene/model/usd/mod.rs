@@ -48,8 +48,7 @@ use openusd::usd::Stage;
 use openusd::usda::parser::Parser;
 
 use super::text::{SceneText, finding, unreadable};
-use crate::scene::diagnostic::shorten;
-use crate::scene::diagnostic::{FindingKind, LineAt, SceneError};
+use crate::scene::diagnostic::{FindingKind, LineAt, SceneError, shorten};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
 use assets::{StageAssets, StageResolver};
