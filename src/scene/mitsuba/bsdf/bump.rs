@@ -1,12 +1,11 @@
 //! `normalmap` and `bumpmap`: a picture tilts the shading frame of a nested material.
 
 use super::mixed::warn_of_lost_dispersion;
+use super::{Params, Reader};
 use crate::scene::desc::texture::{BitmapTexture, SpectrumTexture};
 use crate::scene::desc::{BsdfId, BumpDesc, BumpMapDesc, NormalMapDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::mitsuba::document::ElementId;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::scene::mitsuba::texture;
 
 pub(super) fn normal_map(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<NormalMapDesc, SceneError> {

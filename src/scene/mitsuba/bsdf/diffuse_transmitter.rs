@@ -1,10 +1,9 @@
 //! `difftrans` of version 0.6: a thin sheet that spreads light to its other side.
 
 use super::values::color;
+use super::{Params, Reader};
 use crate::scene::desc::DiffuseTransmitterDesc;
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 
 pub(super) fn read(
     reader: &mut Reader<'_>,

@@ -1,10 +1,9 @@
 //! `blendbsdf`, `mixturebsdf` and `mask`: materials made of other materials.
 
+use super::{Params, Reader};
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::scene::desc::{BlendDesc, BsdfDesc, BsdfId, MOST_PARTS, MaskDesc, MixtureDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::scene::mitsuba::source::Span;
 use crate::scene::mitsuba::texture;
 use crate::scene::mitsuba::value::numbers;

@@ -1,10 +1,9 @@
 //! `phong` of version 0.6: a lobe around the mirror direction over a diffuse part.
 
 use super::values::{Number, color, number, warn_of_more_than_one};
+use super::{Params, Reader};
 use crate::scene::desc::{PhongDesc, SHARPEST_PHONG};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::spectrum::Spectrum;
 
 pub(super) fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PhongDesc, SceneError> {

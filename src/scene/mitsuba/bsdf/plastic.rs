@@ -3,10 +3,9 @@
 use super::ior::ior;
 use super::roughness::ReadRoughness;
 use super::values::color;
+use super::{Params, Reader};
 use crate::scene::desc::{PlasticDesc, RoughPlasticDesc};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 
 pub(super) fn smooth(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PlasticDesc, SceneError> {
     Ok(PlasticDesc {

@@ -3,10 +3,9 @@
 use super::ior::is_ior;
 use super::thin_film;
 use super::values::{Number, color, cut, number, share};
+use super::{Params, Reader};
 use crate::scene::desc::{LobeParameter, LobeTexture, PrincipledDesc, PrincipledLobes};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 
 pub(super) fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PrincipledDesc, SceneError> {
     let base_color = color(reader, params, "base_color", 0.5)?;

@@ -3,10 +3,9 @@
 use super::ior::is_ior;
 use super::principled::read_lobes;
 use super::values::{Number, color, number, share};
+use super::{Params, Reader};
 use crate::scene::desc::{LobeTexture, PrincipledLobes, PrincipledThinDesc};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::spectrum::Spectrum;
 
 pub(super) fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PrincipledThinDesc, SceneError> {

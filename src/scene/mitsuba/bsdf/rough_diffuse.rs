@@ -1,10 +1,9 @@
 //! `roughdiffuse` of version 0.6: matt surfaces made of V-shaped cavities, such as clay or plaster.
 
 use super::values::{Number, color, number};
+use super::{Params, Reader};
 use crate::scene::desc::RoughDiffuseDesc;
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::spectrum::Spectrum;
 
 pub(super) fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<RoughDiffuseDesc, SceneError> {

@@ -1,11 +1,10 @@
 //! `distribution` and `alpha`: the parameters that all rough materials share. `alpha` may be a texture.
 
 use super::values::{Number, number};
+use super::{Params, Reader};
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::scene::desc::{AlphaTexture, Facets, Roughness};
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::spectrum::Spectrum;
 
 /// Mitsuba's default roughness.

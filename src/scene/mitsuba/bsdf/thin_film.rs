@@ -1,10 +1,9 @@
 //! The thin film on the facets of `principled`.
 
 use super::values::{Number, number, share};
+use super::{Params, Reader};
 use crate::scene::desc::ThinFilmDesc;
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::spectrum::Spectrum;
 
 /// The thickest film, in nm: of a thicker one no eye sees the colours.

@@ -1,9 +1,8 @@
 //! `twosided`: a one-sided material for each side of a surface.
 
+use super::{Params, Reader};
 use crate::scene::desc::{BsdfDesc, BsdfId, TwoSidedDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 
 pub(super) fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<TwoSidedDesc, SceneError> {
     let sides = params.objects("bsdf");

@@ -1,9 +1,8 @@
 //! Colours and numbers of materials, which may be textures.
 
+use super::{Params, Reader};
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 use crate::scene::mitsuba::texture;
 use crate::spectrum::Spectrum;
 

@@ -2,10 +2,9 @@
 
 use super::roughness::ReadRoughness;
 use super::values::{color, warn_of_more_than_one};
+use super::{Params, Reader};
 use crate::scene::desc::{Facets, WardDesc, WardVariant};
 use crate::scene::diagnostic::SceneError;
-use crate::scene::mitsuba::params::Params;
-use crate::scene::mitsuba::reader::Reader;
 
 pub(super) fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<WardDesc, SceneError> {
     params.default("variant", "balanced");
