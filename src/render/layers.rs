@@ -13,7 +13,7 @@ use crate::image::exr::Channel;
 use crate::math::random::Random;
 use crate::render::process::tell;
 use crate::render::run_spec::RunSpec;
-use crate::scene::aov::{AovDesc, channel_count};
+use crate::scene::desc::aov::{AovDesc, channel_count};
 use crate::scene::limits;
 use crate::tracer::aov::AovTracer;
 use crate::tracer::{Camera, Scene};

@@ -89,6 +89,11 @@ impl Finding {
     }
 }
 
+/// The beginning of a name or value of a file, for messages.
+pub(crate) fn shorten(text: &str) -> String {
+    text.chars().take(64).collect()
+}
+
 /// Cuts a text to a readable length and takes control characters out.
 fn tidy(text: String) -> String {
     if text.len() <= LONGEST && !text.contains(char::is_control) {

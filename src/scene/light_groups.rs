@@ -2,11 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::SceneDesc;
-use super::desc::Place;
-use super::edit::objects;
+use super::desc::{Place, SceneDesc};
 use super::limits::LIGHT_GROUPS as MOST_GROUPS;
-use super::mitsuba::suggest;
+use super::suggest;
 
 /// The group of the emitters that no other group has.
 pub const OTHERS: &str = "others";
@@ -81,10 +79,10 @@ pub fn parse(text: &str) -> Result<Vec<NamedGroup>, String> {
 /// All emitters of a scene in the order of its file, each name once.
 pub fn emitters(desc: &SceneDesc) -> Vec<Emitter> {
     let shapes = desc.shapes.iter().filter(|shape| shape.emission.is_some());
-    let shapes = shapes.map(|shape| (shape.place, shape.id.clone(), objects::shape_kind(&shape.kind)));
+    let shapes = shapes.map(|shape| (shape.place, shape.id.clone(), shape.kind.plugin()));
     let lights = desc.lights.iter().enumerate().map(|(i, light)| {
         let id = desc.names.lights.get(i).and_then(|name| name.id.clone());
-        (light.place(), id, objects::light_kind(light))
+        (light.place(), id, light.plugin())
     });
     let mut all: Vec<_> = shapes.chain(lights).enumerate().collect();
     all.sort_by_key(|(_, (Place { file, line, column }, ..))| (*file, *line, *column));

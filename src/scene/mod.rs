@@ -1,4 +1,8 @@
-//! The content of a scene file, as plain data with ids.
+//! Scenes: their descriptions as plain data, the formats that they are read from, and changes to them.
+//!
+//! ```text
+//! load ─▶ edit ─▶ mitsuba ─▶ model ─▶ mesh ─▶ desc        each imports only what stands to its right
+//! ```
 //!
 //! [`load`] reads Mitsuba 3 XML and everything it names (includes, meshes, spectra) into a
 //! [`SceneDesc`]. Three rules hold here:
@@ -7,37 +11,28 @@
 //!   [`SceneWarning`], both with file, line, column and the source line under a caret.
 //! - **No input may hurt.** Sizes, depths and counts are bounded by [`limits`]; numbers are finite
 //!   or refused; no file can make the reader panic or hang (`tests/broken_files/corrupt.rs`).
-//! - **One plugin, one function, one line.** Each group of plugins has its file in [`mitsuba`] with a
-//!   table of names at its top; the bsdfs are in `bsdf/`.
+//! - **One plugin, one function, one line.** Each group of plugins has its file or folder in [`mitsuba`] with a
+//!   table of names at its top.
 //!
 //! A model without a scene file becomes the text of a scene first ([`model`]).
 //!
 //! This module knows nothing of rendering.
 
-pub mod aov;
-mod bsdf;
-pub mod curves;
 pub mod desc;
 mod diagnostic;
 pub mod edit;
-pub mod emission_texture;
 mod files;
 mod leftovers;
 pub mod light_groups;
-mod lights;
 pub mod limits;
+mod load;
 pub mod mesh;
 pub mod mitsuba;
 pub mod model;
-mod rendering_space;
-pub mod texture;
-pub mod volume;
+mod suggest;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
 pub use files::LoadProgress;
-pub use mitsuba::{
-    LoadOptions, Loaded, ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, load, load_str, load_str_with,
-    load_telling, load_with, plugins,
-};
-pub use rendering_space::RenderingSpace;
+pub use load::{Loaded, load, load_str, load_str_with, load_telling, load_with};
+pub use mitsuba::{LoadOptions, ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, plugins};

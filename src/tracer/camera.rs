@@ -3,8 +3,9 @@
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3};
 
 use crate::math::warp;
+use crate::scene::SceneDesc;
+use crate::scene::desc::RenderingSpace;
 use crate::scene::desc::{CameraDesc, FilmDesc};
-use crate::scene::{RenderingSpace, SceneDesc};
 use crate::stream::UvWindow;
 
 use super::accel::Ray;

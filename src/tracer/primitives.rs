@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::texture::TexturePoint;
+use crate::scene::desc::texture::TexturePoint;
 
 use super::accel::{Accel, Hit, Ray, TriangleSource};
 use super::bsdf::MaterialEvalContext;

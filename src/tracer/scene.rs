@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::math::float::safe_origin;
-use crate::scene::RenderingSpace;
+use crate::scene::desc::RenderingSpace;
 use crate::spectrum::White;
 
 use super::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};

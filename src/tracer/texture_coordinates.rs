@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 use crate::scene::SceneDesc;
+use crate::scene::desc::texture::{AttributeLayout, SpectrumTexture, TexturePoint};
 use crate::scene::desc::{AovKind, BsdfId, Mesh, MeshAttribute, ShapeDesc, ShapeKind};
-use crate::scene::texture::{AttributeLayout, SpectrumTexture, TexturePoint};
 
 use super::accel::Hit;
 

@@ -7,9 +7,9 @@ use glam::{Affine2, DAffine3, DMat3, DVec3, Vec2, Vec3};
 use crate::pairs::{PHOTONS, PLAN, assert_all_pairs};
 use crate::support::scenes::*;
 use pointillist::image::bitmap::Bitmap;
+use pointillist::scene::desc::texture::{BitmapTexture, WrapMode};
 use pointillist::scene::desc::*;
 use pointillist::scene::load_str;
-use pointillist::scene::texture::{BitmapTexture, WrapMode};
 use pointillist::spectrum::{EmissionMap, Spectrum};
 
 /// A floor and two spheres of these materials.

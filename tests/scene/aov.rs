@@ -1,8 +1,8 @@
 //! Layers beside the picture, and the integrators that ask for them.
 
 use miette::{Diagnostic, Severity};
-use pointillist::scene::aov::{AovDesc, AovKind, channel_count, parse};
 use pointillist::scene::desc::IntegratorKind;
+use pointillist::scene::desc::aov::{AovDesc, AovKind, channel_count, parse};
 use pointillist::scene::{FindingKind, Loaded, SceneError, limits, load_str};
 
 fn read(integrator: &str) -> Result<Loaded, SceneError> {

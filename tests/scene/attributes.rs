@@ -1,7 +1,7 @@
 //! Numbers of materials by textures, and mesh attributes: what is read, and what is refused at its place.
 
+use pointillist::scene::desc::texture::SpectrumTexture;
 use pointillist::scene::desc::*;
-use pointillist::scene::texture::SpectrumTexture;
 use pointillist::scene::{FindingKind, Loaded, SceneError, load_str};
 use pointillist::spectrum::Spectrum;
 

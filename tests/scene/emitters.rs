@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pointillist::scene::desc::emission_texture::EmissionTexels;
 use pointillist::scene::desc::{LightDesc, ProjectorDesc, SpotDesc};
 use pointillist::scene::edit::{NewValue, Target};
-use pointillist::scene::emission_texture::EmissionTexels;
 use pointillist::scene::{FindingKind, Loaded, SceneError, load};
 use pointillist::spectrum::Spectrum;
 

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3, Vec2};
 use pointillist::image::bitmap::Bitmap;
+use pointillist::scene::desc::texture::SpectrumTexture;
 use pointillist::scene::desc::{BsdfDesc, Mesh, ShapeDesc, ShapeKind};
-use pointillist::scene::texture::SpectrumTexture;
 use pointillist::scene::{Loaded, SceneDesc, load};
 use serde_json::{Value, json};
 

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use pointillist::scene::desc::BsdfDesc;
-use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
+use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::{Loaded, SceneDesc};
 use pointillist::spectrum::dispersion::Ior;
 use serde_json::{Value, json};

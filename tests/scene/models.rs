@@ -4,9 +4,9 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec2, Vec3};
+use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::desc::{BsdfDesc, BsdfId, FovAxis, LightDesc, ShapeKind};
 use pointillist::scene::edit::{Edits, NewValue, Target};
-use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::{LoadOptions, LoadProgress, Loaded, SceneDesc, load, load_telling};
 use pointillist::spectrum::SampledWavelengths;
 use serde_json::{Value, json};

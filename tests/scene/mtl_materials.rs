@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use pointillist::scene::desc::BsdfDesc;
-use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
+use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::{Loaded, load};
 
 use super::obj_models::{CORNERS, FACE, SQUARE, inner, messages, only, square, write};

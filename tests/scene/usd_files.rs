@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use glam::DVec3;
+use pointillist::scene::desc::texture::SpectrumTexture;
 use pointillist::scene::desc::{BsdfDesc, LightDesc, ShapeKind};
-use pointillist::scene::texture::SpectrumTexture;
 use pointillist::scene::{Loaded, load};
 
 use super::models::inner;

@@ -1,8 +1,8 @@
 //! Materials of USD: UsdPreviewSurface, its textures, and which material a prim has.
 
 use glam::Vec2;
+use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::desc::{BsdfDesc, PrincipledDesc};
-use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::{Loaded, SceneDesc, load};
 
 use super::models::inner;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec3};
 
 use pointillist::scene::desc::BsdfDesc;
-use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
+use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::{FindingKind, Loaded, SceneError, load_str};
 use pointillist::spectrum::SampledWavelengths;
 use pointillist::tracer::Scene;

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
 
+use pointillist::scene::desc::RenderingSpace;
 use pointillist::scene::desc::{LightDesc, SceneDesc, ShapeKind, SpotDesc};
-use pointillist::scene::{RenderingSpace, load};
+use pointillist::scene::load;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::accel::{PrimRange, Ray};
 

@@ -5,11 +5,11 @@ use glam::{Vec2, Vec3, Vec4};
 use crate::coats::coats;
 use crate::empirical::{empirical_materials, phong, ward};
 use crate::support::scenes::{Random, assert_counts};
+use pointillist::scene::desc::texture::TexturePoint;
 use pointillist::scene::desc::{
     ConductorDesc, DiffuseDesc, Facets, PrincipledLobes, RoughDielectricDesc, Roughness, WardVariant,
 };
 use pointillist::scene::load_str;
-use pointillist::scene::texture::TexturePoint;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use pointillist::tracer::bsdf::{

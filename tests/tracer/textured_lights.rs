@@ -7,9 +7,9 @@ use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3};
 
 use crate::support::agreement::{Method, Plan, measure};
 use crate::support::scenes::*;
+use pointillist::scene::desc::emission_texture::{EmissionProfile, EmissionTexels, EmissionTexture};
+use pointillist::scene::desc::texture::WrapMode;
 use pointillist::scene::desc::*;
-use pointillist::scene::emission_texture::{EmissionProfile, EmissionTexels, EmissionTexture};
-use pointillist::scene::texture::WrapMode;
 use pointillist::spectrum::{EmissionMap, SampledWavelengths, Spectrum};
 use pointillist::stream::UvWindow;
 use pointillist::tracer::Scene;

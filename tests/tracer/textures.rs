@@ -4,7 +4,9 @@
 
 use glam::{Affine2, Vec2, Vec3, Vec3A, Vec4};
 use pointillist::image::bitmap::Bitmap;
-use pointillist::scene::texture::{BitmapTexture, Checkerboard, SpectrumTexture, TexturePoint, WrapMode};
+use pointillist::scene::desc::texture::{
+    BitmapTexture, Checkerboard, SpectrumTexture, TexturePoint, WrapMode,
+};
 use pointillist::scene::{self, SceneDesc};
 use pointillist::spectrum::{SampledWavelengths, Spectrum};
 use pointillist::tracer::Scene;

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use pointillist::color::Xyz;
 use pointillist::math::frame::Frame;
-use pointillist::scene::RenderingSpace;
+use pointillist::scene::desc::RenderingSpace;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::{SampleSink, UvWindow};

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::client::ReconstructionKernel;
 use crate::color::{Profile, icc};
 use crate::scene;
-use crate::scene::aov::{AovDesc, AovKind, AovList};
+use crate::scene::desc::aov::{AovDesc, AovKind, AovList};
 use crate::scene::light_groups::NamedGroup;
 
 /// Value of `--max-depth`; `None` is unlimited.
@@ -18,7 +18,7 @@ pub struct MaxDepth(pub Option<u32>);
 pub struct AovArg(pub Vec<AovDesc>);
 
 pub(super) fn aov(list: &str) -> Result<AovArg, String> {
-    let AovList { layers, left_out } = scene::aov::parse(list)?;
+    let AovList { layers, left_out } = scene::desc::aov::parse(list)?;
     match left_out.is_empty() {
         true => Ok(AovArg(layers)),
         false => Err(format!(

@@ -13,7 +13,7 @@ use crate::client::FilmSpec;
 use crate::cmd::args::study::Peer;
 use crate::cmd::study::folder::StudyFolder;
 use crate::cmd::study::renderer::RenderLimit;
-use crate::cmd::study::{StudySession, TimeBudget};
+use crate::cmd::study::session::{StudySession, TimeBudget};
 use crate::image::Grid;
 use crate::image::compare::Picture;
 use crate::render::process::tell;

@@ -13,7 +13,7 @@ use crate::cmd::study::converge;
 use crate::cmd::study::folder::StudyFolder;
 use crate::cmd::study::pictures::{difference, linear};
 use crate::cmd::study::renderer::{RenderLimit, StudyRenderer};
-use crate::cmd::study::{StudySession, TimeBudget};
+use crate::cmd::study::session::{StudySession, TimeBudget};
 use crate::image::compare::rel_mse;
 use crate::render::process;
 use crate::render::run_spec::RunSpec;

@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, Result};
 use crate::cmd::study::folder::StudyFolder;
 use crate::cmd::study::pictures::{difference, linear, uri};
 use crate::cmd::study::renderer::{RenderLimit, StudyRender, StudyRenderer};
-use crate::cmd::study::{StudySession, TimeBudget};
+use crate::cmd::study::session::{StudySession, TimeBudget};
 use crate::render::effect_plan::PlannedEffect;
 use crate::render::effect_price;
 use crate::render::run_spec::RunSpec;

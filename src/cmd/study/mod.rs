@@ -12,6 +12,7 @@ mod pictures;
 mod pools;
 mod renderer;
 mod schemes;
+mod session;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 mod tests;
@@ -19,31 +20,18 @@ mod tests;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::ValueEnum;
 use miette::Result;
 
 use crate::cmd::args::StudyArgs;
 use crate::cmd::args::study::StudySection;
 use crate::render::process::tell;
-use crate::render::run_spec::{ChoiceReport, RunSpec};
 use crate::render::{predictions, process};
-use crate::scene::desc::IntegratorKind;
-use crate::study::data::Study;
 use crate::study::measurement::Measurement;
 use crate::study::{analysis, pages};
 use folder::StudyFolder;
 use judge::Judge;
 use renderer::StudyRenderer;
-
-/// Parts in their order, with shares of what is left of the budget, and what is missing without them.
-const PARTS: [(StudySection, f64, &str); 6] = [
-    (StudySection::Methods, 0.65, "convergence, prices, pictures, predictions, stability: --knobs methods"),
-    (StudySection::Effects, 0.5, "effects: --knobs effects"),
-    (StudySection::Options, 0.6, "options: --knobs options"),
-    (StudySection::Display, 0.6, "display: --knobs display"),
-    (StudySection::Numeric, 0.2, "numeric choices: --knobs numeric"),
-    (StudySection::Replicates, 1.0, "replicates: --knobs replicates"),
-];
+use session::{PARTS, StudySession, TimeBudget, wanted};
 
 /// A study of fewer seconds gives this share of them to the methods.
 const BRIEF: f64 = 45.0;
@@ -52,36 +40,11 @@ const BRIEF_SHARE: f64 = 0.8;
 /// Seconds that are kept for page, tables and charts.
 const PUBLISHING: f64 = 0.5;
 
-/// A study that is being measured.
-pub struct StudySession {
-    renderer: StudyRenderer,
-    folder: StudyFolder,
-    judge: Judge,
-    /// What `--integrator auto` chooses, and all that it has tried.
-    choice: ChoiceReport,
-}
-
-/// The time that a part of the study may take.
-pub struct TimeBudget {
-    start: Instant,
-    seconds: f64,
-    quiet: bool,
-}
-
-impl TimeBudget {
-    /// Seconds that are left; negative afterwards.
-    pub fn left(&self) -> f64 {
-        self.seconds - self.start.elapsed().as_secs_f64()
-    }
-
-    /// Tells the user what is being measured.
-    pub fn say(&self, text: &str) {
-        if !self.quiet {
-            tell(&format!("  {text}"));
-        }
-    }
-}
-
+/// Runs the subcommand.
+///
+/// # Errors
+///
+/// When the scene or the folder cannot be used; what was measured before is kept.
 pub fn study(args: &StudyArgs) -> Result<()> {
     if args.predictions {
         return predictions::print();
@@ -144,30 +107,4 @@ fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) ->
         }
     }
     converge::peers(session, &args.peer)
-}
-
-/// True if a part is asked for.
-fn wanted(args: &StudyArgs, knob: StudySection) -> bool {
-    args.knobs.is_empty() || args.knobs.contains(&knob)
-}
-
-impl StudySession {
-    /// A run by the method that is fastest so far, or else the one that `auto` chooses, for measuring effects, options and display.
-    fn chosen(&self) -> RunSpec {
-        let film = &self.renderer.run.film;
-        let study = Study { size: [film.width, film.height], ..Study::default() };
-        let study = analysis::study(study, &self.folder.measurements);
-        let fastest = pages::fastest(&study);
-        let fastest = fastest.and_then(|name: String| IntegratorKind::from_str(&name, false).ok());
-        self.renderer.run(fastest.unwrap_or(self.choice.kind), 1)
-    }
-
-    /// The same by an unbiased method: bidirectional path tracing in place of methods with photons.
-    fn unbiased(&self) -> RunSpec {
-        let mut run = self.chosen();
-        if run.integrator.has_photons() {
-            run.integrator = IntegratorKind::Bidirectional;
-        }
-        run
-    }
 }

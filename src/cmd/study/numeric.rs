@@ -6,7 +6,7 @@ use std::time::Instant;
 use miette::Result;
 
 use crate::cmd::study::renderer::StudyRenderer;
-use crate::cmd::study::{StudySession, TimeBudget};
+use crate::cmd::study::session::{StudySession, TimeBudget};
 use crate::scene::desc::IntegratorKind;
 use crate::study::Interval;
 use crate::study::data::NumericPrice;

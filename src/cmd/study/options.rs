@@ -8,7 +8,7 @@ use miette::Result;
 use crate::cmd::study::folder::StudyFolder;
 use crate::cmd::study::pictures::{difference, linear};
 use crate::cmd::study::renderer::{RenderLimit, StudyRender, StudyRenderer};
-use crate::cmd::study::{StudySession, TimeBudget};
+use crate::cmd::study::session::{StudySession, TimeBudget};
 use crate::image::Grid;
 use crate::render::process;
 use crate::render::run_spec::RunSpec;

@@ -4,7 +4,7 @@ use miette::Result;
 
 use crate::cmd::study::converge::speed;
 use crate::cmd::study::renderer::RenderLimit;
-use crate::cmd::study::{StudySession, TimeBudget};
+use crate::cmd::study::session::{StudySession, TimeBudget};
 use crate::render::process;
 use crate::render::run_spec::RunSpec;
 use crate::study::Interval;

@@ -8,11 +8,12 @@
 //!
 //! Edits are always applied to the description as it was read, so that nothing drifts and undoing is removing. What can be edited is
 //! one table in `parameters.rs`: a [`Target`] is one variant and one line of it. `target.rs` has types and ranges, `objects.rs` lists what an
-//! object has and names it, `save.rs` writes the file.
+//! object has and names it, `save.rs` writes the file, `saved.rs` reads the changes back.
 
 pub(crate) mod objects;
 pub(crate) mod parameters;
 mod save;
+pub(crate) mod saved;
 pub(crate) mod target;
 
 use crate::scene::desc::{CameraDesc, SceneDesc};

@@ -1,8 +1,8 @@
 //! Lists the values of an object that can be changed, and names objects for the panel and for saved files.
 
 use crate::scene::desc::{
-    BlendDesc, BsdfDesc, BsdfId, LightDesc, MOST_PARTS, MaskDesc, MixtureDesc, Name, Place, SceneDesc,
-    ShapeDesc, ShapeKind, TwoSidedDesc,
+    BlendDesc, BsdfDesc, BsdfId, MOST_PARTS, MaskDesc, MixtureDesc, Name, Place, SceneDesc, ShapeDesc,
+    ShapeKind, TwoSidedDesc,
 };
 use crate::scene::limits;
 
@@ -93,7 +93,7 @@ fn sides(desc: &SceneDesc, bsdf: BsdfId) -> Vec<(BsdfId, &'static str)> {
 /// Names the material of one shape of several for the panel: by its `id`, else by the shape's, else by the kind of shape.
 fn part_name(desc: &SceneDesc, part: &ShapeDesc) -> String {
     let id = id_of(&desc.names.bsdfs, part.bsdf.0 as usize).or(part.id.as_deref());
-    id.map_or_else(|| format!("the {}", shape_kind(&part.kind)), str::to_owned)
+    id.map_or_else(|| format!("the {}", part.kind.plugin()), str::to_owned)
 }
 
 /// The values of lights, other than shapes, that can be changed.
@@ -137,7 +137,7 @@ pub fn shape_name(desc: &SceneDesc, shape: u32) -> String {
 
 /// Names a shape, as [`shape_name`] does.
 pub fn name_of(desc: &SceneDesc, shape: &ShapeDesc) -> String {
-    named(desc, shape.id.as_deref(), shape_kind(&shape.kind), shape.place)
+    named(desc, shape.id.as_deref(), shape.kind.plugin(), shape.place)
 }
 
 /// Names the material of a shape: by its `id`, else by its kind with file and line; `None` for an instance, which may have several.
@@ -159,7 +159,7 @@ pub fn light_name(desc: &SceneDesc, light: u32) -> String {
         None => format!("light {light}, which does not exist"),
         Some(l) => {
             let id = id_of(&desc.names.lights, light as usize);
-            named(desc, id, light_kind(l), l.place())
+            named(desc, id, l.plugin(), l.place())
         }
     }
 }
@@ -191,7 +191,7 @@ pub(crate) fn address(desc: &SceneDesc, object: ObjectKind, index: u32) -> Optio
     Some(match object {
         ObjectKind::Shape => {
             let shape = desc.shapes.get(i)?;
-            Address { id: shape.id.as_deref(), kind: shape_kind(&shape.kind), count: desc.shapes.len() }
+            Address { id: shape.id.as_deref(), kind: shape.kind.plugin(), count: desc.shapes.len() }
         }
         ObjectKind::Bsdf => Address {
             id: id_of(&desc.names.bsdfs, i),
@@ -200,7 +200,7 @@ pub(crate) fn address(desc: &SceneDesc, object: ObjectKind, index: u32) -> Optio
         },
         ObjectKind::Light => Address {
             id: id_of(&desc.names.lights, i),
-            kind: light_kind(desc.lights.get(i)?),
+            kind: desc.lights.get(i)?.plugin(),
             count: desc.lights.len(),
         },
     })
@@ -227,31 +227,4 @@ pub(crate) fn find(
 
 fn id_of(names: &[Name], i: usize) -> Option<&str> {
     names.get(i)?.id.as_deref()
-}
-
-/// Name of a shape's plugin.
-pub(crate) fn shape_kind(kind: &ShapeKind) -> &'static str {
-    match kind {
-        ShapeKind::Mesh(_) => "obj",
-        ShapeKind::Sphere { .. } => "sphere",
-        ShapeKind::Cylinder { .. } => "cylinder",
-        ShapeKind::Disk => "disk",
-        ShapeKind::Rectangle => "rectangle",
-        ShapeKind::Cube => "cube",
-        ShapeKind::Curves(_) => "curves",
-        ShapeKind::Instance(_) => "instance",
-    }
-}
-
-/// Name of a light's plugin.
-pub(crate) fn light_kind(light: &LightDesc) -> &'static str {
-    match light {
-        LightDesc::Constant { .. } => "constant",
-        LightDesc::Map { .. } => "envmap",
-        LightDesc::SunSky(_) => "sunsky",
-        LightDesc::Directional { .. } => "directional",
-        LightDesc::Spot(_) => "spot",
-        LightDesc::Projector(_) => "projector",
-        LightDesc::Point { .. } => "point",
-    }
 }

@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use crate::scene::bsdf::BsdfParts;
-use crate::scene::desc::{BsdfDesc, BsdfId, LightDesc, ProjectorDesc, SceneDesc, SpotDesc};
-use crate::scene::texture::SpectrumTexture;
+use crate::scene::desc::texture::SpectrumTexture;
+use crate::scene::desc::{BsdfDesc, BsdfId, BsdfParts, LightDesc, ProjectorDesc, SceneDesc, SpotDesc};
 use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::Ior;
 

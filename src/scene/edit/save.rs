@@ -8,7 +8,7 @@ use crate::image::write::atomically;
 use glam::{DMat4, DVec2};
 
 use crate::scene::desc::{CameraDesc, FilmDesc, ReconstructionFilter, SceneDesc};
-use crate::scene::mitsuba::{AXES, load_str};
+use crate::scene::mitsuba::{AXES, LoadOptions, read_text};
 
 use super::Edits;
 use super::objects::address;
@@ -283,7 +283,8 @@ fn film_element(film: &FilmDesc) -> String {
 /// Reads the element back: an element that the reader refuses or understands otherwise must not be written.
 fn check_sensor(sensor: &str, camera: &CameraDesc, film: &FilmDesc) -> Result<(), SaveError> {
     let text = format!("<scene version=\"3.0.0\">{sensor}</scene>");
-    let read = load_str("camera", &text, &[]).map_err(|e| SaveError::Camera(e.to_string()))?.desc;
+    let read = read_text("camera", &text, &LoadOptions::default());
+    let read = read.map_err(|e| SaveError::Camera(e.to_string()))?.desc;
     // A pinhole has no focus, and the place in the file does not count.
     let focus_distance = if camera.aperture_radius > 0.0 { camera.focus_distance } else { 0.0 };
     let same_camera =

@@ -9,8 +9,8 @@ use super::file::MeshFile;
 use super::ply_header::{PlyElement, PlyProperty, Scalar};
 use crate::color::srgb;
 use crate::scene::desc::MeshAttribute;
+use crate::scene::desc::texture::ATTRIBUTE_NUMBERS;
 use crate::scene::diagnostic::SceneError;
-use crate::scene::texture::ATTRIBUTE_NUMBERS;
 
 /// The last letters of properties that stand together.
 const ENDINGS: [[&str; 4]; 4] =

@@ -3,8 +3,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::MISSING_UV;
-use super::file::Count;
+use super::file::{Count, MISSING_UV};
 use crate::scene::desc::{Mesh, MeshAttribute};
 
 /// What was dropped or mended.

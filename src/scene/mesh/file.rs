@@ -1,12 +1,16 @@
 //! A mesh file as messages name it, and what every format does once the numbers are read: faults are dropped and counted,
 //! normals are made or mended.
 
-use glam::DMat3;
+use glam::{DMat3, Vec2};
 
-use super::{MeshOptions, MeshRead, check, normals};
+use super::options::MeshOptions;
+use super::{check, normals};
 use crate::scene::desc::Mesh;
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
 use crate::scene::leftovers::Leftovers;
+
+/// The texture coordinates of a vertex of which the file has none, beside others that have some.
+pub(crate) const MISSING_UV: Vec2 = Vec2::INFINITY;
 
 /// A kind of fault: how often, and the first line it was in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +35,19 @@ impl Count {
         }
         self.times += later.times;
     }
+}
+
+/// A mesh, with what was wrong with its file.
+#[derive(Clone, Debug)]
+pub struct MeshRead {
+    /// Size of the file.
+    pub bytes: usize,
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Why it has no triangle, if it has none.
+    pub nothing: Option<SceneError>,
+    /// One warning for each kind of fault that was dropped or mended, at its first place.
+    pub warnings: Vec<SceneWarning>,
 }
 
 /// What the reader of a format makes: indices in range, everything else as the file has it.

@@ -8,6 +8,7 @@
 //! attributes        columns of a PLY file that are an attribute
 //! wedges            texture coordinates of corners of faces
 //! file              the file as messages name it; what all formats do when the numbers are read
+//! options           formats and options
 //! check, normals    faults that only the numbers show; normals made from faces
 //! ```
 //!
@@ -16,81 +17,34 @@
 
 mod attributes;
 mod check;
+pub(crate) mod curves;
 mod file;
 mod normals;
 mod obj;
 mod obj_parts;
+mod options;
 mod ply;
 mod ply_header;
 mod ply_numbers;
 mod serialized;
 mod wedges;
 
+pub(crate) use file::MISSING_UV;
+pub use file::MeshRead;
+pub use options::{MeshFormat, MeshOptions};
 pub(crate) use ply::{PlySummary, summary as ply_summary};
 
 use std::path::Path;
 
-use glam::{DMat3, Vec2};
+use glam::DMat3;
 
 use file::{MeshFile, RawMesh};
 use obj_parts::NamedMaterials;
 
-use crate::scene::desc::Mesh;
+use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{SceneError, SceneWarning};
 use crate::scene::files::{ReadError, SceneFiles};
 use crate::scene::limits;
-
-/// The texture coordinates of a vertex of which the file has none, beside others that have some.
-pub(crate) const MISSING_UV: Vec2 = Vec2::INFINITY;
-
-/// The attribute that colours of vertices are.
-pub(crate) const VERTEX_COLOR: &str = "vertex_color";
-
-/// The attribute that colours of faces are.
-pub(crate) const FACE_COLOR: &str = "face_color";
-
-/// A format of mesh files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum MeshFormat {
-    /// Wavefront OBJ. All its objects and groups become one mesh; its materials are not used.
-    #[default]
-    Obj,
-    /// Stanford PLY.
-    Ply,
-    /// Mitsuba's compressed format, versions 3 and 4.
-    Serialized,
-}
-
-/// Options of reading a mesh file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct MeshOptions {
-    /// The format.
-    pub format: MeshFormat,
-    /// Which mesh of a file that may hold several.
-    pub shape_index: u32,
-    /// Facets: no shading normals, even if the file has some.
-    pub face_normals: bool,
-    /// Turn texture coordinates upside down (v becomes 1 − v).
-    pub flip_tex_coords: bool,
-    /// Names of the attributes that are kept; a format that has none of such a name leaves it out.
-    pub attributes: Vec<String>,
-    /// Columns of the object-to-world matrix as bits, when it does more than move, turn and scale evenly:
-    /// normals made from faces are those of the faces in the world.
-    pub world: Option<[u64; 9]>,
-}
-
-/// A mesh, with what was wrong with its file.
-#[derive(Clone, Debug)]
-pub struct MeshRead {
-    /// Size of the file.
-    pub bytes: usize,
-    /// The mesh.
-    pub mesh: Mesh,
-    /// Why it has no triangle, if it has none.
-    pub nothing: Option<SceneError>,
-    /// One warning for each kind of fault that was dropped or mended, at its first place.
-    pub warnings: Vec<SceneWarning>,
-}
 
 /// The reason why a mesh could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -164,7 +118,8 @@ pub(crate) fn ply_parts(name: &str, bytes: &[u8]) -> Result<NamedParts, SceneErr
 }
 
 fn part_options(format: MeshFormat) -> MeshOptions {
-    let attributes = if format == MeshFormat::Obj { vec![VERTEX_COLOR.to_owned()] } else { Vec::new() };
+    let attributes =
+        if format == MeshFormat::Obj { vec![MeshAttribute::VERTEX_COLOR.to_owned()] } else { Vec::new() };
     MeshOptions { format, flip_tex_coords: true, attributes, ..MeshOptions::default() }
 }
 

@@ -6,10 +6,10 @@ use std::collections::HashMap;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::file::{MeshFile, RawMesh};
+use super::file::{MISSING_UV, MeshFile, RawMesh};
 use super::normals;
 use super::obj_parts::{NamedMaterials, ObjLines, ObjParts};
-use super::{MISSING_UV, MeshOptions, VERTEX_COLOR};
+use super::options::MeshOptions;
 use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::SceneError;
 
@@ -48,7 +48,7 @@ pub(super) fn read_named<'a>(
         left.merge(&smoothing);
     }
     if let Some(line) = lines.colored_line
-        && !options.attributes.iter().any(|name| name == VERTEX_COLOR)
+        && !options.attributes.iter().any(|name| name == MeshAttribute::VERTEX_COLOR)
     {
         lines.colors = Vec::new();
         left.add("colours of vertices", line);
@@ -76,7 +76,7 @@ fn assemble(lines: ObjLines, flip: bool) -> Mesh {
     }
     let attributes = |colors: Vec<Vec3>| {
         let values: Vec<f32> = colors.iter().flat_map(|color| color.to_array()).collect();
-        let attribute = MeshAttribute { name: VERTEX_COLOR.to_owned(), channels: 3, values };
+        let attribute = MeshAttribute { name: MeshAttribute::VERTEX_COLOR.to_owned(), channels: 3, values };
         if colors.is_empty() { Vec::new() } else { vec![attribute] }
     };
     let [mut triangles, of_uvs, of_normals] = corners;
@@ -215,7 +215,7 @@ mod tests {
     fn colours_of_vertices_are_an_attribute() {
         let text = format!("v 0 0 0 1 0 0.5\n{SQUARE}f 1 2 3 4\nf 3 4 5\n");
         let options = |asked: bool| MeshOptions {
-            attributes: if asked { vec![VERTEX_COLOR.to_owned()] } else { Vec::new() },
+            attributes: if asked { vec![MeshAttribute::VERTEX_COLOR.to_owned()] } else { Vec::new() },
             ..MeshOptions::default()
         };
         let asked = parse("a.obj", text.as_bytes(), &options(true)).expect("valid");

@@ -9,11 +9,12 @@ use std::ops::Range;
 use glam::{Vec2, Vec3};
 
 use super::attributes::{AttributeColumns, has_color};
-use super::file::{Count, MeshFile, RawMesh};
+use super::file::{Count, MISSING_UV, MeshFile, RawMesh};
 use super::obj_parts::NamedMaterials;
+use super::options::MeshOptions;
 use super::ply_header::{Encoding, PlyElement, PlyHeader, PlyProperty, Scalar};
 use super::ply_numbers::{Binary, Numbers, RowFault, Text};
-use super::{FACE_COLOR, MISSING_UV, MeshOptions, VERTEX_COLOR, wedges};
+use super::wedges;
 use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::leftovers::Leftovers;
@@ -72,7 +73,7 @@ pub(crate) fn summary(name: &str, bytes: &[u8]) -> Result<PlySummary, SceneError
     let header = PlyHeader::read(&MeshFile { name, bytes, text: bytes })?;
     let (vertices, faces) = (header.element("vertex"), header.element("face"));
     let of_face = |is: fn(&PlyProperty) -> bool| faces.is_some_and(|e| e.properties.iter().any(is));
-    let color = [(vertices, VERTEX_COLOR), (faces, FACE_COLOR)];
+    let color = [(vertices, MeshAttribute::VERTEX_COLOR), (faces, MeshAttribute::FACE_COLOR)];
     Ok(PlySummary {
         color: color.into_iter().find(|(e, _)| e.is_some_and(has_color)).map(|(_, name)| name),
         has_uvs: of_face(is_corner_uvs) || vertices.is_some_and(|e| slots(e).contains(&UV.start)),

@@ -15,7 +15,7 @@ use flate2::read::ZlibDecoder;
 use glam::{Vec2, Vec3};
 
 use super::file::{Count, MeshFile, RawMesh};
-use super::{MeshOptions, VERTEX_COLOR};
+use super::options::MeshOptions;
 use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::leftovers::Leftovers;
@@ -215,7 +215,8 @@ impl<'a> Inflated<'a> {
             }
             in_range
         });
-        let kept = !colours.is_empty() && options.attributes.iter().any(|name| name == VERTEX_COLOR);
+        let kept =
+            !colours.is_empty() && options.attributes.iter().any(|name| name == MeshAttribute::VERTEX_COLOR);
         if !colours.is_empty() && !kept {
             left.add("colours of vertices", 1);
         }
@@ -223,7 +224,8 @@ impl<'a> Inflated<'a> {
             left.add("bytes after the triangles", 1);
         }
         let values = colours.into_flattened();
-        let attributes = kept.then(|| MeshAttribute { name: VERTEX_COLOR.to_owned(), channels: 3, values });
+        let attributes =
+            kept.then(|| MeshAttribute { name: MeshAttribute::VERTEX_COLOR.to_owned(), channels: 3, values });
         let attributes = attributes.into_iter().collect();
         Ok(Mesh { positions, normals, uvs, triangles, attributes, ..Mesh::default() })
     }

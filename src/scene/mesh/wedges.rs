@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::Vec2;
 
-use super::MISSING_UV;
+use super::file::MISSING_UV;
 use crate::scene::desc::Mesh;
 
 /// Gives the corners of the triangles these texture coordinates; where they are [`MISSING_UV`], vertices keep their own.

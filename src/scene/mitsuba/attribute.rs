@@ -4,16 +4,15 @@ use std::collections::BTreeSet;
 
 use super::params::Params;
 use super::reader::Reader;
-use crate::scene::bsdf;
+use crate::scene::desc::emission_texture::EmissionProfile;
+use crate::scene::desc::texture::{ATTRIBUTE_NUMBERS, AttributeLayout, SpectrumTexture};
 use crate::scene::desc::{BsdfDesc, BsdfId, MeshAttribute, ShapeKind};
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::emission_texture::EmissionProfile;
-use crate::scene::texture::{ATTRIBUTE_NUMBERS, AttributeLayout, SpectrumTexture};
 
 /// The attributes that the material of a shape asks for.
 pub(crate) fn asked_by(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Vec<String>, SceneError> {
     let Some(id) = params.object("bsdf")? else { return Ok(Vec::new()) };
-    let bsdf = bsdf::read(reader, id)?;
+    let bsdf = reader.bsdf(id)?;
     Ok(asked(&reader.lists.bsdfs, bsdf).into_iter().collect())
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::params::Questions;
+use super::question::Questions;
 use super::source::{Sources, Span};
 use super::tags::Tag;
 use crate::scene::diagnostic::{Finding, FindingKind, SceneError};

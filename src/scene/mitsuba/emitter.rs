@@ -11,11 +11,11 @@ use super::reader::{PluginTable, Reader};
 use super::sensor::{field_of_view, is_rigid};
 use super::{emission, sky, texture};
 use crate::image::bitmap::Bitmap;
+use crate::scene::desc::emission_texture::EmissionProfile;
+use crate::scene::desc::texture::SpectrumTexture;
 use crate::scene::desc::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::emission_texture::EmissionProfile;
 use crate::scene::limits;
-use crate::scene::texture::SpectrumTexture;
 use crate::spectrum::Spectrum;
 
 /// Every light that is not a shape.

@@ -8,12 +8,12 @@ use roxmltree::{Node, ParsingOptions};
 use super::document::{Document, Element, ElementId, XmlAttribute};
 use super::prescan;
 use super::source::Span;
-use super::suggest;
 use super::tags::{self, TAGS, Tag, TagKind};
 use super::upgrade;
 use super::variables::{Unresolved, Variables};
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
 use crate::scene::files::LoadProgress;
+use crate::scene::suggest;
 use crate::scene::{limits, model};
 
 /// Reads texts into a [`Document`].

@@ -3,12 +3,12 @@
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
-use super::value::shorten;
-use super::{suggest, unsupported};
-use crate::scene::aov::{self, AovDesc, AovKind, AovList};
+use super::unsupported;
+use crate::scene::desc::aov::{self, AovDesc, AovKind, AovList};
 use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
+use crate::scene::suggest;
 
 /// Integrators that are read with all their parameters. `ptracer` is Mitsuba's name of particle tracing; `light`,
 /// `bidirectional`, `photon`, `vcm` and `auto` are not in Mitsuba 3.

@@ -5,10 +5,12 @@ use std::cell::{Cell, RefCell};
 use glam::{DAffine3, DVec3};
 
 use super::document::{Document, Element, ElementId};
+use super::question::Question;
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
-use super::{suggest, transform, value};
-use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning};
+use super::{transform, value};
+use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning, shorten};
+use crate::scene::suggest;
 
 /// One child of a plugin, with references followed.
 struct PluginChild<'d> {
@@ -18,26 +20,6 @@ struct PluginChild<'d> {
     span: Span,
     used: Cell<bool>,
 }
-
-/// What a plugin's reader wants to know of one of its parameters. Noted in a documentation run only.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Question {
-    /// Whether it is given.
-    Given,
-    /// Its value, written as one of these elements.
-    Value(&'static [&'static str]),
-    /// The name of a file with this ending.
-    File(String),
-    /// What it is if it is not given.
-    Default(String),
-    /// Nothing but whether to remark that it changes nothing.
-    Idle,
-    /// Children with this tag, whatever their names.
-    Nested,
-}
-
-/// The questions of all plugins so far: which one, about which parameter, what.
-pub(crate) type Questions = std::sync::Mutex<Vec<(ElementId, &'static str, Question)>>;
 
 /// A plugin and its parameters.
 pub(crate) struct Params<'d> {
@@ -278,17 +260,14 @@ impl<'d> Params<'d> {
     /// One remark on all children that were not asked for: those of a plugin whose place another one takes.
     pub(crate) fn rest_without_effect(&self) {
         let rest = self.children.iter().filter(|e| !e.used.replace(true));
-        let names: Vec<String> =
-            rest.filter_map(|e| e.name).map(|n| format!("`{}`", value::shorten(n))).collect();
+        let names: Vec<String> = rest.filter_map(|e| e.name).map(|n| format!("`{}`", shorten(n))).collect();
         let what = match names.as_slice() {
             [] => return,
             [one] => format!("{one} has no effect"),
             [first, rest @ ..] => format!("{first} and {} more parameters have no effect", rest.len()),
         };
-        let message = format!(
-            "{what} in this program, which renders `{}` in its own way",
-            value::shorten(self.plugin())
-        );
+        let message =
+            format!("{what} in this program, which renders `{}` in its own way", shorten(self.plugin()));
         self.note(self.fault(FindingKind::Parameter, message).advice());
     }
 
@@ -333,7 +312,7 @@ pub(crate) fn follow(document: &Document, reference: &Element) -> Result<Element
     let id = reference.value("id").unwrap_or_default();
     document.ids.get(id).copied().ok_or_else(|| {
         let names: Vec<&str> = document.ids.keys().map(String::as_str).take(1000).collect();
-        let message = format!("there is no element with the id `{}`", value::shorten(id));
+        let message = format!("there is no element with the id `{}`", shorten(id));
         let found = document.finding(FindingKind::Reference, reference.span_of("id"), message);
         found.help(suggest::nearest_or(id, names, "give the element meant an id")).error()
     })

@@ -3,7 +3,7 @@
 //! What the reader then takes is what it would have read itself, and errors come where it would have met them. What cannot be told
 //! beforehand, or does not fit the limits of a scene, is left to the reader.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -11,20 +11,12 @@ use rayon::prelude::*;
 
 use super::document::{Document, ElementId};
 use super::params::Params;
+use super::prefetched::{Prefetched, read_bitmap};
 use super::shape::{mesh_file, mesh_format};
-use super::texture::{BitmapError, read_bitmap};
-use crate::image::bitmap::Bitmap;
-use crate::scene::limits;
-use crate::scene::mesh::{self, MeshError, MeshOptions, MeshRead};
-use crate::spectrum::Spectrum;
 
-/// Files that were read, by all that decides what is read.
-#[derive(Default)]
-pub(crate) struct Prefetched {
-    pub(crate) meshes: BTreeMap<(PathBuf, MeshOptions), Result<MeshRead, MeshError>>,
-    /// By file, and whether the values are raw.
-    pub(crate) bitmaps: BTreeMap<(PathBuf, bool), Result<Bitmap, BitmapError>>,
-}
+use crate::scene::limits;
+use crate::scene::mesh::{self, MeshOptions};
+use crate::spectrum::Spectrum;
 
 /// A file that the scene names.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]

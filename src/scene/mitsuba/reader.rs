@@ -5,21 +5,21 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::document::{Document, ElementId};
+use super::grid_file::Grids;
 use super::params::Params;
-use super::prefetch::Prefetched;
+use super::prefetched::Prefetched;
 use super::source::Span;
-use super::value::shorten;
-use super::volume::Grids;
-use super::{suggest, unsupported};
+use super::unsupported;
 use crate::image::bitmap::Bitmap;
+use crate::scene::desc::emission_texture::EmissionTexture;
+use crate::scene::desc::texture::{AttributeLayout, SpectrumTexture};
 use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, Mesh, MeshId, Name, Names, Place, ShapeDesc,
 };
-use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning};
-use crate::scene::emission_texture::EmissionTexture;
+use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::limits;
 use crate::scene::mesh::MeshOptions;
-use crate::scene::texture::{AttributeLayout, SpectrumTexture};
+use crate::scene::suggest;
 use crate::spectrum::{EmissionMap, Spectrum};
 
 /// The plugins of one group: the name of each and the function that reads it.

@@ -3,13 +3,13 @@
 use glam::{DAffine3, DVec2};
 
 use super::document::ElementId;
+use super::integrator;
 use super::params::Params;
 use super::reader::{PluginTable, Reader};
-use super::value::shorten;
-use super::{integrator, suggest};
 use crate::scene::desc::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
+use crate::scene::suggest;
 
 /// A camera, its film, and the sample count of its sampler.
 pub(crate) struct Sensor {

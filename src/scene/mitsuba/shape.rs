@@ -12,13 +12,12 @@ use super::emitter::{self, AreaEmission};
 use super::params::Params;
 use super::reader::Reader;
 use super::source::Span;
-use super::value::shorten;
+use crate::scene::desc::emission_texture::EmissionProfile;
 use crate::scene::desc::{BsdfId, CurveBasis, GroupDesc, GroupId, MeshId, Name, ShapeDesc, ShapeKind};
-use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::emission_texture::EmissionProfile;
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
+use crate::scene::mesh::curves;
 use crate::scene::mesh::{self, MeshFormat, MeshOptions};
-use crate::scene::{bsdf, curves};
 
 /// Reader of one shape's geometry, given its `to_world`.
 pub(super) type ShapePlugin = fn(&mut Reader<'_>, &Params<'_>, &DAffine3) -> Result<ShapeKind, SceneError>;
@@ -122,8 +121,8 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
     let (emission, emission_profile) = emission
         .map_or_else(Default::default, |AreaEmission { radiance, profile }| (Some(radiance), profile));
     let bsdf = match params.object("bsdf")? {
-        Some(id) => bsdf::read(reader, id)?,
-        None => bsdf::default(reader, emission.is_some()),
+        Some(id) => reader.bsdf(id)?,
+        None => reader.default_bsdf(emission.is_some()),
     };
     attribute::lay_out(reader, &params, &kind, bsdf)?;
     attribute::count_unmapped(reader, &params, &kind, bsdf, &emission_profile);

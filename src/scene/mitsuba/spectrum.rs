@@ -5,7 +5,8 @@
 //! equal-energy white of Y = 1, and so is a black body, in W m⁻² sr⁻¹ nm⁻¹. An `srgb` is an `rgb` on the sRGB curve.
 
 use super::document::{Element, ElementId};
-use super::params::{Params, Question};
+use super::params::Params;
+use super::question::Question;
 use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
 use super::value;

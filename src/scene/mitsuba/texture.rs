@@ -1,24 +1,24 @@
 //! Reads textures, wherever a reflectance or a factor on light may vary over a surface.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{Affine2, DAffine3, Mat2, Vec2};
 
 use super::document::ElementId;
-use super::params::{Params, Question};
+use super::params::Params;
+use super::prefetched::{BitmapError, read_bitmap};
+use super::question::Question;
 use super::reader::{PluginTable, Reader, Role};
 use super::source::Span;
-use super::{spectrum, value, volume};
+use super::{spectrum, volume};
 use crate::image::bitmap::Bitmap;
-use crate::image::error::ImageError;
 use crate::scene::desc::MeshAttribute;
-use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::files::{ReadError, SceneFiles};
-use crate::scene::limits;
-use crate::scene::texture::{
+use crate::scene::desc::texture::{
     AttributeLayout, AttributeTexture, BitmapTexture, Checkerboard, SpectrumTexture, WrapMode,
 };
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
+use crate::scene::limits;
 use crate::spectrum::Spectrum;
 
 /// Every `<texture type="…">`.
@@ -64,18 +64,6 @@ pub(crate) fn shared(reader: &mut Reader<'_>, id: ElementId) -> Result<SpectrumT
     reader.finish(params);
     reader.known.textures.insert(id, texture.clone());
     Ok(texture)
-}
-
-/// Why the picture of a texture cannot be used.
-pub(crate) enum BitmapError {
-    Unreadable(ReadError),
-    Damaged(ImageError),
-}
-
-/// The picture of a file.
-pub(crate) fn read_bitmap(files: &SceneFiles, path: &Path, raw: bool) -> Result<Bitmap, BitmapError> {
-    let bytes = files.read(path, limits::IMAGE_BYTES).map_err(BitmapError::Unreadable)?;
-    Bitmap::decode(path, &bytes, raw, limits::IMAGE_PIXELS).map_err(BitmapError::Damaged)
 }
 
 /// Tells what the file of a picture, named at `span`, says of its colours that is not used.
@@ -193,7 +181,7 @@ fn mesh_attribute(_: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTex
         "it begins with `vertex_` or `face_`, such as in <string name=\"name\" value=\"vertex_color\"/>";
     let name = params.string("name")?.ok_or_else(|| missing().help(help).error())?;
     if ![MeshAttribute::VERTEX, MeshAttribute::FACE].iter().any(|first| name.starts_with(first)) {
-        let found = params.error("name", format!("`{}` names no attribute of a mesh", value::shorten(&name)));
+        let found = params.error("name", format!("`{}` names no attribute of a mesh", shorten(&name)));
         return Err(found.help(help).error());
     }
     let scale = params.float("scale")?.unwrap_or(1.0);
@@ -214,7 +202,7 @@ pub(super) fn choice(params: &Params<'_>, name: &'static str, names: &[&str]) ->
     params.default(name, names[0]);
     let Some(given) = params.string(name)? else { return Ok(0) };
     names.iter().position(|known| *known == given).ok_or_else(|| {
-        let message = format!("`{}` is no {name}", value::shorten(&given));
+        let message = format!("`{}` is no {name}", shorten(&given));
         params.error(name, message).help(format!("it is one of {}", names.join(", "))).error()
     })
 }

@@ -2,10 +2,7 @@
 
 use glam::DVec3;
 
-/// The beginning of a name or value of a file, for messages.
-pub(crate) fn shorten(text: &str) -> String {
-    text.chars().take(64).collect()
-}
+use crate::scene::diagnostic::shorten;
 
 pub(crate) fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::value::shorten;
-use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneWarning};
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneWarning, shorten};
 use crate::scene::limits;
 
 /// A `$name`.

@@ -7,14 +7,22 @@ use super::expand::Expanded;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
-use super::value::shorten;
-use super::{Loaded, attribute, edit, emitter, integrator, params, prefetch, sensor, shape, upgrade};
+use super::{attribute, emitter, integrator, params, prefetch, sensor, shape, upgrade};
 
-use crate::scene::RenderingSpace;
-use crate::scene::bsdf;
-use crate::scene::desc::{IntegratorDesc, SceneDesc};
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
+use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::model;
+
+/// A scene as read, and the changes in it that are still to be made.
+pub(crate) struct SceneWithEdits {
+    pub(crate) desc: SceneDesc,
+    /// Warnings and remarks, in the order they were found.
+    pub(crate) warnings: Vec<SceneWarning>,
+    /// The elements of the file.
+    pub(crate) document: Document,
+    /// The `<edit>` elements, in the order of the file.
+    pub(crate) edits: Vec<ElementId>,
+}
 
 /// A scene that is being read.
 struct SceneWalk<'d> {
@@ -26,7 +34,7 @@ struct SceneWalk<'d> {
 }
 
 /// The scene that an expanded document describes; `lenient` leaves out or replaces plugins that are not supported.
-pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<Loaded, SceneError> {
+pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<SceneWithEdits, SceneError> {
     announce(&document);
     let known = Known { prefetched: prefetch::prefetch(&document), ..Known::default() };
     let lists = SceneLists::default();
@@ -37,7 +45,8 @@ pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<Load
     for &id in &document.element(ElementId(0)).children {
         walk.top_level(id)?;
     }
-    walk.done()
+    let (desc, warnings, edits) = walk.done()?;
+    Ok(SceneWithEdits { desc, warnings, document, edits })
 }
 
 /// Tells those who wait how large the film is and how many files the scene names.
@@ -109,7 +118,7 @@ impl SceneWalk<'_> {
                 let read = shape::read(&mut self.reader, id);
                 self.leave_out(read)
             }
-            (TagKind::Object, "bsdf") => bsdf::read(&mut self.reader, id).map(|_| ()),
+            (TagKind::Object, "bsdf") => self.reader.bsdf(id).map(|_| ()),
             (TagKind::Object, "emitter") => {
                 let read = emitter::read(&mut self.reader, id);
                 self.leave_out(read)
@@ -168,7 +177,7 @@ impl SceneWalk<'_> {
         self.reader.warn(found.help(help).warning());
     }
 
-    fn done(mut self) -> Result<Loaded, SceneError> {
+    fn done(mut self) -> Result<(SceneDesc, Vec<SceneWarning>, Vec<ElementId>), SceneError> {
         emitter::finish(&mut self.reader)?;
         let root = self.reader.document.element(ElementId(0)).span;
         let Some(sensor) = self.sensor.take() else {
@@ -221,7 +230,6 @@ impl SceneWalk<'_> {
         }
         // An edited scene is traced where the original is, whatever was moved.
         desc.place();
-        edit::apply(self.reader.document, &mut desc, &self.edits)?;
-        Ok(Loaded { desc, warnings: self.reader.warnings })
+        Ok((desc, self.reader.warnings, self.edits))
     }
 }

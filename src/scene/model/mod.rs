@@ -30,15 +30,14 @@ mod surface;
 mod text;
 mod usd;
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
-use crate::scene::files::{ReadError, SceneFiles};
+use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::files::SceneFiles;
 use crate::scene::limits;
 
 pub(crate) use stage::frame;
-use text::SceneText;
+use text::{ModelScene, SceneText, finding};
 
 /// A format of models that are shown without a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,19 +66,6 @@ impl ModelFormat {
     }
 }
 
-/// A model as a scene.
-pub(crate) struct ModelScene {
-    /// The text of the scene.
-    pub(crate) text: String,
-    /// The files that it names and that are on no disk.
-    pub(crate) files: BTreeMap<PathBuf, Vec<u8>>,
-    pub(crate) warnings: Vec<SceneWarning>,
-    /// The model has no camera: that of the text is to be moved by [`frame`].
-    pub(crate) unframed: bool,
-    /// Its pictures are encoded as sRGB whatever their files say, as glTF demands.
-    pub(crate) srgb_pictures: bool,
-}
-
 /// Reads a model.
 ///
 /// # Errors
@@ -102,17 +88,3 @@ pub(crate) fn read(path: &Path, format: ModelFormat, files: &SceneFiles) -> Resu
     let srgb_pictures = matches!(format, ModelFormat::Gltf | ModelFormat::Usd);
     Ok(ModelScene { srgb_pictures, ..text.finish() })
 }
-
-/// A finding about a model as a whole, or at a line and column of it.
-fn finding(path: &Path, kind: FindingKind, [line, column]: [usize; 2], message: String) -> Finding {
-    let file = path.to_string_lossy();
-    Finding::new(kind, LineAt { file: &file, text: "", line, column, range: (0, 0) }, message)
-}
-
-/// The error of a file that cannot be read.
-fn unreadable(path: &Path, error: &ReadError) -> SceneError {
-    finding(path, error.kind(), [1, 1], error.to_string()).error()
-}
-
-/// Reflectance of what has no material.
-const CLAY: [f32; 3] = [0.6, 0.58, 0.55];

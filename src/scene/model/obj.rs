@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::mtl::MtlFile;
 use super::obj_material::{self, ModelPictures, ObjEmission};
+use super::text::{CLAY, finding, unreadable};
 use super::text::{PlyVertices, SceneText, ply};
-use super::{CLAY, finding, unreadable};
-use crate::scene::desc::Mesh;
+use crate::scene::desc::{Mesh, MeshAttribute};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
@@ -25,7 +25,7 @@ pub(super) fn read(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), S
     let bytes = files.read(path, limits::MESH_BYTES).map_err(|e| unreadable(path, &e))?;
     // Without materials it is a mesh like any other.
     if !bytes.windows(6).any(|word| word == b"mtllib") {
-        clay(text, begins_with_color(&bytes).then_some(mesh::VERTEX_COLOR));
+        clay(text, begins_with_color(&bytes).then_some(MeshAttribute::VERTEX_COLOR));
         text.shape("obj", &text.own_name(), NO_MATERIAL, |_| ());
         return Ok(());
     }
@@ -54,7 +54,7 @@ pub(super) fn read(text: &mut SceneText<'_>, files: &SceneFiles) -> Result<(), S
                 if !std::mem::replace(&mut clay_is_there, true) {
                     clay(text, None);
                     if colored {
-                        clay_as(text, COLORED, Some(mesh::VERTEX_COLOR));
+                        clay_as(text, COLORED, Some(MeshAttribute::VERTEX_COLOR));
                     }
                 }
                 (if colored { COLORED } else { NO_MATERIAL }.to_owned(), ObjEmission::None)

@@ -1,8 +1,7 @@
 //! PLY as a model: clay, in the colours of its vertices or faces, or with the pictures that its comments name.
 
 use super::obj::{clay, parts, write_part};
-use super::text::SceneText;
-use super::unreadable;
+use super::text::{SceneText, unreadable};
 use crate::scene::diagnostic::SceneError;
 use crate::scene::files::SceneFiles;
 use crate::scene::{limits, mesh};

@@ -6,12 +6,29 @@ use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
 
-use super::{ModelScene, finding, stage};
-use crate::scene::diagnostic::{FindingKind, SceneWarning};
+use super::stage;
+use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError, SceneWarning};
+use crate::scene::files::ReadError;
 use crate::scene::limits;
 
 /// Size of the picture of a model, pixels.
 const FILM: [u32; 2] = [1280, 720];
+
+/// Reflectance of what has no material.
+pub(super) const CLAY: [f32; 3] = [0.6, 0.58, 0.55];
+
+/// A model as a scene.
+pub(crate) struct ModelScene {
+    /// The text of the scene.
+    pub(crate) text: String,
+    /// The files that it names and that are on no disk.
+    pub(crate) files: BTreeMap<PathBuf, Vec<u8>>,
+    pub(crate) warnings: Vec<SceneWarning>,
+    /// The model has no camera: that of the text is to be moved by [`frame`](stage::frame).
+    pub(crate) unframed: bool,
+    /// Its pictures are encoded as sRGB whatever their files say, as glTF demands.
+    pub(crate) srgb_pictures: bool,
+}
 
 /// A scene that is being written.
 pub(super) struct SceneText<'a> {
@@ -230,6 +247,22 @@ impl<'a> SceneText<'a> {
         let Self { out, files, warnings, framed, .. } = self;
         ModelScene { text: out + "</scene>\n", files, warnings, unframed: !framed, srgb_pictures: false }
     }
+}
+
+/// A finding about a model as a whole, or at a line and column of it.
+pub(super) fn finding(
+    path: &Path,
+    kind: FindingKind,
+    [line, column]: [usize; 2],
+    message: String,
+) -> Finding {
+    let file = path.to_string_lossy();
+    Finding::new(kind, LineAt { file: &file, text: "", line, column, range: (0, 0) }, message)
+}
+
+/// The error of a file that cannot be read.
+pub(super) fn unreadable(path: &Path, error: &ReadError) -> SceneError {
+    finding(path, error.kind(), [1, 1], error.to_string()).error()
 }
 
 /// Text as the value of an attribute.

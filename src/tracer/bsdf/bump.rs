@@ -15,8 +15,8 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
+use crate::scene::desc::texture::BitmapTexture;
 use crate::scene::desc::{BsdfDesc, BumpDesc};
-use crate::scene::texture::BitmapTexture;
 use crate::spectrum::SampledSpectrum;
 use crate::tracer::sampler::attainable;
 

@@ -18,7 +18,7 @@ use glam::{Vec3, Vec4};
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::CoatDesc;
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::plastic::{Coat, CoatSample, Transmittance};

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
+use crate::scene::desc::texture::TexturePoint;
 use crate::scene::desc::{AlphaTexture, ConductorDesc, RoughConductorDesc};
-use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, fresnel};

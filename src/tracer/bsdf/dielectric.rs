@@ -4,8 +4,8 @@
 use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
+use crate::scene::desc::texture::TexturePoint;
 use crate::scene::desc::{AlphaTexture, DielectricDesc, RoughDielectricDesc};
-use crate::scene::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::DiffuseTransmitterDesc;
-use crate::scene::texture::TexturePoint;
+use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::{BsdfSample, MaterialModel, ScatteringModel};

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::scattering::{carried_mean, lobe_probability};

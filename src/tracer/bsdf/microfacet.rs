@@ -14,8 +14,8 @@ use glam::{Vec2, Vec3};
 
 use crate::math::erf::{erf, erf_inv};
 use crate::math::warp;
+use crate::scene::desc::texture::TexturePoint;
 use crate::scene::desc::{AlphaTexture, Facets, Roughness};
-use crate::scene::texture::TexturePoint;
 
 /// The smoothest that a rough surface can be; smaller values are this one, as in Mitsuba.
 pub const MIN_ALPHA: f32 = 1e-4;

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::MOST_PARTS;
-use crate::scene::texture::TexturePoint;
+use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::{NUMBER_STEP, attainable};
 use crate::tracer::wavelength_mis::Parted;

@@ -16,27 +16,29 @@
 //!
 //! # Adding a bsdf
 //!
-//! A bsdf is one file and one line in the table of `scene`, and the same in `tracer`, because `scene` never imports `tracer`. For a model
+//! A bsdf is one file and one line in a table three times: its description, how that is read, and how it scatters light. For a model
 //! called `Velvet`:
 //!
-//! 1. **Description**: `src/scene/bsdf/velvet.rs` holds `VelvetDesc`, the parameters as plain data. Implement `BsdfPlugin` for it: the
-//!    plugin's name, how parameters are read, under `parts!` which of them are an albedo, a factor, an index, `roughness` if a
+//! 1. **Description**: `src/scene/desc/bsdf/velvet.rs` holds `VelvetDesc`, the parameters as plain data. Implement `BsdfPlugin` for it: the
+//!    plugin's name, under `parts!` which parameters are an albedo, a factor, an index, `roughness` if a
 //!    specular part is rough, and under `scalars` the textures that numbers are read from.
 //!    [`material_class`](crate::tracer::effects::material_class) follows from these: a scene whose materials have an
 //!    albedo alone is traced by code that knows [`Diffuse`] only, and one without a rough part by code that knows [`Smooth`] only.
 //!    A diffuse model other than Lambert's says so by `OTHER_DIFFUSE` and is traced by code for all models. With that, colours
 //!    and indices can be edited, and the plan of effects knows whether the scene needs wavelengths, dispersion, deltas and so on.
-//!    Add the `mod` line and a line to the table in `src/scene/bsdf/mod.rs`, its name to the `pub use` in `src/scene/desc.rs`, and what
-//!    is special about it to `src/scene/mitsuba/documentation/notes.rs`; `tools/plugins` writes its row in `scenes/README.md`.
-//! 2. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
+//!    Add the `mod` line and a line to the table in `src/scene/desc/bsdf/mod.rs`.
+//! 2. **Reader**: `src/scene/mitsuba/bsdf/velvet.rs` reads the parameters. Add the `mod` line and a line to the table in `mod.rs`
+//!    beside it, and what is special about the plugin to `src/scene/mitsuba/documentation/notes.rs`; `tools/plugins` writes its row in
+//!    `scenes/README.md`.
+//! 3. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
 //!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the
 //!    wavelengths of a path. Implement [`MaterialModel`] for the first and [`ScatteringModel`] for the second, whose flags
 //!    (`is_delta`, `is_glossy`, `transmits` and so on) are false unless you say otherwise; one with deltas names them in `delta_lobes`, if it can. Add the `mod` line and a
 //!    line to the table below: under `smooth` if the model has no rough part, else under `rough`.
-//! 3. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
+//! 4. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
 //!    is `eval`'s value over that density. `eval` and `sample` agree on which lobe exists. Nothing but black, `None` or finite
 //!    numbers leaves either. Where the model is reciprocal, f(wo, wi)/nᵢ² = f(wi, wo)/nₒ². No more light leaves than arrives.
-//! 4. **Tests**: add the model to each of these lists by hand. `materials()` in `tests/tracer/bsdf.rs` (chi² of `sample` against `eval`'s density,
+//! 5. **Tests**: add the model to each of these lists by hand. `materials()` in `tests/tracer/bsdf.rs` (chi² of `sample` against `eval`'s density,
 //!    weights against values, reciprocity, energy, grazing and normal directions); the generator of random scenes in
 //!    `tests/tracer/effects_check.rs`; the furnaces of `tests/agreement/furnace.rs` and the agreement of all methods in
 //!    `tests/agreement/meshes.rs`; the plugin's defaults and faults in `tests/scene`; a scene of it, `scenes/plugins/bsdf_velvet.xml`,
@@ -72,7 +74,7 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::scene::desc::BsdfDesc;
-use crate::scene::texture::TexturePoint;
+use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::light_groups::GroupCredits;
 use crate::tracer::wavelength_mis::Parted;

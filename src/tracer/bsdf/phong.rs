@@ -6,8 +6,8 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 use glam::Vec3;
 
 use crate::math::frame::Frame;
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{PhongDesc, SHARPEST_PHONG};
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::SampledWavelengths;
 
 use super::MaterialModel;

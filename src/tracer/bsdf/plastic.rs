@@ -6,9 +6,9 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
+use crate::scene::desc::texture::SpectrumTexture;
+use crate::scene::desc::texture::TexturePoint;
 use crate::scene::desc::{PlasticDesc, RoughPlasticDesc};
-use crate::scene::texture::SpectrumTexture;
-use crate::scene::texture::TexturePoint;
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 

@@ -12,8 +12,8 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{PrincipledDesc, PrincipledLobes};
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 use super::dielectric::{bend, refracting_half, refracting_normal};

@@ -10,8 +10,8 @@ use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{PrincipledLobes, PrincipledThinDesc};
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::principled::{diffuse_shape, luminance, schlick, schlick_of};

@@ -8,7 +8,7 @@ use glam::Vec3;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::RoughDiffuseDesc;
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::{BsdfSample, MaterialModel, ScatteringModel};

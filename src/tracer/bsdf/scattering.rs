@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::{PathEvent, record};

@@ -1,6 +1,6 @@
 //! What share of a surface a material has, where the surface is made of several or has holes.
 
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 
 /// A product of opacities and weights, from 0 to 1. Some of them may vary over the surface.
 #[derive(Clone, Debug)]

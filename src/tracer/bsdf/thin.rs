@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::scene::desc::ThinDielectricDesc;
-use crate::scene::texture::TexturePoint;
+use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::scattering::lobe_probability;

@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 use glam::Vec4;
 
 use crate::scene::desc::ThinFilmDesc;
-use crate::scene::texture::TexturePoint;
+use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::SampledWavelengths;
 
 use super::fresnel;

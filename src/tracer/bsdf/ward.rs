@@ -7,8 +7,8 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3;
 
+use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{AlphaTexture, Roughness, WardDesc, WardVariant};
-use crate::scene::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::SampledWavelengths;
 
 use super::MaterialModel;

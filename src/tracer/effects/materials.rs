@@ -6,12 +6,12 @@ use glam::Vec4;
 
 use crate::color::srgb;
 use crate::math::random::Random;
+use crate::scene::desc::texture::{BitmapTexture, SpectrumTexture};
 use crate::scene::desc::{
     BsdfDesc, BsdfId, BumpDesc, CoatDesc, DielectricDesc, DiffuseDesc, Facets, LightDesc, MaskDesc, Mesh,
     Name, NormalMapDesc, PlasticDesc, ProjectorDesc, RoughPlasticDesc, Roughness, SceneDesc, ShapeDesc,
     ShapeKind, SpotDesc, SpotTextureDesc,
 };
-use crate::scene::texture::{BitmapTexture, SpectrumTexture};
 use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum, White};
 use crate::tracer::wavelength_mis;

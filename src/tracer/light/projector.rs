@@ -7,7 +7,7 @@ use glam::{DMat3, Mat3, Vec2, Vec3};
 
 use crate::math::distribution_2d::Distribution2d;
 use crate::math::pdf::PdfW;
-use crate::scene::emission_texture::EmissionTexture;
+use crate::scene::desc::emission_texture::EmissionTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;

@@ -5,7 +5,7 @@ use glam::{DMat3, Mat3, Vec2, Vec3};
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
-use crate::scene::texture::SpectrumTexture;
+use crate::scene::desc::texture::SpectrumTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;

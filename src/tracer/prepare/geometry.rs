@@ -15,8 +15,8 @@ use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::scene::SceneDesc;
+use crate::scene::desc::emission_texture::{EmissionProfile, EmissionTexture};
 use crate::scene::desc::{CurveBasis, Curves, Mesh, ShapeDesc, ShapeKind};
-use crate::scene::emission_texture::{EmissionProfile, EmissionTexture};
 use crate::tracer::accel::{PrimRange, TriangleSource};
 use crate::tracer::curve::CurvePiece;
 use crate::tracer::faces::{Faces, ShapeVertices};

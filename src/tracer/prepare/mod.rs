@@ -257,7 +257,7 @@ impl Scene {
 /// The spectra of a scene's lights in rendering space: first of each emitting shape, then of each other light.
 fn spectra(desc: &SceneDesc) -> Vec<Spectrum> {
     let shapes = desc.shapes.iter().filter_map(|s| s.emission.clone());
-    shapes.chain(desc.lights.iter().map(|light| desc.space.spectrum(light))).collect()
+    shapes.chain(desc.lights.iter().map(|light| light.spectrum_in(&desc.space))).collect()
 }
 
 fn primitives(geometry: Geometry, shown: PreparedGroups, before: Option<&Accel>) -> Primitives {

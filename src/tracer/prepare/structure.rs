@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use crate::scene::RenderingSpace;
 use crate::scene::SceneDesc;
+use crate::scene::desc::RenderingSpace;
+use crate::scene::desc::emission_texture::{EmissionProfile, EmissionTexture};
 use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind, SpotTextureDesc};
-use crate::scene::emission_texture::{EmissionProfile, EmissionTexture};
 use crate::spectrum::{EmissionMap, Spectrum};
 use crate::tracer::{tangents, texture_coordinates};
 

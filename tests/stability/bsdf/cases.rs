@@ -2,11 +2,11 @@
 
 use glam::{Vec3, Vec4};
 
+use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use pointillist::scene::desc::{
     BsdfDesc, BsdfId, CoatDesc, DiffuseDesc, Facets, PrincipledLobes, RoughConductorDesc,
     RoughDielectricDesc, Roughness, SHARPEST_PHONG, WardVariant,
 };
-use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use pointillist::tracer::bsdf::{

@@ -2,8 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
+use pointillist::scene::desc::texture::TexturePoint;
 use pointillist::scene::desc::{ConductorDesc, DiffuseDesc, Facets};
-use pointillist::scene::texture::TexturePoint;
 use pointillist::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 use pointillist::tracer::bsdf::{
     Base, Bsdf, BsdfSample, Material, MaterialModel, MaterialPart, MixtureMaterial, Plastic, ScatteringModel,

@@ -6,7 +6,7 @@ mod mean;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
-use pointillist::scene::RenderingSpace;
+use pointillist::scene::desc::RenderingSpace;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{Spectrum, dispersion::Ior};
 use pointillist::stream::UvWindow;

@@ -8,9 +8,9 @@
 mod notes;
 mod trial;
 
-use super::params::Question;
+use super::question::Question;
 use super::{emitter, integrator, sensor, shape, spectrum, texture, volume};
-use crate::scene::bsdf;
+use crate::scene::mitsuba::bsdf;
 use trial::DocumentationRun;
 
 /// The plugins of one kind.

@@ -10,7 +10,7 @@ use flate2::{Compression, write::ZlibEncoder};
 use super::{KindTable, PluginPlace};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::mitsuba::expand::Expander;
-use crate::scene::mitsuba::params::Question;
+use crate::scene::mitsuba::question::Question;
 use crate::scene::mitsuba::walk;
 
 /// The id of the plugin that is tried.

@@ -14,9 +14,9 @@ use super::draco::{self, CompressedPrimitive, DecodedPrimitive};
 use super::meshopt::{self, CompressedView};
 use super::parse::ModelDocument;
 use super::{grammar, json};
+use crate::scene::diagnostic::shorten;
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
-use crate::scene::mitsuba::shorten;
 
 /// The buffers of a file, read when they are asked for.
 pub(super) struct Buffers<'a> {

@@ -12,8 +12,8 @@ use gltf::accessor::DataType as ElementType;
 use serde_json::{Map, Value};
 
 use super::json::{extension, index};
+use crate::scene::diagnostic::shorten;
 use crate::scene::limits;
-use crate::scene::mitsuba::shorten;
 
 /// The name of the extension.
 pub(super) const NAME: &str = "KHR_draco_mesh_compression";

@@ -14,7 +14,7 @@
 use serde_json::Value;
 
 use super::json::{extension, number, numbers, share, shares};
-use super::materials::MaterialReader;
+use super::material_reader::MaterialReader;
 use crate::scene::model::picture_changes::Change;
 use crate::scene::model::surface::{MaterialValue, Parameters, gloss, index_of, is_grey, luminance};
 

@@ -2,7 +2,7 @@
 
 use super::extensions::index_of_refraction;
 use super::json::{extension, number, shares};
-use super::materials::MaterialReader;
+use super::material_reader::MaterialReader;
 use crate::scene::model::surface::{MaterialValue, SurfaceModel};
 
 /// A glass of this index is none: it is never closer to 1.

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use serde_json::{Map, Value};
 
 use super::grammar_tables::{EXTENSIONS, INNOCENT, KINDS, MAPS, REQUIRED};
-use crate::scene::mitsuba::shorten;
+use crate::scene::diagnostic::shorten;
 use crate::scene::model::text::SceneText;
 
 /// What becomes of a property.

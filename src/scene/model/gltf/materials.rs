@@ -15,7 +15,6 @@
 
 use std::collections::BTreeMap;
 
-use image::RgbaImage;
 use serde_json::Value;
 
 use super::buffers::Buffers;
@@ -24,19 +23,13 @@ use super::extensions::{
 };
 use super::glass;
 use super::json::{extension, number, numbers, share, shares};
+use super::material_reader::{MaterialReader, VertexColors};
 use super::pictures::MaterialPictures;
 use super::specular_glossiness::{ConvertedMaterial, converted};
 use super::textures::TextureUse;
 use crate::scene::model::picture_changes::Change;
 use crate::scene::model::surface::{EmittedRadiance, MaterialBitmap, MaterialValue, SurfaceModel};
 use crate::scene::model::text::SceneText;
-
-/// What the colours of the vertices of a primitive give its material.
-#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct VertexColors {
-    pub(super) rgb: bool,
-    pub(super) opacity: bool,
-}
 
 /// Key of a material: its index, none for the default, and what the vertices give it.
 type Key = (Option<usize>, VertexColors);
@@ -158,58 +151,7 @@ fn base_factor(material: &Value) -> [f32; 4] {
     }
 }
 
-/// A material that is being written, with all that this needs.
-pub(super) struct MaterialReader<'r, 'a, 't> {
-    pub(super) root: &'r Value,
-    pub(super) material: &'r Value,
-    index: Option<usize>,
-    pub(super) colors: VertexColors,
-    pub(super) text: &'a mut SceneText<'t>,
-    buffers: &'a mut Buffers<'r>,
-    pub(super) pictures: &'a mut MaterialPictures,
-}
-
 impl MaterialReader<'_, '_, '_> {
-    /// Tells what is not used of this material.
-    pub(super) fn tell(&mut self, message: &str) {
-        let place = self.index.map_or("the default material".to_owned(), |i| format!("materials[{i}]"));
-        self.text.tell(message, &place);
-    }
-
-    /// A name of its own for files.
-    pub(super) fn name(&self) -> String {
-        format!("material-{}", self.index.unwrap_or_default())
-    }
-
-    /// The bitmap of a texture after a change; none where there is no texture.
-    pub(super) fn bitmap(
-        &mut self,
-        info: &Value,
-        change: Change,
-        raw: bool,
-    ) -> Result<Option<MaterialBitmap>, String> {
-        let Some(texture) = TextureUse::of(info) else { return Ok(None) };
-        let file = self.pictures.of(self.root, texture.texture, (change, raw), self.text, self.buffers)?;
-        Ok(Some(texture.bitmap(self.root, file, raw, self.text)))
-    }
-
-    /// The texels of a texture.
-    pub(super) fn decoded(&mut self, texture: &TextureUse) -> Result<RgbaImage, String> {
-        self.pictures.decoded(self.root, texture.texture, self.buffers)
-    }
-
-    /// A number: a factor, times a channel of a texture if there is one.
-    pub(super) fn channel(
-        &mut self,
-        info: &Value,
-        channel: usize,
-        factor: f32,
-    ) -> Result<MaterialValue, String> {
-        let change = Change::Channel { channel, factor };
-        let bitmap = if factor > 0.0 { self.bitmap(info, change, true)? } else { None };
-        Ok(bitmap.map_or(MaterialValue::Number(factor), MaterialValue::Texture))
-    }
-
     /// Factor on the base colour and opacity, without what is in the vertices.
     fn factor(&self) -> [f32; 4] {
         let [r, g, b, a] = base_factor(self.material);
@@ -333,22 +275,6 @@ impl MaterialReader<'_, '_, '_> {
         self.tell_extensions("KHR_materials_pbrSpecularGlossiness", &used);
         let parameters = vec![("base_color", self.tinted(color)), ("metallic", metallic)];
         self.layers(SurfaceModel { kind: "principled", parameters, transmits: false }, roughness, eta)
-    }
-
-    /// Tells of the extensions of the material that have no part beside this `kind` of it, other than those `used`.
-    pub(super) fn tell_extensions(&mut self, kind: &str, used: &[&str]) {
-        let names = self.material["extensions"].as_object().into_iter().flat_map(|all| all.keys());
-        let unused = |name: &&String| {
-            let name = name.as_str();
-            name.starts_with("KHR_materials_")
-                && name != kind
-                && name != "KHR_materials_emissive_strength"
-                && !used.contains(&name)
-        };
-        let unused: Vec<String> = names.filter(unused).cloned().collect();
-        for name in unused {
-            self.tell(&format!("`{name}` is not used beside `{kind}`"));
-        }
     }
 
     /// Adds what every kind may have.

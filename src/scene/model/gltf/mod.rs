@@ -7,7 +7,8 @@
 //! meshopt     views that are compressed; draco: primitives that are
 //! nodes       the tree and its transforms; instances: EXT_mesh_gpu_instancing
 //! geometry    primitives as PLY; pose: morph targets and skins; cutout: opacity of vertices
-//! materials   metallic-roughness as `principled`; extensions, glass and specular_glossiness: what else materials have
+//! materials   metallic-roughness as `principled`; extensions, glass and specular_glossiness: what else materials have;
+//!             material_reader: what these read a material by
 //! textures    pictures with samplers and transforms; pictures: their channels and multiples
 //! placed      lights and cameras
 //! ```
@@ -26,6 +27,7 @@ mod grammar;
 mod grammar_tables;
 mod instances;
 mod json;
+mod material_reader;
 mod materials;
 mod meshopt;
 mod nodes;
@@ -41,8 +43,7 @@ use std::collections::BTreeMap;
 use glam::DAffine3;
 
 use super::mesh_shape::MeshShape;
-use super::text::SceneText;
-use super::{finding, unreadable};
+use super::text::{SceneText, finding, unreadable};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;

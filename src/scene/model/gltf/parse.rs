@@ -10,9 +10,8 @@ use gltf::binary::Glb;
 use serde_json::{Value, json};
 
 use super::grammar;
-use crate::scene::diagnostic::{FindingKind, SceneError};
+use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
-use crate::scene::mitsuba::shorten;
 use crate::scene::model::finding;
 use crate::scene::model::text::SceneText;
 

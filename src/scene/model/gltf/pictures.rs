@@ -10,8 +10,8 @@ use super::buffers::{Buffers, ImageSource};
 use super::json::{extension, index};
 use crate::image::bitmap;
 use crate::image::ktx2::{self, is_ktx2};
+use crate::scene::diagnostic::shorten;
 use crate::scene::limits;
-use crate::scene::mitsuba::shorten;
 use crate::scene::model::picture_changes::{Change, changed};
 use crate::scene::model::text::SceneText;
 

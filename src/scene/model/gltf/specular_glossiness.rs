@@ -9,7 +9,7 @@ use image::RgbaImage;
 use serde_json::Value;
 
 use super::json::{share, shares};
-use super::materials::MaterialReader;
+use super::material_reader::MaterialReader;
 use super::textures::TextureUse;
 use crate::color::srgb;
 use crate::scene::model::picture_changes::{Change, made};

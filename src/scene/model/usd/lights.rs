@@ -21,7 +21,7 @@ use super::assets::StageAssets;
 use super::prim::PrimReader;
 use super::textures::{StagePictures, upside_down};
 use crate::color::{cie, profile};
-use crate::scene::mitsuba::shorten;
+use crate::scene::diagnostic::shorten;
 use crate::scene::model::picture_changes::{Change, ChannelUse, ScaledChannels};
 use crate::scene::model::stage::looking;
 use crate::scene::model::surface::{is_grey, luminance};

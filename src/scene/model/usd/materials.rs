@@ -19,13 +19,13 @@ use super::assets::StageAssets;
 use super::network::{InputSource, ShaderNetwork};
 use super::textures::{StagePictures, TextureNode, TextureRead};
 use super::values;
-use crate::scene::mitsuba::shorten;
-use crate::scene::model::CLAY;
+use crate::scene::diagnostic::shorten;
 use crate::scene::model::picture_changes::ChannelUse;
 use crate::scene::model::specular::{STRONGEST, metallic_roughness};
 use crate::scene::model::surface::{
     EmittedRadiance, MaterialBitmap, MaterialValue, SurfaceModel, gloss, index_of, is_grey,
 };
+use crate::scene::model::text::CLAY;
 use crate::scene::model::text::SceneText;
 
 /// The attributes of vertices that materials read.

@@ -47,12 +47,10 @@ use openusd::pcp;
 use openusd::usd::Stage;
 use openusd::usda::parser::Parser;
 
-use super::text::SceneText;
-use super::{finding, unreadable};
-use crate::scene::diagnostic::{FindingKind, LineAt, SceneError};
+use super::text::{SceneText, finding, unreadable};
+use crate::scene::diagnostic::{FindingKind, LineAt, SceneError, shorten};
 use crate::scene::files::SceneFiles;
 use crate::scene::limits;
-use crate::scene::mitsuba::shorten;
 use assets::{StageAssets, StageResolver};
 use prim::guarded;
 use walk::StageWalker;

@@ -7,7 +7,7 @@ use openusd::usd::Stage;
 
 use super::prim::{PrimReader, leads_up};
 use super::values;
-use crate::scene::mitsuba::shorten;
+use crate::scene::diagnostic::shorten;
 use crate::scene::model::text::SceneText;
 
 /// Connections that are followed from one to the next.

@@ -8,7 +8,7 @@ use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, TimeCode};
 
 use super::values::{self, Tuples};
-use crate::scene::mitsuba::shorten;
+use crate::scene::diagnostic::shorten;
 use crate::scene::model::text::SceneText;
 
 /// Properties that say nothing about how a prim looks: bounds for culling, data of applications and of their windows.

@@ -2,7 +2,7 @@
 
 use super::prim::PrimReader;
 use super::values::{self, Tuples};
-use crate::scene::mitsuba::shorten;
+use crate::scene::diagnostic::shorten;
 
 /// How the values of a primvar lie on a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

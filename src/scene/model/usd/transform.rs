@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::prim::PrimReader;
 use super::values;
-use crate::scene::mitsuba::shorten;
+use crate::scene::diagnostic::shorten;
 
 /// Operations of one prim; more would be a file that was made to be slow.
 const OPERATIONS: usize = 1024;

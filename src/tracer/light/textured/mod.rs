@@ -15,7 +15,7 @@ use crate::math::distribution_2d::Distribution2d;
 use crate::math::frame::Frame;
 use crate::math::pdf::{PdfA, PdfW};
 use crate::math::warp;
-use crate::scene::emission_texture::EmissionTexture;
+use crate::scene::desc::emission_texture::EmissionTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;

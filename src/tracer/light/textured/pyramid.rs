@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
-use crate::scene::emission_texture::EmissionTexture;
+use crate::scene::desc::emission_texture::EmissionTexture;
 
 /// Texels along either side of a range that are looked at, at most; larger ranges are looked at in a coarser level.
 const LOOK: usize = 4;
@@ -102,8 +102,8 @@ mod tests {
     use glam::Affine2;
 
     use super::*;
-    use crate::scene::emission_texture::EmissionTexels;
-    use crate::scene::texture::WrapMode;
+    use crate::scene::desc::emission_texture::EmissionTexels;
+    use crate::scene::desc::texture::WrapMode;
     use crate::spectrum::EmissionMap;
 
     /// Every level holds the means of two by two texels of the one before.

@@ -1,6 +1,6 @@
 //! Tests of `tracer::bsdf::share`.
 
-use pointillist::scene::texture::{SpectrumTexture, TexturePoint};
+use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use pointillist::spectrum::Spectrum;
 use pointillist::tracer::bsdf::SurfaceShare;
 

@@ -1,0 +1,151 @@
+//! Volume textures: values on a grid in space, evaluated at the position of a surface point. Mitsuba's `volume` with a `gridvolume`.
+
+use std::sync::Arc;
+
+use glam::{Affine3A, DAffine3, Vec3, Vec3A};
+
+use super::rendering_space::RenderingSpace;
+use super::wrap::WrapMode;
+
+/// Values on a grid, one or three at each of its points.
+#[derive(Debug)]
+pub struct VolumeGrid {
+    size: [usize; 3],
+    channels: usize,
+    values: Vec<f32>,
+    /// Mean of the values; three equal ones for a single channel.
+    mean: [f32; 3],
+}
+
+impl VolumeGrid {
+    /// A grid of these numbers of points along x, y and z, with `channels` values at each, of which x runs fastest; colours in linear
+    /// Rec.709 where there are three, and otherwise one number, their mean.
+    ///
+    /// # Panics
+    ///
+    /// If there is no point, or not as many values as the sizes say.
+    pub fn new(size: [usize; 3], channels: usize, values: Vec<f32>) -> Self {
+        let points = size.into_iter().product::<usize>();
+        assert!(points > 0 && channels > 0 && values.len() == points * channels, "a value for every point");
+        let (channels, values) = match channels {
+            1 | 3 => (channels, values),
+            _ => {
+                (1, values.chunks_exact(channels).map(|v| v.iter().sum::<f32>() / channels as f32).collect())
+            }
+        };
+        let mut sum = [0.0; 3];
+        for point in values.chunks_exact(channels) {
+            (0..3).for_each(|i| sum[i] += f64::from(usable(point[i % channels])));
+        }
+        Self { size, channels, values, mean: sum.map(|v| (v / points as f64) as f32) }
+    }
+
+    /// Number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// True for a single channel.
+    pub fn is_grey(&self) -> bool {
+        self.channels == 1
+    }
+
+    /// The value at a point of the grid, which must exist.
+    #[inline]
+    fn at(&self, [x, y, z]: [usize; 3]) -> Vec3A {
+        let first = ((z * self.size[1] + y) * self.size[0] + x) * self.channels;
+        match self.channels {
+            1 => Vec3A::splat(self.values[first]),
+            _ => Vec3A::new(self.values[first], self.values[first + 1], self.values[first + 2]),
+        }
+    }
+}
+
+/// `v` clamped to [0, 1e30]; NaN becomes 0.
+fn usable(v: f32) -> f32 {
+    if v > 0.0 { v.min(1e30) } else { 0.0 }
+}
+
+/// Mitsuba's `volume` of a `gridvolume`.
+#[derive(Clone, Debug)]
+pub struct VolumeTexture {
+    grid: Arc<VolumeGrid>,
+    /// From the space of surfaces to the space in which the grid fills the unit cube.
+    to_grid: DAffine3,
+    /// `to_grid` in single precision.
+    near: Affine3A,
+    wrap: WrapMode,
+    nearest: bool,
+    /// Colours are replaced by their luminance.
+    grey: bool,
+}
+
+impl VolumeTexture {
+    /// A texture of a grid that fills the unit cube of the space to which `to_grid` transforms world space. Lookup is `nearest`-neighbour or
+    /// trilinear.
+    pub fn new(grid: Arc<VolumeGrid>, to_grid: DAffine3, wrap: WrapMode, nearest: bool) -> Self {
+        Self { grid, to_grid, near: near(&to_grid), wrap, nearest, grey: false }
+    }
+
+    /// The texture in a rendering space.
+    pub(super) fn placed(&self, space: &RenderingSpace) -> Self {
+        let to_grid = self.to_grid * space.inverse_transform();
+        Self { to_grid, near: near(&to_grid), ..self.clone() }
+    }
+
+    /// The values at a position, with `usable` applied to each grid point before interpolation.
+    pub(super) fn value(&self, p: Vec3, usable: impl Fn(Vec3A) -> Vec3A) -> Vec3A {
+        let size = self.grid.size;
+        let lengths = Vec3::from_array(size.map(|n| n as f32));
+        let at = self.near.transform_point3(p) * lengths;
+        // Places that are no numbers, or beyond all integers, mean nothing.
+        let at = if at.abs().cmplt(Vec3::splat(1e18)).all() { at } else { Vec3::ZERO };
+        let at = if self.nearest { at } else { at - 0.5 };
+        let cell = at.floor();
+        let part = at - cell;
+        let first = cell.to_array().map(|v| v as i64);
+        let index = |axis: usize, upper: bool| {
+            self.wrap.index(first[axis].saturating_add(i64::from(upper)), size[axis])
+        };
+        let value =
+            |corner: usize| usable(self.grid.at([0, 1, 2].map(|axis| index(axis, corner >> axis & 1 == 1))));
+        let value = if self.nearest {
+            value(0)
+        } else {
+            let weight = |corner: usize| -> f32 {
+                (0..3)
+                    .map(|axis| if corner >> axis & 1 == 1 { part[axis] } else { 1.0 - part[axis] })
+                    .product()
+            };
+            (0..8).map(|corner| value(corner) * weight(corner)).sum()
+        };
+        if self.grey { Vec3A::splat(value.dot(LUMINANCE)) } else { value }
+    }
+
+    /// The values at a position, for scalars.
+    pub(super) fn number(&self, p: Vec3) -> [f32; 3] {
+        self.value(p, |point| point.to_array().map(usable).into()).to_array()
+    }
+
+    /// The mean of the values of the grid.
+    pub fn mean(&self) -> [f32; 3] {
+        if self.grey { [Vec3A::from(self.grid.mean).dot(LUMINANCE); 3] } else { self.grid.mean }
+    }
+
+    /// True when the values have no colour.
+    pub fn is_grey(&self) -> bool {
+        self.grey || self.grid.is_grey()
+    }
+
+    /// The texture with colours replaced by their luminance.
+    pub(super) fn grey(&self) -> Self {
+        Self { grey: true, ..self.clone() }
+    }
+}
+
+/// Weights of the luminance of a linear Rec.709 colour.
+const LUMINANCE: Vec3A = Vec3A::new(0.2126, 0.7152, 0.0722);
+
+fn near(to_grid: &DAffine3) -> Affine3A {
+    Affine3A::from_mat3_translation(to_grid.matrix3.as_mat3(), to_grid.translation.as_vec3())
+}

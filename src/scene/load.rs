@@ -1,0 +1,79 @@
+//! Loads scenes: reads a scene file or a model, then makes the changes that the viewer has saved in it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::scene::desc::SceneDesc;
+use crate::scene::diagnostic::{SceneError, SceneWarning};
+use crate::scene::edit::saved;
+use crate::scene::files::LoadProgress;
+use crate::scene::mitsuba::{self, LoadOptions, SceneWithEdits};
+
+/// A scene as read, with warnings for the user.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub desc: SceneDesc,
+    /// Warnings and remarks, in the order they were found.
+    pub warnings: Vec<SceneWarning>,
+}
+
+/// Reads the scene file at `path` and every file it names. A model ([`ModelFormat`](crate::scene::model::ModelFormat)) is a
+/// scene, too.
+///
+/// `overrides` are the `-D name=value` of the command line: they win over `default`, and one the
+/// scene does not use is a warning.
+///
+/// # Errors
+///
+/// [`SceneError`] with file, line, column and source line, at the first thing that prevents a picture.
+pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
+    load_with(path, &LoadOptions { defines: overrides, lenient: false })
+}
+
+/// Reads the scene file at `path` as [`load`] does, with options.
+///
+/// # Errors
+///
+/// The errors of [`load`]; in a lenient run, plugins that are not supported are none.
+pub fn load_with(path: &Path, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
+    load_telling(path, options, &Arc::default())
+}
+
+/// Reads the scene file at `path` as [`load_with`] does, and tells `progress` of every file meanwhile.
+///
+/// # Errors
+///
+/// The errors of [`load_with`].
+pub fn load_telling(
+    path: &Path,
+    options: &LoadOptions<'_>,
+    progress: &Arc<LoadProgress>,
+) -> Result<Loaded, SceneError> {
+    with_edits(mitsuba::read_file(path, options, progress)?)
+}
+
+/// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.
+///
+/// # Errors
+///
+/// The errors of [`load`].
+pub fn load_str(name: &str, text: &str, overrides: &[(String, String)]) -> Result<Loaded, SceneError> {
+    load_str_with(name, text, &LoadOptions { defines: overrides, lenient: false })
+}
+
+/// Reads a scene from `text` as [`load_str`] does, with options.
+///
+/// # Errors
+///
+/// The errors of [`load_with`].
+pub fn load_str_with(name: &str, text: &str, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
+    with_edits(mitsuba::read_text(name, text, options)?)
+}
+
+/// The scene after its edits, in their order.
+fn with_edits(read: SceneWithEdits) -> Result<Loaded, SceneError> {
+    let SceneWithEdits { mut desc, warnings, document, edits } = read;
+    saved::apply(&document, &mut desc, &edits)?;
+    Ok(Loaded { desc, warnings })
+}

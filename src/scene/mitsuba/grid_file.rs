@@ -1,0 +1,69 @@
+//! Mitsuba's `.vol`: values on a grid of points.
+//!
+//! A `.vol` is little-endian: `VOL`, the version 3 as a byte, the encoding (1 for float32, 2 for float16, 3 for bytes from 0 to 1), the
+//! numbers of points along x, y and z and of channels as `i32`, a box as six `f32`, and the values, channels fastest and z slowest.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DVec3;
+use half::f16;
+
+use crate::scene::desc::volume::VolumeGrid;
+
+/// A grid read from a file.
+pub(crate) struct GridFile {
+    pub(super) grid: Arc<VolumeGrid>,
+    /// How many channels the file has.
+    pub(super) channels: usize,
+    /// The box of the file.
+    pub(super) bounds: [DVec3; 2],
+    /// Bytes behind the last value.
+    pub(super) rest: usize,
+}
+
+/// The grids of a scene by their files.
+pub(crate) type Grids = std::collections::BTreeMap<PathBuf, Arc<GridFile>>;
+
+/// The grid of a `.vol`.
+pub(super) fn parse(bytes: &[u8]) -> Result<GridFile, String> {
+    let (magic, header) = bytes.split_at_checked(4).ok_or("this file is too short")?;
+    let &[b'V', b'O', b'L', version] = magic else { return Err("this is no `.vol`".to_owned()) };
+    if version != 3 {
+        return Err(format!("a `.vol` of version {version} is not supported"));
+    }
+    let (header, values) = header.split_at_checked(44).ok_or("this file ends in its header")?;
+    let words: Vec<[u8; 4]> = header.as_chunks::<4>().0.to_vec();
+    let integer = |i: usize| i32::from_le_bytes(words[i]);
+    let width = match integer(0) {
+        1 => 4,
+        2 => 2,
+        3 => 1,
+        4 => return Err("grids of directions (encoding 4) are not supported".to_owned()),
+        other => return Err(format!("{other} is no encoding of a `.vol`")),
+    };
+    let counts = [1, 2, 3, 4].map(integer);
+    let [x, y, z, channels] = counts;
+    let sizes = counts.map(|n| usize::try_from(n).ok().filter(|n| *n > 0));
+    let [Some(nx), Some(ny), Some(nz), Some(n)] = sizes else {
+        return Err(format!("a grid of {x} × {y} × {z} points with {channels} channels is none"));
+    };
+    let count = [nx, ny, nz, n].into_iter().try_fold(1usize, usize::checked_mul);
+    let wanted = count.and_then(|count| count.checked_mul(width));
+    let Some(used) = wanted.and_then(|wanted| values.get(..wanted)) else {
+        return Err(format!(
+            "{x} × {y} × {z} points with {channels} channels do not fit into the {} bytes of their values",
+            values.len()
+        ));
+    };
+    let numbers: Vec<f32> = match width {
+        4 => used.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect(),
+        2 => used.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32()).collect(),
+        _ => used.iter().map(|b| f32::from(*b) / 255.0).collect(),
+    };
+    let corner =
+        |first: usize| DVec3::from([0, 1, 2].map(|axis| f64::from(f32::from_le_bytes(words[first + axis]))));
+    let rest = values.len() - used.len();
+    let grid = Arc::new(VolumeGrid::new([nx, ny, nz], n, numbers));
+    Ok(GridFile { grid, channels: n, bounds: [corner(5), corner(8)], rest })
+}

@@ -1,0 +1,23 @@
+//! The questions that readers of plugins ask about parameters. A documentation run records them to learn which parameters a plugin has.
+
+use super::document::ElementId;
+
+/// A question about one parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Question {
+    /// Whether it is given.
+    Given,
+    /// Its value, written as one of these elements.
+    Value(&'static [&'static str]),
+    /// The name of a file with this ending.
+    File(String),
+    /// Its default, which the reader states.
+    Default(String),
+    /// Whether to remark that it has no effect.
+    Idle,
+    /// Children with this tag, whatever their names.
+    Nested,
+}
+
+/// The questions so far: plugin, parameter and question.
+pub(crate) type Questions = std::sync::Mutex<Vec<(ElementId, &'static str, Question)>>;
