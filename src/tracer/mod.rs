@@ -11,7 +11,7 @@
 //!   RenderContext::sampler(index) ─▶ the random numbers of the path
 //!   Camera::ray ─ Scene::closest ─▶ SurfaceInteraction ─ Scene::surface_material ─▶ SurfaceMaterial ─▶ SurfaceVertex { hit, bsdf, … }
 //!   Lights::sample_by_contribution ─ Bsdf::eval ─ Scene::visible                         next-event estimation
-//!   Bsdf::sample ─▶ the next ray
+//!   Walk::sample, scatter, survive ─▶ the next ray
 //!   SampledSpectrum ─ to_xyz ─▶ SampleSink::camera or SampleSink::light
 //! ```
 //!
@@ -26,6 +26,7 @@
 //! - **Whether dispersion is simulated**, or any other effect, is decided by [`effects::decide`] whenever a scene is prepared or edited; the entry
 //!   of the effect (`effects/materials.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
 //!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
+//! - **A step from vertex to vertex** (BSDF sample, throughput, dispersion, Russian roulette) is [`walk`], for all integrators.
 //! - **Which light** a contribution comes from, for pictures of groups of lights: [`light_groups`].
 //! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
@@ -69,6 +70,7 @@ pub mod subpath;
 pub mod subpath_mis;
 mod tangents;
 mod texture_coordinates;
+pub mod walk;
 pub mod wavelength_mis;
 pub mod witness;
 

@@ -18,7 +18,7 @@ use super::bsdf::{
 };
 use super::interaction::SurfaceInteraction;
 use super::light::LightSample;
-use super::subpath::Walk;
+use super::walk::Walk;
 use super::wavelength_mis::{Parted, WavelengthMis};
 
 /// Something that happened on a path.

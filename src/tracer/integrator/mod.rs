@@ -33,7 +33,8 @@
 //! # Adding an integrator
 //!
 //! 1. A file here with a struct that holds a [`RenderContext`] and implements [`Integrator`]. `particle.rs` is the shortest.
-//!    Camera paths build on `direct_lighting::PathState`, light paths and connections on [`Walk`](crate::tracer::subpath::Walk).
+//!    Camera paths build on `direct_lighting::PathState`, light paths and connections on
+//!    [`Subpath`](crate::tracer::subpath::Subpath); both take their steps by [`Walk`](crate::tracer::walk::Walk).
 //!    Random numbers come only from the [`Sampler`](crate::tracer::Sampler) of the index, so that a path is a pure function.
 //! 2. `impl From<RenderContext>`, by which `--check-plan` compares its special code with the general.
 //! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks

@@ -20,7 +20,7 @@ use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::sampler::cells::{ScreenCells, Visit};
 use crate::tracer::screen::ScreenSampling;
-use crate::tracer::subpath::{SubpathVertex, Walk};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::{Sampler, roulette};
 
 use super::importance::{DiffuseSummary, LightRows};
@@ -150,24 +150,24 @@ impl BidirectionalTracer {
         let Some(emission) = scene.lights.emit_aimed(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, lambda);
         let group = scene.lights.group(emission.light);
-        let Some(mut walk) = Walk::from_light(*lambda, &emission, emitted) else { return };
-        walk.policy = roulette::CONNECTED_FROM_LIGHT;
-        B::record(|| PathEvent::Begins((&walk).into()));
+        let Some(mut subpath) = Subpath::from_light(*lambda, &emission, emitted) else { return };
+        subpath.policy = roulette::CONNECTED_FROM_LIGHT;
+        B::record(|| PathEvent::Begins((&subpath.walk).into()));
         let mut ray = emission.ray();
         // One more segment leads to the camera.
-        while walk.depth + 1 < self.context.longest() {
+        while subpath.walk.depth + 1 < self.context.longest() {
             let Some(hit) = scene.closest(&ray) else { break };
-            let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-            B::record(|| PathEvent::Meets((&walk).into(), hit));
-            let u = numbers.vertex(walk.depth - 1);
+            let mut vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
+            B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
+            let u = numbers.vertex(subpath.walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 if vertex.depth == 1 {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
                 }
-                let splat = self.to_camera(&walk.lambda, u.light, &vertex);
+                let splat = self.to_camera(&subpath.walk.lambda, u.light, &vertex);
                 splats.extend(splat.map(|(uv, value)| (uv, value, group)));
             }
-            let next = walk.scatter(&vertex, &u, rr_depth);
+            let next = subpath.scatter(&vertex, &u, rr_depth);
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);
                 if B::Credits::KEPT {
@@ -177,7 +177,7 @@ impl BidirectionalTracer {
             let Some(next) = next else { return };
             ray = next;
         }
-        B::record(|| PathEvent::Leaves((&walk).into()));
+        B::record(|| PathEvent::Leaves((&subpath.walk).into()));
     }
 }
 

@@ -29,7 +29,8 @@ use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmix
 use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::specular_chain::SpecularChain;
-use crate::tracer::subpath::{SubpathVertex, Walk};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
+use crate::tracer::walk::Walk;
 use crate::tracer::{MaterialClass, Sampler};
 
 use super::vcm::Prefix;
@@ -131,55 +132,55 @@ impl BidirectionalTracer {
         let lens = sampler.camera().lens;
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
-        let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES);
-        B::record(|| PathEvent::Begins((&walk).into()));
+        let mut subpath = Subpath::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES);
+        B::record(|| PathEvent::Begins((&subpath.walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
         let (mut prefix, mut specular, mut chain) = (Prefix::CAMERA, false, SpecularChain::CAMERA);
-        while walk.depth < longest {
-            let Some(hit) = context.closest(&mut ray, walk.depth) else {
+        while subpath.walk.depth < longest {
+            let Some(hit) = context.closest(&mut ray, subpath.walk.depth) else {
                 if !(merging && prefix.is_merged())
-                    && let Some(light) = context.environment(walk.depth)
+                    && let Some(light) = context.environment(subpath.walk.depth)
                 {
-                    self.add_environment(path, light, &walk, last, ray.direction);
+                    self.add_environment(path, light, &subpath, last, ray.direction);
                 }
                 break;
             };
             if scene.passes(&mut ray, &hit) {
                 if !(merging && prefix.is_merged()) {
-                    let vertex = walk.clone().arrive(scene, hit);
+                    let vertex = subpath.clone().arrive(scene, hit);
                     self.add_emitted::<B>(path, last, &vertex, chain.probability());
                 }
                 continue;
             }
-            let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
+            let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
             if !(merging && prefix.is_merged()) {
                 self.add_emitted(path, last, &vertex, chain.probability());
             }
-            if walk.depth == longest {
+            if subpath.walk.depth == longest {
                 break;
             }
-            B::record(|| PathEvent::Meets((&walk).into(), hit));
-            let numbers = sampler.vertex(walk.depth - 1);
+            B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
+            let numbers = sampler.vertex(subpath.walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 self.add_direct(path, &vertex, &numbers);
             }
             last = Some(vertex.surface.light_context());
-            let next = Walk::<false>::sample(&vertex, &numbers).and_then(|s| {
+            let next = Walk::<false>::sample(&vertex.surface, &numbers).and_then(|s| {
                 self.add_lamps_beside(path, &mut chain, &vertex, &s);
-                walk.go_on(&vertex, &s, &numbers, *rr_depth)
+                subpath.scatter_into(&vertex, &s, &numbers, *rr_depth)
             });
             let diffuse = vertex.surface.bsdf.has_diffuse_part();
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);
             }
             // The link is 0 after a delta. Merging has a roulette of its own, so that it does not matter whether this walk goes on.
-            prefix = prefix.then(walk.previous.link == 0.0, diffuse);
-            specular |= walk.depth == 1 && prefix.is_specular();
+            prefix = prefix.then(subpath.previous.link == 0.0, diffuse);
+            specular |= subpath.walk.depth == 1 && prefix.is_specular();
             let Some(next) = next else { return specular };
             ray = next;
         }
-        B::record(|| PathEvent::Leaves((&walk).into()));
+        B::record(|| PathEvent::Leaves((&subpath.walk).into()));
         specular
     }
 

@@ -17,7 +17,7 @@ use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
-use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
+use crate::tracer::subpath::{Subpath, SubpathVertex, VertexScattering};
 use crate::tracer::subpath_mis::{CONNECTION_SAMPLES, SubpathMis, quotient, weight};
 
 use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
@@ -177,7 +177,7 @@ impl BidirectionalTracer {
         &self,
         path: &mut PathContribution<C>,
         light: u32,
-        walk: &Walk<false>,
+        subpath: &Subpath<false>,
         last: Option<LightSampleContext>,
         direction: Vec3,
     ) {
@@ -185,10 +185,10 @@ impl BidirectionalTracer {
         let weight = last.map_or(1.0, |last| {
             let pdf = lights.pdf(light, last, direction, None);
             let emission = lights.aimed_emission_pdf(light, last.p, -direction);
-            emitted_weight(&walk.previous.infinite(), pdf, emission)
+            emitted_weight(&subpath.previous.infinite(), pdf, emission)
         });
         let emitted = path.emission.emission(lights, light, Vec3::ZERO, direction, &path.lambda);
-        let value = walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
+        let value = subpath.walk.throughput * emitted * (weight * subpath.walk.wavelength_mis.weight());
         path.add_emission(lights, value, None, light);
     }
 

@@ -16,6 +16,7 @@ use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
+use crate::tracer::walk::Walk;
 use crate::tracer::{Sampler, Scene};
 
 use super::{PhotonScratch, PhotonTracer};
@@ -94,7 +95,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
             // The last ray was too short for the photons at its end to stand for what it saw.
             let (_, radius, _) = self.reach(PhotonLayer::Global);
             let near = from.distance_squared(hit.point.p) < radius * radius;
-            let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.depth)) else { break };
+            let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.walk.depth - 1)) else {
+                break;
+            };
             (ray, from) = (next, next.origin);
         }
         self.end()
@@ -108,12 +111,12 @@ impl<C: LightCredits> CameraPath<'_, C> {
         // Lamps are left to the camera subpath, which looks for them along all chains.
         self.state.chain = SpecularChain::PathAlone;
         while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
-            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
+            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda);
             let diffuse = vertex.bsdf.has_diffuse_part();
             if diffuse && prefix.is_specular() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
-            let u = sampler.vertex(self.state.depth);
+            let u = sampler.vertex(self.state.walk.depth - 1);
             let Some(next) = self.scatter(&vertex, diffuse, &u) else { break };
             let delta = self.scratch.scatterings.last().is_some_and(|s| s.delta);
             prefix = prefix.then(delta, diffuse);
@@ -129,7 +132,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
     pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray) -> Xyz {
         let context = &self.tracer.context;
         if let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
-            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
+            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda);
             if vertex.bsdf.has_diffuse_part() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
@@ -139,8 +142,8 @@ impl<C: LightCredits> CameraPath<'_, C> {
 
     /// What it has found.
     fn end(mut self) -> (Xyz, C) {
-        self.state.credits.settle(&self.state.lambda);
-        (self.xyz + self.state.lambda.to_xyz(self.state.radiance), self.state.credits)
+        self.state.credits.settle(&self.state.walk.lambda);
+        (self.xyz + self.state.walk.lambda.to_xyz(self.state.radiance), self.state.credits)
     }
 
     /// Samples a light, gathers photons (global ones unless `near`) and chooses the ray to go on with.
@@ -151,8 +154,8 @@ impl<C: LightCredits> CameraPath<'_, C> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let scene = &self.tracer.context.scene;
-        let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.lambda);
-        B::record(|| PathEvent::Meets((&self.state).into(), hit));
+        let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda);
+        B::record(|| PathEvent::Meets((&self.state.walk).into(), hit));
         let diffuse = vertex.bsdf.has_diffuse_part();
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
             self.state.add_direct(scene, &vertex, u);
@@ -173,18 +176,15 @@ impl<C: LightCredits> CameraPath<'_, C> {
         diffuse: bool,
         u: &VertexNumbers,
     ) -> Option<Ray> {
-        let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
+        let s = Walk::<false>::sample(vertex, u)?;
         self.state.add_lamps_beside(&self.tracer.context, vertex, &s);
-        let wi = vertex.frame.to_world(s.wi);
-        if !vertex.hit.sides_agree(wi, s.transmitted) {
-            return None;
-        }
-        self.state.scatter(vertex, &s)?;
+        let wi = self.state.scatter(vertex, &s)?;
         // Where a photon's wavelengths would hardly have come this way, only the hero does. All heroes of a path decide alike.
-        let dispersed =
-            s.transmitted && vertex.bsdf.parts_colors() && self.state.wavelength_mis.weight() > DISPERSED;
+        let dispersed = s.transmitted
+            && vertex.bsdf.parts_colors()
+            && self.state.walk.wavelength_mis.weight() > DISPERSED;
         if s.hero_only || dispersed {
-            self.xyz += self.state.lambda.to_xyz(self.state.radiance);
+            self.xyz += self.state.walk.lambda.to_xyz(self.state.radiance);
             self.state.drop_companions();
         }
         let spread = diffuse && !s.delta;
@@ -197,7 +197,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
         let scene = &self.tracer.context.scene;
-        B::record(|| PathEvent::Throughput(self.state.throughput));
+        B::record(|| PathEvent::Throughput(self.state.walk.throughput));
         self.scratch.scatterings.push(RecordedScattering::new(scene, vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
@@ -213,15 +213,15 @@ impl<C: LightCredits> CameraPath<'_, C> {
         // What lets light through shows what arrives on its other side.
         let through = vertex.bsdf.transmits();
         // The last segment leads here.
-        let segments = self.tracer.context.longest() - (self.state.depth + 1);
-        let hero = self.state.lambda.lambda().x;
+        let segments = self.tracer.context.longest() - self.state.walk.depth;
+        let hero = self.state.walk.lambda.lambda().x;
         let accept = |photon: &Photon| {
             photon.depth() <= segments
                 && (photon.normal().dot(normal) > SAME_SURFACE
                     || through && photon.normal().dot(normal) < -SAME_SURFACE)
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
-        let throughput = self.state.throughput * self.state.wavelength_weight;
+        let throughput = self.state.walk.throughput * self.state.wavelength_weight;
         let Self { scratch, tracer, state, .. } = self;
         let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
@@ -268,7 +268,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
             PhotonLayer::Global => self.lookup.neighbours,
             PhotonLayer::Caustic => self.lookup.neighbours * CAUSTIC,
         };
-        if !self.state.lambda.is_hero_only() {
+        if !self.state.walk.lambda.is_hero_only() {
             return (wanted, self.lookup.radius, None);
         }
         // Blur over place and over wavelength shrink together; disc times window holds as many photons as before.

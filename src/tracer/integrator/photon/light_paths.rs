@@ -16,7 +16,7 @@ use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::record::{PathEvent, Recorded};
-use crate::tracer::subpath::{SubpathVertex, Walk};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::{MaterialClass, Sampler, Scene};
 
 use super::{PhotonPaths, PhotonScratch, PhotonTracer, RenderContext};
@@ -112,16 +112,16 @@ fn trace_light_path<B: Scattering>(
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.emitted(&emission, &lambda);
     let group = scene.lights.group(emission.light).unwrap_or_default();
-    let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
-    B::record(|| PathEvent::Begins((&walk).into()));
+    let Some(mut subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
+    B::record(|| PathEvent::Begins((&subpath.walk).into()));
     let mut ray = emission.ray();
     let mut spread = false;
     let beam = emission.pdf.origin == EmissionOrigin::Beam;
     // One more segment leads to the camera.
-    while walk.depth + 1 < longest {
+    while subpath.walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { break };
-        let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-        B::record(|| PathEvent::Meets((&walk).into(), hit));
+        let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
+        B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
         let here = vertex.surface.bsdf.has_diffuse_part();
         // Next-event estimation finds what arrives straight from a light, but from a beam.
         if here && (vertex.depth > 1 || beam) && reflects(&vertex) {
@@ -141,17 +141,17 @@ fn trace_light_path<B: Scattering>(
                 }
             }
         }
-        let u = numbers.vertex(walk.depth - 1);
-        let Some(next) = walk.scatter(&vertex, &u, context.rr_depth) else { return };
+        let u = numbers.vertex(subpath.walk.depth - 1);
+        let Some(next) = subpath.scatter(&vertex, &u, context.rr_depth) else { return };
         ray = next;
         // The link is 0 after a delta: the coat's mirror spreads nothing.
-        let delta = walk.previous.link == 0.0;
+        let delta = subpath.previous.link == 0.0;
         if !delta && photon_paths == PhotonPaths::Specular {
             return;
         }
         spread |= here && !delta;
     }
-    B::record(|| PathEvent::Leaves((&walk).into()));
+    B::record(|| PathEvent::Leaves((&subpath.walk).into()));
 }
 
 /// True if the lit side scatters anything at the wavelengths of the path, back or through: else no camera path gathers there.
