@@ -18,7 +18,7 @@
 //! - **Next-event estimation** is `sample_direct` in `integrator/direct_lighting.rs`, for all integrators except particle tracing. The
 //!   MIS weight of path tracing and photon mapping is in its `PathState::unoccluded_contribution`; that of the bidirectional method
 //!   is in `bidirectional/strategies.rs`.
-//! - **A sample** leaves the tracer in [`Integrator::trace`], which gives it to a [`SampleSink`](crate::stream::SampleSink): in the
+//! - **A sample** leaves the tracer through `output`, which gives it to a [`SampleSink`](crate::stream::SampleSink): in the
 //!   renderer [`BlockSink`](crate::stream::BlockSink), which fills blocks for the lane of its worker. From there the client draws
 //!   it into the film.
 //! - **A bsdf** is one file in `bsdf/` and one line in its table; [`bsdf`] says how to add one.
@@ -55,6 +55,7 @@ pub mod light;
 pub mod light_groups;
 pub mod mis;
 mod opacity;
+mod output;
 pub mod photon_map;
 mod placement;
 mod prepare;
@@ -79,4 +80,4 @@ pub use integrator::{Integrator, PathTracer};
 pub use interaction::{SurfaceInteraction, SurfaceMaterial};
 pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
-pub use scene::{MaterialClass, Pick, Scene};
+pub use scene::{MaterialClass, Pick, Scene, TracingMode};

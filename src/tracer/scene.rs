@@ -40,10 +40,18 @@ pub enum MaterialClass {
     General,
     /// All materials.
     Mixed,
-    /// All materials, and paths [record](super::record) what they do.
-    Recorded,
-    /// All materials, and paths tell which [group of lights](super::light_groups) their light comes from.
-    Credited,
+}
+
+/// What paths do beside finding light. Integrators have code for all materials in each mode, and for each [`MaterialClass`] in the plain one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TracingMode {
+    /// Nothing.
+    #[default]
+    Plain,
+    /// Paths [record](super::record) what they do.
+    Record,
+    /// Paths tell which [group of lights](super::light_groups) their light comes from.
+    LightGroups,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. The camera belongs to the integrator, so that moving it or
@@ -64,6 +72,7 @@ pub struct Scene {
     /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,
+    pub(super) tracing_mode: TracingMode,
     pub(super) notices: Vec<String>,
     pub(super) space: RenderingSpace,
     /// The description that the primitives and the lights were made from.
@@ -81,14 +90,14 @@ impl Scene {
 
     /// This scene, whose paths [record](super::record) what they do.
     pub fn recorded(self) -> Scene {
-        Scene { material_class: MaterialClass::Recorded, ..self }
+        Scene { tracing_mode: TracingMode::Record, ..self }
     }
 
     /// This scene, whose paths tell which group of lights their light comes from: of `count` groups, at most
     /// [`MOST_GROUPS`](crate::stream::MOST_GROUPS). `of_sources` has the group of each [source](Lights::source).
     pub fn with_light_groups(&self, of_sources: &[u8], count: usize) -> Scene {
         let lights = self.lights.clone().grouped(of_sources, count);
-        Scene { material_class: MaterialClass::Credited, lights, ..self.clone() }
+        Scene { tracing_mode: TracingMode::LightGroups, lights, ..self.clone() }
     }
 
     /// The kernel that traces rays: the fastest that the processor has, unless another was asked for.
@@ -105,6 +114,12 @@ impl Scene {
     #[inline]
     pub fn material_class(&self) -> MaterialClass {
         self.material_class
+    }
+
+    /// What paths do beside finding light.
+    #[inline]
+    pub fn tracing_mode(&self) -> TracingMode {
+        self.tracing_mode
     }
 
     /// Notices for the user about the scene, one sentence each.

@@ -6,11 +6,11 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
-use crate::tracer::light_groups::send_light;
+use crate::tracer::output::send_light;
 use crate::tracer::record::{PathEvent, Recorded, record};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
 use crate::tracer::subpath::{Subpath, SubpathVertex};
-use crate::tracer::{MaterialClass, Sampler};
+use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::{Integrator, RenderContext};
 
@@ -48,16 +48,24 @@ impl Integrator for ParticleTracer {
         }
         let Some(subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
         let ray = emission.ray();
-        match scene.material_class() {
-            MaterialClass::Diffuse => self.follow::<Diffuse>(subpath, ray, &numbers, None, out),
-            MaterialClass::Specular => self.follow::<Smooth>(subpath, ray, &numbers, None, out),
-            MaterialClass::General => self.follow::<Unmixed>(subpath, ray, &numbers, None, out),
-            MaterialClass::Mixed => self.follow::<Bsdf>(subpath, ray, &numbers, None, out),
-            MaterialClass::Recorded => {
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Diffuse) => {
+                self.follow::<Diffuse>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Plain, MaterialClass::Specular) => {
+                self.follow::<Smooth>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Plain, MaterialClass::General) => {
+                self.follow::<Unmixed>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Plain, MaterialClass::Mixed) => {
+                self.follow::<Bsdf>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Record, _) => {
                 record(PathEvent::Begins((&subpath.walk).into()));
                 self.follow::<Recorded>(subpath, ray, &numbers, None, out);
             }
-            MaterialClass::Credited => self.follow::<CreditedBsdf>(subpath, ray, &numbers, group, out),
+            (TracingMode::LightGroups, _) => self.follow::<CreditedBsdf>(subpath, ray, &numbers, group, out),
         }
     }
 

@@ -31,10 +31,11 @@ use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::interaction::SurfaceVertex;
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::output::send_camera;
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::walk::Walk;
-use crate::tracer::{MaterialClass, Sampler, Scene};
+use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::direct_lighting::{PathState, Splitting};
 use super::{Integrator, RenderContext};
@@ -68,7 +69,8 @@ impl Splits {
 }
 
 /// Traces paths from the camera. Each vertex also samples a light, and both ways of finding a light are combined by
-/// multiple importance sampling. The code is compiled for each [`MaterialClass`]: the choice is one branch per path.
+/// multiple importance sampling. The code is compiled for each [`MaterialClass`] and [`TracingMode`]: the choice is
+/// one branch per path.
 #[derive(Clone, Debug)]
 pub struct PathTracer {
     /// Scene, view and settings.
@@ -93,7 +95,8 @@ impl PathTracer {
         self.follow::<B>(&mut path, camera.ray(uv, numbers.lens), &sampler);
         B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
         path.credits.settle(&lambda);
-        path.credits.send(scene.lights(), uv, lambda.to_xyz(path.radiance), start.weight, out);
+        let value = lambda.to_xyz(path.radiance);
+        send_camera(out, scene.lights(), uv, value, start.weight, &path.credits);
     }
 
     /// Follows `path` along `ray` to its end.
@@ -190,13 +193,14 @@ impl Integrator for PathTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        match self.context.scene.material_class() {
-            MaterialClass::Diffuse => self.trace_as::<Diffuse>(index, out),
-            MaterialClass::Specular => self.trace_as::<Smooth>(index, out),
-            MaterialClass::General => self.trace_as::<Unmixed>(index, out),
-            MaterialClass::Mixed => self.trace_as::<Bsdf>(index, out),
-            MaterialClass::Recorded => self.trace_as::<Recorded>(index, out),
-            MaterialClass::Credited => self.trace_as::<CreditedBsdf>(index, out),
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Diffuse) => self.trace_as::<Diffuse>(index, out),
+            (TracingMode::Plain, MaterialClass::Specular) => self.trace_as::<Smooth>(index, out),
+            (TracingMode::Plain, MaterialClass::General) => self.trace_as::<Unmixed>(index, out),
+            (TracingMode::Plain, MaterialClass::Mixed) => self.trace_as::<Bsdf>(index, out),
+            (TracingMode::Record, _) => self.trace_as::<Recorded>(index, out),
+            (TracingMode::LightGroups, _) => self.trace_as::<CreditedBsdf>(index, out),
         }
     }
 

@@ -24,7 +24,7 @@ use super::bsdf::Material;
 use super::effects::{self, planned};
 use super::light::Lights;
 use super::primitives::Primitives;
-use super::scene::{MaterialClass, Scene};
+use super::scene::{MaterialClass, Scene, TracingMode};
 use geometry::Geometry;
 use groups::PreparedGroups;
 use materials::SceneMaterials;
@@ -207,6 +207,7 @@ impl Scene {
             chains,
             white,
             material_class,
+            tracing_mode: TracingMode::default(),
             notices,
             space,
             structure,
@@ -247,6 +248,7 @@ impl Scene {
             chains,
             white: effects::white(desc),
             material_class: effects::material_class(desc),
+            tracing_mode: TracingMode::default(),
             notices: self.notices.clone(),
             space: self.space,
             structure: self.structure.clone(),

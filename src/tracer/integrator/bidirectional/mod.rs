@@ -27,11 +27,12 @@ use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
+use crate::tracer::output::send_camera;
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::walk::Walk;
-use crate::tracer::{MaterialClass, Sampler};
+use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::vcm::Prefix;
 use super::{Integrator, RenderContext};
@@ -52,7 +53,7 @@ pub struct BidirectionalTracer {
     pub context: RenderContext,
 }
 
-/// What a worker reuses; only the vertices of the scene's [`MaterialClass`] are used.
+/// What a worker reuses; only the vertices of the scene's [`MaterialClass`] and [`TracingMode`] are used.
 #[derive(Debug, Default)]
 pub struct Scratch {
     diffuse: Subpaths<Diffuse>,
@@ -110,7 +111,7 @@ impl BidirectionalTracer {
                 value += merge(&sampler, &mut colors);
                 path.credits.add_colors(&colors);
             }
-            path.credits.send(self.context.scene.lights(), uv, value, start.weight, out);
+            send_camera(out, self.context.scene.lights(), uv, value, start.weight, &path.credits);
         }
     }
 
@@ -192,13 +193,22 @@ impl BidirectionalTracer {
         merge: Option<&mut Merge<'_>>,
         out: &mut impl SampleSink,
     ) {
-        match self.context.scene.material_class() {
-            MaterialClass::Diffuse => self.trace_as(index, &mut scratch.diffuse, merge, out),
-            MaterialClass::Specular => self.trace_as(index, &mut scratch.specular, merge, out),
-            MaterialClass::General => self.trace_as(index, &mut scratch.general, merge, out),
-            MaterialClass::Mixed => self.trace_as(index, &mut scratch.mixed, merge, out),
-            MaterialClass::Recorded => self.trace_as(index, &mut scratch.recorded, merge, out),
-            MaterialClass::Credited => self.trace_as(index, &mut scratch.credited, merge, out),
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Diffuse) => {
+                self.trace_as(index, &mut scratch.diffuse, merge, out)
+            }
+            (TracingMode::Plain, MaterialClass::Specular) => {
+                self.trace_as(index, &mut scratch.specular, merge, out)
+            }
+            (TracingMode::Plain, MaterialClass::General) => {
+                self.trace_as(index, &mut scratch.general, merge, out)
+            }
+            (TracingMode::Plain, MaterialClass::Mixed) => {
+                self.trace_as(index, &mut scratch.mixed, merge, out)
+            }
+            (TracingMode::Record, _) => self.trace_as(index, &mut scratch.recorded, merge, out),
+            (TracingMode::LightGroups, _) => self.trace_as(index, &mut scratch.credited, merge, out),
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::tracer::photon_map::{
 };
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::subpath::{Subpath, SubpathVertex};
-use crate::tracer::{MaterialClass, Sampler, Scene};
+use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::{PhotonPaths, PhotonScratch, PhotonTracer, RenderContext};
 
@@ -67,14 +67,11 @@ impl PhotonTracer {
     /// Traces the light path of this number, for its [record](crate::tracer::record), and forgets its photons.
     pub fn trace_light_path(&self, number: u64) {
         let (batch, photon_paths) = (&mut PhotonBatch::default(), self.photon_paths);
-        match self.context.scene.material_class() {
-            MaterialClass::Recorded => {
-                trace_light_path::<Recorded>(&self.context, photon_paths, number, batch)
+        match self.context.scene.tracing_mode() {
+            TracingMode::Record => trace_light_path::<Recorded>(&self.context, photon_paths, number, batch),
+            TracingMode::Plain | TracingMode::LightGroups => {
+                trace_plain_light_path(&self.context, photon_paths, number, batch);
             }
-            MaterialClass::Mixed | MaterialClass::Credited => {
-                trace_light_path::<Bsdf>(&self.context, photon_paths, number, batch)
-            }
-            _ => trace_light_path::<Unmixed>(&self.context, photon_paths, number, batch),
         }
     }
 }
@@ -87,14 +84,22 @@ pub(super) fn trace_light_paths(
     batch: &mut PhotonBatch,
 ) {
     paths.for_each(|path| {
-        match context.scene.material_class() {
-            MaterialClass::Mixed | MaterialClass::Recorded | MaterialClass::Credited => {
-                trace_light_path::<Bsdf>(context, photon_paths, path, batch);
-            }
-            _ => trace_light_path::<Unmixed>(context, photon_paths, path, batch),
-        }
+        trace_plain_light_path(context, photon_paths, path, batch);
         faults::of_light_path(path);
     });
+}
+
+/// As [`trace_light_path`], without a record.
+fn trace_plain_light_path(
+    context: &RenderContext,
+    photon_paths: PhotonPaths,
+    path: u64,
+    batch: &mut PhotonBatch,
+) {
+    match context.scene.material_class() {
+        MaterialClass::Mixed => trace_light_path::<Bsdf>(context, photon_paths, path, batch),
+        _ => trace_light_path::<Unmixed>(context, photon_paths, path, batch),
+    }
 }
 
 /// Traces the light path of this number and leaves its photons in `batch`.

@@ -40,9 +40,10 @@ use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Scattering, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
+use crate::tracer::output::send_camera;
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
 use crate::tracer::record::Recorded;
-use crate::tracer::{MaterialClass, Sampler};
+use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::{Integrator, RenderContext};
 use camera_path::{PathStart, RecordedScattering};
@@ -151,10 +152,11 @@ impl PhotonTracer {
         colors: &mut GroupColors,
     ) -> Xyz {
         let (path, ray) = self.begin(snapshot, sampler, wavelength);
-        match self.context.scene.material_class() {
-            MaterialClass::Mixed => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
-            MaterialClass::Recorded => path.begin(scratch).merge::<Recorded>(ray, sampler).0,
-            MaterialClass::Credited => {
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Mixed) => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
+            (TracingMode::Record, _) => path.begin(scratch).merge::<Recorded>(ray, sampler).0,
+            (TracingMode::LightGroups, _) => {
                 let (value, credits) = path.begin(scratch).merge::<CreditedBsdf>(ray, sampler);
                 *colors = credits.colors();
                 value
@@ -186,9 +188,7 @@ impl PhotonTracer {
     ) -> Xyz {
         let (path, ray) = self.begin(snapshot, sampler, wavelength);
         match self.context.scene.material_class() {
-            MaterialClass::Mixed | MaterialClass::Recorded | MaterialClass::Credited => {
-                path.begin(scratch).seen::<Bsdf>(ray)
-            }
+            MaterialClass::Mixed => path.begin(scratch).seen::<Bsdf>(ray),
             _ => path.begin(scratch).seen::<Unmixed>(ray),
         }
     }
@@ -208,7 +208,7 @@ impl PhotonTracer {
         let path = PathStart { tracer: self, snapshot, lookup, wavelength: numbers.wavelength };
         let ray = self.context.camera.ray(uv, numbers.lens);
         let (value, credits) = path.begin(scratch).trace::<B>(ray, &sampler);
-        credits.send(self.context.scene.lights(), uv, value, start.weight, out);
+        send_camera(out, self.context.scene.lights(), uv, value, start.weight, &credits);
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
@@ -261,10 +261,13 @@ impl Integrator for PhotonTracer {
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
         let Some(snapshot) = self.snapshot(index, scratch, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
-        match self.context.scene.material_class() {
-            MaterialClass::Mixed => self.trace_as::<Bsdf>(index, &snapshot, scratch, out),
-            MaterialClass::Recorded => self.trace_as::<Recorded>(index, &snapshot, scratch, out),
-            MaterialClass::Credited => self.trace_as::<CreditedBsdf>(index, &snapshot, scratch, out),
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Mixed) => {
+                self.trace_as::<Bsdf>(index, &snapshot, scratch, out)
+            }
+            (TracingMode::Record, _) => self.trace_as::<Recorded>(index, &snapshot, scratch, out),
+            (TracingMode::LightGroups, _) => self.trace_as::<CreditedBsdf>(index, &snapshot, scratch, out),
             _ => self.trace_as::<Unmixed>(index, &snapshot, scratch, out),
         }
         scratch.keep(snapshot);
