@@ -40,7 +40,7 @@ use glam::Vec3;
 
 use crate::spectrum::SampledSpectrum;
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
-use crate::tracer::accel::SimdKernel;
+use crate::tracer::accel::AvailableKernel;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::PathEvent;
@@ -129,7 +129,7 @@ impl ConnectionEdge {
 /// Works out the importances of the pairs of `camera`, whose row is `out`, and returns their sum.
 #[inline(always)]
 fn find_row<B: Scattering>(
-    kernel: SimdKernel,
+    kernel: AvailableKernel,
     camera: &SubpathVertex<B>,
     (pool, own): (&LightPool<B>, Range<usize>),
     room: u32,
@@ -189,7 +189,7 @@ impl BidirectionalTracer {
         let scale = (CONNECTIONS / (total + brightness / SHARE)).clamp(f32::MIN_POSITIVE, f32::MAX);
         let typical = SMALL * SHARE / scale;
         let (stride, Candidates { importances, sums, .. }) = (pool.rows.stride(), candidates);
-        sum_probabilities(self.context.scene.kernel(), importances, scale, sums);
+        sum_probabilities(self.context.scene.accel().available_kernel(), importances, scale, sums);
         let mut sum = u;
         for (lanes, probabilities) in sums.iter().enumerate() {
             if sum + probabilities < NEARLY_ONE {
@@ -222,7 +222,7 @@ impl BidirectionalTracer {
         candidates: &mut Candidates,
     ) -> f32 {
         let Candidates { importances, own, .. } = candidates;
-        let (kernel, stride) = (self.context.scene.kernel(), pool.rows.stride());
+        let (kernel, stride) = (self.context.scene.accel().available_kernel(), pool.rows.stride());
         importances.clear();
         importances.resize(stride * camera.len(), 0.0);
         if stride == 0 {
