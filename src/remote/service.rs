@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use self::sending::{EndOfConnection, Sending, Tell};
+use self::sending::{EndOfConnection, SendQueue, Sending};
 use super::link::{LinkError, LinkReader, LinkWriter, Token, greet};
 use super::message::{Refusal, Request, Side, ToTracer, ToViewer, Welcome};
 use crate::stream::{Event, Lanes};
@@ -137,14 +137,14 @@ impl Service {
             _ => {}
         }
         let closing = Arc::<AtomicBool>::default();
-        let door = Arc::new(Door {
+        let acceptor = Arc::new(Acceptor {
             token,
             host,
             log: Box::new(log),
             closing: closing.clone(),
             room: Mutex::new(()),
         });
-        let thread = Builder::new().name("listen".into()).spawn(move || door.keep(&listener))?;
+        let thread = Builder::new().name("listen".into()).spawn(move || acceptor.keep(&listener))?;
         Ok(Self { address, closing, thread: Some(thread) })
     }
 }
@@ -169,8 +169,8 @@ impl Drop for OpenConnection {
     }
 }
 
-/// Lets viewers in.
-struct Door {
+/// Accepts connections, and lets one viewer in at a time.
+struct Acceptor {
     token: Option<Token>,
     host: Arc<dyn Host>,
     log: Box<dyn Fn(String) + Send + Sync>,
@@ -179,7 +179,7 @@ struct Door {
     room: Mutex<()>,
 }
 
-impl Door {
+impl Acceptor {
     fn keep(self: Arc<Self>, listener: &TcpListener) {
         let open = Arc::<AtomicUsize>::default();
         let mut threads: Vec<JoinHandle<()>> = Vec::new();
@@ -201,10 +201,10 @@ impl Door {
                 (self.log)(format!("{from}: refused, {MOST_CONNECTIONS} connections are open"));
                 continue;
             }
-            let (door, counted) = (self.clone(), OpenConnection(open.clone()));
+            let (acceptor, counted) = (self.clone(), OpenConnection(open.clone()));
             let spawned = Builder::new().name("viewer".into()).spawn(move || {
                 let _counted = counted;
-                door.receive(socket, from);
+                acceptor.receive(socket, from);
             });
             match spawned {
                 Ok(thread) => threads.push(thread),
@@ -255,17 +255,17 @@ impl Door {
         };
         ToViewer::Welcome(self.host.welcome()).write(&mut frames);
         writer.write(&frames)?;
-        let tell = Tell::new(lanes.hub().clone());
-        let (ended, end) = (AtomicBool::new(false), EndOfConnection(&tell, writer.socket()?));
+        let queue = SendQueue::new(lanes.hub().clone());
+        let (ended, end) = (AtomicBool::new(false), EndOfConnection(&queue, writer.socket()?));
         std::thread::scope(|scope| {
-            let sending = Sending::new(&*tracing, &*self.host, lanes, writer, &tell);
+            let sending = Sending::new(&*tracing, &*self.host, lanes, writer, &queue);
             let writing = scope.spawn(|| {
                 let outcome = sending.run();
                 ended.store(true, Ordering::SeqCst);
                 outcome
             });
             let end = end;
-            let read = self.hear(&mut reader, &*tracing, &tell, &ended);
+            let read = self.hear(&mut reader, &*tracing, &queue, &ended);
             tracing.abort();
             drop(end);
             let written = writing.join().unwrap_or(Ok(()));
@@ -278,7 +278,7 @@ impl Door {
         &self,
         reader: &mut LinkReader,
         tracing: &dyn Tracing,
-        tell: &Tell,
+        queue: &SendQueue,
         ended: &AtomicBool,
     ) -> Result<(), LinkError> {
         let mut newest = None;
@@ -287,7 +287,7 @@ impl Door {
             let patience = if newest.is_some() { Duration::ZERO } else { LOOK };
             let Some((kind, payload)) = reader.read(patience)? else {
                 if let Some(request) = newest.take() {
-                    render(tracing, request, tell);
+                    render(tracing, request, queue);
                 } else if reader.heard.elapsed() > SILENCE {
                     return Err(LinkError::Silent(SILENCE.as_secs()));
                 }
@@ -299,9 +299,11 @@ impl Door {
                     newest = None;
                     tracing.abort();
                 }
-                ToTracer::Credit(more) => tell.tell(|told| told.credit = told.credit.saturating_add(more)),
-                ToTracer::Ping(number) => tell.tell(|told| told.pong = Some(number)),
-                ToTracer::Fetch => tell.tell(|told| told.fetch = true),
+                ToTracer::Credit(more) => {
+                    queue.update(|queued| queued.credit = queued.credit.saturating_add(more))
+                }
+                ToTracer::Ping(number) => queue.update(|queued| queued.pong = Some(number)),
+                ToTracer::Fetch => queue.update(|queued| queued.fetch = true),
             }
         }
         Ok(())
@@ -318,7 +320,7 @@ fn turn_away(mut writer: LinkWriter) -> Result<(), LinkError> {
 }
 
 /// Has a request traced, and the writing thread follow it.
-fn render(tracing: &dyn Tracing, request: Request, tell: &Tell) {
+fn render(tracing: &dyn Tracing, request: Request, queue: &SendQueue) {
     let order = match tracing.render(&request) {
         Ok(()) => Ok(request),
         Err(why) => {
@@ -327,5 +329,5 @@ fn render(tracing: &dyn Tracing, request: Request, tell: &Tell) {
             Err(Refusal { epoch: request.epoch, why })
         }
     };
-    tell.tell(|told| told.order = Some(order));
+    queue.update(|queued| queued.order = Some(order));
 }

@@ -25,7 +25,7 @@
 //! - **A light** is one file in `light/` and one line in its table; [`light`] says how to add one.
 //! - **Whether dispersion is simulated**, or any other effect, is decided by [`effects::decide`] whenever a scene is prepared or edited; the entry
 //!   of the effect (`effects/materials.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
-//!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
+//!   traced, `Bsdf::is_dispersive` tells whether a material disperses light.
 //! - **A step from vertex to vertex** (BSDF sample, throughput, dispersion, Russian roulette) is [`walk`], for all integrators.
 //! - **Which light** a contribution comes from, for pictures of groups of lights: [`light_groups`].
 //! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].

@@ -19,7 +19,7 @@ use super::bsdf::{
 use super::interaction::SurfaceInteraction;
 use super::light::LightSample;
 use super::walk::Walk;
-use super::wavelength_mis::{Parted, WavelengthMis};
+use super::wavelength_mis::{Dispersion, WavelengthMis};
 
 /// Something that happened on a path.
 #[derive(Clone, Debug)]
@@ -209,12 +209,12 @@ impl ScatteringModel for Recorded {
         self.0.transmits()
     }
 
-    fn parts_colors(&self) -> bool {
-        self.0.parts_colors()
+    fn is_dispersive(&self) -> bool {
+        self.0.is_dispersive()
     }
 
-    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
-        self.0.part(wo, wi)
+    fn dispersion(&self, wo: Vec3, wi: Vec3) -> Dispersion {
+        self.0.dispersion(wo, wi)
     }
 
     fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {

@@ -77,8 +77,8 @@ impl<B: Scattering> SubpathVertex<B> {
             let cos_light = hit.wo.dot(hit.point.ng).abs();
             value *= cos / cos_light;
         }
-        let wavelength_mis = match bsdf.parts_colors() {
-            true => bsdf.part(*wo, local).wavelength_mis,
+        let wavelength_mis = match bsdf.is_dispersive() {
+            true => bsdf.dispersion(*wo, local).wavelength_mis,
             false => WavelengthMis::ALL,
         };
         (!value.is_black()).then_some(VertexScattering { value, wavelength_mis, fwd_w, rev_w, cos, through })

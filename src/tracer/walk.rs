@@ -73,10 +73,10 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         }
         self.throughput *= s.weight;
         if is_rough_dispersion(vertex, s) {
-            let parted = bsdf.part(*wo, s.wi);
-            self.wavelength_mis = self.wavelength_mis.and(parted.wavelength_mis);
+            let dispersion = bsdf.dispersion(*wo, s.wi);
+            self.wavelength_mis = self.wavelength_mis.and(dispersion.wavelength_mis);
             if FROM_LIGHT {
-                self.throughput *= SampledSpectrum(parted.eta2);
+                self.throughput *= SampledSpectrum(dispersion.eta2);
             }
         }
         if FROM_LIGHT {
@@ -139,8 +139,8 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
 }
 
 /// True where `s` is a refraction by a rough dispersive interface, into a direction that all wavelengths can take with different densities
-/// ([`ScatteringModel::part`](super::bsdf::ScatteringModel::part)).
+/// ([`ScatteringModel::dispersion`](super::bsdf::ScatteringModel::dispersion)).
 #[inline(always)]
 pub(super) fn is_rough_dispersion<B: Scattering>(vertex: &SurfaceVertex<B>, s: &BsdfSample) -> bool {
-    s.transmitted && !s.delta && vertex.bsdf.parts_colors()
+    s.transmitted && !s.delta && vertex.bsdf.is_dispersive()
 }

@@ -11,7 +11,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::attainable;
-use crate::tracer::wavelength_mis::Parted;
+use crate::tracer::wavelength_mis::Dispersion;
 
 use super::{Diffuse, Material};
 
@@ -205,16 +205,16 @@ pub trait ScatteringModel: Copy {
         false
     }
 
-    /// True when refraction has another direction for each lane, or for each part of a mixture: [`part`](Self::part) must be asked.
+    /// True when each lane is refracted into another direction, or by each part of a mixture: [`dispersion`](Self::dispersion) must be asked.
     #[inline]
-    fn parts_colors(&self) -> bool {
+    fn is_dispersive(&self) -> bool {
         false
     }
 
     /// The shares of the lanes in the results of [`eval`](Self::eval) and [`sample`](Self::sample), for rough refraction.
     #[inline]
-    fn part(&self, _wo: Vec3, _wi: Vec3) -> Parted {
-        Parted::NOTHING
+    fn dispersion(&self, _wo: Vec3, _wi: Vec3) -> Dispersion {
+        Dispersion::NONE
     }
 
     /// The reflection and the transmission that [`sample`](Self::sample) may choose as deltas, each as if it were the only choice: its weight is

@@ -24,7 +24,7 @@ use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Scene, mis};
 
 use super::RenderContext;
-use super::lamps::FoundLamps;
+use super::delta_chains::LightBehindDeltas;
 
 /// Next-event estimation: samples a light from `vertex` and returns it with what it contributes, or `None` for nothing.
 ///
@@ -239,15 +239,16 @@ impl<C: LightCredits> PathState<C> {
 
     /// Adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in which the path goes on.
     #[inline(always)]
-    pub(super) fn add_lamps_beside<B: Scattering>(
+    pub(super) fn add_light_behind_deltas<B: Scattering>(
         &mut self,
         context: &RenderContext,
         vertex: &SurfaceVertex<B>,
         s: &BsdfSample,
     ) {
-        let found = context.lamps_beside(&mut self.chain, vertex, s, &self.walk.lambda, self.walk.depth);
+        let found =
+            context.light_behind_deltas(&mut self.chain, vertex, s, &self.walk.lambda, self.walk.depth);
         let Some(found) = found else { return };
-        let FoundLamps { radiance, credits } = found;
+        let LightBehindDeltas { radiance, credits } = found;
         let value = self.walk.throughput * radiance;
         match value.is_within(MAX_VALUE) {
             true => {
@@ -293,10 +294,10 @@ impl<C: LightCredits> PathState<C> {
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let at = sample.target.unwrap_or(Vec3::ZERO);
         let emission = self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda);
-        let wavelength_weight = match vertex.bsdf.parts_colors() {
-            true => {
-                self.weight_of(self.walk.wavelength_mis.and(vertex.bsdf.part(vertex.wo, wi).wavelength_mis))
-            }
+        let wavelength_weight = match vertex.bsdf.is_dispersive() {
+            true => self.weight_of(
+                self.walk.wavelength_mis.and(vertex.bsdf.dispersion(vertex.wo, wi).wavelength_mis),
+            ),
             false => self.wavelength_weight,
         };
         let value =

@@ -3,7 +3,7 @@
 //! ```text
 //! context          what every integrator is given; how vertices of light paths are connected to the camera
 //! direct_lighting  next-event estimation and emission with MIS; PathState, what a camera path carries
-//! lamps            lamps seen over mirrors and glass, along what a camera path does not choose
+//! delta_chains     lights seen over mirrors and through glass, along chains of deltas that a camera path does not sample
 //! path             path tracing
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
@@ -46,9 +46,9 @@ mod bidirectional;
 mod caustic_witness;
 mod check;
 mod context;
+mod delta_chains;
 mod depth;
 mod direct_lighting;
-mod lamps;
 mod particle;
 mod path;
 mod photon;

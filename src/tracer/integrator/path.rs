@@ -155,7 +155,7 @@ impl PathTracer {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = Walk::<false>::sample(vertex, u)?;
-        path.add_lamps_beside(&self.context, vertex, &s);
+        path.add_light_behind_deltas(&self.context, vertex, &s);
         if s.hero_only {
             self.follow_each_wavelength(path, vertex, &s, sampler, u.roulette);
             return None;

@@ -111,7 +111,7 @@ impl LightSource for SpotLight {
     }
 
     fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
-        // Back to the intensity on the axis; that of a point of this power, where the cone is so narrow that it vanishes.
+        // BackSurface to the intensity on the axis; that of a point of this power, where the cone is so narrow that it vanishes.
         let intensity = power / self.power(scene).max(f32::MIN_POSITIVE);
         let bounds = match self.cone < 1.0 {
             true => LightBounds::flat([self.position; 2], self.axis, intensity),

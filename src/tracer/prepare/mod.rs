@@ -1,14 +1,14 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
-//! `geometry` transforms shapes to primitives in world space, checks them and adds their lights, `lights` adds the others, `groups` adds groups and instances,
+//! `coincident` finds primitives in the same place. `geometry` transforms shapes to primitives in world space, checks them and adds their lights, `lights` adds the others, `groups` adds groups and instances,
 //! `materials` converts BSDFs, `specular` finds what casts caustics and what is seen over mirrors and glass. `structure` decides whether an edit can
 //! keep the geometry.
 
+mod coincident;
 mod geometry;
 mod groups;
 mod lights;
 mod materials;
-mod places;
 mod specular;
 mod structure;
 
@@ -166,7 +166,7 @@ impl Scene {
         }
         let shown = geometry.add_groups(desc)?;
         let mut geometry = geometry.finish();
-        if let hidden @ 1.. = geometry.places.hidden {
+        if let hidden @ 1.. = geometry.coincident.hidden {
             geometry.notices.push(format!(
                 "{hidden} faces lie in the same place as others and face the same way: only one of each is seen"
             ));

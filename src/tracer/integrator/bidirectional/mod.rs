@@ -168,7 +168,7 @@ impl BidirectionalTracer {
             }
             last = Some(vertex.surface.light_context());
             let next = Walk::<false>::sample(&vertex.surface, &numbers).and_then(|s| {
-                self.add_lamps_beside(path, &mut chain, &vertex, &s);
+                self.add_light_behind_deltas(path, &mut chain, &vertex, &s);
                 subpath.scatter_into(&vertex, &s, &numbers, *rr_depth)
             });
             let diffuse = vertex.surface.bsdf.has_diffuse_part();

@@ -10,8 +10,8 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::{BsdfSample, Scattering};
+use crate::tracer::integrator::delta_chains::LightBehindDeltas;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
-use crate::tracer::integrator::lamps::FoundLamps;
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::PathEvent;
@@ -149,15 +149,15 @@ impl BidirectionalTracer {
     /// s = 0, and no other strategy: adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in
     /// which the subpath goes on.
     #[inline(always)]
-    pub(super) fn add_lamps_beside<B: Scattering>(
+    pub(super) fn add_light_behind_deltas<B: Scattering>(
         &self,
         path: &mut PathContribution<B::Credits>,
         chain: &mut SpecularChain,
         vertex: &SubpathVertex<B>,
         s: &BsdfSample,
     ) {
-        let found = self.context.lamps_beside(chain, &vertex.surface, s, &path.lambda, vertex.depth);
-        if let Some(FoundLamps { radiance, credits }) = found {
+        let found = self.context.light_behind_deltas(chain, &vertex.surface, s, &path.lambda, vertex.depth);
+        if let Some(LightBehindDeltas { radiance, credits }) = found {
             let value = vertex.throughput * radiance;
             match value.is_within(MAX_VALUE) {
                 true => {

@@ -177,11 +177,11 @@ impl<C: LightCredits> CameraPath<'_, C> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = Walk::<false>::sample(vertex, u)?;
-        self.state.add_lamps_beside(&self.tracer.context, vertex, &s);
+        self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
         let wi = self.state.scatter(vertex, &s)?;
         // Where a photon's wavelengths would hardly have come this way, only the hero does. All heroes of a path decide alike.
         let dispersed = s.transmitted
-            && vertex.bsdf.parts_colors()
+            && vertex.bsdf.is_dispersive()
             && self.state.walk.wavelength_mis.weight() > DISPERSED;
         if s.hero_only || dispersed {
             self.xyz += self.state.walk.lambda.to_xyz(self.state.radiance);
@@ -336,7 +336,7 @@ impl RecordedScattering {
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
         let at = |bsdf: &B| bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
-        if !bsdf.parts_colors() {
+        if !bsdf.is_dispersive() {
             return at(bsdf);
         }
         let lane = |i: usize| at(&B::of(material, &self.context, &lambda.alone(i))).0[i];

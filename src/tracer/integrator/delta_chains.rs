@@ -12,7 +12,7 @@ use super::RenderContext;
 
 /// The light of lamps that chains lead to.
 #[derive(Clone, Copy)]
-pub(super) struct FoundLamps<C> {
+pub(super) struct LightBehindDeltas<C> {
     pub(super) radiance: SampledSpectrum,
     /// Which groups of lights it comes from.
     pub(super) credits: C,
@@ -33,14 +33,14 @@ impl RenderContext {
     /// `s`: a factor on the throughput there. `chain` leads to the vertex, and from there on by `s`. Deltas part no wavelengths where they are
     /// followed, so that there is no weight for that.
     #[inline(always)]
-    pub(super) fn lamps_beside<B: Scattering, C: LightCredits>(
+    pub(super) fn light_behind_deltas<B: Scattering, C: LightCredits>(
         &self,
         chain: &mut SpecularChain,
         vertex: &SurfaceVertex<B>,
         s: &BsdfSample,
         lambda: &SampledWavelengths,
         segments: u32,
-    ) -> Option<FoundLamps<C>> {
+    ) -> Option<LightBehindDeltas<C>> {
         if *chain == SpecularChain::PathAlone {
             return None;
         }
@@ -51,7 +51,7 @@ impl RenderContext {
         if s.delta {
             lobes[usize::from(s.transmitted)] = None;
         }
-        let mut sum = FoundLamps { radiance: SampledSpectrum::ZERO, credits: C::default() };
+        let mut sum = LightBehindDeltas { radiance: SampledSpectrum::ZERO, credits: C::default() };
         self.follow_all(vertex, &lobes, &here, &mut sum);
         (!sum.radiance.is_black()).then_some(sum)
     }
@@ -63,7 +63,7 @@ impl RenderContext {
         vertex: &SurfaceVertex<B>,
         lobes: &DeltaLobes,
         to: &FollowedChain,
-        sum: &mut FoundLamps<C>,
+        sum: &mut LightBehindDeltas<C>,
     ) {
         for s in lobes.iter().flatten() {
             let chain = to.chain.step(s, 1.0);
@@ -87,7 +87,7 @@ impl RenderContext {
         vertex: &SurfaceVertex<B>,
         wi: Vec3,
         followed: &FollowedChain,
-        sum: &mut FoundLamps<C>,
+        sum: &mut LightBehindDeltas<C>,
     ) {
         let scene = &self.scene;
         let mut ray = vertex.hit.spawn(wi);
