@@ -20,10 +20,10 @@ use crate::stream::{Event, Lanes};
 /// Connections that may be open at once, most of them in the handshake.
 const MOST_CONNECTIONS: usize = 64;
 
-/// How long a viewer waits for the one before to leave.
+/// How long a new viewer waits for the previous one to disconnect.
 const LEAVING: Duration = Duration::from_secs(1);
 
-/// How often the loops look whether they shall end.
+/// How often the loops check whether to end.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A viewer pings twice a second. One that has said nothing for so long is gone, and makes room for the next.
@@ -31,11 +31,11 @@ const SILENCE: Duration = Duration::from_secs(15);
 
 /// Traces for one viewer.
 pub trait Tracing: Send + Sync {
-    /// Traces this from now on; what was traced before is stopped. The error is told to the viewer.
+    /// Starts this render and stops the previous one. The error is sent to the viewer.
     ///
     /// # Errors
     ///
-    /// In words, when it cannot be traced.
+    /// A description for the user, if it cannot be traced.
     fn render(&self, request: &Request) -> Result<(), String>;
 
     /// Stops tracing.
@@ -45,16 +45,16 @@ pub trait Tracing: Send + Sync {
     fn event(&self) -> Option<Event>;
 }
 
-/// What is served: a scene, for one viewer after the other.
+/// Serves a scene to one viewer after the other.
 pub trait Host: Send + Sync + 'static {
-    /// What a viewer is told first.
+    /// The first message to a viewer.
     fn welcome(&self) -> Welcome;
 
     /// Makes a tracer for a viewer, and the lanes that it fills.
     ///
     /// # Errors
     ///
-    /// In words.
+    /// A description for the user.
     fn open(self: Arc<Self>) -> Result<(Box<dyn Tracing>, Lanes), String>;
 
     /// The files of the scene with their places relative to one folder, the scene itself first.
@@ -64,13 +64,13 @@ pub trait Host: Send + Sync + 'static {
 /// Why a service cannot be started.
 #[derive(Debug, thiserror::Error)]
 pub enum ListenError {
-    /// The address is none.
+    /// It cannot be parsed or resolved.
     #[error("{address} is no address: give HOST:PORT, such as 127.0.0.1:7070")]
     Address {
         /// The address.
         address: String,
     },
-    /// It is not of this machine alone, and there is no token.
+    /// Other machines can reach it, and there is no token.
     #[error(
         "{address} can be reached from other machines: give --token-file, or listen on 127.0.0.1 and use a tunnel (ssh -L)"
     )]
@@ -78,7 +78,7 @@ pub enum ListenError {
         /// The address.
         address: SocketAddr,
     },
-    /// The system refused.
+    /// The system refused to listen.
     #[error("cannot listen on {address}: {source}")]
     Bind {
         /// The address.
@@ -119,11 +119,11 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves those who come to `listener`; `log` gets a line for everything that happens.
+    /// Serves viewers that connect to `listener`; `log` receives a line for every event.
     ///
     /// # Errors
     ///
-    /// Of the system.
+    /// The system's error.
     pub fn start(
         listener: TcpListener,
         token: Option<Token>,
@@ -152,7 +152,7 @@ impl Service {
 impl Drop for Service {
     fn drop(&mut self) {
         self.closing.store(true, Ordering::SeqCst);
-        // Who waits for a connection gets one.
+        // Wakes the thread that waits in `accept`.
         let _ = TcpStream::connect_timeout(&self.address, LOOK);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -230,7 +230,7 @@ impl Acceptor {
         }
     }
 
-    /// Waits for the room, a moment at most: the last viewer may be about to leave it.
+    /// Waits briefly until the previous viewer has disconnected.
     fn enter(&self) -> Option<MutexGuard<'_, ()>> {
         let begin = Instant::now();
         loop {
@@ -273,7 +273,7 @@ impl Acceptor {
         })
     }
 
-    /// Hears requests until the connection ends.
+    /// Reads requests until the connection ends.
     fn hear(
         &self,
         reader: &mut LinkReader,
@@ -310,7 +310,7 @@ impl Acceptor {
     }
 }
 
-/// Tells a viewer that there is another one.
+/// Refuses a viewer because another one is served.
 fn turn_away(mut writer: LinkWriter) -> Result<(), LinkError> {
     let (mut frames, why) = (Vec::new(), "it serves another viewer already".to_owned());
     ToViewer::Refused(Refusal { epoch: 0, why }).write(&mut frames);
@@ -319,12 +319,12 @@ fn turn_away(mut writer: LinkWriter) -> Result<(), LinkError> {
     Ok(())
 }
 
-/// Has a request traced, and the writing thread follow it.
+/// Starts a render, and tells the writing thread to send its samples.
 fn render(tracing: &dyn Tracing, request: Request, queue: &SendQueue) {
     let order = match tracing.render(&request) {
         Ok(()) => Ok(request),
         Err(why) => {
-            // Nobody wants what is still being traced.
+            // The render in progress is obsolete.
             tracing.abort();
             Err(Refusal { epoch: request.epoch, why })
         }

@@ -252,7 +252,7 @@ impl Lanes {
 
 impl Drop for Lanes {
     fn drop(&mut self) {
-        // Nobody will make space any more: no worker may park for it.
+        // No more space will be made: wakes workers that are parked for it.
         self.hub.close();
     }
 }

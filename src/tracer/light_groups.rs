@@ -47,9 +47,9 @@ impl LightGroups {
     }
 }
 
-/// What a path has found, by groups of lights; `()` for a path that does not tell.
+/// The radiance that a path has found, by groups of lights; `()` in a render without groups.
 pub trait LightCredits: Copy + Default {
-    /// Whether anything is kept.
+    /// False for `()`.
     const KEPT: bool;
 
     /// Credits radiance at the wavelengths of the path to the group of `light`.
@@ -101,12 +101,12 @@ impl LightCredits for () {
     }
 }
 
-/// What a path has found from each group.
+/// The radiance that a path has found from each group.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GroupCredits {
-    /// At the wavelengths of the path.
+    /// At the wavelengths of the path, since they were last changed.
     radiance: [SampledSpectrum; MOST_GROUPS],
-    /// In addition.
+    /// Colours of what was found before, and by photons; in addition to `radiance`.
     colors: GroupColors,
 }
 

@@ -98,7 +98,7 @@ impl Primitives {
         !(self.uvs.is_empty() && self.tangents.is_empty())
     }
 
-    /// What the material depends on at a point.
+    /// The point at which the material of a hit is evaluated.
     #[inline(always)]
     pub(super) fn material_context(&self, at: &SurfaceInteraction) -> MaterialEvalContext {
         let placement = self.placement(at);

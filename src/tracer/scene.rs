@@ -42,10 +42,11 @@ pub enum MaterialClass {
     Mixed,
 }
 
-/// What paths do beside finding light. Integrators have code for all materials in each mode, and for each [`MaterialClass`] in the plain one.
+/// What paths keep account of while they find light. [`Plain`](Self::Plain) code is compiled for each [`MaterialClass`], that of the other modes for all
+/// materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TracingMode {
-    /// Nothing.
+    /// Nothing else.
     #[default]
     Plain,
     /// Paths [record](super::record) what they do.
@@ -65,7 +66,7 @@ pub struct Scene {
     /// How much of each surface is there; `None` where all of every surface is, so that no ray asks.
     pub(super) opacities: Option<Box<[Opacity]>>,
     pub(super) lights: Lights,
-    /// What each surface does for paths over mirrors and glass, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
+    /// The role of each surface in caustics and chains of deltas, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
     pub(super) specular_uses: Box<[SpecularUse]>,
     /// Where the lamps are, and the mirrors and the glass in which they are seen.
     pub(super) chains: ChainBounds,
@@ -116,7 +117,7 @@ impl Scene {
         self.material_class
     }
 
-    /// What paths do beside finding light.
+    /// What paths keep account of while they find light.
     #[inline]
     pub fn tracing_mode(&self) -> TracingMode {
         self.tracing_mode

@@ -56,10 +56,11 @@ pub(super) fn is_followed(steps: u32, value: f32, lobe: &BsdfSample) -> bool {
     steps < LONGEST_CHAIN && value >= LEAST_VALUE && !lobe.hero_only
 }
 
-/// What a camera path has met so far, as far as it decides how a lamp that it hits next is counted.
+/// The deltas that a camera path has met so far: they decide with which weight a light counts that it hits next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpecularChain {
-    /// Deltas alone, of which none was too weak: the lamp counts with the probability of this chain, because other paths look for it as well.
+    /// Deltas only, each strong enough to be followed: a light that is hit counts with the probability of this chain, because paths that took another
+    /// branch find it too.
     Followed {
         /// Number of deltas.
         steps: u32,
@@ -68,7 +69,7 @@ pub enum SpecularChain {
         /// Product of the probabilities with which they were chosen.
         probability: f32,
     },
-    /// Anything else: the lamp counts in full, because only paths along this chain find it.
+    /// Any other path: a light that is hit counts in full, because only paths along this chain find it.
     PathAlone,
 }
 

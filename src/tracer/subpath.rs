@@ -88,7 +88,7 @@ impl<B: Scattering> SubpathVertex<B> {
 /// A subpath between two vertices.
 #[derive(Clone, Debug)]
 pub struct Subpath<const FROM_LIGHT: bool> {
-    /// What it carries.
+    /// Throughput, wavelengths and depth.
     pub walk: Walk<FROM_LIGHT>,
     /// When Russian roulette ends it.
     pub policy: Policy,
@@ -96,10 +96,10 @@ pub struct Subpath<const FROM_LIGHT: bool> {
     pub previous: PreviousVertex,
 }
 
-/// What the last vertex leaves for the densities of the next.
+/// The last vertex, as far as the densities of the next one depend on it.
 #[derive(Clone, Copy, Debug)]
 pub struct PreviousVertex {
-    /// Its position; `None` where it is a direction.
+    /// Its position; `None` for a direction (parallel light or rays).
     from: Option<Vec3>,
     /// |cos| there.
     cos: f32,

@@ -2,7 +2,7 @@
 //!
 //! A step is [`Walk::sample`], [`Walk::scatter`] and [`Walk::survive`], in this order. Camera paths with next-event estimation
 //! (`PathState` in `integrator/direct_lighting.rs`) and [subpaths](super::subpath) hold a walk, and keep beside it what their MIS weights need.
-//! What a vertex is, and what a dispersive interface does to the wavelengths, is known here alone.
+//! No other file knows what a vertex is or how a dispersive interface affects the wavelengths.
 //!
 //! Walks from the camera and from lights differ in what a scattering does to the throughput:
 //!

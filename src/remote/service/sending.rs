@@ -82,14 +82,14 @@ pub(super) struct Sending<'a> {
     credit: i64,
     /// The render whose samples are sent.
     request: Option<Request>,
-    /// Blocks that were drained and have not left as a whole.
+    /// Blocks that were drained and are not completely sent.
     waiting: VecDeque<PartedBlock>,
-    /// What is traced while the link is busy.
+    /// Sums of the samples traced while the link is busy.
     deltas: FilmDeltas,
     /// When the present render began, and the bytes of samples sent since.
     followed: Instant,
     sent: u64,
-    /// What was rejected in blocks that have left.
+    /// Values rejected in blocks that have been sent.
     rejections: Rejections,
     /// Renders that have ended, which the viewer does not know yet.
     ends: VecDeque<Ended>,

@@ -1,4 +1,4 @@
-//! What the choice of a method needs to know of a scene and a view.
+//! A survey of scene and view, from which the choice of a method begins.
 
 use crate::color::Xyz;
 use crate::scene::desc::IntegratorKind;

@@ -1,4 +1,4 @@
-//! Lamps along the chains of deltas that a camera path does not choose ([`SpecularChain`]).
+//! Lights at the end of the chains of deltas that a camera path does not sample ([`SpecularChain`]).
 
 use glam::Vec3;
 
@@ -10,11 +10,11 @@ use crate::tracer::specular_chain::SpecularChain;
 
 use super::RenderContext;
 
-/// The light of lamps that chains lead to.
+/// Radiance of the lights at the end of chains of deltas.
 #[derive(Clone, Copy)]
 pub(super) struct LightBehindDeltas<C> {
     pub(super) radiance: SampledSpectrum,
-    /// Which groups of lights it comes from.
+    /// The radiance by groups of lights.
     pub(super) credits: C,
 }
 
@@ -29,9 +29,9 @@ struct FollowedChain<'a> {
 }
 
 impl RenderContext {
-    /// The light of lamps that arrives at `vertex`, to which `segments` lead, over chains of deltas that begin otherwise than by the sample
-    /// `s`: a factor on the throughput there. `chain` leads to the vertex, and from there on by `s`. Deltas part no wavelengths where they are
-    /// followed, so that there is no weight for that.
+    /// Radiance at `vertex`, `segments` segments from the camera, of lights along chains of deltas that do not begin with the sample `s`; to be
+    /// multiplied by the throughput. `chain` leads to the vertex, and is extended by `s`. Dispersive deltas are not followed, so the wavelength
+    /// MIS weight is 1.
     #[inline(always)]
     pub(super) fn light_behind_deltas<B: Scattering, C: LightCredits>(
         &self,
@@ -56,7 +56,7 @@ impl RenderContext {
         (!sum.radiance.is_black()).then_some(sum)
     }
 
-    /// Adds what arrives at `vertex` over chains of these lobes.
+    /// Adds the radiance at `vertex` along chains that begin with these lobes.
     #[inline]
     fn follow_all<B: Scattering, C: LightCredits>(
         &self,
@@ -80,7 +80,7 @@ impl RenderContext {
         }
     }
 
-    /// Adds what arrives at `vertex` from the direction `wi`.
+    /// Adds the radiance at `vertex` from the direction `wi`.
     #[inline(never)]
     fn follow_one<B: Scattering, C: LightCredits>(
         &self,

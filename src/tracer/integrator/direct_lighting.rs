@@ -85,20 +85,20 @@ pub(super) enum Splitting {
     Never,
 }
 
-/// A camera path on its way, or one of its branches: what it carries from vertex to vertex and what it has found.
+/// A camera path or one of its branches: its walk, what its MIS weights need, and the radiance found so far.
 #[derive(Clone)]
 pub(super) struct PathState<C> {
-    /// What it carries.
+    /// Throughput, wavelengths and depth.
     pub(super) walk: Walk<false>,
     /// Radiance found so far, at the wavelengths of the path.
     pub(super) radiance: SampledSpectrum,
-    /// Which groups of lights it comes from.
+    /// The radiance by groups of lights.
     pub(super) credits: C,
     /// The weight that follows from the wavelength MIS of the walk.
     pub(super) wavelength_weight: f32,
     /// Where and with which density the last direction was sampled; `None` after a delta and at the camera.
     last: Option<(LightSampleContext, PdfW)>,
-    /// How a lamp that is hit next is counted.
+    /// The chain of deltas so far, which decides the weight of a light that is hit next.
     pub(super) chain: SpecularChain,
     emission: EmissionCache,
     splitting: Splitting,
@@ -155,8 +155,7 @@ impl<C: LightCredits> PathState<C> {
         self.credits.add_all(&branch.credits, SampledSpectrum::ONE);
     }
 
-    /// Goes on with the hero wavelength alone, which goes the way that was sampled. The radiance found so far is right for
-    /// all wavelengths: the caller has taken it.
+    /// Terminates the secondary wavelengths. The caller has taken the radiance found so far, which is valid for all four.
     #[cold]
     pub(super) fn drop_companions(&mut self) {
         self.radiance = SampledSpectrum::ZERO;
@@ -237,7 +236,7 @@ impl<C: LightCredits> PathState<C> {
         B::record(|| PathEvent::Radiance(self.radiance));
     }
 
-    /// Adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in which the path goes on.
+    /// Adds the lights that are seen from `vertex` along chains of deltas, except in the direction of `s`, in which the path continues.
     #[inline(always)]
     pub(super) fn add_light_behind_deltas<B: Scattering>(
         &mut self,
@@ -260,7 +259,7 @@ impl<C: LightCredits> PathState<C> {
         B::record(|| PathEvent::Radiance(self.radiance));
     }
 
-    /// Adds light that arrives at `vertex` straight from a light, by next-event estimation.
+    /// Adds direct light at `vertex` by next-event estimation.
     #[inline]
     pub(super) fn add_direct<B: Scattering>(
         &mut self,
@@ -277,7 +276,7 @@ impl<C: LightCredits> PathState<C> {
         }
     }
 
-    /// What a light sample contributes if nothing occludes it; `None` for nothing.
+    /// Unoccluded contribution of a light sample with its MIS weight; `None` for zero.
     #[inline]
     fn unoccluded_contribution<B: Scattering>(
         &mut self,

@@ -1,7 +1,7 @@
 //! Integrators: each turns one point of the sample sequence into samples on the stream.
 //!
 //! ```text
-//! context          what every integrator is given; how vertices of light paths are connected to the camera
+//! context          scene, view and settings; connection of light path vertices to the camera
 //! direct_lighting  next-event estimation and emission with MIS; PathState, what a camera path carries
 //! delta_chains     lights seen over mirrors and through glass, along chains of deltas that a camera path does not sample
 //! path             path tracing
@@ -105,7 +105,7 @@ use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate};
 ///
 /// [`UvWindow`]: crate::stream::UvWindow
 pub trait Integrator: Send + Sync + 'static {
-    /// What one worker reuses from path to path of one integrator. It may hold what several paths share, so that no other integrator may use it.
+    /// Memory that one worker reuses from path to path of one integrator. It may cache data shared by several paths, so each integrator has its own.
     type Scratch: Default + Send;
 
     /// Traces path number `index`. Exactly one call per index; every sample goes to `out`.

@@ -157,7 +157,7 @@ pub(super) fn describe(desc: &SceneDesc, shape: &ShapeDesc) -> String {
 }
 
 impl Geometry {
-    /// What the shapes of `desc` are added to.
+    /// Empty geometry for the shapes of `desc`.
     pub(super) fn of(desc: &SceneDesc) -> Self {
         let textured = |shape: &&ShapeDesc| shape.emission_profile.texture.is_some();
         let faces: usize = desc.shapes.iter().filter(textured).map(|shape| desc.faces(shape)).sum();

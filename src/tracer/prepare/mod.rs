@@ -119,8 +119,8 @@ impl Scene {
     /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
     /// ([`effects::planned`](super::effects::planned)).
     ///
-    /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
-    /// 1e12 in rendering space) is dropped, counted and reported in [`Scene::notices`].
+    /// Primitives that cannot be traced (triangles without area, coordinates that are not finite or beyond
+    /// 1e12 in rendering space) are dropped, counted and reported in [`Scene::notices`].
     ///
     /// ```
     /// use pointillist::scene;

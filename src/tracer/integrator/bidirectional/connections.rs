@@ -100,7 +100,7 @@ struct ConnectionEdge {
     inverse: f32,
     /// Unit direction from the camera's vertex to the light's.
     d: Vec3,
-    /// What it contributes if nothing occludes it, without MIS weights.
+    /// Unoccluded contribution, without MIS weight.
     value: SampledSpectrum,
 }
 
@@ -236,8 +236,8 @@ impl BidirectionalTracer {
         total
     }
 
-    /// Makes a connection to a vertex of a light subpath, given with its group of lights, whose contribution has this factor, over its probability and the number of light subpaths. One that turns
-    /// out to contribute less than `typical`, a sum over the wavelengths, is made only in proportion to that, by the number `u`.
+    /// Adds the connection to a vertex of a light subpath, given with its group of lights. `factor` is one over the probability of the pair and the
+    /// number of light subpaths. Connections that contribute less than `typical`, a sum over the wavelengths, are subject to Russian roulette by `u`.
     #[inline]
     fn add_connection<B: Scattering>(
         &self,

@@ -20,7 +20,7 @@ pub(super) const LEAST_WEIGHT: f32 = 0.01;
 /// Greatest importance, so that the sum of all is finite however close two vertices are.
 pub(super) const GREATEST: f32 = 1e30;
 
-/// What the importance of a pair needs of a diffuse vertex. Of any other the throughput is 0.
+/// The data of a diffuse vertex from which the importance of a pair is computed. The throughput of any other vertex is 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DiffuseSummary {
     p: Vec3,
@@ -101,7 +101,7 @@ impl LightRows {
     }
 }
 
-/// A camera vertex, and what a row of importances needs beside it.
+/// The input of a row of importances: a camera vertex and all light vertices.
 pub(super) struct CameraRow<'a> {
     pub(super) camera: DiffuseSummary,
     pub(super) light: &'a LightRows,

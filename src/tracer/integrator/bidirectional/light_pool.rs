@@ -52,7 +52,7 @@ pub(super) struct LightPool<B> {
     pub(super) rows: LightRows,
     /// Samples of the light stream, subpath by subpath, each with the group of lights that it comes from, if there are groups.
     splats: Vec<([f32; 2], Xyz, Option<u8>)>,
-    /// What was wrong on the way, subpath by subpath.
+    /// Faults raised while the subpaths were traced, subpath by subpath.
     faults: Vec<Raised>,
     /// For each index of the group the ends of its vertices, its splats and its faults.
     ends: [PoolEnds; GROUP as usize],
@@ -182,7 +182,7 @@ impl BidirectionalTracer {
     }
 }
 
-/// What the wavelengths and the light subpaths of the group of `index` are enumerated by. Where the screen is sampled adaptively, paths are not in the order
+/// The visit that enumerates the wavelengths and light subpaths of the group of `index`. Where the screen is sampled adaptively, paths are not in the order
 /// of the sequence: groups do not visit the same cells again and are enumerated one by one.
 pub(super) fn group_visit(index: u64, context: &RenderContext) -> Visit {
     if matches!(context.screen, ScreenSampling::Adaptive(_)) {

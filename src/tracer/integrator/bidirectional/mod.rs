@@ -53,7 +53,7 @@ pub struct BidirectionalTracer {
     pub context: RenderContext,
 }
 
-/// What a worker reuses; only the vertices of the scene's [`MaterialClass`] and [`TracingMode`] are used.
+/// Memory that a worker reuses; only the vertices of the scene's [`MaterialClass`] and [`TracingMode`] are used.
 #[derive(Debug, Default)]
 pub struct Scratch {
     diffuse: Subpaths<Diffuse>,
@@ -64,7 +64,7 @@ pub struct Scratch {
     credited: Subpaths<CreditedBsdf>,
 }
 
-/// What is kept of the subpaths of an index.
+/// The subpaths of an index, and the candidates for connections.
 #[derive(Debug)]
 struct Subpaths<B> {
     light: LightPool<B>,
@@ -213,8 +213,7 @@ impl BidirectionalTracer {
     }
 }
 
-/// Returns what merging adds to the camera sample of these numbers, and puts beside it what comes from each group of lights, if there are
-/// groups.
+/// Returns the contribution of merging to the camera sample of a sampler, and writes its parts by groups of lights, if there are groups.
 pub(super) type Merge<'a> = dyn FnMut(&Sampler, &mut GroupColors) -> Xyz + 'a;
 
 impl Integrator for BidirectionalTracer {

@@ -1,4 +1,4 @@
-//! What each strategy contributes to a path, and its MIS weight by the power heuristic over all strategies.
+//! The contribution of each strategy, and its MIS weight by the power heuristic over all strategies.
 //!
 //! [`SubpathMis`] holds what the rest of a subpath adds to the weight; here is what the completing edge adds. Connections of
 //! two subpaths (s ≥ 2, t ≥ 2) are chosen in [`super::connections`].
@@ -27,13 +27,13 @@ use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 /// reached.
 pub(super) const SPLAT_SAMPLES: f32 = 0.4 * LIGHT_SUBPATHS as f32 / CAMERA_SUBPATHS as f32;
 
-/// What all strategies of the camera stream have found for one path, while it is traced.
+/// The radiance of one path of the camera stream, summed over all strategies.
 pub(super) struct PathContribution<C> {
     /// The wavelengths of the path.
     pub(super) lambda: SampledWavelengths,
     /// Radiance at them.
     pub(super) radiance: SampledSpectrum,
-    /// Which groups of lights it comes from.
+    /// The radiance by groups of lights.
     pub(super) credits: C,
     emission: EmissionCache,
 }
@@ -146,8 +146,8 @@ impl BidirectionalTracer {
         B::record(|| PathEvent::Radiance(path.radiance));
     }
 
-    /// s = 0, and no other strategy: adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in
-    /// which the subpath goes on.
+    /// s = 0, which is the only strategy here: adds the lights that are seen from `vertex` along chains of deltas, except in the direction of `s`, in
+    /// which the subpath continues.
     #[inline(always)]
     pub(super) fn add_light_behind_deltas<B: Scattering>(
         &self,

@@ -1,5 +1,5 @@
-//! A camera path of photon mapping: lights are hit and sampled, photons gathered. By density estimation: what the photons around
-//! a vertex contribute.
+//! A camera path of photon mapping: emission and next-event estimation as in path tracing, and density estimation from the photons around
+//! its vertices.
 
 use glam::{Vec3, Vec4};
 
@@ -36,7 +36,7 @@ const SMALLEST: f32 = 1e-4;
 /// Half of the first window of wavelengths, nm.
 const WINDOW: f32 = 30.0;
 
-/// What the path has scattered from, as far as it decides who finds a light that is hit now.
+/// The kinds of scattering so far, which decide whether emission that is hit next counts or is left to photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PathClass {
     /// Mirrored only: lights that are hit and lights that are sampled both count.
@@ -47,7 +47,7 @@ enum PathClass {
     Caustic,
 }
 
-/// What a camera path begins with.
+/// The arguments of a camera path.
 pub(super) struct PathStart<'a> {
     pub(super) tracer: &'a PhotonTracer,
     /// The photons that it sees.
@@ -64,10 +64,10 @@ pub(super) struct CameraPath<'a, C> {
     lookup: Lookup,
     scratch: &'a mut PhotonScratch,
     state: PathState<C>,
-    /// What photons contributed, and what was found before the companion wavelengths were dropped.
+    /// Contribution of photons, and of all that was found before the secondary wavelengths were terminated.
     xyz: Xyz,
     class: PathClass,
-    /// Photons stand for all that follows, but for a light that the next ray hits.
+    /// Photons account for all further light except emission hit by the next ray.
     gathered: bool,
 }
 
@@ -103,7 +103,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end()
     }
 
-    /// Follows the path along `ray` as far as its light is found by merging alone, and returns what photons contribute, in all and by groups
+    /// Follows the path along `ray` while its light can be found by merging only, and returns the contribution of photons, in all and by groups
     /// of lights.
     pub fn merge<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let context = &self.tracer.context;
@@ -128,7 +128,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end()
     }
 
-    /// What photons show of the caustics on the first surface along `ray`.
+    /// Caustics on the first surface along `ray`, by its photons.
     pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray) -> Xyz {
         let context = &self.tracer.context;
         if let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
@@ -140,7 +140,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end().0
     }
 
-    /// What it has found.
+    /// The colour of the path, in all and by groups of lights.
     fn end(mut self) -> (Xyz, C) {
         self.state.credits.settle(&self.state.walk.lambda);
         (self.xyz + self.state.walk.lambda.to_xyz(self.state.radiance), self.state.credits)
@@ -179,7 +179,8 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let s = Walk::<false>::sample(vertex, u)?;
         self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
         let wi = self.state.scatter(vertex, &s)?;
-        // Where a photon's wavelengths would hardly have come this way, only the hero does. All heroes of a path decide alike.
+        // Photons at the secondary wavelengths would be evaluated along a direction that these hardly take, so the path continues with
+        // the hero alone. The decision is the same for every hero.
         let dispersed = s.transmitted
             && vertex.bsdf.is_dispersive()
             && self.state.walk.wavelength_mis.weight() > DISPERSED;
@@ -202,7 +203,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         Some(vertex.hit.spawn(wi))
     }
 
-    /// Adds what the photons of `layer` around `vertex` contribute.
+    /// Adds the density estimate from the photons of `layer` around `vertex`.
     fn gather<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, layer: PhotonLayer) {
         let forest = self.snapshot.layer(layer);
         if forest.is_empty() {
@@ -210,7 +211,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         }
         let (wanted, radius, window) = self.reach(layer);
         let normal = vertex.hit.facing_normal();
-        // What lets light through shows what arrives on its other side.
+        // Photons on the other side count where the surface transmits.
         let through = vertex.bsdf.transmits();
         // The last segment leads here.
         let segments = self.tracer.context.longest() - self.state.walk.depth;
@@ -355,7 +356,7 @@ struct RecordedPath<'a> {
 }
 
 impl RecordedPath<'_> {
-    /// What a photon contributes: throughput and material are evaluated at the photon's wavelengths.
+    /// Contribution of a photon, with throughput and material evaluated at the photon's wavelengths.
     #[inline]
     fn at_wavelengths_of<B: Scattering>(
         &self,
@@ -373,7 +374,7 @@ impl RecordedPath<'_> {
     }
 }
 
-/// What a photon contributes to a path that carries its hero wavelength only; `throughput` includes the flux there.
+/// Contribution of a photon to a path that carries its hero wavelength only; `throughput` includes the flux there.
 #[inline]
 fn at_the_hero<B: Scattering>(
     photon: &Photon,
@@ -384,7 +385,7 @@ fn at_the_hero<B: Scattering>(
     sound(vertex, f.map_or(SampledSpectrum::ZERO, |f| throughput * f))
 }
 
-/// What a photon contributes at `vertex`, if it is a number; nothing otherwise.
+/// `value`, the contribution of a photon at `vertex`, or zero if it is not finite, which is a fault.
 #[inline]
 fn sound<B: Scattering>(vertex: &SurfaceVertex<B>, value: SampledSpectrum) -> SampledSpectrum {
     if value.is_within(MAX_VALUE) {

@@ -101,7 +101,7 @@ pub trait SeesPhotons {
     fn photons(&self) -> &PhotonTracer;
 }
 
-/// What one worker reuses from path to path of one tracer.
+/// Memory that one worker reuses from path to path of one tracer.
 #[derive(Debug, Default)]
 pub struct PhotonScratch {
     snapshot: Option<Arc<Snapshot>>,
@@ -109,12 +109,12 @@ pub struct PhotonScratch {
     scatterings: Vec<RecordedScattering>,
     /// Samples so far.
     samples: u32,
-    /// As many photons of equal contribution as have the noise of those that the last path has gathered: their effective number (Kish 1965).
+    /// Effective number of the photons that the last path gathered, (Σ x)² / Σ x² of their contributions x (Kish 1965).
     pub(super) gathered: f32,
 }
 
 impl PhotonScratch {
-    /// Keeps what the last path saw for the next one.
+    /// Keeps the snapshot of the last path for the next one.
     pub(super) fn keep(&mut self, snapshot: Arc<Snapshot>) {
         self.snapshot = Some(snapshot);
     }
@@ -140,9 +140,8 @@ impl PhotonTracer {
         Self { context, map: Arc::new(map), schedule, bounds, photon_paths, deterministic, generations: None }
     }
 
-    /// What photons contribute to the camera path from the place and through the lens that `sampler` chooses, where it is found by merging
-    /// ([`vcm`](super::vcm)); its wavelengths are chosen by `wavelength`. What comes from each group of lights is put into `colors`, if there
-    /// are groups.
+    /// Contribution of merging ([`vcm`](super::vcm)) to the camera path with the screen and lens position of `sampler` and the wavelengths of the number
+    /// `wavelength`. Its parts by groups of lights are written to `colors`, if there are groups.
     pub(super) fn merge(
         &self,
         snapshot: &Snapshot,
@@ -178,7 +177,7 @@ impl PhotonTracer {
         (PathStart { tracer: self, snapshot, lookup, wavelength }, ray)
     }
 
-    /// What photons show of the caustics on the surface that the camera sees first from the place and through the lens that `sampler` chooses.
+    /// Caustics on the first surface of the camera ray with the screen and lens position of `sampler`, by its photons.
     pub(super) fn seen(
         &self,
         snapshot: &Snapshot,
