@@ -28,14 +28,14 @@
 //!   traced, `Bsdf::is_dispersive` tells whether a material disperses light.
 //! - **A step from vertex to vertex** (BSDF sample, throughput, dispersion, Russian roulette) is [`walk`], for all integrators.
 //! - **Which light** a contribution comes from, for pictures of groups of lights: [`light_groups`].
-//! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
+//! - **Dispersion** within a path of four wavelengths, and its MIS weight: [`wavelength_mis`].
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
-//! - **A value that is no number** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
-//!   tells what a path met, for `pointillist replay` and for audits.
-//! - **Lamps seen in mirrors and through glass** are looked for along what a path does not choose, too: [`specular_chain`].
+//! - **A value that is not finite** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
+//!   lists the events of a path, for `pointillist replay` and for audits.
+//! - **Lights seen in mirrors and through glass** are found also along the chains of deltas that a path does not sample: [`specular_chain`].
 //! - **Where camera paths begin** on the screen, evenly or where the picture needs them: [`screen`].
-//! - **What a method may not find**, as other methods know it: [`witness`]; small lamps in mirrors and glass: `highlights`.
+//! - **Light that a method may not find** is estimated by other methods: [`witness`]; small lights in mirrors and glass: `highlights`.
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;

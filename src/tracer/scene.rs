@@ -68,7 +68,7 @@ pub struct Scene {
     pub(super) lights: Lights,
     /// The role of each surface in caustics and chains of deltas, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
     pub(super) specular_uses: Box<[SpecularUse]>,
-    /// Where the lamps are, and the mirrors and the glass in which they are seen.
+    /// Bounds of all that a chain of deltas can lead to.
     pub(super) chains: ChainBounds,
     /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,

@@ -1,17 +1,16 @@
-//! Lamps that the camera sees over mirrors and glass alone.
+//! Lights behind chains of deltas: those that the camera sees over mirrors and through glass alone.
 //!
-//! A path that meets glass chooses between reflection and refraction. A lamp in the rarer of both is bright, so that this choice makes the
-//! brightest noise of all: a small lamp that a glass ball mirrors contributes to one path in twenty-five, times twenty-five. So a camera
-//! path that has met deltas only, and chooses one of several, also looks for lamps along the others: it follows all chains of deltas that begin
-//! there, as Whitted does (*An Improved Illumination Model for Shaded Display*, 1980). A lamp that it hits itself then counts as usual, times the
-//! [probability](SpecularChain::probability) of its choices, that is, as if each had been the only one. So each chain is counted once, whatever
-//! the path chooses, and the expected value is the same.
+//! At glass a path samples either reflection or refraction. A light behind the less likely of the two is the brightest noise of a picture: a
+//! small light mirrored in a glass ball contributes to one path in twenty-five, times twenty-five. So a camera path that has met deltas only also
+//! follows, at each vertex, the chains of deltas that begin with the lobes it did not sample, as Whitted does (*An Improved Illumination Model for
+//! Shaded Display*, 1980). A light that the path hits itself counts times the [probability](SpecularChain::probability) of its own chain. So every
+//! chain counts once whatever the path samples, and the expected value is the same.
 //!
 //! This module says what a chain is and where chains may lead; [`integrator`](super::integrator) follows them.
 //!
-//! Of the chains only those to lamps are followed ([`ChainBounds`]); an environment, which hardly any chain misses, is left to the choice. So are
-//! chains of many steps ([`LONGEST_CHAIN`]), those that carry little ([`LEAST_VALUE`]) and what dispersion parts: which these are is known from
-//! the chain alone.
+//! Only chains to lights with a surface are followed ([`ChainBounds`]); an environment, which hardly any chain misses, is left to sampling. So are
+//! chains of many steps ([`LONGEST_CHAIN`]), of little throughput ([`LEAST_VALUE`]), and dispersive deltas. This depends on the chain alone, so that
+//! all paths agree.
 
 use std::sync::Arc;
 
@@ -95,7 +94,7 @@ impl SpecularChain {
         }
     }
 
-    /// The factor on a lamp that the path hits next.
+    /// The factor on the emission of a light that the path hits next.
     #[inline]
     pub fn probability(self) -> f32 {
         match self {

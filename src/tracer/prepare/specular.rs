@@ -56,7 +56,7 @@ pub(super) fn of(desc: &SceneDesc) -> (CausticCasters, ChainBounds) {
         }
     }
     if !desc.surfaces().any(|shape| shape.emission.is_some()) {
-        // No chain leads to a lamp.
+        // No chain leads to a light.
         chains.clear();
     }
     (CausticCasters::new(casters), ChainBounds::new(chains))

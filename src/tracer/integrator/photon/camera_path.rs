@@ -108,7 +108,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
     pub fn merge<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let context = &self.tracer.context;
         let mut prefix = Prefix::CAMERA;
-        // Lamps are left to the camera subpath, which looks for them along all chains.
+        // The camera subpath adds lights behind chains of deltas.
         self.state.chain = SpecularChain::PathAlone;
         while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
             let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda);
