@@ -197,7 +197,7 @@ fn wrong(what: &str) -> MessageError {
     MessageError::Content(format!("{what} of a block"))
 }
 
-/// What is left of a payload.
+/// Reads a payload from front to back.
 struct PartReader<'a>(&'a [u8]);
 
 impl PartReader<'_> {

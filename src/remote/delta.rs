@@ -62,7 +62,7 @@ impl GridCell {
     }
 }
 
-/// What one replicate has traced since the last delta.
+/// Sums of the samples of one replicate since the last delta.
 #[derive(Default)]
 struct Gathered {
     /// Cells of the camera stream and of the light stream, row by row; empty before the first sample of a stream.

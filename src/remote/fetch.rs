@@ -46,7 +46,7 @@ pub enum FetchError {
 pub struct Fetched {
     /// The scene file; the others lie beside it as they did there.
     pub scene: PathBuf,
-    /// What the tracer says of it.
+    /// The tracer's description of it.
     pub welcome: Welcome,
 }
 
@@ -216,7 +216,7 @@ impl<'a> Files<'a> {
         let write = |source| FetchError::Write { path: place.clone(), source };
         let list: Vec<_> = self.paths.iter().map(|path| path.to_string_lossy()).collect();
         fs::write(part.path().join(LIST), list.join("\n")).map_err(write)?;
-        // What is there is not that scene, or not all of it.
+        // The folder holds another scene, or an incomplete one.
         let _ = fs::remove_dir_all(&place);
         match fs::rename(part.path(), &place) {
             Ok(()) => drop(part.keep()),

@@ -18,13 +18,13 @@ use snow::StatelessTransportState;
 
 use super::message::{FRAME_HEADER, Kind, MessageError, Side, VERSION};
 
-/// What every connection begins with.
+/// The first bytes of every connection.
 const MAGIC: [u8; 8] = *b"PNTLLIVE";
 
 /// Time for a handshake.
 const HANDSHAKE: Duration = Duration::from_secs(5);
 
-/// How long a write may stand still before the connection is given up.
+/// How long a write may make no progress before the connection is closed.
 const STUCK: Duration = Duration::from_secs(20);
 
 /// Longest encrypted record, and its overhead.
@@ -78,7 +78,7 @@ pub enum LinkError {
     /// The handshake took too long.
     #[error("it said nothing for {} s", HANDSHAKE.as_secs())]
     Late,
-    /// It sent what is no message.
+    /// It sent an invalid message.
     #[error("it sent {0}")]
     Message(#[from] MessageError),
 }
@@ -119,7 +119,7 @@ pub struct LinkReader {
     open: Vec<u8>,
     at: usize,
     chunk: Box<[u8]>,
-    /// When bytes came last.
+    /// When bytes last arrived.
     pub heard: Instant,
     /// Bytes that came since the start.
     pub bytes: u64,
@@ -412,7 +412,7 @@ impl LinkWriter {
     ///
     /// # Errors
     ///
-    /// Of the system, when it has no handles left.
+    /// The system's error, if it has no handles left.
     pub fn socket(&self) -> std::io::Result<TcpStream> {
         self.socket.try_clone()
     }

@@ -161,7 +161,7 @@ pub struct Request {
     pub compressed: bool,
     /// Cells along the longer side of the picture in the finest film delta, where the link is slower than the tracer; 0 is no deltas.
     pub finest: u32,
-    /// What is traced, in the words of the program: JSON that this module does not look into.
+    /// The scene, view and settings: JSON that this module does not interpret.
     pub order: String,
 }
 
@@ -170,11 +170,11 @@ pub struct Request {
 pub struct Welcome {
     /// Version of the program.
     pub program: String,
-    /// By what a scene is known: the same on both sides where it is the same.
+    /// Digest of the scene, to compare with the viewer's.
     pub digest: String,
     /// Values that the scene was read with.
     pub defines: Vec<(String, String)>,
-    /// It was read although not all of it is supported.
+    /// The scene was read leniently: unsupported parts were left out.
     pub lenient: bool,
     /// Number of tracing threads.
     pub threads: usize,
@@ -189,16 +189,16 @@ pub struct Ended {
     pub reason: FinishReason,
 }
 
-/// What was asked for is not done.
+/// A request that is not carried out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refusal {
-    /// The render that is not traced; 0 where it is something else.
+    /// The render that is refused; 0 if the refused request is no render.
     pub epoch: u64,
     /// Why.
     pub why: String,
 }
 
-/// What was rejected since the last message of this kind.
+/// Values rejected since the last message of this kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RejectedValues {
     /// The render.
@@ -210,13 +210,13 @@ pub struct RejectedValues {
 /// A file of the scene begins; its bytes follow.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileStart {
-    /// Its place, parts separated by `/`, relative to the folder that all files are in. The first file is the scene.
+    /// Path relative to the common folder of all files, parts separated by `/`. The first file is the scene.
     pub path: String,
     /// Its length, bytes.
     pub length: u64,
 }
 
-/// What a viewer says.
+/// A message from the viewer to the tracer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ToTracer {
     /// Trace this from now on.
@@ -266,7 +266,7 @@ impl ToTracer {
     }
 }
 
-/// What a tracer says.
+/// A message from the tracer to the viewer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ToViewer<'a> {
     /// The first message.
@@ -277,7 +277,7 @@ pub enum ToViewer<'a> {
     Ended(Ended),
     /// The answer to a ping.
     Pong(u64),
-    /// What was asked for is refused.
+    /// A request is refused.
     Refused(Refusal),
     /// Values that were rejected.
     Rejected(RejectedValues),

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use self::sending::{EndOfConnection, Sending, Tell};
+use self::sending::{EndOfConnection, SendQueue, Sending};
 use super::link::{LinkError, LinkReader, LinkWriter, Token, greet};
 use super::message::{Refusal, Request, Side, ToTracer, ToViewer, Welcome};
 use crate::stream::{Event, Lanes};
@@ -20,10 +20,10 @@ use crate::stream::{Event, Lanes};
 /// Connections that may be open at once, most of them in the handshake.
 const MOST_CONNECTIONS: usize = 64;
 
-/// How long a viewer waits for the one before to leave.
+/// How long a new viewer waits for the previous one to disconnect.
 const LEAVING: Duration = Duration::from_secs(1);
 
-/// How often the loops look whether they shall end.
+/// How often the loops check whether to end.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A viewer pings twice a second. One that has said nothing for so long is gone, and makes room for the next.
@@ -31,11 +31,11 @@ const SILENCE: Duration = Duration::from_secs(15);
 
 /// Traces for one viewer.
 pub trait Tracing: Send + Sync {
-    /// Traces this from now on; what was traced before is stopped. The error is told to the viewer.
+    /// Starts this render and stops the previous one. The error is sent to the viewer.
     ///
     /// # Errors
     ///
-    /// In words, when it cannot be traced.
+    /// A description for the user, if it cannot be traced.
     fn render(&self, request: &Request) -> Result<(), String>;
 
     /// Stops tracing.
@@ -45,16 +45,16 @@ pub trait Tracing: Send + Sync {
     fn event(&self) -> Option<Event>;
 }
 
-/// What is served: a scene, for one viewer after the other.
+/// Serves a scene to one viewer after the other.
 pub trait Host: Send + Sync + 'static {
-    /// What a viewer is told first.
+    /// The first message to a viewer.
     fn welcome(&self) -> Welcome;
 
     /// Makes a tracer for a viewer, and the lanes that it fills.
     ///
     /// # Errors
     ///
-    /// In words.
+    /// A description for the user.
     fn open(self: Arc<Self>) -> Result<(Box<dyn Tracing>, Lanes), String>;
 
     /// The files of the scene with their places relative to one folder, the scene itself first.
@@ -64,13 +64,13 @@ pub trait Host: Send + Sync + 'static {
 /// Why a service cannot be started.
 #[derive(Debug, thiserror::Error)]
 pub enum ListenError {
-    /// The address is none.
+    /// It cannot be parsed or resolved.
     #[error("{address} is no address: give HOST:PORT, such as 127.0.0.1:7070")]
     Address {
         /// The address.
         address: String,
     },
-    /// It is not of this machine alone, and there is no token.
+    /// Other machines can reach it, and there is no token.
     #[error(
         "{address} can be reached from other machines: give --token-file, or listen on 127.0.0.1 and use a tunnel (ssh -L)"
     )]
@@ -78,7 +78,7 @@ pub enum ListenError {
         /// The address.
         address: SocketAddr,
     },
-    /// The system refused.
+    /// The system refused to listen.
     #[error("cannot listen on {address}: {source}")]
     Bind {
         /// The address.
@@ -119,11 +119,11 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves those who come to `listener`; `log` gets a line for everything that happens.
+    /// Serves viewers that connect to `listener`; `log` receives a line for every event.
     ///
     /// # Errors
     ///
-    /// Of the system.
+    /// The system's error.
     pub fn start(
         listener: TcpListener,
         token: Option<Token>,
@@ -137,14 +137,14 @@ impl Service {
             _ => {}
         }
         let closing = Arc::<AtomicBool>::default();
-        let door = Arc::new(Door {
+        let acceptor = Arc::new(Acceptor {
             token,
             host,
             log: Box::new(log),
             closing: closing.clone(),
             room: Mutex::new(()),
         });
-        let thread = Builder::new().name("listen".into()).spawn(move || door.keep(&listener))?;
+        let thread = Builder::new().name("listen".into()).spawn(move || acceptor.keep(&listener))?;
         Ok(Self { address, closing, thread: Some(thread) })
     }
 }
@@ -152,7 +152,7 @@ impl Service {
 impl Drop for Service {
     fn drop(&mut self) {
         self.closing.store(true, Ordering::SeqCst);
-        // Who waits for a connection gets one.
+        // Wakes the thread that waits in `accept`.
         let _ = TcpStream::connect_timeout(&self.address, LOOK);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -169,8 +169,8 @@ impl Drop for OpenConnection {
     }
 }
 
-/// Lets viewers in.
-struct Door {
+/// Accepts connections, and lets one viewer in at a time.
+struct Acceptor {
     token: Option<Token>,
     host: Arc<dyn Host>,
     log: Box<dyn Fn(String) + Send + Sync>,
@@ -179,7 +179,7 @@ struct Door {
     room: Mutex<()>,
 }
 
-impl Door {
+impl Acceptor {
     fn keep(self: Arc<Self>, listener: &TcpListener) {
         let open = Arc::<AtomicUsize>::default();
         let mut threads: Vec<JoinHandle<()>> = Vec::new();
@@ -201,10 +201,10 @@ impl Door {
                 (self.log)(format!("{from}: refused, {MOST_CONNECTIONS} connections are open"));
                 continue;
             }
-            let (door, counted) = (self.clone(), OpenConnection(open.clone()));
+            let (acceptor, counted) = (self.clone(), OpenConnection(open.clone()));
             let spawned = Builder::new().name("viewer".into()).spawn(move || {
                 let _counted = counted;
-                door.receive(socket, from);
+                acceptor.receive(socket, from);
             });
             match spawned {
                 Ok(thread) => threads.push(thread),
@@ -230,7 +230,7 @@ impl Door {
         }
     }
 
-    /// Waits for the room, a moment at most: the last viewer may be about to leave it.
+    /// Waits briefly until the previous viewer has disconnected.
     fn enter(&self) -> Option<MutexGuard<'_, ()>> {
         let begin = Instant::now();
         loop {
@@ -255,17 +255,17 @@ impl Door {
         };
         ToViewer::Welcome(self.host.welcome()).write(&mut frames);
         writer.write(&frames)?;
-        let tell = Tell::new(lanes.hub().clone());
-        let (ended, end) = (AtomicBool::new(false), EndOfConnection(&tell, writer.socket()?));
+        let queue = SendQueue::new(lanes.hub().clone());
+        let (ended, end) = (AtomicBool::new(false), EndOfConnection(&queue, writer.socket()?));
         std::thread::scope(|scope| {
-            let sending = Sending::new(&*tracing, &*self.host, lanes, writer, &tell);
+            let sending = Sending::new(&*tracing, &*self.host, lanes, writer, &queue);
             let writing = scope.spawn(|| {
                 let outcome = sending.run();
                 ended.store(true, Ordering::SeqCst);
                 outcome
             });
             let end = end;
-            let read = self.hear(&mut reader, &*tracing, &tell, &ended);
+            let read = self.hear(&mut reader, &*tracing, &queue, &ended);
             tracing.abort();
             drop(end);
             let written = writing.join().unwrap_or(Ok(()));
@@ -273,12 +273,12 @@ impl Door {
         })
     }
 
-    /// Hears requests until the connection ends.
+    /// Reads requests until the connection ends.
     fn hear(
         &self,
         reader: &mut LinkReader,
         tracing: &dyn Tracing,
-        tell: &Tell,
+        queue: &SendQueue,
         ended: &AtomicBool,
     ) -> Result<(), LinkError> {
         let mut newest = None;
@@ -287,7 +287,7 @@ impl Door {
             let patience = if newest.is_some() { Duration::ZERO } else { LOOK };
             let Some((kind, payload)) = reader.read(patience)? else {
                 if let Some(request) = newest.take() {
-                    render(tracing, request, tell);
+                    render(tracing, request, queue);
                 } else if reader.heard.elapsed() > SILENCE {
                     return Err(LinkError::Silent(SILENCE.as_secs()));
                 }
@@ -299,16 +299,18 @@ impl Door {
                     newest = None;
                     tracing.abort();
                 }
-                ToTracer::Credit(more) => tell.tell(|told| told.credit = told.credit.saturating_add(more)),
-                ToTracer::Ping(number) => tell.tell(|told| told.pong = Some(number)),
-                ToTracer::Fetch => tell.tell(|told| told.fetch = true),
+                ToTracer::Credit(more) => {
+                    queue.update(|queued| queued.credit = queued.credit.saturating_add(more))
+                }
+                ToTracer::Ping(number) => queue.update(|queued| queued.pong = Some(number)),
+                ToTracer::Fetch => queue.update(|queued| queued.fetch = true),
             }
         }
         Ok(())
     }
 }
 
-/// Tells a viewer that there is another one.
+/// Refuses a viewer because another one is served.
 fn turn_away(mut writer: LinkWriter) -> Result<(), LinkError> {
     let (mut frames, why) = (Vec::new(), "it serves another viewer already".to_owned());
     ToViewer::Refused(Refusal { epoch: 0, why }).write(&mut frames);
@@ -317,15 +319,15 @@ fn turn_away(mut writer: LinkWriter) -> Result<(), LinkError> {
     Ok(())
 }
 
-/// Has a request traced, and the writing thread follow it.
-fn render(tracing: &dyn Tracing, request: Request, tell: &Tell) {
+/// Starts a render, and tells the writing thread to send its samples.
+fn render(tracing: &dyn Tracing, request: Request, queue: &SendQueue) {
     let order = match tracing.render(&request) {
         Ok(()) => Ok(request),
         Err(why) => {
-            // Nobody wants what is still being traced.
+            // The render in progress is obsolete.
             tracing.abort();
             Err(Refusal { epoch: request.epoch, why })
         }
     };
-    tell.tell(|told| told.order = Some(order));
+    queue.update(|queued| queued.order = Some(order));
 }

@@ -38,7 +38,7 @@ pub struct TracerAddress {
     pub compressed: bool,
 }
 
-/// What all tracers are to trace.
+/// The render that all tracers work on.
 #[derive(Clone, Debug)]
 pub struct RemoteRender {
     /// Number of the render; newer than every one before.
@@ -49,11 +49,11 @@ pub struct RemoteRender {
     pub paths: Option<u64>,
     /// Pixels along the longer side of the picture.
     pub side: u32,
-    /// What is traced, as JSON of the program.
+    /// The scene, view and settings, as in [`Request::order`].
     pub order: String,
 }
 
-/// How a tracer is.
+/// The state of the connection to a tracer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
     /// It answers.
@@ -64,12 +64,12 @@ pub enum Health {
     Ill,
 }
 
-/// How a tracer is, for the user.
+/// The state of a tracer, for the user.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracerStatus {
-    /// Where it is.
+    /// `host:port`.
     pub address: String,
-    /// How it is.
+    /// The state of the connection.
     pub health: Health,
     /// The same in words.
     pub words: String,
@@ -84,7 +84,7 @@ pub struct RemoteTracers {
     threads: Vec<JoinHandle<()>>,
 }
 
-/// What the threads of all tracers share.
+/// Shared state of the threads of all tracers.
 struct TracerHub {
     hub: Arc<Hub>,
     closing: AtomicBool,
@@ -96,7 +96,7 @@ struct TracerHub {
     samples: AtomicU64,
     /// Number of tracers, there or not.
     tracers: u64,
-    /// Number of those of which nothing is known yet: they may still join a render that the others have done.
+    /// Number of tracers that have neither connected nor failed yet: they may still join a render that the others have completed.
     unknown: AtomicUsize,
 }
 
@@ -110,7 +110,7 @@ struct Present {
     tracing: BTreeSet<usize>,
     /// How many of them have traced all they were to.
     completed: u64,
-    /// Its end was told.
+    /// The event of its end was sent.
     ended: bool,
     rejections: Rejections,
 }
@@ -126,7 +126,7 @@ struct RemoteTracer {
     report: Mutex<Report>,
 }
 
-/// What the writing thread is to send.
+/// Messages for the writing thread to send, and the connection that it sends them on.
 #[derive(Default)]
 struct Mailbox {
     request: Option<Request>,
@@ -137,15 +137,15 @@ struct Mailbox {
     socket: Option<TcpStream>,
 }
 
-/// What is known of a tracer.
+/// The last news of a tracer.
 struct Report {
     welcome: Option<Welcome>,
-    /// Bytes came last.
+    /// When bytes last arrived.
     heard: Instant,
-    /// A ping was answered last, or the connection was made.
+    /// When a ping was last answered, or the connection was made.
     answered: Instant,
     bytes_per_second: f64,
-    /// Its lane is full: nobody reads from it now.
+    /// Its lane is full, so nothing is read from the connection now.
     parked: bool,
     /// Why there is no connection, or what the tracer has refused.
     problem: Option<String>,
@@ -156,7 +156,7 @@ impl RemoteTracers {
     ///
     /// # Errors
     ///
-    /// Of the system, when it refuses a thread.
+    /// The system's error, if a thread cannot be started.
     pub fn start(targets: Vec<TracerAddress>) -> std::io::Result<(Self, Lanes)> {
         let (writers, lanes) = lanes(targets.len(), LANE_BLOCKS);
         let shared = Arc::new(TracerHub {
@@ -239,12 +239,12 @@ impl RemoteTracers {
         self.shared.samples.load(Ordering::Relaxed)
     }
 
-    /// What the present render has rejected.
+    /// Values that the present render has rejected.
     pub fn rejections(&self) -> Rejections {
         locked(&self.shared.present).rejections.clone()
     }
 
-    /// How each tracer is.
+    /// The state of each tracer.
     pub fn status(&self) -> Vec<TracerStatus> {
         self.peers.iter().map(|peer| peer.status()).collect()
     }

@@ -6,13 +6,15 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
 use crate::server::cost::{CostGrid, CostMap};
 use crate::server::job::{RenderJob, Task};
+use crate::server::render::PendingRender;
 use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
-use crate::server::worker::{self, Priority, ServerMessage, Work, Worker, trace_chunks};
-use crate::server::wrapper::{WorkerHandle, Wrapper};
-use crate::stream::{BlockSink, Command, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
+use crate::server::worker::{Priority, Work, Worker, trace_chunks};
+use crate::stream::{BlockSink, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
 use crate::tracer::Integrator;
 
 /// Errors of [`Server`].
@@ -26,7 +28,7 @@ pub enum ServerError {
         /// Number of threads asked for.
         threads: usize,
         /// The system's error.
-        source: std::io::Error,
+        source: rayon::ThreadPoolBuildError,
     },
     /// The server was to have no threads.
     #[error("a server needs at least one thread; leave --threads out to use every core")]
@@ -46,19 +48,26 @@ pub enum ServerError {
 
 /// A handle to the tracing threads. All methods may be called from any thread. Dropping it calls [`Server::term`].
 pub struct Server {
-    messages: Sender<ServerMessage>,
     events: Mutex<Receiver<Event>>,
+    events_out: Sender<Event>,
     hub: Arc<Hub>,
     /// The latest render.
     latest: Mutex<Option<Arc<Task>>>,
     threads: usize,
     timed: AtomicBool,
     spans: Arc<SpanLog>,
-    wrapper: Mutex<Option<JoinHandle<()>>>,
+    workers: Arc<[Mutex<Worker>]>,
+    pool: Mutex<Option<TracerPool>>,
+}
+
+/// The tracing threads.
+struct TracerPool {
+    pool: ThreadPool,
+    threads: Vec<JoinHandle<()>>,
 }
 
 impl Server {
-    /// Starts `threads` tracing threads and the wrapper thread. They sleep until the first render.
+    /// Starts `threads` tracing threads. They sleep until the first render.
     ///
     /// # Errors
     ///
@@ -77,30 +86,21 @@ impl Server {
             return Err(ServerError::NoThreads);
         }
         let (writers, lanes) = lanes(threads, LANE_BLOCKS);
-        let (messages, inbox) = channel();
         let (events_out, events) = channel();
-        let spawn_error = |number| move |source| ServerError::Spawn { number, threads, source };
         let spans = Arc::new(SpanLog::new(threads));
-        let mut workers = Vec::with_capacity(threads);
-        for (number, writer) in writers.into_iter().enumerate() {
-            let worker = Worker { number, sink: BlockSink::new(writer), spans: spans.clone(), priority };
-            workers.push(spawn_worker(worker, messages.clone()).map_err(spawn_error(number))?);
-        }
-        let hub = lanes.hub().clone();
-        let wrapper = Wrapper { workers, hub: hub.clone(), events: events_out };
-        let wrapper = Builder::new()
-            .name("server".to_owned())
-            .spawn(move || wrapper.run(inbox))
-            .map_err(spawn_error(threads))?;
+        let workers = writers.into_iter().enumerate().map(|(number, writer)| {
+            Mutex::new(Worker { number, sink: BlockSink::new(writer), spans: spans.clone() })
+        });
         let server = Server {
-            messages,
             events: Mutex::new(events),
-            hub,
+            events_out,
+            hub: lanes.hub().clone(),
             latest: Mutex::new(None),
             threads,
             timed: AtomicBool::new(false),
+            workers: workers.collect(),
+            pool: Mutex::new(Some(TracerPool::start(threads, priority)?)),
             spans,
-            wrapper: Mutex::new(Some(wrapper)),
         };
         Ok((server, lanes))
     }
@@ -122,20 +122,21 @@ impl Server {
         if let Some(last) = latest.as_ref().map(|task| task.epoch).filter(|last| *last >= epoch) {
             return Err(ServerError::StaleEpoch { new: epoch, last });
         }
-        if unpoisoned(&self.wrapper).is_none() {
-            return Err(ServerError::Terminated);
-        }
+        let pool = unpoisoned(&self.pool);
+        let TracerPool { pool, .. } = pool.as_ref().ok_or(ServerError::Terminated)?;
         self.hub.run(Some(epoch));
         *latest = Some(task.clone());
-        let command = Command::Render { job: (task, work), epoch };
-        self.messages.send(ServerMessage::Command(command)).map_err(|_| ServerError::Terminated)
+        let pending = PendingRender::new(task, work, self.threads, self.events_out.clone());
+        let workers = self.workers.clone();
+        // Each thread executes its broadcasts in order.
+        pool.spawn_broadcast(move |thread| pending.run(&mut unpoisoned(&workers[thread.index()])));
+        Ok(())
     }
 
     /// The command *abort*: stops the render in progress after at most one path per worker. Blocks that were sent, and unfinished
     /// ones that still fit into their lanes, remain valid: the picture so far can be completed from them.
     pub fn abort(&self) {
         self.hub.run(None);
-        let _ = self.messages.send(ServerMessage::Command(Command::Abort));
     }
 
     /// The command *term*: stops the render in progress and ends all threads. Returns when they have ended, after at most one
@@ -143,10 +144,13 @@ impl Server {
     pub fn term(&self) {
         let _latest = unpoisoned(&self.latest);
         self.hub.run(None);
-        let _ = self.messages.send(ServerMessage::Command(Command::Term));
-        if let Some(wrapper) = unpoisoned(&self.wrapper).take() {
-            // The wrapper does not panic, and if it did there would be nothing left to do here.
-            let _ = wrapper.join();
+        if let Some(TracerPool { pool, threads }) = unpoisoned(&self.pool).take() {
+            // The threads end when they have ended their renders.
+            drop(pool);
+            for thread in threads {
+                // Panics of paths were reported as events.
+                let _ = thread.join();
+            }
         }
     }
 
@@ -206,13 +210,23 @@ impl Drop for Server {
     }
 }
 
-fn spawn_worker(worker: Worker, done: Sender<ServerMessage>) -> std::io::Result<WorkerHandle> {
-    let (assign, assignments) = channel();
-    let thread = Builder::new()
-        .name(format!("tracer {}", worker.number))
-        .stack_size(8 << 20)
-        .spawn(move || worker::run(worker, assignments, done))?;
-    Ok(WorkerHandle { assign, thread })
+impl TracerPool {
+    fn start(count: usize, priority: Priority) -> Result<Self, ServerError> {
+        let mut threads = Vec::with_capacity(count);
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(count)
+            .start_handler(move |_| priority.apply())
+            .spawn_handler(|thread| {
+                let builder = Builder::new().name(format!("tracer {}", thread.index())).stack_size(8 << 20);
+                threads.push(builder.spawn(|| thread.run())?);
+                Ok(())
+            })
+            .build();
+        match pool {
+            Ok(pool) => Ok(Self { pool, threads }),
+            Err(source) => Err(ServerError::Spawn { number: threads.len(), threads: count, source }),
+        }
+    }
 }
 
 /// Locks `mutex`, even after a panic of another thread: for state that is valid at every moment.

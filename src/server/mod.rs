@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Server::start(threads) ─▶ Server (commands, events, statistics) and Lanes (the samples, for the consumer)
-//!   wrapper thread: term | abort | render ─▶ one assignment per worker ─▶ finish event when the last one is done
+//!   render ─▶ one broadcast to the threads of a rayon pool ─▶ finish event when the last worker is done
 //!   worker i: claim a chunk of 1024 indices ─▶ trace ─▶ block ─▶ lane i
 //! ```
 //!
@@ -10,8 +10,8 @@
 //! - The *finish* event is asynchronous. Draining the lanes is the paper's synchronous query.
 //! - A path that panics ends its render with an event that names the path's index. The threads live on.
 //!
-//! `handle` is the interface. `job` describes a render and hands out chunks of its indices. `wrapper` is the thread that
-//! executes commands, and `worker` a tracing thread. `stats`, `cost` and `spans` measure.
+//! `handle` is the interface. `job` describes a render and hands out chunks of its indices. `render` runs one
+//! on all threads and reports its end, and `worker` is the loop of a thread. `stats`, `cost` and `spans` measure.
 //!
 //! # Writing another producer
 //!
@@ -46,10 +46,10 @@
 pub mod cost;
 pub mod handle;
 pub mod job;
+mod render;
 pub mod spans;
 pub mod stats;
 mod worker;
-mod wrapper;
 
 pub use cost::{COST_CELLS, CostMap};
 pub(crate) use handle::unpoisoned;

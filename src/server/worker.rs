@@ -1,9 +1,7 @@
 //! One tracing thread: it claims chunks, traces their paths and flushes blocks in time.
 
 use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use crate::job::panic_message;
@@ -11,7 +9,7 @@ use crate::server::cost::Probe;
 use crate::server::job::Task;
 use crate::server::spans::SpanLog;
 use crate::server::stats::{StatsCell, Stopwatch};
-use crate::stream::{BlockSink, Command, Epoch, FinishReason};
+use crate::stream::{BlockSink, FinishReason};
 use crate::tracer::Integrator;
 
 /// Scheduling priority of the tracing threads.
@@ -42,50 +40,15 @@ impl Priority {
 /// [`trace_chunks`] for one type of integrator. This is the only dynamic call: one per worker and render.
 pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task, &mut Stopwatch) -> FinishReason + Send + Sync>;
 
-/// A render, as it is sent to a worker.
-pub(super) struct Assignment {
-    pub(super) task: Arc<Task>,
-    pub(super) work: Work,
-}
-
-/// A message to the wrapper.
-pub(super) enum ServerMessage {
-    /// From the caller.
-    Command(Command<(Arc<Task>, Work)>),
-    /// From a worker.
-    WorkerDone { epoch: Epoch, reason: FinishReason },
-}
-
 /// The state of a tracing thread.
 pub(super) struct Worker {
     pub(super) number: usize,
     pub(super) sink: BlockSink,
     pub(super) spans: Arc<SpanLog>,
-    pub(super) priority: Priority,
-}
-
-/// The body of a tracing thread: one assignment after another until the wrapper closes the channel.
-pub(super) fn run(mut worker: Worker, assignments: Receiver<Assignment>, done: Sender<ServerMessage>) {
-    worker.priority.apply();
-    for Assignment { task, work } in assignments {
-        let cell = &task.stats[worker.number];
-        let mut watch = Stopwatch::start(cell, worker.sink.writer().parked());
-        worker.sink.start(task.epoch, task.window);
-        // The sink stays usable after a panic: its block is restarted, and the lane is not touched between flushes.
-        let reason = catch_unwind(AssertUnwindSafe(|| work(&mut worker, &task, &mut watch)))
-            .unwrap_or_else(|panic| stop_after_panic(&mut worker, &task, panic.as_ref()));
-        cell.totals(worker.sink.totals());
-        watch.finish(worker.sink.writer().parked());
-        // An idle worker must not keep the integrator alive, and its `drop` may panic, too.
-        let _ = catch_unwind(AssertUnwindSafe(|| drop(work)));
-        if done.send(ServerMessage::WorkerDone { epoch: task.epoch, reason }).is_err() {
-            return;
-        }
-    }
 }
 
 /// Drops the samples of the path that panicked, stops the other workers and sends the samples of complete paths.
-fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) -> FinishReason {
+pub(super) fn stop_after_panic(worker: &mut Worker, task: &Task, panic: &(dyn Any + Send)) -> FinishReason {
     let message = panic_message(panic).unwrap_or_else(|| "no message".to_owned());
     worker.sink.writer().hub().stop(task.epoch);
     worker.sink.abandon_path();

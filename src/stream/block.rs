@@ -30,7 +30,7 @@ pub struct Header {
 pub struct Block {
     /// The header.
     pub header: Header,
-    /// What was rejected in these paths.
+    /// Values of these paths that were rejected.
     pub rejections: Rejections,
     /// Number of samples of the picture.
     len: usize,

@@ -1,4 +1,4 @@
-//! Commands to the producer, events from it, and the epochs that number the renders.
+//! Events from the producer, and the epochs that number the renders.
 
 use std::time::Instant;
 
@@ -13,22 +13,6 @@ impl Epoch {
     pub fn next(self) -> Epoch {
         Epoch(self.0 + 1)
     }
-}
-
-/// The three commands of the paper, §4.1. `J` is the job of a render, whose type only the server knows.
-#[derive(Debug)]
-pub enum Command<J> {
-    /// Trace this job; a render in progress is aborted.
-    Render {
-        /// The job.
-        job: J,
-        /// Newer than every epoch before.
-        epoch: Epoch,
-    },
-    /// Stop tracing; takes at most one path per worker. What has been sent stays valid.
-    Abort,
-    /// Stop tracing and end every thread.
-    Term,
 }
 
 /// A message that the server sends by itself.

@@ -18,7 +18,7 @@ thread_local! {
 /// A fault of the path in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Raised {
-    /// What was wrong.
+    /// The fault.
     pub fault: Fault,
     /// Number of the light path of photon mapping that it was found in, if it was one.
     pub light_path: Option<u64>,
@@ -72,12 +72,12 @@ pub fn generations() -> Option<u64> {
     GENERATIONS.get()
 }
 
-/// What was raised since the last call of [`take`].
+/// The faults raised since the last call of [`take`].
 pub fn pending() -> Vec<Raised> {
     PENDING.with_borrow(Vec::clone)
 }
 
-/// Takes what was raised since the last call.
+/// Takes the faults raised since the last call.
 #[inline]
 pub fn take() -> Vec<Raised> {
     match RAISED.replace(false) {

@@ -217,7 +217,7 @@ impl Lanes {
         self.stale.blocks as u64
     }
 
-    /// Samples in them.
+    /// Samples in them, those of groups of lights included.
     pub fn stale_samples(&self) -> u64 {
         self.stale.samples as u64
     }
@@ -242,7 +242,7 @@ impl Lanes {
                 return header.epoch == self.epoch && in_turn;
             }
             self.stale.blocks += 1;
-            self.stale.samples += block.samples().len();
+            self.stale.samples += block.sample_count();
             block.release();
             self.hub.space.ring();
         }
@@ -252,7 +252,7 @@ impl Lanes {
 
 impl Drop for Lanes {
     fn drop(&mut self) {
-        // Nobody will make space any more: no worker may park for it.
+        // No more space will be made: wakes workers that are parked for it.
         self.hub.close();
     }
 }

@@ -106,7 +106,7 @@ pub mod witnessed;
 
 pub use block::{BLOCK_SAMPLES, Block, Header, MOST_GROUPS};
 pub use block_sink::{BlockSink, Totals};
-pub use control::{Command, Epoch, Event, FinishReason};
+pub use control::{Epoch, Event, FinishReason};
 pub use hub::Hub;
 pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes};
 pub use rejections::{Cause, Fault, FaultyValue, Rejected, Rejections};

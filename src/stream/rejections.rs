@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::sample::MAX_VALUE;
 use crate::color::Xyz;
 
-/// What is wrong with a rejected value.
+/// Why a value is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Cause {
     /// It is not a number.
@@ -28,7 +28,7 @@ impl Cause {
     pub const ALL: [Cause; 5] =
         [Cause::NotANumber, Cause::Infinite, Cause::NotPositive, Cause::TooLarge, Cause::OutsideWindow];
 
-    /// What is wrong with these values, the worst first; `None` for finite numbers.
+    /// The worst cause among these values; `None` if all are finite.
     pub fn of(values: &[f32]) -> Option<Self> {
         match values {
             v if v.iter().any(|x| x.is_nan()) => Some(Cause::NotANumber),
@@ -58,21 +58,21 @@ pub enum FaultyValue {
     Weight,
     /// The colour of a sample: all of it is lost.
     Color,
-    /// What a light sample contributes at a vertex.
+    /// The contribution of a light sample at a vertex.
     LightSample,
-    /// What a light contributes that was hit by chance.
+    /// The contribution of a light that was hit.
     Emission,
-    /// What a light path begins with: the path is lost.
+    /// The initial throughput of a light path: the path is lost.
     LightPath,
     /// The throughput behind a vertex: the path ends there.
     Scattering,
-    /// What a vertex of a light path contributes to the camera.
+    /// The contribution of a light path vertex to the camera.
     CameraConnection,
-    /// What the connection of a camera path and a light path contributes.
+    /// The contribution of a connection of a camera subpath and a light subpath.
     Connection,
-    /// A photon that a light path leaves.
+    /// The flux of a photon.
     Photon,
-    /// What photons around a vertex contribute.
+    /// The contribution of a photon at a vertex.
     Gathering,
 }
 
@@ -116,13 +116,13 @@ pub fn fault_of_sample(uv: [f32; 2], color: Xyz, weight: f32) -> Option<(FaultyV
 /// A value that was rejected: what is wrong with it, and where it came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Fault {
-    /// What is wrong.
+    /// Why it was rejected.
     pub cause: Cause,
-    /// With what.
+    /// The value.
     pub part: FaultyValue,
-    /// The surface where it was, by its number in the scene.
+    /// Index of the surface where it was found.
     pub surface: Option<u32>,
-    /// The light that it came from, by its number in the scene.
+    /// Index of the light that it came from.
     pub light: Option<u32>,
 }
 
@@ -131,7 +131,7 @@ pub struct Fault {
 pub struct Rejected {
     /// Index of the path.
     pub index: u64,
-    /// What was wrong.
+    /// The fault.
     pub fault: Fault,
     /// Number of the light path of photon mapping that it was found in, if it was one; those are made beside the path of the index.
     pub light_path: Option<u64>,

@@ -1,14 +1,14 @@
-//! What witnesses have found in an area of the picture: how the tracer tells it to those who state the error.
+//! The estimates of witnesses for areas of the picture, from the tracer to the error estimate.
 
 use std::ops::AddAssign;
 use std::sync::Arc;
 
-/// What two independent witnesses have found in all areas of a picture, row by row, and the highlights in it.
+/// The estimates of two independent witnesses for all areas of a picture, row by row, and the highlights in it.
 #[derive(Clone, Debug, Default)]
 pub struct Witnessed {
-    /// By each witness; empty where none is needed.
+    /// The areas by each witness; empty where none is needed.
     pub areas: [Vec<WitnessedArea>; 2],
-    /// Lamps that only chance finds.
+    /// Lights that the method finds only by chance.
     pub highlights: Arc<[Highlight]>,
 }
 
@@ -21,11 +21,11 @@ pub struct Highlight {
     pub light: f64,
     /// The pixels that it covers.
     pub pixels: f64,
-    /// How many samples meet it in expectation, where each pixel has one.
+    /// Expected number of samples that hit it, at one sample per pixel.
     pub chance: f64,
 }
 
-/// What was found in one area of the picture, or in several.
+/// Statistics of one area of the picture, or sums over several.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WitnessedArea {
     /// Number of areas.
@@ -40,7 +40,7 @@ pub struct WitnessedArea {
     pub caustics: f64,
     /// Sums over the same samples of the square of that luminance, and of the mean square of its linear Rec.709 components.
     pub caustic_squares: [f64; 2],
-    /// Sum over them of what the square of that luminance is without the noise of photons, in expectation.
+    /// Sum over the same samples of an unbiased estimate of the square of the expected luminance, without the noise of photons.
     pub caustic_pairs: f64,
 }
 

@@ -37,7 +37,7 @@ impl Face {
 /// The bit of [`Face::surface`] of a triangle with vertex normals.
 const SMOOTH: u32 = 1 << 31;
 
-/// What few triangles have.
+/// Properties that few triangles have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FaceExtra {
     /// Index into the lights, or [`NONE`].

@@ -1,4 +1,4 @@
-//! What a camera ray meets first, as a noise filter wants to know it: where neighbouring pixels show the same surface.
+//! Feature layers for the noise filter: properties of the first surface on a camera ray, which tell whether neighbouring pixels show the same one.
 
 use glam::Vec3;
 

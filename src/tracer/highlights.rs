@@ -1,14 +1,14 @@
 //! Highlights: lamps that the camera sees over mirrors and glass alone, where they are small.
 //!
-//! A small lamp in a curved mirror or in glass lights up a fraction of a pixel. Only a camera path finds it, by chance, one in thousands of those
-//! through that pixel; photons and connections do not, because a delta allows no other direction. What no sample has met, no estimate from samples
-//! knows. But about where it is, and how bright, follows from a few chains of deltas if the last direction of each stands for all directions in a cone
-//! around it (path space regularization, Kaplanyan and Dachsbacher 2013): a lamp that the cone holds is seen in the share of the cell of the picture that
-//! its solid angle has of the cone's. Half the angle of the cone is by how much the direction
-//! changes over a cell, or over a pixel where cells are smaller, as two chains from places close by tell (Igehy 1999, *Tracing Ray Differentials*). So
-//! the highlight is blurred by about that, whether the mirror is flat or a small ball.
+//! A small lamp in a curved mirror or in glass covers a fraction of a pixel. Only camera paths find it, perhaps one in thousands of those
+//! through that pixel; photons and connections cannot, because a delta has no other direction. An estimate from samples does not include it until one
+//! has hit it. Its approximate position and brightness follow from a few chains of deltas, if the last direction of each is widened to a cone
+//! (path space regularization, Kaplanyan and Dachsbacher 2013): a lamp inside the cone covers the fraction of the picture's cell that
+//! its solid angle is of the cone's. The half angle of the cone is the change of direction over a cell, or over a pixel where cells are smaller,
+//! estimated from two neighbouring chains (Igehy 1999, *Tracing Ray Differentials*). So the highlight is blurred by about that, whether the mirror is
+//! flat or a small ball.
 //!
-//! What is blurred already is not found: the chains are those through the middle of the lens, and rough surfaces have none.
+//! Highlights that are blurred already are not found: chains go through the middle of the lens, and rough surfaces have none.
 
 use std::f64::consts::TAU;
 
@@ -94,7 +94,7 @@ struct SampledLamp {
     sample: LightSample,
 }
 
-/// What chains over the same surfaces show of one source of light in one area.
+/// One light in one area, seen by chains over the same surfaces.
 struct ShownLamp {
     area: usize,
     /// The number of the chains.
@@ -271,7 +271,7 @@ impl HighlightFinder {
         is_near.then_some(SampledLamp { light, sample })
     }
 
-    /// What the chain shows of a lamp in a cell of so many pixels, if a cone of this half angle around its end holds the sample of it.
+    /// The highlight of a lamp in a cell of so many pixels, if the cone of this half angle around the end of the chain contains the light sample.
     fn highlight(
         &self,
         end: &ChainEnd,

@@ -91,7 +91,7 @@ pub struct SurfaceMaterial<'a> {
     pub material: &'a Material,
     /// The shading frame that it is evaluated in.
     pub frame: Frame,
-    /// What it depends on besides wavelengths.
+    /// The point at which it is evaluated.
     pub context: MaterialEvalContext,
 }
 
@@ -138,13 +138,13 @@ impl<B: Scattering> SurfaceVertex<B> {
         (surface.frame, surface.bsdf(lambda))
     }
 
-    /// What sampling a light from here depends on, seen from the side that the path came from.
+    /// The context for sampling a light from here, seen from the side that the path came from.
     #[inline]
     pub fn light_context(&self) -> LightSampleContext {
         self.light_context_from(self.wo)
     }
 
-    /// What sampling a light from here depends on, seen from the side of the local direction `eye`.
+    /// The context for sampling a light from here, seen from the side of the local direction `eye`.
     #[inline]
     pub fn light_context_from(&self, eye: Vec3) -> LightSampleContext {
         let n = if eye.z < 0.0 { -self.frame.n } else { self.frame.n };

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use crate::color::Xyz;
 use crate::scene::limits::LIGHT_GROUPS;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::stream::{MOST_GROUPS, SampleSink};
+use crate::stream::MOST_GROUPS;
 
 use super::light::Lights;
 
@@ -47,9 +47,9 @@ impl LightGroups {
     }
 }
 
-/// What a path has found, by groups of lights; `()` for a path that does not tell.
+/// The radiance that a path has found, by groups of lights; `()` in a render without groups.
 pub trait LightCredits: Copy + Default {
-    /// Whether anything is kept.
+    /// False for `()`.
     const KEPT: bool;
 
     /// Credits radiance at the wavelengths of the path to the group of `light`.
@@ -72,9 +72,6 @@ pub trait LightCredits: Copy + Default {
 
     /// The colours of the groups, once everything is [settled](Self::settle).
     fn colors(&self) -> GroupColors;
-
-    /// Sends the camera sample of a path that has found `value` in all, once everything is [settled](Self::settle).
-    fn send(&self, lights: &Lights, uv: [f64; 2], value: Xyz, weight: f32, out: &mut impl SampleSink);
 }
 
 impl LightCredits for () {
@@ -102,19 +99,14 @@ impl LightCredits for () {
     fn colors(&self) -> GroupColors {
         GroupColors::default()
     }
-
-    #[inline(always)]
-    fn send(&self, _: &Lights, uv: [f64; 2], value: Xyz, weight: f32, out: &mut impl SampleSink) {
-        out.camera(uv.map(|c| c as f32), value, weight);
-    }
 }
 
-/// What a path has found from each group.
+/// The radiance that a path has found from each group.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GroupCredits {
-    /// At the wavelengths of the path.
+    /// At the wavelengths of the path, since they were last changed.
     radiance: [SampledSpectrum; MOST_GROUPS],
-    /// In addition.
+    /// Colours of what was found before, and by photons; in addition to `radiance`.
     colors: GroupColors,
 }
 
@@ -156,19 +148,5 @@ impl LightCredits for GroupCredits {
 
     fn colors(&self) -> GroupColors {
         self.colors
-    }
-
-    fn send(&self, lights: &Lights, uv: [f64; 2], value: Xyz, weight: f32, out: &mut impl SampleSink) {
-        let count = lights.groups().map_or(0, LightGroups::count);
-        out.camera_by_groups(uv.map(|c| c as f32), value, weight, &self.colors[..count]);
-    }
-}
-
-/// Sends a light sample, whose light comes from this group if there are groups.
-#[inline]
-pub(super) fn send_light(out: &mut impl SampleSink, uv: [f32; 2], value: Xyz, group: Option<u8>) {
-    match group {
-        Some(group) => out.light_of_group(uv, value, group),
-        None => out.light(uv, value),
     }
 }

@@ -11,30 +11,31 @@
 //!   RenderContext::sampler(index) ─▶ the random numbers of the path
 //!   Camera::ray ─ Scene::closest ─▶ SurfaceInteraction ─ Scene::surface_material ─▶ SurfaceMaterial ─▶ SurfaceVertex { hit, bsdf, … }
 //!   Lights::sample_by_contribution ─ Bsdf::eval ─ Scene::visible                         next-event estimation
-//!   Bsdf::sample ─▶ the next ray
+//!   Walk::sample, scatter, survive ─▶ the next ray
 //!   SampledSpectrum ─ to_xyz ─▶ SampleSink::camera or SampleSink::light
 //! ```
 //!
 //! - **Next-event estimation** is `sample_direct` in `integrator/direct_lighting.rs`, for all integrators except particle tracing. The
 //!   MIS weight of path tracing and photon mapping is in its `PathState::unoccluded_contribution`; that of the bidirectional method
 //!   is in `bidirectional/strategies.rs`.
-//! - **A sample** leaves the tracer in [`Integrator::trace`], which gives it to a [`SampleSink`](crate::stream::SampleSink): in the
+//! - **A sample** leaves the tracer through `output`, which gives it to a [`SampleSink`](crate::stream::SampleSink): in the
 //!   renderer [`BlockSink`](crate::stream::BlockSink), which fills blocks for the lane of its worker. From there the client draws
 //!   it into the film.
 //! - **A bsdf** is one file in `bsdf/` and one line in its table; [`bsdf`] says how to add one.
 //! - **A light** is one file in `light/` and one line in its table; [`light`] says how to add one.
 //! - **Whether dispersion is simulated**, or any other effect, is decided by [`effects::decide`] whenever a scene is prepared or edited; the entry
 //!   of the effect (`effects/materials.rs`) says what calls for it. [`effects::planned`] takes the rest out of the scene. While paths are
-//!   traced, `Bsdf::parts_colors` tells whether a material disperses light.
+//!   traced, `Bsdf::is_dispersive` tells whether a material disperses light.
+//! - **A step from vertex to vertex** (BSDF sample, throughput, dispersion, Russian roulette) is [`walk`], for all integrators.
 //! - **Which light** a contribution comes from, for pictures of groups of lights: [`light_groups`].
-//! - **How colours part** within a path of four wavelengths, and what that does to its weight: [`wavelength_mis`].
+//! - **Dispersion** within a path of four wavelengths, and its MIS weight: [`wavelength_mis`].
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
-//! - **A value that is no number** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
-//!   tells what a path met, for `pointillist replay` and for audits.
-//! - **Lamps seen in mirrors and through glass** are looked for along what a path does not choose, too: [`specular_chain`].
+//! - **A value that is not finite** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
+//!   lists the events of a path, for `pointillist replay` and for audits.
+//! - **Lights seen in mirrors and through glass** are found also along the chains of deltas that a path does not sample: [`specular_chain`].
 //! - **Where camera paths begin** on the screen, evenly or where the picture needs them: [`screen`].
-//! - **What a method may not find**, as other methods know it: [`witness`]; small lamps in mirrors and glass: `highlights`.
+//! - **Light that a method may not find** is estimated by other methods: [`witness`]; small lights in mirrors and glass: `highlights`.
 //! - **Which integrator** suits a scene: [`choice`]; what each is for: [`integrator`].
 
 pub mod accel;
@@ -54,6 +55,7 @@ pub mod light;
 pub mod light_groups;
 pub mod mis;
 mod opacity;
+mod output;
 pub mod photon_map;
 mod placement;
 mod prepare;
@@ -69,6 +71,7 @@ pub mod subpath;
 pub mod subpath_mis;
 mod tangents;
 mod texture_coordinates;
+pub mod walk;
 pub mod wavelength_mis;
 pub mod witness;
 
@@ -77,4 +80,4 @@ pub use integrator::{Integrator, PathTracer};
 pub use interaction::{SurfaceInteraction, SurfaceMaterial};
 pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
-pub use scene::{MaterialClass, Pick, Scene};
+pub use scene::{MaterialClass, Pick, Scene, TracingMode};

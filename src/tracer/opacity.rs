@@ -33,7 +33,7 @@ impl Opacity {
     /// All of it.
     pub(super) const FULL: Self = Self(None);
 
-    /// What these materials have together; nothing, if there are none.
+    /// The sum of the shares of these materials; 0 without any.
     pub(super) fn sum_of(shares: Vec<SurfaceShare>) -> Self {
         Self(Some(shares))
     }
@@ -133,7 +133,7 @@ fn meets(ray: &Ray, at: &SurfaceInteraction, opacity: f32) -> bool {
     opacity >= 1.0 || chance(ray, at) < opacity
 }
 
-/// What is left of `ray` behind `at`.
+/// The rest of `ray` behind `at`.
 fn past(ray: &Ray, at: &SurfaceInteraction) -> Ray {
     let SurfacePoint { p, error, ng } = at.point;
     let (from, direction) = (safe_origin(p, error, ng, ray.direction), ray.direction);

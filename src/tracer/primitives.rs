@@ -30,7 +30,7 @@ pub(super) struct PrimRecord {
 
 /// The primitive on the back of another one. It is not in the accelerator: rays that hit the other one from that side see it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Back {
+pub(super) struct BackSurface {
     /// Index into the surfaces.
     pub(super) surface: u32,
     /// Index into the lights, or [`NONE`].
@@ -50,7 +50,7 @@ pub(super) struct Primitives {
     /// Records of disks, then of spheres, then of cylinders, then of curves.
     pub(super) round: Vec<PrimRecord>,
     /// Primitives on the backs of others, in the same place.
-    pub(super) backs: Vec<Back>,
+    pub(super) backs: Vec<BackSurface>,
     /// Tangents by surface. Empty if nothing is brushed or bumpy.
     pub(super) tangents: Vec<Tangents>,
     /// Texture coordinates by surface. Empty if nothing is textured.
@@ -98,7 +98,7 @@ impl Primitives {
         !(self.uvs.is_empty() && self.tangents.is_empty())
     }
 
-    /// What the material depends on at a point.
+    /// The point at which the material of a hit is evaluated.
     #[inline(always)]
     pub(super) fn material_context(&self, at: &SurfaceInteraction) -> MaterialEvalContext {
         let placement = self.placement(at);
@@ -155,7 +155,7 @@ impl Primitives {
         let interpolated = smooth.and_then(|face| self.faces.shading_normal(face, hit.uv));
         let mut n = interpolated.unwrap_or(point.ng);
         if record.back != NONE && ray.direction.dot(point.ng) > 0.0 {
-            let Back { surface, light } = self.backs[record.back as usize];
+            let BackSurface { surface, light } = self.backs[record.back as usize];
             (record.surface, record.light) = (surface, light);
             (point.ng, n) = (-point.ng, -n);
         }

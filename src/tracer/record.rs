@@ -18,8 +18,8 @@ use super::bsdf::{
 };
 use super::interaction::SurfaceInteraction;
 use super::light::LightSample;
-use super::subpath::Walk;
-use super::wavelength_mis::{Parted, WavelengthMis};
+use super::walk::Walk;
+use super::wavelength_mis::{Dispersion, WavelengthMis};
 
 /// Something that happened on a path.
 #[derive(Clone, Debug)]
@@ -46,9 +46,9 @@ pub enum PathEvent {
         wo: Vec3,
         /// The random numbers.
         u: Vec2,
-        /// That which chose the lobe.
+        /// The random number that chose the lobe.
         lobe: f32,
-        /// What it chose; `None` where the path ends.
+        /// The sample; `None` where the path ends.
         sample: Option<BsdfSample>,
     },
     /// A light was sampled from the last vertex.
@@ -57,9 +57,9 @@ pub enum PathEvent {
         light: u32,
         /// The sample.
         sample: LightSample,
-        /// What it contributes if nothing stands in between, with its MIS weight.
+        /// Unoccluded contribution with its MIS weight.
         value: SampledSpectrum,
-        /// The share that comes through.
+        /// Transmittance of the connection, in [0, 1].
         visible: f32,
     },
     /// Radiance, or flux of a light path, that goes on from the last vertex, after roulette.
@@ -79,18 +79,18 @@ pub enum PathEvent {
     ToCamera {
         /// Where it is seen.
         uv: [f32; 2],
-        /// What it contributes if nothing stands in between, without MIS weight.
+        /// Unoccluded contribution without MIS weight.
         value: SampledSpectrum,
     },
     /// Two vertices of subpaths were connected.
     Connection {
-        /// That of the camera's.
+        /// Position of the vertex of the camera subpath.
         camera: Vec3,
-        /// That of the light's.
+        /// Position of the vertex of the light subpath.
         light: Vec3,
-        /// What it contributes, weights and probabilities included.
+        /// Unoccluded contribution with its MIS weight, over its probability.
         value: SampledSpectrum,
-        /// The share that comes through.
+        /// Transmittance of the connection, in [0, 1].
         visible: f32,
     },
     /// A path from the camera has ended: this is the radiance that it has found, at its wavelengths.
@@ -104,14 +104,14 @@ pub enum PathEvent {
     Fault(Fault),
 }
 
-/// What a path carries on the way to its next vertex.
+/// The state of a path between two vertices.
 #[derive(Clone, Copy, Debug)]
 pub struct CarriedLight {
     /// The wavelengths of the path.
     pub lambda: SampledWavelengths,
     /// Product of the weights so far: flux of a path from a light, importance of one from the camera.
     pub throughput: SampledSpectrum,
-    /// The wavelengths that would have chosen the same way.
+    /// Relative densities with which each wavelength as the hero would have sampled the same directions.
     pub wavelength_mis: WavelengthMis,
     /// The path begins at a light.
     pub from_light: bool,
@@ -209,12 +209,12 @@ impl ScatteringModel for Recorded {
         self.0.transmits()
     }
 
-    fn parts_colors(&self) -> bool {
-        self.0.parts_colors()
+    fn is_dispersive(&self) -> bool {
+        self.0.is_dispersive()
     }
 
-    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
-        self.0.part(wo, wi)
+    fn dispersion(&self, wo: Vec3, wi: Vec3) -> Dispersion {
+        self.0.dispersion(wo, wi)
     }
 
     fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {

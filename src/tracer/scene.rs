@@ -40,10 +40,19 @@ pub enum MaterialClass {
     General,
     /// All materials.
     Mixed,
-    /// All materials, and paths [record](super::record) what they do.
-    Recorded,
-    /// All materials, and paths tell which [group of lights](super::light_groups) their light comes from.
-    Credited,
+}
+
+/// What paths keep account of while they find light. [`Plain`](Self::Plain) code is compiled for each [`MaterialClass`], that of the other modes for all
+/// materials.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TracingMode {
+    /// Nothing else.
+    #[default]
+    Plain,
+    /// Paths [record](super::record) what they do.
+    Record,
+    /// Paths tell which [group of lights](super::light_groups) their light comes from.
+    LightGroups,
 }
 
 /// A scene ready for tracing: immutable, shared by all workers. The camera belongs to the integrator, so that moving it or
@@ -57,13 +66,14 @@ pub struct Scene {
     /// How much of each surface is there; `None` where all of every surface is, so that no ray asks.
     pub(super) opacities: Option<Box<[Opacity]>>,
     pub(super) lights: Lights,
-    /// What each surface does for paths over mirrors and glass, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
+    /// The role of each surface in caustics and chains of deltas, in the order of [`SceneDesc::surfaces`](crate::scene::SceneDesc::surfaces).
     pub(super) specular_uses: Box<[SpecularUse]>,
-    /// Where the lamps are, and the mirrors and the glass in which they are seen.
+    /// Bounds of all that a chain of deltas can lead to.
     pub(super) chains: ChainBounds,
     /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,
+    pub(super) tracing_mode: TracingMode,
     pub(super) notices: Vec<String>,
     pub(super) space: RenderingSpace,
     /// The description that the primitives and the lights were made from.
@@ -81,14 +91,14 @@ impl Scene {
 
     /// This scene, whose paths [record](super::record) what they do.
     pub fn recorded(self) -> Scene {
-        Scene { material_class: MaterialClass::Recorded, ..self }
+        Scene { tracing_mode: TracingMode::Record, ..self }
     }
 
     /// This scene, whose paths tell which group of lights their light comes from: of `count` groups, at most
     /// [`MOST_GROUPS`](crate::stream::MOST_GROUPS). `of_sources` has the group of each [source](Lights::source).
     pub fn with_light_groups(&self, of_sources: &[u8], count: usize) -> Scene {
         let lights = self.lights.clone().grouped(of_sources, count);
-        Scene { material_class: MaterialClass::Credited, lights, ..self.clone() }
+        Scene { tracing_mode: TracingMode::LightGroups, lights, ..self.clone() }
     }
 
     /// The kernel that traces rays: the fastest that the processor has, unless another was asked for.
@@ -105,6 +115,12 @@ impl Scene {
     #[inline]
     pub fn material_class(&self) -> MaterialClass {
         self.material_class
+    }
+
+    /// What paths keep account of while they find light.
+    #[inline]
+    pub fn tracing_mode(&self) -> TracingMode {
+        self.tracing_mode
     }
 
     /// Notices for the user about the scene, one sentence each.

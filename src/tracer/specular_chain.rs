@@ -1,17 +1,16 @@
-//! Lamps that the camera sees over mirrors and glass alone.
+//! Lights behind chains of deltas: those that the camera sees over mirrors and through glass alone.
 //!
-//! A path that meets glass chooses between reflection and refraction. A lamp in the rarer of both is bright, so that this choice makes the
-//! brightest noise of all: a small lamp that a glass ball mirrors contributes to one path in twenty-five, times twenty-five. So a camera
-//! path that has met deltas only, and chooses one of several, also looks for lamps along the others: it follows all chains of deltas that begin
-//! there, as Whitted does (*An Improved Illumination Model for Shaded Display*, 1980). A lamp that it hits itself then counts as usual, times the
-//! [probability](SpecularChain::probability) of its choices, that is, as if each had been the only one. So each chain is counted once, whatever
-//! the path chooses, and the expected value is the same.
+//! At glass a path samples either reflection or refraction. A light behind the less likely of the two is the brightest noise of a picture: a
+//! small light mirrored in a glass ball contributes to one path in twenty-five, times twenty-five. So a camera path that has met deltas only also
+//! follows, at each vertex, the chains of deltas that begin with the lobes it did not sample, as Whitted does (*An Improved Illumination Model for
+//! Shaded Display*, 1980). A light that the path hits itself counts times the [probability](SpecularChain::probability) of its own chain. So every
+//! chain counts once whatever the path samples, and the expected value is the same.
 //!
 //! This module says what a chain is and where chains may lead; [`integrator`](super::integrator) follows them.
 //!
-//! Of the chains only those to lamps are followed ([`ChainBounds`]); an environment, which hardly any chain misses, is left to the choice. So are
-//! chains of many steps ([`LONGEST_CHAIN`]), those that carry little ([`LEAST_VALUE`]) and what dispersion parts: which these are is known from
-//! the chain alone.
+//! Only chains to lights with a surface are followed ([`ChainBounds`]); an environment, which hardly any chain misses, is left to sampling. So are
+//! chains of many steps ([`LONGEST_CHAIN`]), of little throughput ([`LEAST_VALUE`]), and dispersive deltas. This depends on the chain alone, so that
+//! all paths agree.
 
 use std::sync::Arc;
 
@@ -56,10 +55,11 @@ pub(super) fn is_followed(steps: u32, value: f32, lobe: &BsdfSample) -> bool {
     steps < LONGEST_CHAIN && value >= LEAST_VALUE && !lobe.hero_only
 }
 
-/// What a camera path has met so far, as far as it decides how a lamp that it hits next is counted.
+/// The deltas that a camera path has met so far: they decide with which weight a light counts that it hits next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpecularChain {
-    /// Deltas alone, of which none was too weak: the lamp counts with the probability of this chain, because other paths look for it as well.
+    /// Deltas only, each strong enough to be followed: a light that is hit counts with the probability of this chain, because paths that took another
+    /// branch find it too.
     Followed {
         /// Number of deltas.
         steps: u32,
@@ -68,7 +68,7 @@ pub enum SpecularChain {
         /// Product of the probabilities with which they were chosen.
         probability: f32,
     },
-    /// Anything else: the lamp counts in full, because only paths along this chain find it.
+    /// Any other path: a light that is hit counts in full, because only paths along this chain find it.
     PathAlone,
 }
 
@@ -94,7 +94,7 @@ impl SpecularChain {
         }
     }
 
-    /// The factor on a lamp that the path hits next.
+    /// The factor on the emission of a light that the path hits next.
     #[inline]
     pub fn probability(self) -> f32 {
         match self {

@@ -1,15 +1,9 @@
-//! A random walk over surfaces: a subpath grows from the camera or from a light, vertex by vertex.
+//! A subpath: a random walk from the camera or from a light, with the densities that bidirectional MIS weights need.
 //!
-//! Every bidirectional method is made of these. A walk arrives at a vertex; the integrator uses it (connects it, stores it
-//! as a photon); then the walk scatters there and goes on. The two directions share this code. They differ only in what a
-//! scattering does to the throughput:
-//!
-//! - from the camera it is the weight of the BSDF sample, scaled as radiance is by refraction;
-//! - from a light that scaling is undone, and where the shading normal differs from the geometric one the weight gets
-//!   |cos θₛ(l) cos θ(e)| / |cos θ(l) cos θₛ(e)|, l towards the light and e towards the eye, s for shading
-//!   (Veach 1997, §5.2 and §5.3).
+//! Every bidirectional method is made of these. A subpath arrives at a vertex; the integrator uses it (connects it, stores it
+//! as a photon); then the subpath scatters there, as [`Walk`] says, and goes on.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, faults};
@@ -23,6 +17,7 @@ use super::record::PathEvent;
 use super::roulette::{self, Policy};
 use super::sampler::VertexNumbers;
 use super::subpath_mis::{CONNECTION_SAMPLES, SubpathMis};
+use super::walk::Walk;
 use super::wavelength_mis::WavelengthMis;
 
 /// One vertex of a subpath, its endpoint on the camera or the light excepted.
@@ -82,37 +77,29 @@ impl<B: Scattering> SubpathVertex<B> {
             let cos_light = hit.wo.dot(hit.point.ng).abs();
             value *= cos / cos_light;
         }
-        let wavelength_mis = match bsdf.parts_colors() {
-            true => bsdf.part(*wo, local).wavelength_mis,
+        let wavelength_mis = match bsdf.is_dispersive() {
+            true => bsdf.dispersion(*wo, local).wavelength_mis,
             false => WavelengthMis::ALL,
         };
         (!value.is_black()).then_some(VertexScattering { value, wavelength_mis, fwd_w, rev_w, cos, through })
     }
 }
 
-/// A subpath on its way.
+/// A subpath between two vertices.
 #[derive(Clone, Debug)]
-pub struct Walk<const FROM_LIGHT: bool> {
-    /// The wavelengths at which materials and lights are evaluated: those of the path, or one of them alone.
-    pub lambda: SampledWavelengths,
-    /// Product of the weights so far.
-    pub throughput: SampledSpectrum,
-    /// The wavelengths that would have chosen the same way.
-    pub wavelength_mis: WavelengthMis,
-    /// Takes the throughput to what roulette compares with 1.
-    relative: f32,
-    /// Segments so far.
-    pub depth: u32,
-    /// When roulette ends it.
+pub struct Subpath<const FROM_LIGHT: bool> {
+    /// Throughput, wavelengths and depth.
+    pub walk: Walk<FROM_LIGHT>,
+    /// When Russian roulette ends it.
     pub policy: Policy,
-    /// The vertex that was left last, as the next one sees it.
+    /// The last vertex, as the densities of the next one depend on it.
     pub previous: PreviousVertex,
 }
 
-/// What the last vertex leaves for the densities of the next.
+/// The last vertex, as far as the densities of the next one depend on it.
 #[derive(Clone, Copy, Debug)]
 pub struct PreviousVertex {
-    /// Its position; `None` where it is a direction.
+    /// Its position; `None` for a direction (parallel light or rays).
     from: Option<Vec3>,
     /// |cos| there.
     cos: f32,
@@ -150,8 +137,8 @@ impl PreviousVertex {
     }
 }
 
-impl Walk<false> {
-    /// A walk from the point `origin` of the camera's lens; `None` where all its rays are parallel. `pdf` is the density of its directions
+impl Subpath<false> {
+    /// A subpath from the point `origin` of the camera's lens; `None` where all its rays are parallel. `pdf` is the density of its directions
     /// per steradian, or of parallel rays per unit of area across them. `splats` is the number of samples that connecting
     /// a light subpath to the camera counts as in weights.
     pub fn from_camera(lambda: SampledWavelengths, origin: Option<Vec3>, pdf: f32, splats: f32) -> Self {
@@ -169,8 +156,8 @@ impl Walk<false> {
     }
 }
 
-impl Walk<true> {
-    /// A walk that begins with `emission` of the spectrum `emitted`; `None` when that is black, or no number, which is a fault.
+impl Subpath<true> {
+    /// A subpath that begins with `emission` of the spectrum `emitted`; `None` when that is black, or no number, which is a fault.
     pub fn from_light(
         lambda: SampledWavelengths,
         emission: &Emission,
@@ -199,7 +186,7 @@ impl Walk<true> {
     }
 }
 
-impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
+impl<const FROM_LIGHT: bool> Subpath<FROM_LIGHT> {
     const POLICY: Policy = if FROM_LIGHT { roulette::FROM_LIGHT } else { roulette::FROM_CAMERA };
 
     fn new(
@@ -208,21 +195,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         relative: f32,
         previous: PreviousVertex,
     ) -> Self {
-        Self {
-            lambda,
-            throughput,
-            wavelength_mis: WavelengthMis::ALL,
-            relative,
-            depth: 0,
-            policy: Self::POLICY,
-            previous,
-        }
+        Self { walk: Walk::new(lambda, throughput, relative), policy: Self::POLICY, previous }
     }
 
     /// The vertex at `hit`.
     #[inline(always)]
     pub fn arrive<B: Scattering>(&mut self, scene: &Scene, hit: SurfaceInteraction) -> SubpathVertex<B> {
-        self.depth += 1;
+        self.walk.depth += 1;
         let previous = &self.previous;
         let cos = hit.wo.dot(hit.point.ng).abs();
         let (to_area, back) = match previous.from {
@@ -234,25 +213,14 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         };
         SubpathVertex {
             mis: previous.next(previous.fwd_w * to_area, back),
-            surface: SurfaceVertex::new(scene, hit, &self.lambda),
-            throughput: self.throughput,
-            wavelength_mis: self.wavelength_mis,
-            depth: self.depth,
+            surface: SurfaceVertex::new(scene, hit, &self.walk.lambda),
+            throughput: self.walk.throughput,
+            wavelength_mis: self.walk.wavelength_mis,
+            depth: self.walk.depth,
         }
     }
 
-    /// Chooses a direction at `vertex`; `None` when the walk ends there.
-    #[inline(always)]
-    pub fn sample<B: Scattering>(vertex: &SubpathVertex<B>, u: &VertexNumbers) -> Option<BsdfSample> {
-        let SurfaceVertex { bsdf, wo, .. } = &vertex.surface;
-        if FROM_LIGHT {
-            bsdf.sample_from_light(*wo, u.bsdf, u.lobe)
-        } else {
-            bsdf.sample(*wo, u.bsdf, u.lobe)
-        }
-    }
-
-    /// Chooses where to go on from `vertex`, the last one; `None` when the walk ends there. Roulette may end it once
+    /// Scatters at `vertex`, the last one, and returns the next ray; `None` when the subpath ends there. Russian roulette may end it once
     /// it has `rr_depth` segments.
     #[inline(always)]
     pub fn scatter<B: Scattering>(
@@ -261,13 +229,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         u: &VertexNumbers,
         rr_depth: u32,
     ) -> Option<Ray> {
-        let s = Self::sample(vertex, u)?;
-        self.go_on(vertex, &s, u, rr_depth)
+        let s = Walk::<FROM_LIGHT>::sample(&vertex.surface, u)?;
+        self.scatter_into(vertex, &s, u, rr_depth)
     }
 
-    /// As [`Walk::scatter`], in the direction of `s`.
+    /// As [`Subpath::scatter`], into the direction of `s`.
     #[inline(always)]
-    pub fn go_on<B: Scattering>(
+    pub fn scatter_into<B: Scattering>(
         &mut self,
         vertex: &SubpathVertex<B>,
         s: &BsdfSample,
@@ -275,15 +243,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         rr_depth: u32,
     ) -> Option<Ray> {
         if s.hero_only {
-            // Materials stay at all four wavelengths: both ends of a path must agree on how a lobe is chosen.
-            self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
-            self.wavelength_mis = self.wavelength_mis.and(WavelengthMis::ALONE);
+            self.walk.keep_hero();
         }
         self.follow(vertex, s, u.roulette, rr_depth)
     }
 
-    /// Like [`Walk::scatter`], but where dispersion parts the wavelengths for good this walk ends and all four are followed,
-    /// each by a walk of its own with the same numbers: `each` takes them.
+    /// As [`Subpath::scatter`], but at a dispersive delta this subpath ends and continues as four single-wavelength subpaths with the same
+    /// random numbers, which `each` takes.
     #[inline]
     pub fn scatter_each<B: Scattering>(
         &mut self,
@@ -292,17 +258,17 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         rr_depth: u32,
         each: impl FnMut(Self, Ray),
     ) -> Option<Ray> {
-        let s = Self::sample(vertex, u)?;
+        let s = Walk::<FROM_LIGHT>::sample(&vertex.surface, u)?;
         if s.hero_only {
-            self.part(vertex, &s, u.roulette, rr_depth, each);
+            self.split(vertex, &s, u.roulette, rr_depth, each);
             return None;
         }
         self.follow(vertex, &s, u.roulette, rr_depth)
     }
 
-    /// The walks of the four wavelengths, which refract each in its own direction.
+    /// The subpaths of the four wavelengths after the dispersive delta `s`.
     #[cold]
-    fn part<B: Scattering>(
+    fn split<B: Scattering>(
         &self,
         vertex: &SubpathVertex<B>,
         s: &BsdfSample,
@@ -310,18 +276,15 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         rr_depth: u32,
         mut each: impl FnMut(Self, Ray),
     ) {
-        for lane in 0..4 {
-            let Some((wi, eta2)) = vertex.surface.bsdf.refract(vertex.surface.wo, lane) else { continue };
-            let mut own = self.clone();
-            own.lambda = own.lambda.alone(lane);
-            own.throughput = SampledSpectrum(own.throughput.0 * Vec4::AXES[lane]);
-            if let Some(ray) = own.follow(vertex, &BsdfSample { wi, eta2, ..*s }, u, rr_depth) {
+        for (walk, s) in self.walk.split_wavelengths(&vertex.surface, s) {
+            let mut own = Self { walk, ..*self };
+            if let Some(ray) = own.follow(vertex, &s, u, rr_depth) {
                 each(own, ray);
             }
         }
     }
 
-    /// Goes on as `s` says.
+    /// Scatters into the direction of `s`, keeps the densities for the next vertex, and plays Russian roulette.
     #[inline(always)]
     fn follow<B: Scattering>(
         &mut self,
@@ -330,29 +293,9 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         u: f32,
         rr_depth: u32,
     ) -> Option<Ray> {
-        let SubpathVertex { surface: SurfaceVertex { hit, frame, bsdf, wo }, mis, .. } = vertex;
-        let wi = frame.to_world(s.wi);
-        if !hit.sides_agree(wi, s.transmitted) {
-            return None;
-        }
-        let cos = wi.dot(hit.point.ng).abs();
-        self.throughput *= s.weight;
-        if s.transmitted && !s.delta && bsdf.parts_colors() {
-            let parted = bsdf.part(*wo, s.wi);
-            self.wavelength_mis = self.wavelength_mis.and(parted.wavelength_mis);
-            if FROM_LIGHT {
-                self.throughput *= SampledSpectrum(parted.eta2);
-            }
-        }
-        if FROM_LIGHT {
-            self.throughput *= s.eta2;
-            if hit.smooth {
-                let shading = (wo.z * cos) / (hit.wo.dot(hit.point.ng) * s.wi.z);
-                self.throughput *= shading.abs();
-            }
-        } else {
-            self.relative *= s.eta2;
-        }
+        let SubpathVertex { surface, mis, .. } = vertex;
+        let SurfaceVertex { hit, bsdf, wo, .. } = surface;
+        let wi = self.walk.scatter(surface, s)?;
         let (fwd_w, rev_w) = match s.delta {
             true => (1.0, 1.0),
             false if FROM_LIGHT => (s.pdf.0, bsdf.eval(s.wi, *wo).map_or(0.0, |(_, pdf)| pdf.0)),
@@ -360,21 +303,17 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         };
         self.previous = PreviousVertex {
             from: Some(hit.point.p),
-            cos,
+            cos: wi.dot(hit.point.ng).abs(),
             fwd_w,
             link: if s.delta { 0.0 } else { CONNECTION_SAMPLES },
             fwd: mis.fwd,
             previous_link: if s.delta { 0.0 } else { mis.link[usize::from(s.transmitted)] },
             tail: mis.previous_sum(rev_w),
         };
-        let armed = self.depth >= rr_depth.min(self.policy.latest);
-        let probability = self.policy.survival * self.throughput.max_element() * self.relative;
-        self.throughput *= roulette::survival_factor(probability, armed, u)?;
-        if !self.throughput.is_finite() {
-            faults::raise(FaultyValue::Scattering, self.throughput.into(), Some(hit.surface), None);
-            return None;
-        }
-        B::record(|| PathEvent::Throughput(self.throughput));
+        let Policy { latest, survival } = self.policy;
+        let probability = survival * self.walk.throughput.max_element() * self.walk.relative;
+        self.walk.survive(probability, rr_depth.min(latest), u)?;
+        B::record(|| PathEvent::Throughput(self.walk.throughput));
         Some(hit.spawn(wi))
     }
 }

@@ -57,7 +57,7 @@ pub fn weight(camera: f64, light: f64) -> f32 {
     (1.0 / (1.0 + camera * camera + light * light)) as f32
 }
 
-/// What vertex n of a subpath knows about the other strategies to find it. Densities are per unit of area.
+/// Densities at vertex n of a subpath, from which the MIS weight over all strategies is computed. They are per unit of area.
 #[derive(Clone, Copy, Debug)]
 pub struct SubpathMis {
     /// Density of this vertex by the walk.

@@ -84,24 +84,24 @@ impl WavelengthMis {
     }
 }
 
-/// A refraction for all four wavelengths.
+/// A refraction by a dispersive interface, for all four wavelengths.
 #[derive(Clone, Copy, Debug)]
-pub struct Parted {
+pub struct Dispersion {
     /// Relative density of each to choose it.
     pub wavelength_mis: WavelengthMis,
     /// Each lane's (nᵢ/nₒ)² over the hero's: takes a weight for radiance to one for light paths.
     pub eta2: Vec4,
 }
 
-impl Parted {
+impl Dispersion {
     /// No dispersion.
-    pub const NOTHING: Self = Self { wavelength_mis: WavelengthMis::ALL, eta2: Vec4::ONE };
+    pub const NONE: Self = Self { wavelength_mis: WavelengthMis::ALL, eta2: Vec4::ONE };
 }
 
-/// True when wavelengths with these indices of refraction part: directions differ by more than rounding. It does not depend on which of them is
+/// True when wavelengths with these indices of refraction take different directions, by more than rounding. It does not depend on which of them is
 /// the hero: every wavelength must be the hero of its set as often as any other.
 #[inline]
-pub fn part(eta: Vec4) -> bool {
+pub fn disperses(eta: Vec4) -> bool {
     let largest = eta.max_element();
     largest - eta.min_element() > 4.0 * f32::EPSILON * largest
 }
@@ -118,7 +118,7 @@ mod tests {
         for g in [Vec4::ZERO, Vec4::new(0.0, 1.0, 1.0, 1.0), Vec4::NAN, Vec4::splat(f32::INFINITY)] {
             assert!(WavelengthMis::of(g).is_none(), "{g}");
         }
-        assert!(!part(Vec4::splat(1.5)) && !part(Vec4::new(1.5, 1.5 + 2e-7, 1.5, 1.5)));
-        assert!(part(Vec4::new(1.5, 1.5, 1.5, 1.500_01)));
+        assert!(!disperses(Vec4::splat(1.5)) && !disperses(Vec4::new(1.5, 1.5 + 2e-7, 1.5, 1.5)));
+        assert!(disperses(Vec4::new(1.5, 1.5, 1.5, 1.500_01)));
     }
 }

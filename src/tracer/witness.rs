@@ -1,12 +1,12 @@
 //! Witnesses: a few paths that look for light which the method of a render may not find.
 //!
-//! A method knows nothing of the light that its own paths have not met yet. Others do: subpaths from both ends meet what arrives around corners
-//! and the caustics that shine on what is seen, and photons find caustics also behind mirrors and glass. [`Witness`] traces a few of both and sums
-//! up what they find in the coarse areas of a grid over the picture: all light, and apart from it the caustics, which photons know with
-//! little noise. [`highlights`](super::highlights) are found one by one. None of it enters the picture.
+//! A method cannot estimate light that its own paths have not met yet. Other methods can: bidirectional subpaths find light around corners and
+//! caustics on directly visible surfaces, and photons find caustics behind mirrors and glass. A [`Witness`] traces a few paths of both kinds and sums
+//! the light of each area of a coarse grid over the picture, and separately that of caustics, for which photons have little
+//! noise. [`highlights`](super::highlights) are found one by one. Nothing of this enters the picture.
 //!
-//! What photons show behind mirrors and glass is blurred over a lookup disc, as in [`VcmTracer`](super::integrator::VcmTracer). All other light is
-//! unbiased, but for single samples that are much brighter than the others of their area, such as highlights, which are left out.
+//! Caustics behind mirrors and glass are blurred over the lookup disc of the photons, as in [`VcmTracer`](super::integrator::VcmTracer). All other
+//! estimates are unbiased, except that single samples much brighter than the rest of their area, such as highlights, are left out.
 
 use std::sync::Arc;
 
@@ -41,12 +41,12 @@ pub fn pair(
     let all = match method {
         IntegratorKind::Path | IntegratorKind::Light => Some(true),
         IntegratorKind::Bidirectional => Some(false),
-        // What these find late are highlights alone.
+        // These methods find all light early except highlights.
         IntegratorKind::Photon | IntegratorKind::Vcm => None,
         IntegratorKind::Auto | IntegratorKind::Depth => return None,
     };
     let context = RenderContext { window: UvWindow::PICTURE, ..context };
-    // Those of particle tracing are black.
+    // Particle tracing shows mirrors and glass black.
     let has_mirrors =
         context.scene.material_class() != MaterialClass::Diffuse && method != IntegratorKind::Light;
     let mut made: Option<[Witness; 2]> = None;
@@ -163,7 +163,7 @@ impl Witness {
         self.next = end;
     }
 
-    /// What was found so far, row by row.
+    /// The estimate for each area so far, row by row.
     pub fn areas(&self) -> Vec<WitnessedArea> {
         let scaled = |(i, area): (usize, &WitnessedArea)| {
             let scale = 1.0 / (self.grid.uv_area(i) * (self.light_paths as f64).max(1.0));

@@ -180,3 +180,19 @@ fn trace_one(sink: &mut BlockSink, index: u64) {
     sink.camera_by_groups([0.5; 2], part(index, 0), 1.0, &[part(index, 0), Xyz::BLACK]);
     sink.light_of_group([0.5; 2], part(index, 1), 1);
 }
+
+#[test]
+fn stale_samples_of_groups_are_counted() {
+    let (mut writers, mut lanes) = lanes(1, 8);
+    lanes.hub().run(Some(Epoch(1)));
+    let mut sink = BlockSink::new(writers.remove(0));
+    sink.start(Epoch(1), UvWindow::PICTURE);
+    sink.begin_chunk(0);
+    sink.begin_path(0);
+    trace(&mut sink, 0, true);
+    sink.end_path(PATHS);
+    assert!(sink.flush());
+    lanes.follow(Epoch(2), DrainOrder::Arrival);
+    lanes.drain(1 << 20, |_| panic!("the block is stale"));
+    assert_eq!((lanes.stale_blocks(), lanes.stale_samples()), (1, 1 + GROUPS as u64));
+}

@@ -93,8 +93,8 @@ fn through(dispersion: f32, alpha: Option<f32>, keep: bool) -> DVec3 {
                 true => lambda.terminate_companions(),
                 false => value = SampledSpectrum(value.0 * Vec4::X),
             }
-        } else if bsdf.parts_colors() {
-            value *= bsdf.part(wo, s.wi).wavelength_mis.weight();
+        } else if bsdf.is_dispersive() {
+            value *= bsdf.dispersion(wo, s.wi).wavelength_mis.weight();
         }
         let xyz = lambda.to_xyz(value);
         sum += DVec3::new(xyz.x.into(), xyz.y.into(), xyz.z.into());

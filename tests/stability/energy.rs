@@ -12,7 +12,7 @@ use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::bsdf::{Bsdf, ScatteringModel};
 use pointillist::tracer::integrator::RenderContext;
-use pointillist::tracer::subpath::{SubpathVertex, Walk};
+use pointillist::tracer::subpath::{Subpath, SubpathVertex};
 use pointillist::tracer::{Camera, Sampler, Scene};
 
 use crate::Row;
@@ -66,47 +66,47 @@ fn naive_path<const FROM_LIGHT: bool>(
         let numbers = sampler.light();
         let Some(emission) = scene.lights().emit(&numbers.emission()) else { return };
         let emitted = scene.lights().emitted(&emission, &lambda);
-        let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
         let vertex = |depth| numbers.vertex(depth);
-        naive_walk(scene, walk, emission.ray(), vertex, forgotten, audit);
+        naive_walk(scene, subpath, emission.ray(), vertex, forgotten, audit);
     } else {
         let numbers = sampler.camera();
         let ray = camera.ray(numbers.screen, numbers.lens);
-        let walk = Walk::from_camera(lambda, Some(ray.origin), 1.0, 1.0);
-        naive_walk(scene, walk, ray, |depth| sampler.vertex(depth), forgotten, audit);
+        let subpath = Subpath::from_camera(lambda, Some(ray.origin), 1.0, 1.0);
+        naive_walk(scene, subpath, ray, |depth| sampler.vertex(depth), forgotten, audit);
     }
 }
 
 fn naive_walk<const FROM_LIGHT: bool>(
     scene: &Scene,
-    mut walk: Walk<FROM_LIGHT>,
+    mut subpath: Subpath<FROM_LIGHT>,
     mut ray: pointillist::tracer::accel::Ray,
     numbers: impl Fn(u32) -> pointillist::tracer::sampler::VertexNumbers,
     forgotten: Forgotten,
     audit: &mut Audit,
 ) {
-    audit.begins((&walk).into());
+    audit.begins((&subpath.walk).into());
     while let Some(hit) = scene.closest(&ray) {
-        let vertex: SubpathVertex<Bsdf> = walk.arrive(scene, hit);
-        audit.meets((&walk).into(), &vertex.surface);
-        let u = numbers(walk.depth - 1);
+        let vertex: SubpathVertex<Bsdf> = subpath.arrive(scene, hit);
+        audit.meets((&subpath.walk).into(), &vertex.surface);
+        let u = numbers(subpath.walk.depth - 1);
         // No roulette arms before the first segment.
-        let mut whole = walk.clone();
-        whole.depth = 0;
+        let mut whole = subpath.clone();
+        whole.walk.depth = 0;
         let survived = whole.scatter(&vertex, &u, u32::MAX).is_some();
-        let Some(next) = walk.scatter(&vertex, &u, 5) else { return };
+        let Some(next) = subpath.scatter(&vertex, &u, 5) else { return };
         match forgotten {
-            Forgotten::Reweighting if survived => walk.throughput = whole.throughput,
+            Forgotten::Reweighting if survived => subpath.walk.throughput = whole.walk.throughput,
             Forgotten::Adjoint if vertex.surface.bsdf.is_delta() => {
                 let surface = &vertex.surface;
                 let sample = surface.bsdf.sample_from_light(surface.wo, u.bsdf, u.lobe).unwrap();
-                walk.throughput *= 1.0 / sample.eta2;
+                subpath.walk.throughput *= 1.0 / sample.eta2;
             }
             _ => {}
         }
         ray = next;
     }
-    audit.leaves((&walk).into());
+    audit.leaves((&subpath.walk).into());
 }
 
 /// Checks the books of a scene by each of these methods.

@@ -113,8 +113,9 @@ fn per_steradian(path: &CarriedLight, vertex: &SurfaceVertex<Bsdf>, wi: Vec3) ->
     if path.from_light {
         value *= to_geometric(vertex, wi);
     }
-    let parted = if bsdf.parts_colors() { bsdf.part(*wo, wi).wavelength_mis } else { WavelengthMis::ALL };
-    luminance(path, path.throughput * value, path.wavelength_mis.and(parted))
+    let dispersion =
+        if bsdf.is_dispersive() { bsdf.dispersion(*wo, wi).wavelength_mis } else { WavelengthMis::ALL };
+    luminance(path, path.throughput * value, path.wavelength_mis.and(dispersion))
 }
 
 /// What goes on in the only direction of `s`.

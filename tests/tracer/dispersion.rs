@@ -50,7 +50,7 @@ fn values_over_all_heroes_are_those_of_each_wavelength() {
                 for hero in 0..4 {
                     let bsdf = glass_at(turned(ETA, hero), alpha);
                     let [here, back] =
-                        [(wo, wi), (wi, wo)].map(|(a, b)| bsdf.part(a, b).wavelength_mis.weight());
+                        [(wo, wi), (wi, wo)].map(|(a, b)| bsdf.dispersion(a, b).wavelength_mis.weight());
                     assert!((here / back - 1.0).abs() < 1e-3, "{here} {back}");
                     let Some((value, _)) = bsdf.eval(wo, wi) else { continue };
                     for lane in 0..4 {
@@ -83,7 +83,7 @@ fn samples_are_the_values() {
             let wo = direction(random.f32() * 2.0 - 1.0, 0.3);
             let Some(s) = bsdf.sample(wo, [random.f32(), random.f32()], random.f32()) else { continue };
             assert!(!s.hero_only && s.weight.is_finite());
-            let counts = bsdf.part(wo, s.wi).wavelength_mis.weight();
+            let counts = bsdf.dispersion(wo, s.wi).wavelength_mis.weight();
             assert!((1.0..=4.0).contains(&counts), "{counts}");
             parted += usize::from(s.transmitted && counts > 1.01);
             // Four times what the hero counts alone: 4 at most, where all others are totally reflected.

@@ -91,7 +91,7 @@ fn every_wavelength_obeys_snells_law() {
                     let hit = scene.closest(&ray).expect("the prism");
                     let surface = scene.surface_material(&hit);
                     let bsdf = surface.bsdf::<Bsdf>(&lambda);
-                    assert!(bsdf.is_delta() && bsdf.parts_colors());
+                    assert!(bsdf.is_delta() && bsdf.is_dispersive());
                     let (wi, _) =
                         bsdf.refract(surface.frame.to_local(hit.wo), lane).expect("no total reflection");
                     ray = hit.spawn(surface.frame.to_world(wi));

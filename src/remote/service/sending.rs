@@ -16,9 +16,9 @@ use crate::remote::message::{
 };
 use crate::stream::{BLOCK_SAMPLES, DrainOrder, Epoch, Event, Hub, Lanes, Rejections};
 
-/// What the writing thread has been told and has not done yet. It is bounded: what is newer takes the place of what is older.
+/// Orders for the writing thread that it has not carried out yet. The size is bounded: a new order replaces an older one of its kind.
 #[derive(Default)]
-pub(super) struct Told {
+pub(super) struct QueuedOrders {
     /// The last order: samples of this render are sent from now on, or it is refused.
     pub order: Option<Result<Request, Refusal>>,
     pub credit: u32,
@@ -28,44 +28,44 @@ pub(super) struct Told {
     pub over: bool,
 }
 
-/// Tells the writing thread what to do, and wakes it.
-pub(super) struct Tell {
-    told: Mutex<Told>,
+/// The queue of orders for the writing thread, which wakes it.
+pub(super) struct SendQueue {
+    queued: Mutex<QueuedOrders>,
     bell: Condvar,
     hub: Arc<Hub>,
 }
 
-impl Tell {
+impl SendQueue {
     pub fn new(hub: Arc<Hub>) -> Self {
-        Self { told: Mutex::default(), bell: Condvar::new(), hub }
+        Self { queued: Mutex::default(), bell: Condvar::new(), hub }
     }
 
-    /// Changes what is to be done.
-    pub fn tell(&self, change: impl FnOnce(&mut Told)) {
-        change(&mut self.told.lock().unwrap_or_else(PoisonError::into_inner));
+    /// Adds or replaces an order, and wakes the writing thread.
+    pub fn update(&self, change: impl FnOnce(&mut QueuedOrders)) {
+        change(&mut self.queued.lock().unwrap_or_else(PoisonError::into_inner));
         self.bell.notify_one();
-        // Where there is credit it waits for samples.
+        // With credit, the writing thread waits for samples at the hub.
         self.hub.announce();
     }
 
-    /// What was told since the last call, after `patience` at the latest.
-    fn take(&self, patience: Duration) -> Told {
-        let told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        let nothing = |told: &mut Told| {
-            let Told { order, credit, pong, fetch, over } = told;
+    /// Takes the orders since the last call. Waits for one, `patience` at most.
+    fn take(&self, patience: Duration) -> QueuedOrders {
+        let queued = self.queued.lock().unwrap_or_else(PoisonError::into_inner);
+        let nothing = |queued: &mut QueuedOrders| {
+            let QueuedOrders { order, credit, pong, fetch, over } = queued;
             order.is_none() && *credit == 0 && pong.is_none() && !*fetch && !*over
         };
-        let waited = self.bell.wait_timeout_while(told, patience, nothing);
+        let waited = self.bell.wait_timeout_while(queued, patience, nothing);
         std::mem::take(&mut *waited.unwrap_or_else(PoisonError::into_inner).0)
     }
 }
 
 /// Tells the writing thread that the connection has ended, also when the reading one panics.
-pub(super) struct EndOfConnection<'a>(pub &'a Tell, pub TcpStream);
+pub(super) struct EndOfConnection<'a>(pub &'a SendQueue, pub TcpStream);
 
 impl Drop for EndOfConnection<'_> {
     fn drop(&mut self) {
-        self.0.tell(|told| told.over = true);
+        self.0.update(|queued| queued.over = true);
         // The writing thread may wait for a viewer that does not read.
         let _ = self.1.shutdown(Shutdown::Both);
     }
@@ -77,21 +77,21 @@ pub(super) struct Sending<'a> {
     host: &'a dyn Host,
     lanes: Lanes,
     writer: LinkWriter,
-    tell: &'a Tell,
+    queue: &'a SendQueue,
     /// Bytes of samples that may be sent; below 0 after a frame that was longer.
     credit: i64,
     /// The render whose samples are sent.
     request: Option<Request>,
-    /// Blocks that were drained and have not left as a whole.
+    /// Blocks that were drained and are not completely sent.
     waiting: VecDeque<PartedBlock>,
-    /// What is traced while the link is busy.
+    /// Sums of the samples traced while the link is busy.
     deltas: FilmDeltas,
     /// When the present render began, and the bytes of samples sent since.
     followed: Instant,
     sent: u64,
-    /// What was rejected in blocks that have left.
+    /// Values rejected in blocks that have been sent.
     rejections: Rejections,
-    /// Renders that have ended, which was not told yet.
+    /// Renders that have ended, which the viewer does not know yet.
     ends: VecDeque<Ended>,
     payload: Vec<u8>,
 }
@@ -103,14 +103,14 @@ impl<'a> Sending<'a> {
         host: &'a dyn Host,
         lanes: Lanes,
         writer: LinkWriter,
-        tell: &'a Tell,
+        queue: &'a SendQueue,
     ) -> Self {
         Self {
             tracing,
             host,
             lanes,
             writer,
-            tell,
+            queue,
             credit: 0,
             request: None,
             waiting: VecDeque::new(),
@@ -134,11 +134,11 @@ impl<'a> Sending<'a> {
     fn send(&mut self) -> Result<(), LinkError> {
         loop {
             // Without credit only the viewer can bring news; otherwise samples do, too, and words ring the same bell.
-            let told = self.tell.take(if self.credit > 0 { Duration::ZERO } else { LOOK });
-            if told.over {
+            let queued = self.queue.take(if self.credit > 0 { Duration::ZERO } else { LOOK });
+            if queued.over {
                 return Ok(());
             }
-            self.obey(told)?;
+            self.obey(queued)?;
             self.gather();
             if self.credit > 0 && (self.has_samples() || self.lanes.wait(LOOK)) {
                 self.send_samples()?;
@@ -175,12 +175,12 @@ impl<'a> Sending<'a> {
         Ok(())
     }
 
-    fn obey(&mut self, told: Told) -> Result<(), LinkError> {
-        self.credit = self.credit.saturating_add(i64::from(told.credit));
-        if let Some(number) = told.pong {
+    fn obey(&mut self, queued: QueuedOrders) -> Result<(), LinkError> {
+        self.credit = self.credit.saturating_add(i64::from(queued.credit));
+        if let Some(number) = queued.pong {
             self.write(&ToViewer::Pong(number))?;
         }
-        match told.order {
+        match queued.order {
             Some(Ok(request)) => {
                 self.lanes.follow(Epoch(request.epoch), DrainOrder::Arrival);
                 self.waiting.clear();
@@ -191,7 +191,7 @@ impl<'a> Sending<'a> {
             Some(Err(refusal)) => self.write(&ToViewer::Refused(refusal))?,
             None => {}
         }
-        if told.fetch {
+        if queued.fetch {
             self.send_files()?;
         }
         Ok(())

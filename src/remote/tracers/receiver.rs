@@ -18,7 +18,7 @@ const PAUSE: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(5)
 /// was damaged, or to much more than the link carries now.
 const GONE: Duration = Duration::from_secs(20);
 
-/// How often a reader looks whether it shall end.
+/// How often a reader checks whether to end.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// The thread that connects to a tracer and reads from it.
@@ -184,7 +184,7 @@ impl Receiver {
                     present.rejections.merge(&rejections);
                 }
             }
-            // Nobody has asked for files here.
+            // Files are requested by `fetch` only.
             ToViewer::File(_) | ToViewer::FilePart(_) | ToViewer::FilesEnd => {}
         }
         Ok(true)

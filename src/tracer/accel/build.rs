@@ -13,7 +13,7 @@ use crate::tracer::shape::{Cylinder, Disk, Sphere};
 use super::binary::{self, PrimRef};
 use super::bvh::{Accel, BvhRoot, GroupInstance};
 use super::collapse::{Primitive, plan};
-use super::kernels::{SimdKernel, traversals};
+use super::kernels::{AvailableKernel, SimdKernel, traversals};
 use super::layout::{Arena, NodeRef};
 use super::write::{ArenaBuilder, BvhWriter};
 
@@ -94,7 +94,7 @@ impl Accel {
     /// Every coordinate must be finite and below 1e12 in magnitude, and every triangle must have an area.
     /// [`Scene::prepare`](crate::tracer::Scene::prepare) drops the others.
     pub fn new(shapes: Shapes, groups: &[PrimitiveGroup], instances: &[Instance]) -> Self {
-        let kernel = SimdKernel::best();
+        let kernel = AvailableKernel::best();
         let mut arena = ArenaBuilder::default();
         let root = |group: &PrimitiveGroup| {
             let PrimitiveGroup { triangles, disks, spheres, cylinders, curves } = group;
@@ -138,11 +138,11 @@ impl Accel {
     /// Uses `kernel` from now on. Returns false, and changes nothing, if this processor does not support it.
     #[must_use]
     pub fn set_kernel(&mut self, kernel: SimdKernel) -> bool {
-        let available = kernel.is_available();
-        if available {
+        let available = kernel.available();
+        if let Some(kernel) = available {
             (self.kernel, self.traversal) = (kernel, traversals(kernel));
         }
-        available
+        available.is_some()
     }
 }
 

@@ -6,7 +6,7 @@ use crate::tracer::curve::CurvePiece;
 use crate::tracer::shape::{Cylinder, Disk, Sphere};
 
 use super::build::PrimitiveGroup;
-use super::kernels::SimdKernel;
+use super::kernels::{AvailableKernel, SimdKernel};
 use super::layout::{Arena, NodeRef};
 
 /// A ray: the points `origin + t · direction`, `0 < t < t_max`. The direction need not have unit length.
@@ -134,7 +134,7 @@ impl GroupInstance {
     }
 }
 
-/// The two traversals, compiled for one [`SimdKernel`]. Call them only on a processor that supports it.
+/// The two traversals, compiled for one [`AvailableKernel`]: those of an [`Accel`] can be run by this processor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TraversalFns {
     /// Replaces the given hit by the closest one of a BVH, seen through an instance, if that is closer.
@@ -162,7 +162,7 @@ pub struct Accel {
     pub(super) ranges: Box<[PrimitiveGroup]>,
     /// [`ArenaBuilder::growth`](super::write::ArenaBuilder::growth) when the tree was built.
     pub(super) growth: f64,
-    pub(super) kernel: SimdKernel,
+    pub(super) kernel: AvailableKernel,
     /// The functions of `kernel`.
     pub(super) traversal: TraversalFns,
 }
@@ -175,6 +175,11 @@ impl Accel {
 
     /// The instruction set of the traversal.
     pub fn kernel(&self) -> SimdKernel {
+        self.kernel.get()
+    }
+
+    /// The same, as proof that this processor has it.
+    pub(in crate::tracer) fn available_kernel(&self) -> AvailableKernel {
         self.kernel
     }
 
@@ -190,7 +195,7 @@ impl Accel {
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         // The lowest id and instance: no hit at the same distance comes before it.
         let mut best = Hit { t: ray.t_max, prim: 0, uv: [0.0; 2], instance: 0 };
-        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
+        // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
         unsafe { (self.traversal.closest)(self, &self.world, ray, Hit::DIRECT, &mut best) };
         (best.t < ray.t_max).then_some(best)
     }
@@ -198,7 +203,7 @@ impl Accel {
     /// True if anything but the primitives of `skip` is hit with `0 < t < ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
-        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
+        // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
         unsafe { (self.traversal.occluded)(self, &self.world, ray, skip) }
     }
 
@@ -235,7 +240,7 @@ impl Accel {
     pub(super) fn closest_in_instance(&self, index: u32, ray: &Ray, best: &mut Hit) {
         let instance = &self.instances[index as usize];
         let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
-        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
+        // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
         unsafe { (self.traversal.closest)(self, group, &ray, index, best) };
     }
 
@@ -244,7 +249,7 @@ impl Accel {
     pub(super) fn occluded_in_instance(&self, index: u32, ray: &Ray, skip: PrimRange) -> bool {
         let instance = &self.instances[index as usize];
         let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
-        // SAFETY: `Accel::set_kernel` sets functions that the processor can run.
+        // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
         unsafe { (self.traversal.occluded)(self, group, &ray, skip) }
     }
 }

@@ -33,4 +33,5 @@ mod write;
 
 pub use build::{Instance, PrimitiveGroup, Shapes, TriangleSource};
 pub use bvh::{Accel, Hit, PrimRange, Ray};
+pub(in crate::tracer) use kernels::AvailableKernel;
 pub use kernels::SimdKernel;

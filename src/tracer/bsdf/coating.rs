@@ -123,7 +123,7 @@ impl Coating {
         }
     }
 
-    /// What light that enters from one of two directions and leaves by the other keeps of itself: `outside`, and refracted.
+    /// Transmittance of the coat for light that enters from one of two directions and leaves in the other; both `outside`, and refracted `within`.
     fn passes(&self, outside: [Vec3; 2], within: [Vec3; 2]) -> SampledSpectrum {
         let [a, b] = outside.map(|w| self.transmittance(w));
         let [c, d] = within.map(|w| 1.0 / w.z.abs());
@@ -133,7 +133,7 @@ impl Coating {
         SampledSpectrum(kept * (a * b))
     }
 
-    /// Of the reflection, where it is no delta: f·|cos θᵢ| and the density of its choice.
+    /// f·|cos θᵢ| of the reflection by the coat, and the density with which it is sampled; `None` where it is a delta.
     fn reflection(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, f32)> {
         let coat = self.rough.as_ref().filter(|_| wo.z * wi.z > 0.0)?;
         let up = |w: Vec3| w.with_z(w.z.abs());
@@ -222,7 +222,7 @@ impl<B: ScatteringModel> Coated<'_, B> {
         let eta = self.coat.eta;
         let inner = refracted(wo, eta)?;
         let s = sample(&self.within, inner, u, ((lobe - p) / (1.0 - p)).min(LAST_LOBE))?;
-        // What is mirrored or goes straight on does so in the very directions of the reflection above.
+        // Mirrored and straight directions are those of the reflection above, bit for bit.
         let wi = match s.wi {
             w if w == Vec3::new(-inner.x, -inner.y, inner.z) => Vec3::new(-wo.x, -wo.y, wo.z),
             w if w == -inner => -wo,

@@ -37,7 +37,7 @@ impl Conductor {
         Self { eta, k, reflectance }
     }
 
-    /// What is reflected at this cosine, in [0, 1].
+    /// The Fresnel reflectance times the colour, at a cosine in [0, 1].
     #[inline]
     fn reflected(&self, cos: f32) -> SampledSpectrum {
         SampledSpectrum(fresnel::conductor(cos, self.eta.0, self.k.0)) * self.reflectance

@@ -7,7 +7,7 @@ use crate::math::pdf::PdfW;
 use crate::scene::desc::texture::TexturePoint;
 use crate::scene::desc::{AlphaTexture, DielectricDesc, RoughDielectricDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::wavelength_mis::{self, Parted, WavelengthMis};
+use crate::tracer::wavelength_mis::{self, Dispersion, WavelengthMis};
 
 use super::scattering::lobe_probability;
 use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, Unmixed, fresnel};
@@ -38,7 +38,7 @@ pub struct Dielectric {
     eta: Vec4,
     reflection: SampledSpectrum,
     transmission: SampledSpectrum,
-    parts_colors: bool,
+    is_dispersive: bool,
 }
 
 impl Dielectric {
@@ -47,14 +47,14 @@ impl Dielectric {
     pub fn new(eta: [SampledSpectrum; 2], factors: [SampledSpectrum; 2]) -> Self {
         let eta = eta[0].0 / eta[1].0;
         let [reflection, transmission] = factors;
-        Self { eta, reflection, transmission, parts_colors: wavelength_mis::part(eta) }
+        Self { eta, reflection, transmission, is_dispersive: wavelength_mis::disperses(eta) }
     }
 
     /// The refraction where `eta` is the index of the far side over that of the near side and `r` the reflectance, chosen with this
     /// probability.
     #[inline]
     fn refracted(&self, wo: Vec3, eta: Vec4, r: Vec4, probability: f32) -> Option<BsdfSample> {
-        let hero_only = self.parts_colors;
+        let hero_only = self.is_dispersive;
         let wi = match refract(wo, eta.x) {
             Some(wi) => wi,
             None if hero_only => -wo,
@@ -101,8 +101,8 @@ impl ScatteringModel for Dielectric {
     }
 
     #[inline]
-    fn parts_colors(&self) -> bool {
-        self.parts_colors
+    fn is_dispersive(&self) -> bool {
+        self.is_dispersive
     }
 
     #[inline]
@@ -271,7 +271,7 @@ impl ScatteringModel for RoughDielectric {
         let jacobian = eta * through / (bend * bend);
         let pdf = (1.0 - facet.q) * facet.density * facet.cos * jacobian;
         let g1 = self.microfacet.g1(wi);
-        let value = if self.smooth.parts_colors {
+        let value = if self.smooth.is_dispersive {
             let lanes = self.lanes(&facing, wi);
             lanes * WavelengthMis::of(lanes * facing.eta).map_or(0.0, |(_, own)| own)
         } else {
@@ -311,7 +311,7 @@ impl ScatteringModel for RoughDielectric {
             }
         };
         let straight = delta && !reflects;
-        let weight = if self.smooth.parts_colors && !reflects && !delta {
+        let weight = if self.smooth.is_dispersive && !reflects && !delta {
             // The hero's weight, to each lane's value over the hero's.
             let lanes = self.lanes(&facing, wi);
             let g = lanes * facing.eta;
@@ -333,7 +333,7 @@ impl ScatteringModel for RoughDielectric {
             pdf: PdfW(pdf),
             delta,
             transmitted: !reflects,
-            hero_only: straight && self.smooth.parts_colors,
+            hero_only: straight && self.smooth.is_dispersive,
             eta2,
         })
     }
@@ -349,8 +349,8 @@ impl ScatteringModel for RoughDielectric {
     }
 
     #[inline]
-    fn parts_colors(&self) -> bool {
-        self.smooth.parts_colors
+    fn is_dispersive(&self) -> bool {
+        self.smooth.is_dispersive
     }
 
     #[inline]
@@ -359,16 +359,16 @@ impl ScatteringModel for RoughDielectric {
     }
 
     /// The shares of the lanes in a refraction between `wo` and `wi`. Lanes do not part in a reflection.
-    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
-        let Some(facing) = self.facing(wo).filter(|_| self.smooth.parts_colors && wo.z * wi.z < 0.0) else {
-            return Parted::NOTHING;
+    fn dispersion(&self, wo: Vec3, wi: Vec3) -> Dispersion {
+        let Some(facing) = self.facing(wo).filter(|_| self.smooth.is_dispersive && wo.z * wi.z < 0.0) else {
+            return Dispersion::NONE;
         };
         let lanes = self.lanes(&facing, Vec3::new(wi.x, wi.y, wi.z * facing.side));
         // With the index it is the same from both sides.
         let wavelength_mis = WavelengthMis::of(lanes * facing.eta)
             .map_or(WavelengthMis::ALL, |(wavelength_mis, _)| wavelength_mis);
         let relative = facing.eta / facing.eta.x;
-        Parted { wavelength_mis, eta2: relative * relative }
+        Dispersion { wavelength_mis, eta2: relative * relative }
     }
 }
 

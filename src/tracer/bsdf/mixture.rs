@@ -9,7 +9,7 @@ use crate::scene::desc::MOST_PARTS;
 use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::sampler::{NUMBER_STEP, attainable};
-use crate::tracer::wavelength_mis::Parted;
+use crate::tracer::wavelength_mis::Dispersion;
 
 use super::bump::{Bump, BumpMaterial};
 use super::coating::{Coating, CoatingMaterial};
@@ -327,18 +327,18 @@ impl ScatteringModel for Mixture {
         self.any(Unmixed::transmits)
     }
 
-    fn parts_colors(&self) -> bool {
+    fn is_dispersive(&self) -> bool {
         self.several_refract
     }
 
     /// No colours part, but the factor that takes radiance to flux is that of all parts together: from values both ways, by reciprocity.
-    fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
+    fn dispersion(&self, wo: Vec3, wi: Vec3) -> Dispersion {
         let (Some((there, _)), Some((back, _))) = (self.eval(wo, wi), self.eval(wi, wo)) else {
-            return Parted::NOTHING;
+            return Dispersion::NONE;
         };
         let eta2 = (back.0 * wi.z.abs()) / (there.0 * wo.z.abs());
         let usable = there.0.cmpgt(Vec4::ZERO) & eta2.is_finite_mask();
-        Parted { eta2: Vec4::select(usable, eta2, Vec4::ONE), ..Parted::NOTHING }
+        Dispersion { eta2: Vec4::select(usable, eta2, Vec4::ONE), ..Dispersion::NONE }
     }
 
     fn delta_lobe(&self, wo: Vec3, lobe: f32, transmitted: bool) -> f32 {

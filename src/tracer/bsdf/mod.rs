@@ -77,7 +77,7 @@ use crate::scene::desc::BsdfDesc;
 use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::light_groups::GroupCredits;
-use crate::tracer::wavelength_mis::Parted;
+use crate::tracer::wavelength_mis::Dispersion;
 
 pub use bump::{BumpMaterial, Mirrors};
 pub use coating::{Coating, CoatingMaterial};

@@ -295,7 +295,7 @@ impl Principled {
         (pdf > 0.0).then_some((SampledSpectrum(value), PdfW(pdf)))
     }
 
-    /// What a facet lets through, per lane.
+    /// Transmittance of a microfacet, per lane.
     fn passes(&self, facet: &SeenFacet) -> Vec4 {
         self.base.0.map(f32::sqrt) * (self.glass * (Vec4::ONE - facet.glass))
     }

@@ -130,7 +130,7 @@ impl PrincipledThin {
         })
     }
 
-    /// What the microfacets reflect or let through, over their density; `folded` is the mirror image of a direction below.
+    /// Reflectance or transmittance of the microfacets, divided by their density; `folded` is the mirror image of a direction below.
     fn specular(&self, wo: Vec3, folded: Vec3, m: Vec3, passes: bool) -> Vec4 {
         let d = (0.5 * (wo + folded).length()).min(1.0);
         let color = match passes {

@@ -11,7 +11,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::attainable;
-use crate::tracer::wavelength_mis::Parted;
+use crate::tracer::wavelength_mis::Dispersion;
 
 use super::{Diffuse, Material};
 
@@ -76,7 +76,7 @@ impl BsdfSample {
 /// Result of [`ScatteringModel::delta_lobes`]: reflection, transmission.
 pub type DeltaLobes = [Option<BsdfSample>; 2];
 
-/// What materials depend on at a point of a surface, in world space; `MaterialEvalContext` in pbrt-v4.
+/// The point of a surface at which a material is evaluated, in world space; `MaterialEvalContext` in pbrt-v4.
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialEvalContext {
     /// Shading normal, on the front.
@@ -205,21 +205,21 @@ pub trait ScatteringModel: Copy {
         false
     }
 
-    /// True when refraction has another direction for each lane, or for each part of a mixture: [`part`](Self::part) must be asked.
+    /// True when each lane is refracted into another direction, or by each part of a mixture: [`dispersion`](Self::dispersion) must be asked.
     #[inline]
-    fn parts_colors(&self) -> bool {
+    fn is_dispersive(&self) -> bool {
         false
     }
 
     /// The shares of the lanes in the results of [`eval`](Self::eval) and [`sample`](Self::sample), for rough refraction.
     #[inline]
-    fn part(&self, _wo: Vec3, _wi: Vec3) -> Parted {
-        Parted::NOTHING
+    fn dispersion(&self, _wo: Vec3, _wi: Vec3) -> Dispersion {
+        Dispersion::NONE
     }
 
     /// The reflection and the transmission that [`sample`](Self::sample) may choose as deltas, each as if it were the only choice: its weight is
     /// f·|cos| itself. All of them, in the very directions of `sample`, which then never ends the path; or none, which costs nothing but noise.
-    /// What names any must be known to `continues` in `tracer/prepare/specular.rs`.
+    /// A model that returns any must be listed in `continues` in `tracer/prepare/specular.rs`.
     #[inline]
     fn delta_lobes(&self, _wo: Vec3) -> DeltaLobes {
         [None; 2]
@@ -253,7 +253,7 @@ pub trait Scattering: ScatteringModel {
     /// Whether a path [records](crate::tracer::record) what it does.
     const RECORDS: bool = false;
 
-    /// What a path keeps of which [group of lights](crate::tracer::light_groups) its light comes from.
+    /// The radiance of a path by [groups of lights](crate::tracer::light_groups).
     type Credits: LightCredits;
 
     /// Records what the path does, if it records anything.

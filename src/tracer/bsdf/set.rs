@@ -77,13 +77,13 @@ macro_rules! bsdf_set {
             }
 
             #[inline]
-            fn parts_colors(&self) -> bool {
-                match self { $(Self::$kind(bsdf) => bsdf.parts_colors(),)* }
+            fn is_dispersive(&self) -> bool {
+                match self { $(Self::$kind(bsdf) => bsdf.is_dispersive(),)* }
             }
 
             #[inline]
-            fn part(&self, wo: Vec3, wi: Vec3) -> Parted {
-                match self { $(Self::$kind(bsdf) => bsdf.part(wo, wi),)* }
+            fn dispersion(&self, wo: Vec3, wi: Vec3) -> Dispersion {
+                match self { $(Self::$kind(bsdf) => bsdf.dispersion(wo, wi),)* }
             }
 
             #[inline]

@@ -1,4 +1,4 @@
-//! What share of a surface a material has, where the surface is made of several or has holes.
+//! The share of a surface that a material covers, where it is blended with others or masked.
 
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 
@@ -13,12 +13,12 @@ pub struct SurfaceShare {
 #[derive(Clone, Debug)]
 struct VaryingFactor {
     texture: SpectrumTexture,
-    /// It is what the texture leaves of 1.
+    /// The factor is 1 minus the texture.
     rest: bool,
 }
 
 impl SurfaceShare {
-    /// Everything.
+    /// The whole surface.
     pub const ALL: Self = Self { uniform: 1.0, varying: Vec::new() };
 
     /// The part of this share that `texture` says.

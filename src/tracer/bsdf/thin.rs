@@ -48,7 +48,7 @@ impl ThinDielectric {
         2.0 * once / (1.0 + once)
     }
 
-    /// What passes where `r` is reflected, chosen with this probability.
+    /// The sample of straight transmission, sampled with this probability, where the reflectance is `r`.
     #[inline]
     fn passing(&self, wo: Vec3, r: Vec4, probability: f32) -> BsdfSample {
         let weight = SampledSpectrum((1.0 - r) / probability) * self.transmission;

@@ -1,4 +1,4 @@
-//! What the choice of a method needs to know of a scene and a view.
+//! A survey of scene and view, from which the choice of a method begins.
 
 use crate::color::Xyz;
 use crate::scene::desc::IntegratorKind;
@@ -9,7 +9,7 @@ use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, ScatteringModel};
 use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
-use crate::tracer::subpath::{SubpathVertex, Walk};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
 
 use super::decide::DELTAS;
 use super::{CANDIDATES, SEED};
@@ -98,8 +98,8 @@ impl Survey {
         let numbers = sampler.camera();
         let ray = context.camera.ray(numbers.screen, numbers.lens);
         let lens = context.camera.lens_point(numbers.lens);
-        let walk = Walk::from_camera(SampledWavelengths::sample(numbers.wavelength), lens, 1.0, 1.0);
-        follow(context, walk, ray, |depth| sampler.vertex(depth), |vertex| self.camera.count(vertex));
+        let subpath = Subpath::from_camera(SampledWavelengths::sample(numbers.wavelength), lens, 1.0, 1.0);
+        follow(context, subpath, ray, |depth| sampler.vertex(depth), |vertex| self.camera.count(vertex));
     }
 
     fn walk_from_light(&mut self, context: &RenderContext, sampler: &Sampler) {
@@ -108,9 +108,9 @@ impl Survey {
         let Some(emission) = lights.emit(&numbers.emission()) else { return };
         let lambda = SampledWavelengths::sample(sampler.camera().wavelength);
         let emitted = lights.emitted(&emission, &lambda);
-        let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
         let numbers = |depth| numbers.vertex(depth);
-        follow(context, walk, emission.ray(), numbers, |vertex| self.light.count(vertex));
+        follow(context, subpath, emission.ray(), numbers, |vertex| self.light.count(vertex));
     }
 }
 
@@ -121,21 +121,22 @@ impl SubpathLengths {
     }
 }
 
-/// Follows a walk to its end and calls `visit` with each vertex.
+/// Follows a subpath to its end and calls `visit` with each vertex.
 fn follow<const FROM_LIGHT: bool>(
     context: &RenderContext,
-    mut walk: Walk<FROM_LIGHT>,
+    mut subpath: Subpath<FROM_LIGHT>,
     mut ray: Ray,
     numbers: impl Fn(u32) -> VertexNumbers,
     mut visit: impl FnMut(&SubpathVertex),
 ) {
     let scene = &context.scene;
     let longest = context.max_depth.unwrap_or(u32::MAX).min(LONGEST);
-    while walk.depth + 1 < longest {
+    while subpath.walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { return };
-        let vertex = walk.arrive(scene, hit);
+        let vertex = subpath.arrive(scene, hit);
         visit(&vertex);
-        let Some(next) = walk.scatter(&vertex, &numbers(walk.depth - 1), context.rr_depth) else { return };
+        let u = numbers(subpath.walk.depth - 1);
+        let Some(next) = subpath.scatter(&vertex, &u, context.rr_depth) else { return };
         ray = next;
     }
 }

@@ -39,7 +39,7 @@ pub(super) const WAVELENGTHS: Entry = Entry {
 
 pub(super) const DISPERSION: Entry = Entry {
     name: "dispersion",
-    at_run_time: "the indices at a path's wavelengths, where it meets glass (Bsdf::parts_colors)",
+    at_run_time: "the indices at a path's wavelengths, where it meets glass (Bsdf::is_dispersive)",
     find: |used, _| {
         by(
             used.material(disperses),
@@ -374,5 +374,5 @@ fn has_dispersive_index(bsdf: &BsdfDesc) -> bool {
     let at = |lambda: f32| inside.eval(Vec4::splat(lambda)).x / outside.eval(Vec4::splat(lambda)).x;
     let first = at(LAMBDA_MIN);
     let mut steps = (1..=64).map(|i| LAMBDA_MIN + (LAMBDA_MAX - LAMBDA_MIN) * i as f32 / 64.0);
-    steps.any(|lambda| wavelength_mis::part(Vec4::new(first, at(lambda), first, first)))
+    steps.any(|lambda| wavelength_mis::disperses(Vec4::new(first, at(lambda), first, first)))
 }

@@ -36,11 +36,11 @@ pub(in crate::tracer) use materials::at_sodium;
 
 use used::Used;
 
-/// What an effect says: when it takes part and why, and a scene without it and with it.
+/// The table entry of an effect: when a scene calls for it and why, and how to make a scene without it and with it.
 struct Entry {
     /// Its name on the command line and in files.
     name: &'static str,
-    /// What decides it while paths are traced, and how often.
+    /// The decision that remains while paths are traced, and how often it is made; for the user.
     at_run_time: &'static str,
     /// Finds what calls for it, in a scene that is traced by this method.
     find: fn(&Used, IntegratorKind) -> Found,
@@ -52,7 +52,7 @@ struct Entry {
     with: fn(&mut SceneDesc) -> bool,
 }
 
-/// What calls for an effect, or why nothing does.
+/// The reason why a scene calls for an effect, or why it does not.
 type Found = Result<Reason, &'static str>;
 
 /// The words that say what calls for an effect, and its place in the file.
@@ -128,7 +128,7 @@ impl Effect {
         self.entry().name
     }
 
-    /// What decides it while paths are traced.
+    /// The decision that remains while paths are traced; for the user.
     pub fn at_run_time(self) -> &'static str {
         self.entry().at_run_time
     }

@@ -1,5 +1,5 @@
-//! The paths of a witness ([`Witness`](crate::tracer::witness::Witness)): those of bidirectional path tracing with merging, which tell apart what
-//! light arrives over mirrors and glass alone where it is spread, so that photons show it.
+//! The paths of a witness ([`Witness`](crate::tracer::witness::Witness)): those of bidirectional path tracing with merging. The caustics that photons
+//! show are reported separately from all other light.
 
 use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
@@ -27,16 +27,16 @@ pub struct CausticWitness {
     all: bool,
 }
 
-/// What is reused from path to path.
+/// Memory that is reused from path to path.
 #[derive(Debug, Default)]
 pub struct WitnessScratch {
     bidirectional: Scratch,
     photons: PhotonScratch,
-    /// What samples show of caustics.
+    /// Caustics at the samples of this path.
     pub caustics: Vec<SeenCaustic>,
 }
 
-/// What a sample shows of a caustic.
+/// A caustic at a camera sample.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenCaustic {
     /// Its place on the screen.
@@ -63,7 +63,7 @@ impl CausticWitness {
         Self { bidirectional: BidirectionalTracer { context: context.clone() }, photons, all }
     }
 
-    /// Traces path number `index`: its samples go to `out`, and what they show of the caustics is left in `scratch`.
+    /// Traces path number `index`: its samples go to `out`, and the caustics at them to `scratch`.
     pub fn trace(&self, index: u64, scratch: &mut WitnessScratch, out: &mut impl SampleSink) {
         let WitnessScratch { bidirectional, photons, caustics } = scratch;
         let context = &self.bidirectional.context;

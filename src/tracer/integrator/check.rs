@@ -85,7 +85,7 @@ impl<I: Integrator + From<RenderContext>> CheckedIntegrator<I> {
         mix(index) >> 32 < self.share
     }
 
-    /// What a sample of the special code should be, from that of the general.
+    /// The sample that the special code should find, from that of the general code.
     fn expected(&self, index: u64, sample: PathSample) -> PathSample {
         let Some(white) = self.white else { return sample };
         let lambda = SampledWavelengths::sample(I::wavelength_number(index, &self.context));

@@ -1,4 +1,4 @@
-//! What every integrator is given, and how vertices of light paths are connected to the camera.
+//! The context of every integrator, and the connection of light path vertices to the camera.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct RenderContext {
     pub scene: Arc<Scene>,
     /// The camera.
     pub camera: Camera,
-    /// Which randomisation of the sequence.
+    /// Seed of the randomisation of the sample sequence.
     pub seed: u32,
     /// The part of the screen to cover.
     pub window: UvWindow,

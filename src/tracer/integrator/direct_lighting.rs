@@ -5,7 +5,7 @@
 //! here. The bidirectional method has weights of its own over all strategies ([`super::bidirectional`]): it uses
 //! [`sample_direct`] and [`EmissionCache`] with them.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
@@ -15,14 +15,16 @@ use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::interaction::{SurfaceInteraction, SurfaceVertex};
 use crate::tracer::light::{LightSample, LightSampleContext, Lights};
 use crate::tracer::light_groups::LightCredits;
-use crate::tracer::record::{CarriedLight, PathEvent};
+use crate::tracer::record::PathEvent;
+use crate::tracer::roulette::{self, Policy};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
+use crate::tracer::walk::{Walk, is_rough_dispersion};
 use crate::tracer::wavelength_mis::WavelengthMis;
-use crate::tracer::{Scene, mis, roulette};
+use crate::tracer::{Scene, mis};
 
 use super::RenderContext;
-use super::lamps::FoundLamps;
+use super::delta_chains::LightBehindDeltas;
 
 /// Next-event estimation: samples a light from `vertex` and returns it with what it contributes, or `None` for nothing.
 ///
@@ -83,56 +85,36 @@ pub(super) enum Splitting {
     Never,
 }
 
-/// A camera path on its way, or one of its branches: what it carries from vertex to vertex and what it has found.
+/// A camera path or one of its branches: its walk, what its MIS weights need, and the radiance found so far.
 #[derive(Clone)]
 pub(super) struct PathState<C> {
-    /// The wavelengths at which materials and lights are evaluated: those of the path, or one of them alone.
-    pub(super) lambda: SampledWavelengths,
-    /// Product of the weights of all scatterings so far.
-    pub(super) throughput: SampledSpectrum,
+    /// Throughput, wavelengths and depth.
+    pub(super) walk: Walk<false>,
     /// Radiance found so far, at the wavelengths of the path.
     pub(super) radiance: SampledSpectrum,
-    /// Which groups of lights it comes from.
+    /// The radiance by groups of lights.
     pub(super) credits: C,
-    /// The wavelengths that would have chosen the same directions.
-    pub(super) wavelength_mis: WavelengthMis,
-    /// The weight that follows from `wavelength_mis`.
+    /// The weight that follows from the wavelength MIS of the walk.
     pub(super) wavelength_weight: f32,
-    /// Factor that converts the throughput to the value that roulette compares with 1. It undoes the radiance scaling of
-    /// refraction and the share of a branch.
-    relative: f32,
     /// Where and with which density the last direction was sampled; `None` after a delta and at the camera.
     last: Option<(LightSampleContext, PdfW)>,
-    /// How a lamp that is hit next is counted.
+    /// The chain of deltas so far, which decides the weight of a light that is hit next.
     pub(super) chain: SpecularChain,
     emission: EmissionCache,
-    /// Number of scatterings so far.
-    pub(super) depth: u32,
     splitting: Splitting,
-}
-
-impl<C: LightCredits> From<&PathState<C>> for CarriedLight {
-    fn from(path: &PathState<C>) -> Self {
-        let PathState { lambda, throughput, wavelength_mis, .. } = *path;
-        Self { lambda, throughput, wavelength_mis, from_light: false }
-    }
 }
 
 impl<C: LightCredits> PathState<C> {
     /// A path that starts at these wavelengths.
     pub(super) fn new(lambda: SampledWavelengths, splitting: Splitting) -> Self {
         Self {
-            lambda,
-            throughput: SampledSpectrum::ONE,
+            walk: Walk::new(lambda, SampledSpectrum::ONE, 1.0),
             radiance: SampledSpectrum::ZERO,
             credits: C::default(),
-            wavelength_mis: WavelengthMis::ALL,
             wavelength_weight: 1.0,
-            relative: 1.0,
             last: None,
             chain: SpecularChain::CAMERA,
             emission: EmissionCache::default(),
-            depth: 0,
             splitting,
         }
     }
@@ -146,10 +128,8 @@ impl<C: LightCredits> PathState<C> {
     /// One of `count` equal branches, which has found nothing yet.
     #[inline]
     pub(super) fn branch(&self, count: u32) -> Self {
-        let share = 1.0 / count as f32;
         Self {
-            throughput: self.throughput * share,
-            relative: self.relative * count as f32,
+            walk: self.walk.branch(count),
             radiance: SampledSpectrum::ZERO,
             credits: C::default(),
             splitting: Splitting::Branch,
@@ -157,17 +137,13 @@ impl<C: LightCredits> PathState<C> {
         }
     }
 
-    /// The path of the wavelength of `lane` alone, after the dispersive refraction `s`, which has the factor `eta2` there.
-    pub(super) fn alone(&self, lane: usize, s: &BsdfSample, eta2: f32) -> Self {
+    /// The same path as a single-wavelength `walk`, which has found nothing yet.
+    pub(super) fn alone(&self, walk: Walk<false>) -> Self {
         Self {
-            lambda: self.lambda.alone(lane),
-            throughput: self.throughput * SampledSpectrum(s.weight.0 * Vec4::AXES[lane]),
+            walk,
             radiance: SampledSpectrum::ZERO,
             credits: C::default(),
-            relative: self.relative * eta2,
-            last: None,
             emission: EmissionCache::default(),
-            depth: self.depth + 1,
             ..*self
         }
     }
@@ -179,23 +155,21 @@ impl<C: LightCredits> PathState<C> {
         self.credits.add_all(&branch.credits, SampledSpectrum::ONE);
     }
 
-    /// Goes on with the hero wavelength alone, which goes the way that was sampled. The radiance found so far is right for
-    /// all wavelengths: the caller has taken it.
+    /// Terminates the secondary wavelengths. The caller has taken the radiance found so far, which is valid for all four.
     #[cold]
     pub(super) fn drop_companions(&mut self) {
         self.radiance = SampledSpectrum::ZERO;
-        self.credits.settle(&self.lambda);
-        self.lambda.terminate_companions();
-        self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
+        self.credits.settle(&self.walk.lambda);
+        self.walk.terminate_secondary();
         self.emission = EmissionCache::default();
-        self.wavelength_weight = self.weight_of(self.wavelength_mis);
+        self.wavelength_weight = self.weight_of(self.walk.wavelength_mis);
     }
 
     /// The weight of a path with this wavelength MIS. The factor 4 of a lone hero is already in the densities of its
     /// wavelengths, so it is removed here.
     #[inline]
     fn weight_of(&self, wavelength_mis: WavelengthMis) -> f32 {
-        match self.lambda.is_hero_only() {
+        match self.walk.lambda.is_hero_only() {
             true => 0.25 * wavelength_mis.and(WavelengthMis::ALONE).weight(),
             false => wavelength_mis.weight(),
         }
@@ -212,12 +186,12 @@ impl<C: LightCredits> PathState<C> {
     ) -> Option<SurfaceInteraction> {
         let (scene, longest, wi) = (&context.scene, context.longest(), ray.direction);
         let lights = scene.lights();
-        if self.depth >= longest {
+        if self.walk.depth >= longest {
             return None;
         }
         loop {
-            let Some(hit) = context.closest(ray, self.depth) else {
-                if takes_emission && let Some(light) = context.environment(self.depth) {
+            let Some(hit) = context.closest(ray, self.walk.depth) else {
+                if takes_emission && let Some(light) = context.environment(self.walk.depth) {
                     let pdf = |from| lights.pdf(light, from, wi, None);
                     self.add_emitted::<B>(lights, light, Vec3::ZERO, wi, 1.0, pdf);
                 }
@@ -232,7 +206,8 @@ impl<C: LightCredits> PathState<C> {
             if scene.passes(ray, &hit) {
                 continue;
             }
-            return if self.depth + 1 < longest { Some(hit) } else { None };
+            self.walk.depth += 1;
+            return (self.walk.depth < longest).then_some(hit);
         }
     }
 
@@ -249,8 +224,8 @@ impl<C: LightCredits> PathState<C> {
         light_pdf: impl FnOnce(LightSampleContext) -> PdfW,
     ) {
         let weight = self.last.map_or(1.0, |(from, bsdf_pdf)| mis::power(bsdf_pdf, light_pdf(from)));
-        let emission = self.emission.emission(lights, light, p, wi, &self.lambda);
-        let value = self.throughput * emission * (weight * factor * self.wavelength_weight);
+        let emission = self.emission.emission(lights, light, p, wi, &self.walk.lambda);
+        let value = self.walk.throughput * emission * (weight * factor * self.wavelength_weight);
         match value.is_within(MAX_VALUE) {
             true => {
                 self.radiance += value;
@@ -261,29 +236,30 @@ impl<C: LightCredits> PathState<C> {
         B::record(|| PathEvent::Radiance(self.radiance));
     }
 
-    /// Adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in which the path goes on.
+    /// Adds the lights that are seen from `vertex` along chains of deltas, except in the direction of `s`, in which the path continues.
     #[inline(always)]
-    pub(super) fn add_lamps_beside<B: Scattering>(
+    pub(super) fn add_light_behind_deltas<B: Scattering>(
         &mut self,
         context: &RenderContext,
         vertex: &SurfaceVertex<B>,
         s: &BsdfSample,
     ) {
-        let found = context.lamps_beside(&mut self.chain, vertex, s, &self.lambda, self.depth + 1);
+        let found =
+            context.light_behind_deltas(&mut self.chain, vertex, s, &self.walk.lambda, self.walk.depth);
         let Some(found) = found else { return };
-        let FoundLamps { radiance, credits } = found;
-        let value = self.throughput * radiance;
+        let LightBehindDeltas { radiance, credits } = found;
+        let value = self.walk.throughput * radiance;
         match value.is_within(MAX_VALUE) {
             true => {
                 self.radiance += value;
-                self.credits.add_all(&credits, self.throughput);
+                self.credits.add_all(&credits, self.walk.throughput);
             }
             false => faults::raise(FaultyValue::Emission, value.into(), Some(vertex.hit.surface), None),
         }
         B::record(|| PathEvent::Radiance(self.radiance));
     }
 
-    /// Adds light that arrives at `vertex` straight from a light, by next-event estimation.
+    /// Adds direct light at `vertex` by next-event estimation.
     #[inline]
     pub(super) fn add_direct<B: Scattering>(
         &mut self,
@@ -300,7 +276,7 @@ impl<C: LightCredits> PathState<C> {
         }
     }
 
-    /// What a light sample contributes if nothing occludes it; `None` for nothing.
+    /// Unoccluded contribution of a light sample with its MIS weight; `None` for zero.
     #[inline]
     fn unoccluded_contribution<B: Scattering>(
         &mut self,
@@ -316,13 +292,15 @@ impl<C: LightCredits> PathState<C> {
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let at = sample.target.unwrap_or(Vec3::ZERO);
-        let emission = self.emission.emission(lights, light, at, sample.wi, &self.lambda);
-        let wavelength_weight = match vertex.bsdf.parts_colors() {
-            true => self.weight_of(self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, wi).wavelength_mis)),
+        let emission = self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda);
+        let wavelength_weight = match vertex.bsdf.is_dispersive() {
+            true => self.weight_of(
+                self.walk.wavelength_mis.and(vertex.bsdf.dispersion(vertex.wo, wi).wavelength_mis),
+            ),
             false => self.wavelength_weight,
         };
         let value =
-            self.throughput * f * emission * (wavelength_weight * sample.scale * weight / sample.pdf.0);
+            self.walk.throughput * f * emission * (wavelength_weight * sample.scale * weight / sample.pdf.0);
         if !value.is_within(MAX_VALUE) {
             faults::raise(FaultyValue::LightSample, value.into(), Some(vertex.hit.surface), Some(light));
             return None;
@@ -330,34 +308,28 @@ impl<C: LightCredits> PathState<C> {
         (!value.is_black()).then_some(value)
     }
 
-    /// Goes on from `vertex` in the direction of `s`; `None` where its throughput is no number.
-    #[inline]
-    pub(super) fn scatter<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, s: &BsdfSample) -> Option<()> {
-        self.throughput *= s.weight;
-        if !self.throughput.is_finite() {
-            faults::raise(FaultyValue::Scattering, self.throughput.into(), Some(vertex.hit.surface), None);
-            return None;
-        }
-        self.relative *= s.eta2;
+    /// Scatters at `vertex` into the direction of `s`, and returns it in world space; `None` ends the path ([`Walk::scatter`]).
+    #[inline(always)]
+    pub(super) fn scatter<B: Scattering>(
+        &mut self,
+        vertex: &SurfaceVertex<B>,
+        s: &BsdfSample,
+    ) -> Option<Vec3> {
+        let wi = self.walk.scatter(vertex, s)?;
         self.last = (!s.delta).then(|| (vertex.light_context(), s.pdf));
-        self.depth += 1;
-        if s.transmitted && !s.hero_only && vertex.bsdf.parts_colors() {
-            self.wavelength_mis = self.wavelength_mis.and(vertex.bsdf.part(vertex.wo, s.wi).wavelength_mis);
-            self.wavelength_weight = self.weight_of(self.wavelength_mis);
+        if is_rough_dispersion(vertex, s) {
+            self.wavelength_weight = self.weight_of(self.walk.wavelength_mis);
         }
-        Some(())
+        Some(wi)
     }
 
-    /// Russian roulette: paths that carry little end at random once they have `rr_depth` scatterings. Returns the factor by
+    /// Russian roulette: paths that carry little end at random once they have `rr_depth` segments. Returns the factor by
     /// which the throughput of a survivor has grown.
     #[inline]
     pub(super) fn roulette(&mut self, rr_depth: u32, u: f32) -> Option<f32> {
         let branch = self.splitting == Splitting::Branch;
-        let policy = if branch { roulette::OF_BRANCHES } else { roulette::OF_PATHS };
-        let throughput = self.throughput.max_element() * self.relative;
-        let armed = self.depth >= rr_depth.min(policy.latest);
-        let factor = roulette::survival_factor(policy.survival * throughput, armed, u)?;
-        self.throughput *= factor;
-        Some(factor)
+        let Policy { latest, survival } = if branch { roulette::OF_BRANCHES } else { roulette::OF_PATHS };
+        let carried = self.walk.throughput.max_element() * self.walk.relative;
+        self.walk.survive(survival * carried, rr_depth.min(latest), u)
     }
 }

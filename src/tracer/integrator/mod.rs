@@ -1,9 +1,9 @@
 //! Integrators: each turns one point of the sample sequence into samples on the stream.
 //!
 //! ```text
-//! context          what every integrator is given; how vertices of light paths are connected to the camera
+//! context          scene, view and settings; connection of light path vertices to the camera
 //! direct_lighting  next-event estimation and emission with MIS; PathState, what a camera path carries
-//! lamps            lamps seen over mirrors and glass, along what a camera path does not choose
+//! delta_chains     lights seen over mirrors and through glass, along chains of deltas that a camera path does not sample
 //! path             path tracing
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
@@ -33,7 +33,8 @@
 //! # Adding an integrator
 //!
 //! 1. A file here with a struct that holds a [`RenderContext`] and implements [`Integrator`]. `particle.rs` is the shortest.
-//!    Camera paths build on `direct_lighting::PathState`, light paths and connections on [`Walk`](crate::tracer::subpath::Walk).
+//!    Camera paths build on `direct_lighting::PathState`, light paths and connections on
+//!    [`Subpath`](crate::tracer::subpath::Subpath); both take their steps by [`Walk`](crate::tracer::walk::Walk).
 //!    Random numbers come only from the [`Sampler`](crate::tracer::Sampler) of the index, so that a path is a pure function.
 //! 2. `impl From<RenderContext>`, by which `--check-plan` compares its special code with the general.
 //! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks
@@ -45,9 +46,9 @@ mod bidirectional;
 mod caustic_witness;
 mod check;
 mod context;
+mod delta_chains;
 mod depth;
 mod direct_lighting;
-mod lamps;
 mod particle;
 mod path;
 mod photon;
@@ -104,7 +105,7 @@ use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate};
 ///
 /// [`UvWindow`]: crate::stream::UvWindow
 pub trait Integrator: Send + Sync + 'static {
-    /// What one worker reuses from path to path of one integrator. It may hold what several paths share, so that no other integrator may use it.
+    /// Memory that one worker reuses from path to path of one integrator. It may cache data shared by several paths, so each integrator has its own.
     type Scratch: Default + Send;
 
     /// Traces path number `index`. Exactly one call per index; every sample goes to `out`.

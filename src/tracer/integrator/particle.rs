@@ -6,11 +6,11 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
-use crate::tracer::light_groups::send_light;
+use crate::tracer::output::send_light;
 use crate::tracer::record::{PathEvent, Recorded, record};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
-use crate::tracer::subpath::{SubpathVertex, Walk};
-use crate::tracer::{MaterialClass, Sampler};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
+use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::{Integrator, RenderContext};
 
@@ -46,18 +46,26 @@ impl Integrator for ParticleTracer {
         {
             send_light(out, view.uv, lambda.to_xyz(emitted * scale), group);
         }
-        let Some(walk) = Walk::from_light(lambda, &emission, emitted) else { return };
+        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
         let ray = emission.ray();
-        match scene.material_class() {
-            MaterialClass::Diffuse => self.follow::<Diffuse>(walk, ray, &numbers, None, out),
-            MaterialClass::Specular => self.follow::<Smooth>(walk, ray, &numbers, None, out),
-            MaterialClass::General => self.follow::<Unmixed>(walk, ray, &numbers, None, out),
-            MaterialClass::Mixed => self.follow::<Bsdf>(walk, ray, &numbers, None, out),
-            MaterialClass::Recorded => {
-                record(PathEvent::Begins((&walk).into()));
-                self.follow::<Recorded>(walk, ray, &numbers, None, out);
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Diffuse) => {
+                self.follow::<Diffuse>(subpath, ray, &numbers, None, out)
             }
-            MaterialClass::Credited => self.follow::<CreditedBsdf>(walk, ray, &numbers, group, out),
+            (TracingMode::Plain, MaterialClass::Specular) => {
+                self.follow::<Smooth>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Plain, MaterialClass::General) => {
+                self.follow::<Unmixed>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Plain, MaterialClass::Mixed) => {
+                self.follow::<Bsdf>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Record, _) => {
+                record(PathEvent::Begins((&subpath.walk).into()));
+                self.follow::<Recorded>(subpath, ray, &numbers, None, out);
+            }
+            (TracingMode::LightGroups, _) => self.follow::<CreditedBsdf>(subpath, ray, &numbers, group, out),
         }
     }
 
@@ -99,32 +107,32 @@ impl ParticleTracer {
         }
     }
 
-    /// Follows a walk along `ray` to its end and connects each vertex to the camera. Its light comes from this group, if there are groups.
+    /// Follows a subpath along `ray` to its end and connects each vertex to the camera. Its light comes from this group, if there are groups.
     fn follow<B: Scattering>(
         &self,
-        mut walk: Walk<true>,
+        mut subpath: Subpath<true>,
         mut ray: Ray,
         numbers: &LightSampler,
         group: Option<u8>,
         out: &mut impl SampleSink,
     ) {
         let context = &self.context;
-        while walk.depth + 1 < context.longest() {
+        while subpath.walk.depth + 1 < context.longest() {
             let Some(hit) = context.scene.closest(&ray) else { break };
-            let vertex: SubpathVertex<B> = walk.arrive(&context.scene, hit);
-            B::record(|| PathEvent::Meets((&walk).into(), hit));
-            let u = numbers.vertex(walk.depth - 1);
+            let vertex: SubpathVertex<B> = subpath.arrive(&context.scene, hit);
+            B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
+            let u = numbers.vertex(subpath.walk.depth - 1);
             if let Some(connection) = context.connect_to_camera(&vertex, u.light) {
                 let share = context.visible_to_camera(&vertex.surface.hit, &connection.view);
                 if share > 0.0 {
-                    let value = walk.lambda.to_xyz(connection.value * share);
+                    let value = subpath.walk.lambda.to_xyz(connection.value * share);
                     send_light(out, connection.view.uv, value, group);
                 }
             }
             let each = |own, ray| self.follow::<B>(own, ray, numbers, group, out);
-            let Some(next) = walk.scatter_each(&vertex, &u, context.rr_depth, each) else { return };
+            let Some(next) = subpath.scatter_each(&vertex, &u, context.rr_depth, each) else { return };
             ray = next;
         }
-        B::record(|| PathEvent::Leaves((&walk).into()));
+        B::record(|| PathEvent::Leaves((&subpath.walk).into()));
     }
 }

@@ -31,9 +31,11 @@ use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, BsdfSample, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::interaction::SurfaceVertex;
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::output::send_camera;
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::sampler::VertexNumbers;
-use crate::tracer::{MaterialClass, Sampler, Scene};
+use crate::tracer::walk::Walk;
+use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::direct_lighting::{PathState, Splitting};
 use super::{Integrator, RenderContext};
@@ -67,7 +69,8 @@ impl Splits {
 }
 
 /// Traces paths from the camera. Each vertex also samples a light, and both ways of finding a light are combined by
-/// multiple importance sampling. The code is compiled for each [`MaterialClass`]: the choice is one branch per path.
+/// multiple importance sampling. The code is compiled for each [`MaterialClass`] and [`TracingMode`]: the choice is
+/// one branch per path.
 #[derive(Clone, Debug)]
 pub struct PathTracer {
     /// Scene, view and settings.
@@ -88,11 +91,12 @@ impl PathTracer {
         let whole = index < WHOLE_PATHS && self.context.places.is_none();
         let splitting = if whole { Splitting::Never } else { Splitting::Pending };
         let mut path = PathState::<B::Credits>::new(lambda, splitting);
-        B::record(|| PathEvent::Begins((&path).into()));
+        B::record(|| PathEvent::Begins((&path.walk).into()));
         self.follow::<B>(&mut path, camera.ray(uv, numbers.lens), &sampler);
         B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
         path.credits.settle(&lambda);
-        path.credits.send(scene.lights(), uv, lambda.to_xyz(path.radiance), start.weight, out);
+        let value = lambda.to_xyz(path.radiance);
+        send_camera(out, scene.lights(), uv, value, start.weight, &path.credits);
     }
 
     /// Follows `path` along `ray` to its end.
@@ -100,9 +104,9 @@ impl PathTracer {
     fn follow<B: Scattering>(&self, path: &mut PathState<B::Credits>, mut ray: Ray, sampler: &Sampler) {
         let scene = &self.context.scene;
         while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, true) {
-            let vertex = SurfaceVertex::<B>::new(scene, hit, &path.lambda);
-            B::record(|| PathEvent::Meets((&*path).into(), hit));
-            let u = sampler.vertex(path.depth);
+            let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda);
+            B::record(|| PathEvent::Meets((&path.walk).into(), hit));
+            let u = sampler.vertex(path.walk.depth - 1);
             if !vertex.bsdf.is_delta() {
                 if path.splits() {
                     return self.split(path, &vertex, sampler);
@@ -112,7 +116,7 @@ impl PathTracer {
             let Some(next) = self.scatter(path, &vertex, sampler, &u) else { return };
             ray = next;
         }
-        B::record(|| PathEvent::Leaves((&*path).into()));
+        B::record(|| PathEvent::Leaves((&path.walk).into()));
     }
 
     /// Takes the light samples of `vertex` and goes on from there in branches.
@@ -126,14 +130,14 @@ impl PathTracer {
         let splits = Splits::at(scene, vertex);
         let mut lit = path.branch(1 << splits.lights);
         for number in 0..1 << splits.lights {
-            let u = sampler.branch(number, splits.lights).vertex(path.depth);
+            let u = sampler.branch(number, splits.lights).vertex(path.walk.depth - 1);
             lit.add_direct(scene, vertex, &u);
         }
         path.join(&lit);
         for number in 0..1 << splits.branches {
             let mut branch = path.branch(1 << splits.branches);
             let sampler = sampler.branch(number, splits.branches);
-            let u = sampler.vertex(path.depth);
+            let u = sampler.vertex(path.walk.depth - 1);
             if let Some(ray) = self.scatter(&mut branch, vertex, &sampler, &u) {
                 self.follow::<B>(&mut branch, ray, &sampler);
             }
@@ -150,23 +154,19 @@ impl PathTracer {
         sampler: &Sampler,
         u: &VertexNumbers,
     ) -> Option<Ray> {
-        let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        path.add_lamps_beside(&self.context, vertex, &s);
+        let s = Walk::<false>::sample(vertex, u)?;
+        path.add_light_behind_deltas(&self.context, vertex, &s);
         if s.hero_only {
             self.follow_each_wavelength(path, vertex, &s, sampler, u.roulette);
             return None;
         }
-        let wi = vertex.frame.to_world(s.wi);
-        if !vertex.hit.sides_agree(wi, s.transmitted) {
-            return None;
-        }
-        path.scatter(vertex, &s)?;
+        let wi = path.scatter(vertex, &s)?;
         path.roulette(self.context.rr_depth, u.roulette)?;
-        B::record(|| PathEvent::Throughput(path.throughput));
+        B::record(|| PathEvent::Throughput(path.walk.throughput));
         Some(vertex.hit.spawn(wi))
     }
 
-    /// Follows each wavelength to its end where dispersion parts them for good. All use the same random numbers, so that
+    /// Follows each wavelength to its end after the dispersive delta `s`. All use the same random numbers, so that
     /// what they have in common has no colour noise.
     #[cold]
     fn follow_each_wavelength<B: Scattering>(
@@ -177,11 +177,11 @@ impl PathTracer {
         sampler: &Sampler,
         u: f32,
     ) {
-        for lane in 0..4 {
-            let Some((wi, eta2)) = vertex.bsdf.refract(vertex.wo, lane) else { continue };
-            let wi = vertex.frame.to_world(wi);
-            let mut own = path.alone(lane, s, eta2);
-            if vertex.hit.sides_agree(wi, true) && own.roulette(self.context.rr_depth, u).is_some() {
+        for (walk, s) in { path.walk }.split_wavelengths(vertex, s) {
+            let mut own = path.alone(walk);
+            if let Some(wi) = own.scatter(vertex, &s)
+                && own.roulette(self.context.rr_depth, u).is_some()
+            {
                 self.follow::<B>(&mut own, vertex.hit.spawn(wi), sampler);
                 path.join(&own);
             }
@@ -193,13 +193,14 @@ impl Integrator for PathTracer {
     type Scratch = ();
 
     fn trace(&self, index: u64, _: &mut (), out: &mut impl SampleSink) {
-        match self.context.scene.material_class() {
-            MaterialClass::Diffuse => self.trace_as::<Diffuse>(index, out),
-            MaterialClass::Specular => self.trace_as::<Smooth>(index, out),
-            MaterialClass::General => self.trace_as::<Unmixed>(index, out),
-            MaterialClass::Mixed => self.trace_as::<Bsdf>(index, out),
-            MaterialClass::Recorded => self.trace_as::<Recorded>(index, out),
-            MaterialClass::Credited => self.trace_as::<CreditedBsdf>(index, out),
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Diffuse) => self.trace_as::<Diffuse>(index, out),
+            (TracingMode::Plain, MaterialClass::Specular) => self.trace_as::<Smooth>(index, out),
+            (TracingMode::Plain, MaterialClass::General) => self.trace_as::<Unmixed>(index, out),
+            (TracingMode::Plain, MaterialClass::Mixed) => self.trace_as::<Bsdf>(index, out),
+            (TracingMode::Record, _) => self.trace_as::<Recorded>(index, out),
+            (TracingMode::LightGroups, _) => self.trace_as::<CreditedBsdf>(index, out),
         }
     }
 

@@ -20,7 +20,7 @@ use crate::tracer::light_groups::GroupColors;
 use super::bidirectional::{CAMERA_SUBPATHS, LIGHT_SUBPATHS, Scratch};
 use super::{BidirectionalTracer, Integrator, PhotonScratch, PhotonTracer, RenderContext, SeesPhotons};
 
-/// What a camera subpath has scattered from, as far as it decides whether a light that it hits now is found by merging.
+/// The kinds of vertices of a camera subpath, which decide whether emission that it hits next is found by merging.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Prefix {
     /// There are two vertices next to each other that are no deltas.
@@ -67,7 +67,7 @@ pub struct VcmTracer {
     photons: PhotonTracer,
 }
 
-/// What one worker reuses from path to path of one tracer.
+/// Memory that one worker reuses from path to path of one tracer.
 #[derive(Debug, Default)]
 pub struct VcmScratch {
     bidirectional: Scratch,

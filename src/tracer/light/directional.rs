@@ -29,7 +29,7 @@ impl LightSource for DirectionalLight {
     }
 
     fn power(&self, scene: BoundingSphere) -> f32 {
-        // What passes through a disk as large as the scene.
+        // Power through a disk as large as the scene.
         scene.radius * scene.radius
     }
 

@@ -339,7 +339,7 @@ impl<E: DirectionSampling> LightSource for E {
     }
 }
 
-/// What a row of cells, one radian wide, receives of nodes of luminance 1 above and below it: the integrals of 1 − t and
+/// The weights of the nodes above and below a row of cells, one radian wide: the integrals of 1 − t and
 /// t over solid angle, where t goes from 0 to 1 in proportion to latitude.
 fn shares(y: usize, rows: usize) -> [f32; 2] {
     let step = std::f64::consts::PI / (rows - 1) as f64;

@@ -24,7 +24,7 @@ use super::casters::{AIMED, CausticCasters};
 use super::selector::LightSelector;
 use super::{Light, LightSource, with_light};
 
-/// What sampling a light depends on at the point that is lit.
+/// The lit point, as far as light sampling depends on it; `LightSampleContext` in pbrt-v4.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
     /// Position, world space.
@@ -68,7 +68,7 @@ pub struct Lights {
     environment: Option<u32>,
     /// The sphere around the scene.
     scene: BoundingSphere,
-    /// What light subpaths are aimed at.
+    /// The caustic casters at which light subpaths are aimed.
     casters: CausticCasters,
     /// The groups of the lights, if paths tell of them.
     groups: Option<LightGroups>,
@@ -150,7 +150,7 @@ impl Lights {
         self.selector.only().is_some_and(|only| only.is_none() || only != self.environment)
     }
 
-    /// What a light is of: the number of the emitting shape among them, or behind those the number of the other light.
+    /// The source of a light: emitting shapes are numbered first, in their order, and then all other lights.
     pub fn source(&self, light: u32) -> u32 {
         self.lights.get(light as usize).map_or(light, |light| light.spectrum)
     }

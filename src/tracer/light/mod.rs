@@ -74,7 +74,7 @@ pub use sun_sky::{SunDisc, SunSkyLight};
 pub(super) use textured::LuminancePyramid;
 pub use textured::{EmittingSurface, FlatPatch, TexturedLight};
 
-/// What every sort of light implements. Densities here are without the probability of choosing the light, unless said.
+/// A light of one kind. Densities here are without the probability of choosing the light, unless said.
 pub trait LightSource {
     /// Samples a direction from the lit point `at` by the numbers `u`.
     fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample>;

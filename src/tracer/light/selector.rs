@@ -267,7 +267,7 @@ fn received(at: LightSampleContext, wi: Vec3, sin_u: f32) -> f32 {
 /// them the parabola that goes on smoothly at both ends.
 #[inline]
 fn mean_cosine(cos: f32, sin_u: f32) -> f32 {
-    // What rounding may take from a light that just shows.
+    // Tolerance, so that rounding hides no light that is just visible.
     const SLACK: f32 = 1e-6;
     let (above, u) = (cos + sin_u, sin_u + SLACK);
     if cos >= sin_u { cos + SLACK } else { (above + SLACK).max(0.0).powi(2) / (4.0 * u) }

@@ -32,7 +32,7 @@ pub struct SpotLight {
     power: f32,
 }
 
-/// What a spot projects onto the plane across its axis, as wide as the cutoff.
+/// The texture that a spot projects onto the plane perpendicular to its axis, as wide as the cutoff.
 #[derive(Clone, Debug)]
 pub struct SpotTexture {
     texture: SpectrumTexture,
@@ -80,7 +80,7 @@ impl SpotLight {
             f64::from(self.falloff(d) * texture.luminance(d))
         };
         let mean = (0..GRID * GRID).map(value).sum::<f64>() / f64::from(GRID * GRID);
-        // What the grid has missed still shines.
+        // Details that the grid misses must keep a positive density.
         let least = if texture.texture.is_black() { 0.0 } else { 1e-4 * self.power };
         let power = (2.0 * self.cone * mean as f32).max(least);
         Self { texture: Some(texture), power, ..self }
@@ -111,7 +111,7 @@ impl LightSource for SpotLight {
     }
 
     fn bounds(&self, power: f32, scene: BoundingSphere) -> (LightBounds, [Vec3; 2]) {
-        // Back to the intensity on the axis; that of a point of this power, where the cone is so narrow that it vanishes.
+        // BackSurface to the intensity on the axis; that of a point of this power, where the cone is so narrow that it vanishes.
         let intensity = power / self.power(scene).max(f32::MIN_POSITIVE);
         let bounds = match self.cone < 1.0 {
             true => LightBounds::flat([self.position; 2], self.axis, intensity),

@@ -6,7 +6,7 @@
 //! corners of a triangle are stored in the order that determines its front, so no sign has to be stored.
 //!
 //! Scenes use primitives that lie back to back in exactly the same place for lights that emit on both sides. Rounding would decide
-//! which of the two a ray hits, and half of the light would be lost. So the second one becomes the [`Back`] of the first.
+//! which of the two a ray hits, and half of the light would be lost. So the second one becomes the [`BackSurface`] of the first.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -24,12 +24,12 @@ use crate::tracer::light::{
     CylinderLight, DiskLight, EmittingSurface, FlatPatch, Light, LightShape, LuminancePyramid,
     ParallelogramLight, SphereLight, TexturedLight, TriangleLight,
 };
-use crate::tracer::primitives::{Back, NONE, PrimRecord};
+use crate::tracer::primitives::{BackSurface, NONE, PrimRecord};
 use crate::tracer::shape::{Cylinder, Disk, Sphere, Triangle, has_area};
 use crate::tracer::tangents::{self, Tangents};
 use crate::tracer::texture_coordinates::{self, ShapeAttributes, TextureCoordinates};
 
-use super::places::{PlaceKey, Places};
+use super::coincident::{CoincidenceKey, CoincidentSurfaces};
 use super::{MAX_PRIMITIVES, PrepareError};
 
 /// Largest magnitude of a coordinate. Its square and its product with an extent stay finite.
@@ -51,12 +51,12 @@ pub(super) struct Geometry {
     sphere_prims: Vec<PrimRecord>,
     cylinder_prims: Vec<PrimRecord>,
     curve_prims: Vec<PrimRecord>,
-    pub(super) backs: Vec<Back>,
+    pub(super) backs: Vec<BackSurface>,
     /// Tangents by shape; see [`Geometry::finish`].
     pub(super) tangents: Vec<Tangents>,
     /// Texture coordinates by shape; see [`Geometry::finish`].
     pub(super) uvs: Vec<TextureCoordinates>,
-    pub(super) places: Places,
+    pub(super) coincident: CoincidentSurfaces,
     pub(super) lights: Vec<Light>,
     /// Number of shapes so far.
     pub(super) shapes: u32,
@@ -157,7 +157,7 @@ pub(super) fn describe(desc: &SceneDesc, shape: &ShapeDesc) -> String {
 }
 
 impl Geometry {
-    /// What the shapes of `desc` are added to.
+    /// Empty geometry for the shapes of `desc`.
     pub(super) fn of(desc: &SceneDesc) -> Self {
         let textured = |shape: &&ShapeDesc| shape.emission_profile.texture.is_some();
         let faces: usize = desc.shapes.iter().filter(textured).map(|shape| desc.faces(shape)).sum();
@@ -289,7 +289,7 @@ impl Geometry {
     /// Adds the shape as the back of the primitives `range` of its kind and returns its index.
     fn back(&mut self, input: &ShapeInput, range: Range<usize>, shape: impl FnOnce() -> LightShape) -> u32 {
         let light = self.light(input, range, shape);
-        self.backs.push(Back { surface: input.surface, light });
+        self.backs.push(BackSurface { surface: input.surface, light });
         self.backs.len() as u32 - 1
     }
 
@@ -367,15 +367,15 @@ impl Geometry {
             return;
         };
         let first = self.faces.count();
-        // A mesh may have millions of triangles, so only emitting ones are entered into `places`.
-        let key = input.spectrum.map(|_| PlaceKey::polygon(made.places));
+        // A mesh may have millions of triangles, so only emitting ones are entered into `coincident`.
+        let key = input.spectrum.map(|_| CoincidenceKey::polygon(made.places));
         let cells = self.cells;
         let light = |input: &ShapeInput| {
             let even = LightShape::Triangle(TriangleLight::new(triangle));
             let surface = || EmittingSurface::Flat(FlatPatch::triangle(triangle, uv(made.turned_corners())));
             input.light(cells, even, surface)
         };
-        if let Some(front) = key.and_then(|key| self.places.take(key, triangle.n)) {
+        if let Some(front) = key.and_then(|key| self.coincident.take(key, triangle.n)) {
             self.faces.extra_mut(front).back = self.back(input, front..front + 1, || light(input));
             return;
         }
@@ -383,7 +383,7 @@ impl Geometry {
         self.faces.number_last(input.first, number);
         if let Some(key) = key {
             self.faces.extra_mut(first).light = self.light(input, first..first + 1, || light(input));
-            self.places.add(key, triangle.n, first);
+            self.coincident.add(key, triangle.n, first);
         }
     }
 
@@ -392,10 +392,10 @@ impl Geometry {
     fn add_parallelogram(&mut self, corner: impl Fn(f64, f64) -> (Vec3, Vec2), input: &mut ShapeInput) {
         let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         let corners =
-            self.places.in_step(&self.faces, if input.turned { [a, d, c, b] } else { [a, b, c, d] });
+            self.coincident.in_step(&self.faces, if input.turned { [a, d, c, b] } else { [a, b, c, d] });
         let ([a, b, c, d], [uv_a, uv_b, uv_c, uv_d]) = (corners.map(|c| c.0), corners.map(|c| c.1));
         let first = self.faces.count();
-        let key = PlaceKey::polygon([a, b, c, d]);
+        let key = CoincidenceKey::polygon([a, b, c, d]);
         let cells = self.cells;
         let light = |input: &ShapeInput, n: Vec3| {
             let half = Triangle { p0: a, e1: b - a, e2: d - a, n };
@@ -404,7 +404,7 @@ impl Geometry {
             input.light(cells, even, || EmittingSurface::Flat(FlatPatch::parallelogram(half, uv)))
         };
         if let Some(face) = Triangle::new([a, b, c])
-            && let Some(front) = self.places.take(key, face.n)
+            && let Some(front) = self.coincident.take(key, face.n)
         {
             // Hits on either half are reported for the first one.
             self.faces.extra_mut(front).back = self.back(input, front..front + 2, || light(input, face.n));
@@ -426,7 +426,7 @@ impl Geometry {
                 self.faces.extra_mut(first).light = light;
                 self.faces.extra_mut(first + 1).light = light;
             }
-            self.places.add(key, n, first);
+            self.coincident.add(key, n, first);
         }
     }
 
@@ -466,7 +466,7 @@ impl Geometry {
             input.dropped += 1;
             return;
         };
-        let key = PlaceKey::round(center, a, b);
+        let key = CoincidenceKey::round(center, a, b);
         let cells = self.cells;
         let light = || {
             let even = LightShape::Disk(DiskLight::new(disk));
@@ -481,18 +481,18 @@ impl Geometry {
     fn add_record(
         &mut self,
         records: fn(&mut Self) -> &mut Vec<PrimRecord>,
-        key: PlaceKey,
+        key: CoincidenceKey,
         front: Vec3,
         input: &ShapeInput,
         light: impl FnOnce() -> LightShape,
     ) -> bool {
-        if let Some(other) = self.places.take(key, front) {
+        if let Some(other) = self.coincident.take(key, front) {
             let back = self.back(input, other..other + 1, light);
             records(self)[other].back = back;
             return false;
         }
         let i = records(self).len();
-        self.places.add(key, front, i);
+        self.coincident.add(key, front, i);
         let light = self.light(input, i..i + 1, light);
         records(self).push(PrimRecord { surface: input.surface, light, back: NONE });
         true
@@ -517,7 +517,7 @@ impl Geometry {
             input.dropped += 1;
             return;
         }
-        let key = PlaceKey::round(center, Vec3::splat(radius), Vec3::NAN);
+        let key = CoincidenceKey::round(center, Vec3::splat(radius), Vec3::NAN);
         let side = if inward { -Vec3::X } else { Vec3::X };
         let cells = self.cells;
         let light = || {
@@ -585,7 +585,7 @@ impl Geometry {
             input.dropped += 1;
             return;
         };
-        let key = PlaceKey::tube(base, axes);
+        let key = CoincidenceKey::tube(base, axes);
         let side = if inward { -Vec3::X } else { Vec3::X };
         let cells = self.cells;
         let light = || {

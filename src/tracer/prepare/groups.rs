@@ -10,8 +10,8 @@ use crate::tracer::tangents::Tangents;
 use crate::tracer::texture_coordinates::TextureCoordinates;
 
 use super::PrepareError;
+use super::coincident::CoincidentSurfaces;
 use super::geometry::{Geometry, MAX_COORDINATE, describe};
-use super::places::Places;
 
 /// The groups and instances of a scene.
 #[derive(Default)]
@@ -34,7 +34,7 @@ impl Geometry {
             let first = self.counts();
             if is_shown {
                 // Only shapes in the same space can lie back to back.
-                self.places = Places::default();
+                self.coincident = CoincidentSurfaces::default();
                 group.shapes.iter().try_for_each(|shape| self.add(desc, shape))?;
             } else {
                 self.shapes += group.shapes.len() as u32;

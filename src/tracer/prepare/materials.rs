@@ -16,9 +16,9 @@ use crate::tracer::opacity::Opacity;
 
 use super::PrepareError;
 
-/// What the surfaces of a scene are made of.
+/// The materials of a scene, and which of them each surface has.
 pub(super) struct SceneMaterials {
-    /// Materials without sides.
+    /// One-sided materials.
     pub(super) materials: Vec<Material>,
     /// Which of them each shape shows, those in groups after the others.
     pub(super) surfaces: Vec<Sides>,
@@ -58,7 +58,7 @@ fn material(desc: &BsdfDesc, before: &[Material]) -> Option<Material> {
     known.map(Material::RoughPlastic).or_else(|| Material::new(desc))
 }
 
-/// What a description looks like from both sides.
+/// The materials of both sides of a description, and its opacity.
 struct Look {
     sides: Sides,
     opacity: Opacity,
@@ -110,7 +110,7 @@ fn prepare(descs: &[BsdfDesc], before: &[Material]) -> Result<(Vec<Material>, Ve
     Ok((materials, looks))
 }
 
-/// What one side of a material shows.
+/// Collects the materials of one side of a description, with their shares.
 struct Layout<'a> {
     descs: &'a [BsdfDesc],
     /// The materials of the scene before.
@@ -192,7 +192,7 @@ impl Layout<'_> {
                 let coat = Some(PartCoat { coat: id, tilted: bump.is_some() });
                 add(bsdf, LayoutRole { share, behind, bump, coat })?;
             }
-            // What has no share is not made, but it may have two sides.
+            // A material without a share is left out.
             Some(_) if !share.is_none() => {
                 self.parts.push(LayoutPart { id, share, turned: behind, bump, coat });
             }

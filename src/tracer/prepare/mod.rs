@@ -1,14 +1,14 @@
 //! Preparation: from a scene description to a scene that can be traced.
 //!
-//! `geometry` transforms shapes to primitives in world space, checks them and adds their lights, `lights` adds the others, `groups` adds groups and instances,
+//! `coincident` finds primitives in the same place. `geometry` transforms shapes to primitives in world space, checks them and adds their lights, `lights` adds the others, `groups` adds groups and instances,
 //! `materials` converts BSDFs, `specular` finds what casts caustics and what is seen over mirrors and glass. `structure` decides whether an edit can
 //! keep the geometry.
 
+mod coincident;
 mod geometry;
 mod groups;
 mod lights;
 mod materials;
-mod places;
 mod specular;
 mod structure;
 
@@ -24,7 +24,7 @@ use super::bsdf::Material;
 use super::effects::{self, planned};
 use super::light::Lights;
 use super::primitives::Primitives;
-use super::scene::{MaterialClass, Scene};
+use super::scene::{MaterialClass, Scene, TracingMode};
 use geometry::Geometry;
 use groups::PreparedGroups;
 use materials::SceneMaterials;
@@ -119,8 +119,8 @@ impl Scene {
     /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
     /// ([`effects::planned`](super::effects::planned)).
     ///
-    /// What cannot be traced but does no harm (triangles without area, coordinates that are not finite or beyond
-    /// 1e12 in rendering space) is dropped, counted and reported in [`Scene::notices`].
+    /// Primitives that cannot be traced (triangles without area, coordinates that are not finite or beyond
+    /// 1e12 in rendering space) are dropped, counted and reported in [`Scene::notices`].
     ///
     /// ```
     /// use pointillist::scene;
@@ -166,7 +166,7 @@ impl Scene {
         }
         let shown = geometry.add_groups(desc)?;
         let mut geometry = geometry.finish();
-        if let hidden @ 1.. = geometry.places.hidden {
+        if let hidden @ 1.. = geometry.coincident.hidden {
             geometry.notices.push(format!(
                 "{hidden} faces lie in the same place as others and face the same way: only one of each is seen"
             ));
@@ -207,6 +207,7 @@ impl Scene {
             chains,
             white,
             material_class,
+            tracing_mode: TracingMode::default(),
             notices,
             space,
             structure,
@@ -247,6 +248,7 @@ impl Scene {
             chains,
             white: effects::white(desc),
             material_class: effects::material_class(desc),
+            tracing_mode: TracingMode::default(),
             notices: self.notices.clone(),
             space: self.space,
             structure: self.structure.clone(),

@@ -1,5 +1,5 @@
-//! What casts caustics: shapes of mirror and glass, without a diffuse part that would hide the caustic. And what a chain of mirrors and glass
-//! leads to: such shapes, coated ones, and shapes that emit.
+//! Shapes that cast caustics: mirrors and glass without a diffuse part, which would hide the caustic. And the shapes that a chain of deltas can
+//! lead to: these, coated shapes, and shapes that emit.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -9,7 +9,7 @@ use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::light::CausticCasters;
 use crate::tracer::specular_chain::ChainBounds;
 
-/// What the surface of a shape does for paths over mirrors and glass.
+/// The role of a surface in caustics and chains of deltas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::tracer) struct SpecularUse {
     /// It casts caustics.
@@ -56,7 +56,7 @@ pub(super) fn of(desc: &SceneDesc) -> (CausticCasters, ChainBounds) {
         }
     }
     if !desc.surfaces().any(|shape| shape.emission.is_some()) {
-        // No chain leads to a lamp.
+        // No chain leads to a light.
         chains.clear();
     }
     (CausticCasters::new(casters), ChainBounds::new(chains))

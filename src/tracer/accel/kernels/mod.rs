@@ -61,9 +61,14 @@ impl SimdKernel {
         }
     }
 
+    /// This kernel, if this processor can run it.
+    pub(in crate::tracer) fn available(self) -> Option<AvailableKernel> {
+        self.is_available().then_some(AvailableKernel(self))
+    }
+
     /// The fastest kernel that this processor can run.
     pub fn best() -> Self {
-        Self::ALL.into_iter().rev().find(|k| k.is_available()).unwrap_or_default()
+        AvailableKernel::best().get()
     }
 
     /// Its name on the command line.
@@ -76,9 +81,25 @@ impl SimdKernel {
     }
 }
 
-/// The traversals that are compiled for `kernel`.
-pub(super) fn traversals(kernel: SimdKernel) -> TraversalFns {
-    match kernel {
+/// A kernel that this processor can run. A value of the type proves it, so that safe functions may call code for these instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::tracer) struct AvailableKernel(SimdKernel);
+
+impl AvailableKernel {
+    /// The fastest.
+    pub(super) fn best() -> Self {
+        SimdKernel::ALL.into_iter().rev().find_map(SimdKernel::available).unwrap_or(Self(SimdKernel::Scalar))
+    }
+
+    /// Which kernel it is.
+    pub(in crate::tracer) fn get(self) -> SimdKernel {
+        self.0
+    }
+}
+
+/// The traversals that are compiled for `kernel`, all of which this processor can run.
+pub(super) fn traversals(kernel: AvailableKernel) -> TraversalFns {
+    match kernel.get() {
         #[cfg(target_arch = "x86_64")]
         SimdKernel::Avx2 => TraversalFns { closest: avx2::closest, occluded: avx2::occluded },
         #[cfg(target_arch = "x86_64")]

@@ -40,7 +40,7 @@ use glam::Vec3;
 
 use crate::spectrum::SampledSpectrum;
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
-use crate::tracer::accel::SimdKernel;
+use crate::tracer::accel::AvailableKernel;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::PathEvent;
@@ -100,7 +100,7 @@ struct ConnectionEdge {
     inverse: f32,
     /// Unit direction from the camera's vertex to the light's.
     d: Vec3,
-    /// What it contributes if nothing occludes it, without MIS weights.
+    /// Unoccluded contribution, without MIS weight.
     value: SampledSpectrum,
 }
 
@@ -129,7 +129,7 @@ impl ConnectionEdge {
 /// Works out the importances of the pairs of `camera`, whose row is `out`, and returns their sum.
 #[inline(always)]
 fn find_row<B: Scattering>(
-    kernel: SimdKernel,
+    kernel: AvailableKernel,
     camera: &SubpathVertex<B>,
     (pool, own): (&LightPool<B>, Range<usize>),
     room: u32,
@@ -189,7 +189,7 @@ impl BidirectionalTracer {
         let scale = (CONNECTIONS / (total + brightness / SHARE)).clamp(f32::MIN_POSITIVE, f32::MAX);
         let typical = SMALL * SHARE / scale;
         let (stride, Candidates { importances, sums, .. }) = (pool.rows.stride(), candidates);
-        sum_probabilities(self.context.scene.kernel(), importances, scale, sums);
+        sum_probabilities(self.context.scene.accel().available_kernel(), importances, scale, sums);
         let mut sum = u;
         for (lanes, probabilities) in sums.iter().enumerate() {
             if sum + probabilities < NEARLY_ONE {
@@ -222,7 +222,7 @@ impl BidirectionalTracer {
         candidates: &mut Candidates,
     ) -> f32 {
         let Candidates { importances, own, .. } = candidates;
-        let (kernel, stride) = (self.context.scene.kernel(), pool.rows.stride());
+        let (kernel, stride) = (self.context.scene.accel().available_kernel(), pool.rows.stride());
         importances.clear();
         importances.resize(stride * camera.len(), 0.0);
         if stride == 0 {
@@ -236,8 +236,8 @@ impl BidirectionalTracer {
         total
     }
 
-    /// Makes a connection to a vertex of a light subpath, given with its group of lights, whose contribution has this factor, over its probability and the number of light subpaths. One that turns
-    /// out to contribute less than `typical`, a sum over the wavelengths, is made only in proportion to that, by the number `u`.
+    /// Adds the connection to a vertex of a light subpath, given with its group of lights. `factor` is one over the probability of the pair and the
+    /// number of light subpaths. Connections that contribute less than `typical`, a sum over the wavelengths, are subject to Russian roulette by `u`.
     #[inline]
     fn add_connection<B: Scattering>(
         &self,

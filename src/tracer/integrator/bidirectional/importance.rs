@@ -6,7 +6,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::tracer::accel::SimdKernel;
+use crate::tracer::accel::{AvailableKernel, SimdKernel};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::subpath::SubpathVertex;
 use crate::tracer::subpath_mis::CONNECTION_SAMPLES;
@@ -20,7 +20,7 @@ pub(super) const LEAST_WEIGHT: f32 = 0.01;
 /// Greatest importance, so that the sum of all is finite however close two vertices are.
 pub(super) const GREATEST: f32 = 1e30;
 
-/// What the importance of a pair needs of a diffuse vertex. Of any other the throughput is 0.
+/// The data of a diffuse vertex from which the importance of a pair is computed. The throughput of any other vertex is 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DiffuseSummary {
     p: Vec3,
@@ -101,7 +101,7 @@ impl LightRows {
     }
 }
 
-/// A camera vertex, and what a row of importances needs beside it.
+/// The input of a row of importances: a camera vertex and all light vertices.
 pub(super) struct CameraRow<'a> {
     pub(super) camera: DiffuseSummary,
     pub(super) light: &'a LightRows,
@@ -109,12 +109,12 @@ pub(super) struct CameraRow<'a> {
     pub(super) room: f32,
 }
 
-/// Compiles a function for the processors with AVX2 and AVX-512 as well, and calls that of `kernel`, which must be available.
+/// Compiles a function for the processors with AVX2 and AVX-512 as well, and calls that of `kernel`.
 macro_rules! for_kernel {
     ($(#[$doc:meta])* $name:ident => $body:ident($($argument:ident: $type:ty),*) -> $result:ty) => {
         $(#[$doc])*
         #[inline]
-        pub(super) fn $name(kernel: SimdKernel, $($argument: $type),*) -> $result {
+        pub(super) fn $name(kernel: AvailableKernel, $($argument: $type),*) -> $result {
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2")]
@@ -125,9 +125,9 @@ macro_rules! for_kernel {
                 fn avx512($($argument: $type),*) -> $result {
                     $body($($argument),*)
                 }
-                match kernel {
+                match kernel.get() {
                     SimdKernel::Scalar => {}
-                    // SAFETY: a scene has only a kernel that this processor can run.
+                    // SAFETY: the value of `AvailableKernel` proves that this processor has these instructions.
                     SimdKernel::Avx2 => return unsafe { avx2($($argument),*) },
                     // SAFETY: as above.
                     SimdKernel::Avx512 => return unsafe { avx512($($argument),*) },
@@ -235,8 +235,8 @@ mod tests {
         g * a.throughput.as_dvec4().dot(b.throughput.as_dvec4()) * weight.max(f64::from(LEAST_WEIGHT))
     }
 
-    fn kernels() -> impl Iterator<Item = SimdKernel> {
-        SimdKernel::ALL.into_iter().filter(|kernel| kernel.is_available())
+    fn kernels() -> impl Iterator<Item = AvailableKernel> {
+        SimdKernel::ALL.into_iter().filter_map(SimdKernel::available)
     }
 
     #[test]
@@ -252,7 +252,7 @@ mod tests {
                     let sum = find_importances(kernel, &row, &mut out);
                     (sum.to_bits(), out.iter().map(|v| v.to_bits()).collect::<Vec<_>>())
                 };
-                let (sum, bits) = of(SimdKernel::Scalar);
+                let (sum, bits) = of(SimdKernel::Scalar.available().expect("any processor runs it"));
                 assert!(kernels().all(|kernel| of(kernel) == (sum, bits.clone())));
                 let exact: Vec<f64> = light.iter().map(|light| exact(&camera, light, 4.0)).collect();
                 let total: f64 = exact.iter().sum();

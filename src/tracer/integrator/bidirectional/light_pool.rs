@@ -15,12 +15,13 @@ use crate::stream::faults::Raised;
 use crate::stream::{SampleSink, faults};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::RenderContext;
-use crate::tracer::light_groups::{LightCredits, send_light};
+use crate::tracer::light_groups::LightCredits;
+use crate::tracer::output::send_light;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::sampler::cells::{ScreenCells, Visit};
 use crate::tracer::screen::ScreenSampling;
-use crate::tracer::subpath::{SubpathVertex, Walk};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::{Sampler, roulette};
 
 use super::importance::{DiffuseSummary, LightRows};
@@ -51,7 +52,7 @@ pub(super) struct LightPool<B> {
     pub(super) rows: LightRows,
     /// Samples of the light stream, subpath by subpath, each with the group of lights that it comes from, if there are groups.
     splats: Vec<([f32; 2], Xyz, Option<u8>)>,
-    /// What was wrong on the way, subpath by subpath.
+    /// Faults raised while the subpaths were traced, subpath by subpath.
     faults: Vec<Raised>,
     /// For each index of the group the ends of its vertices, its splats and its faults.
     ends: [PoolEnds; GROUP as usize],
@@ -150,24 +151,24 @@ impl BidirectionalTracer {
         let Some(emission) = scene.lights.emit_aimed(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, lambda);
         let group = scene.lights.group(emission.light);
-        let Some(mut walk) = Walk::from_light(*lambda, &emission, emitted) else { return };
-        walk.policy = roulette::CONNECTED_FROM_LIGHT;
-        B::record(|| PathEvent::Begins((&walk).into()));
+        let Some(mut subpath) = Subpath::from_light(*lambda, &emission, emitted) else { return };
+        subpath.policy = roulette::CONNECTED_FROM_LIGHT;
+        B::record(|| PathEvent::Begins((&subpath.walk).into()));
         let mut ray = emission.ray();
         // One more segment leads to the camera.
-        while walk.depth + 1 < self.context.longest() {
+        while subpath.walk.depth + 1 < self.context.longest() {
             let Some(hit) = scene.closest(&ray) else { break };
-            let mut vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-            B::record(|| PathEvent::Meets((&walk).into(), hit));
-            let u = numbers.vertex(walk.depth - 1);
+            let mut vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
+            B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
+            let u = numbers.vertex(subpath.walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 if vertex.depth == 1 {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
                 }
-                let splat = self.to_camera(&walk.lambda, u.light, &vertex);
+                let splat = self.to_camera(&subpath.walk.lambda, u.light, &vertex);
                 splats.extend(splat.map(|(uv, value)| (uv, value, group)));
             }
-            let next = walk.scatter(&vertex, &u, rr_depth);
+            let next = subpath.scatter(&vertex, &u, rr_depth);
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);
                 if B::Credits::KEPT {
@@ -177,11 +178,11 @@ impl BidirectionalTracer {
             let Some(next) = next else { return };
             ray = next;
         }
-        B::record(|| PathEvent::Leaves((&walk).into()));
+        B::record(|| PathEvent::Leaves((&subpath.walk).into()));
     }
 }
 
-/// What the wavelengths and the light subpaths of the group of `index` are enumerated by. Where the screen is sampled adaptively, paths are not in the order
+/// The visit that enumerates the wavelengths and light subpaths of the group of `index`. Where the screen is sampled adaptively, paths are not in the order
 /// of the sequence: groups do not visit the same cells again and are enumerated one by one.
 pub(super) fn group_visit(index: u64, context: &RenderContext) -> Visit {
     if matches!(context.screen, ScreenSampling::Adaptive(_)) {

@@ -27,10 +27,12 @@ use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
+use crate::tracer::output::send_camera;
 use crate::tracer::record::{PathEvent, Recorded};
 use crate::tracer::specular_chain::SpecularChain;
-use crate::tracer::subpath::{SubpathVertex, Walk};
-use crate::tracer::{MaterialClass, Sampler};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
+use crate::tracer::walk::Walk;
+use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::vcm::Prefix;
 use super::{Integrator, RenderContext};
@@ -51,7 +53,7 @@ pub struct BidirectionalTracer {
     pub context: RenderContext,
 }
 
-/// What a worker reuses; only the vertices of the scene's [`MaterialClass`] are used.
+/// Memory that a worker reuses; only the vertices of the scene's [`MaterialClass`] and [`TracingMode`] are used.
 #[derive(Debug, Default)]
 pub struct Scratch {
     diffuse: Subpaths<Diffuse>,
@@ -62,7 +64,7 @@ pub struct Scratch {
     credited: Subpaths<CreditedBsdf>,
 }
 
-/// What is kept of the subpaths of an index.
+/// The subpaths of an index, and the candidates for connections.
 #[derive(Debug)]
 struct Subpaths<B> {
     light: LightPool<B>,
@@ -109,7 +111,7 @@ impl BidirectionalTracer {
                 value += merge(&sampler, &mut colors);
                 path.credits.add_colors(&colors);
             }
-            path.credits.send(self.context.scene.lights(), uv, value, start.weight, out);
+            send_camera(out, self.context.scene.lights(), uv, value, start.weight, &path.credits);
         }
     }
 
@@ -131,55 +133,55 @@ impl BidirectionalTracer {
         let lens = sampler.camera().lens;
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
-        let mut walk = Walk::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES);
-        B::record(|| PathEvent::Begins((&walk).into()));
+        let mut subpath = Subpath::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES);
+        B::record(|| PathEvent::Begins((&subpath.walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
         let (mut prefix, mut specular, mut chain) = (Prefix::CAMERA, false, SpecularChain::CAMERA);
-        while walk.depth < longest {
-            let Some(hit) = context.closest(&mut ray, walk.depth) else {
+        while subpath.walk.depth < longest {
+            let Some(hit) = context.closest(&mut ray, subpath.walk.depth) else {
                 if !(merging && prefix.is_merged())
-                    && let Some(light) = context.environment(walk.depth)
+                    && let Some(light) = context.environment(subpath.walk.depth)
                 {
-                    self.add_environment(path, light, &walk, last, ray.direction);
+                    self.add_environment(path, light, &subpath, last, ray.direction);
                 }
                 break;
             };
             if scene.passes(&mut ray, &hit) {
                 if !(merging && prefix.is_merged()) {
-                    let vertex = walk.clone().arrive(scene, hit);
+                    let vertex = subpath.clone().arrive(scene, hit);
                     self.add_emitted::<B>(path, last, &vertex, chain.probability());
                 }
                 continue;
             }
-            let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
+            let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
             if !(merging && prefix.is_merged()) {
                 self.add_emitted(path, last, &vertex, chain.probability());
             }
-            if walk.depth == longest {
+            if subpath.walk.depth == longest {
                 break;
             }
-            B::record(|| PathEvent::Meets((&walk).into(), hit));
-            let numbers = sampler.vertex(walk.depth - 1);
+            B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
+            let numbers = sampler.vertex(subpath.walk.depth - 1);
             if !vertex.surface.bsdf.is_delta() {
                 self.add_direct(path, &vertex, &numbers);
             }
             last = Some(vertex.surface.light_context());
-            let next = Walk::<false>::sample(&vertex, &numbers).and_then(|s| {
-                self.add_lamps_beside(path, &mut chain, &vertex, &s);
-                walk.go_on(&vertex, &s, &numbers, *rr_depth)
+            let next = Walk::<false>::sample(&vertex.surface, &numbers).and_then(|s| {
+                self.add_light_behind_deltas(path, &mut chain, &vertex, &s);
+                subpath.scatter_into(&vertex, &s, &numbers, *rr_depth)
             });
             let diffuse = vertex.surface.bsdf.has_diffuse_part();
             if !vertex.surface.bsdf.is_delta() {
                 vertices.push(vertex);
             }
             // The link is 0 after a delta. Merging has a roulette of its own, so that it does not matter whether this walk goes on.
-            prefix = prefix.then(walk.previous.link == 0.0, diffuse);
-            specular |= walk.depth == 1 && prefix.is_specular();
+            prefix = prefix.then(subpath.previous.link == 0.0, diffuse);
+            specular |= subpath.walk.depth == 1 && prefix.is_specular();
             let Some(next) = next else { return specular };
             ray = next;
         }
-        B::record(|| PathEvent::Leaves((&walk).into()));
+        B::record(|| PathEvent::Leaves((&subpath.walk).into()));
         specular
     }
 
@@ -191,19 +193,27 @@ impl BidirectionalTracer {
         merge: Option<&mut Merge<'_>>,
         out: &mut impl SampleSink,
     ) {
-        match self.context.scene.material_class() {
-            MaterialClass::Diffuse => self.trace_as(index, &mut scratch.diffuse, merge, out),
-            MaterialClass::Specular => self.trace_as(index, &mut scratch.specular, merge, out),
-            MaterialClass::General => self.trace_as(index, &mut scratch.general, merge, out),
-            MaterialClass::Mixed => self.trace_as(index, &mut scratch.mixed, merge, out),
-            MaterialClass::Recorded => self.trace_as(index, &mut scratch.recorded, merge, out),
-            MaterialClass::Credited => self.trace_as(index, &mut scratch.credited, merge, out),
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Diffuse) => {
+                self.trace_as(index, &mut scratch.diffuse, merge, out)
+            }
+            (TracingMode::Plain, MaterialClass::Specular) => {
+                self.trace_as(index, &mut scratch.specular, merge, out)
+            }
+            (TracingMode::Plain, MaterialClass::General) => {
+                self.trace_as(index, &mut scratch.general, merge, out)
+            }
+            (TracingMode::Plain, MaterialClass::Mixed) => {
+                self.trace_as(index, &mut scratch.mixed, merge, out)
+            }
+            (TracingMode::Record, _) => self.trace_as(index, &mut scratch.recorded, merge, out),
+            (TracingMode::LightGroups, _) => self.trace_as(index, &mut scratch.credited, merge, out),
         }
     }
 }
 
-/// Returns what merging adds to the camera sample of these numbers, and puts beside it what comes from each group of lights, if there are
-/// groups.
+/// Returns the contribution of merging to the camera sample of a sampler, and writes its parts by groups of lights, if there are groups.
 pub(super) type Merge<'a> = dyn FnMut(&Sampler, &mut GroupColors) -> Xyz + 'a;
 
 impl Integrator for BidirectionalTracer {

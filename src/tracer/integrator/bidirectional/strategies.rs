@@ -1,4 +1,4 @@
-//! What each strategy contributes to a path, and its MIS weight by the power heuristic over all strategies.
+//! The contribution of each strategy, and its MIS weight by the power heuristic over all strategies.
 //!
 //! [`SubpathMis`] holds what the rest of a subpath adds to the weight; here is what the completing edge adds. Connections of
 //! two subpaths (s ≥ 2, t ≥ 2) are chosen in [`super::connections`].
@@ -10,14 +10,14 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::{BsdfSample, Scattering};
+use crate::tracer::integrator::delta_chains::LightBehindDeltas;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
-use crate::tracer::integrator::lamps::FoundLamps;
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
-use crate::tracer::subpath::{SubpathVertex, VertexScattering, Walk};
+use crate::tracer::subpath::{Subpath, SubpathVertex, VertexScattering};
 use crate::tracer::subpath_mis::{CONNECTION_SAMPLES, SubpathMis, quotient, weight};
 
 use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
@@ -27,13 +27,13 @@ use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 /// reached.
 pub(super) const SPLAT_SAMPLES: f32 = 0.4 * LIGHT_SUBPATHS as f32 / CAMERA_SUBPATHS as f32;
 
-/// What all strategies of the camera stream have found for one path, while it is traced.
+/// The radiance of one path of the camera stream, summed over all strategies.
 pub(super) struct PathContribution<C> {
     /// The wavelengths of the path.
     pub(super) lambda: SampledWavelengths,
     /// Radiance at them.
     pub(super) radiance: SampledSpectrum,
-    /// Which groups of lights it comes from.
+    /// The radiance by groups of lights.
     pub(super) credits: C,
     emission: EmissionCache,
 }
@@ -146,18 +146,18 @@ impl BidirectionalTracer {
         B::record(|| PathEvent::Radiance(path.radiance));
     }
 
-    /// s = 0, and no other strategy: adds the lamps that are seen at `vertex` over deltas alone, but for those in the direction of `s`, in
-    /// which the subpath goes on.
+    /// s = 0, which is the only strategy here: adds the lights that are seen from `vertex` along chains of deltas, except in the direction of `s`, in
+    /// which the subpath continues.
     #[inline(always)]
-    pub(super) fn add_lamps_beside<B: Scattering>(
+    pub(super) fn add_light_behind_deltas<B: Scattering>(
         &self,
         path: &mut PathContribution<B::Credits>,
         chain: &mut SpecularChain,
         vertex: &SubpathVertex<B>,
         s: &BsdfSample,
     ) {
-        let found = self.context.lamps_beside(chain, &vertex.surface, s, &path.lambda, vertex.depth);
-        if let Some(FoundLamps { radiance, credits }) = found {
+        let found = self.context.light_behind_deltas(chain, &vertex.surface, s, &path.lambda, vertex.depth);
+        if let Some(LightBehindDeltas { radiance, credits }) = found {
             let value = vertex.throughput * radiance;
             match value.is_within(MAX_VALUE) {
                 true => {
@@ -177,7 +177,7 @@ impl BidirectionalTracer {
         &self,
         path: &mut PathContribution<C>,
         light: u32,
-        walk: &Walk<false>,
+        subpath: &Subpath<false>,
         last: Option<LightSampleContext>,
         direction: Vec3,
     ) {
@@ -185,10 +185,10 @@ impl BidirectionalTracer {
         let weight = last.map_or(1.0, |last| {
             let pdf = lights.pdf(light, last, direction, None);
             let emission = lights.aimed_emission_pdf(light, last.p, -direction);
-            emitted_weight(&walk.previous.infinite(), pdf, emission)
+            emitted_weight(&subpath.previous.infinite(), pdf, emission)
         });
         let emitted = path.emission.emission(lights, light, Vec3::ZERO, direction, &path.lambda);
-        let value = walk.throughput * emitted * (weight * walk.wavelength_mis.weight());
+        let value = subpath.walk.throughput * emitted * (weight * subpath.walk.wavelength_mis.weight());
         path.add_emission(lights, value, None, light);
     }
 

@@ -1,5 +1,5 @@
-//! A camera path of photon mapping: lights are hit and sampled, photons gathered. By density estimation: what the photons around
-//! a vertex contribute.
+//! A camera path of photon mapping: emission and next-event estimation as in path tracing, and density estimation from the photons around
+//! its vertices.
 
 use glam::{Vec3, Vec4};
 
@@ -16,6 +16,7 @@ use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
+use crate::tracer::walk::Walk;
 use crate::tracer::{Sampler, Scene};
 
 use super::{PhotonScratch, PhotonTracer};
@@ -35,7 +36,7 @@ const SMALLEST: f32 = 1e-4;
 /// Half of the first window of wavelengths, nm.
 const WINDOW: f32 = 30.0;
 
-/// What the path has scattered from, as far as it decides who finds a light that is hit now.
+/// The kinds of scattering so far, which decide whether emission that is hit next counts or is left to photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PathClass {
     /// Mirrored only: lights that are hit and lights that are sampled both count.
@@ -46,7 +47,7 @@ enum PathClass {
     Caustic,
 }
 
-/// What a camera path begins with.
+/// The arguments of a camera path.
 pub(super) struct PathStart<'a> {
     pub(super) tracer: &'a PhotonTracer,
     /// The photons that it sees.
@@ -63,10 +64,10 @@ pub(super) struct CameraPath<'a, C> {
     lookup: Lookup,
     scratch: &'a mut PhotonScratch,
     state: PathState<C>,
-    /// What photons contributed, and what was found before the companion wavelengths were dropped.
+    /// Contribution of photons, and of all that was found before the secondary wavelengths were terminated.
     xyz: Xyz,
     class: PathClass,
-    /// Photons stand for all that follows, but for a light that the next ray hits.
+    /// Photons account for all further light except emission hit by the next ray.
     gathered: bool,
 }
 
@@ -94,26 +95,28 @@ impl<C: LightCredits> CameraPath<'_, C> {
             // The last ray was too short for the photons at its end to stand for what it saw.
             let (_, radius, _) = self.reach(PhotonLayer::Global);
             let near = from.distance_squared(hit.point.p) < radius * radius;
-            let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.depth)) else { break };
+            let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.walk.depth - 1)) else {
+                break;
+            };
             (ray, from) = (next, next.origin);
         }
         self.end()
     }
 
-    /// Follows the path along `ray` as far as its light is found by merging alone, and returns what photons contribute, in all and by groups
+    /// Follows the path along `ray` while its light can be found by merging only, and returns the contribution of photons, in all and by groups
     /// of lights.
     pub fn merge<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let context = &self.tracer.context;
         let mut prefix = Prefix::CAMERA;
-        // Lamps are left to the camera subpath, which looks for them along all chains.
+        // The camera subpath adds lights behind chains of deltas.
         self.state.chain = SpecularChain::PathAlone;
         while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
-            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
+            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda);
             let diffuse = vertex.bsdf.has_diffuse_part();
             if diffuse && prefix.is_specular() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
-            let u = sampler.vertex(self.state.depth);
+            let u = sampler.vertex(self.state.walk.depth - 1);
             let Some(next) = self.scatter(&vertex, diffuse, &u) else { break };
             let delta = self.scratch.scatterings.last().is_some_and(|s| s.delta);
             prefix = prefix.then(delta, diffuse);
@@ -125,11 +128,11 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end()
     }
 
-    /// What photons show of the caustics on the first surface along `ray`.
+    /// Caustics on the first surface along `ray`, by its photons.
     pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray) -> Xyz {
         let context = &self.tracer.context;
         if let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
-            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.lambda);
+            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda);
             if vertex.bsdf.has_diffuse_part() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
@@ -137,10 +140,10 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end().0
     }
 
-    /// What it has found.
+    /// The colour of the path, in all and by groups of lights.
     fn end(mut self) -> (Xyz, C) {
-        self.state.credits.settle(&self.state.lambda);
-        (self.xyz + self.state.lambda.to_xyz(self.state.radiance), self.state.credits)
+        self.state.credits.settle(&self.state.walk.lambda);
+        (self.xyz + self.state.walk.lambda.to_xyz(self.state.radiance), self.state.credits)
     }
 
     /// Samples a light, gathers photons (global ones unless `near`) and chooses the ray to go on with.
@@ -151,8 +154,8 @@ impl<C: LightCredits> CameraPath<'_, C> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let scene = &self.tracer.context.scene;
-        let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.lambda);
-        B::record(|| PathEvent::Meets((&self.state).into(), hit));
+        let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda);
+        B::record(|| PathEvent::Meets((&self.state.walk).into(), hit));
         let diffuse = vertex.bsdf.has_diffuse_part();
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
             self.state.add_direct(scene, &vertex, u);
@@ -173,18 +176,16 @@ impl<C: LightCredits> CameraPath<'_, C> {
         diffuse: bool,
         u: &VertexNumbers,
     ) -> Option<Ray> {
-        let s = vertex.bsdf.sample(vertex.wo, u.bsdf, u.lobe)?;
-        self.state.add_lamps_beside(&self.tracer.context, vertex, &s);
-        let wi = vertex.frame.to_world(s.wi);
-        if !vertex.hit.sides_agree(wi, s.transmitted) {
-            return None;
-        }
-        self.state.scatter(vertex, &s)?;
-        // Where a photon's wavelengths would hardly have come this way, only the hero does. All heroes of a path decide alike.
-        let dispersed =
-            s.transmitted && vertex.bsdf.parts_colors() && self.state.wavelength_mis.weight() > DISPERSED;
+        let s = Walk::<false>::sample(vertex, u)?;
+        self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
+        let wi = self.state.scatter(vertex, &s)?;
+        // Photons at the secondary wavelengths would be evaluated along a direction that these hardly take, so the path continues with
+        // the hero alone. The decision is the same for every hero.
+        let dispersed = s.transmitted
+            && vertex.bsdf.is_dispersive()
+            && self.state.walk.wavelength_mis.weight() > DISPERSED;
         if s.hero_only || dispersed {
-            self.xyz += self.state.lambda.to_xyz(self.state.radiance);
+            self.xyz += self.state.walk.lambda.to_xyz(self.state.radiance);
             self.state.drop_companions();
         }
         let spread = diffuse && !s.delta;
@@ -197,12 +198,12 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
         let scene = &self.tracer.context.scene;
-        B::record(|| PathEvent::Throughput(self.state.throughput));
+        B::record(|| PathEvent::Throughput(self.state.walk.throughput));
         self.scratch.scatterings.push(RecordedScattering::new(scene, vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
 
-    /// Adds what the photons of `layer` around `vertex` contribute.
+    /// Adds the density estimate from the photons of `layer` around `vertex`.
     fn gather<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, layer: PhotonLayer) {
         let forest = self.snapshot.layer(layer);
         if forest.is_empty() {
@@ -210,18 +211,18 @@ impl<C: LightCredits> CameraPath<'_, C> {
         }
         let (wanted, radius, window) = self.reach(layer);
         let normal = vertex.hit.facing_normal();
-        // What lets light through shows what arrives on its other side.
+        // Photons on the other side count where the surface transmits.
         let through = vertex.bsdf.transmits();
         // The last segment leads here.
-        let segments = self.tracer.context.longest() - (self.state.depth + 1);
-        let hero = self.state.lambda.lambda().x;
+        let segments = self.tracer.context.longest() - self.state.walk.depth;
+        let hero = self.state.walk.lambda.lambda().x;
         let accept = |photon: &Photon| {
             photon.depth() <= segments
                 && (photon.normal().dot(normal) > SAME_SURFACE
                     || through && photon.normal().dot(normal) < -SAME_SURFACE)
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
-        let throughput = self.state.throughput * self.state.wavelength_weight;
+        let throughput = self.state.walk.throughput * self.state.wavelength_weight;
         let Self { scratch, tracer, state, .. } = self;
         let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
@@ -268,7 +269,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
             PhotonLayer::Global => self.lookup.neighbours,
             PhotonLayer::Caustic => self.lookup.neighbours * CAUSTIC,
         };
-        if !self.state.lambda.is_hero_only() {
+        if !self.state.walk.lambda.is_hero_only() {
             return (wanted, self.lookup.radius, None);
         }
         // Blur over place and over wavelength shrink together; disc times window holds as many photons as before.
@@ -336,7 +337,7 @@ impl RecordedScattering {
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
         let at = |bsdf: &B| bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
-        if !bsdf.parts_colors() {
+        if !bsdf.is_dispersive() {
             return at(bsdf);
         }
         let lane = |i: usize| at(&B::of(material, &self.context, &lambda.alone(i))).0[i];
@@ -355,7 +356,7 @@ struct RecordedPath<'a> {
 }
 
 impl RecordedPath<'_> {
-    /// What a photon contributes: throughput and material are evaluated at the photon's wavelengths.
+    /// Contribution of a photon, with throughput and material evaluated at the photon's wavelengths.
     #[inline]
     fn at_wavelengths_of<B: Scattering>(
         &self,
@@ -373,7 +374,7 @@ impl RecordedPath<'_> {
     }
 }
 
-/// What a photon contributes to a path that carries its hero wavelength only; `throughput` includes the flux there.
+/// Contribution of a photon to a path that carries its hero wavelength only; `throughput` includes the flux there.
 #[inline]
 fn at_the_hero<B: Scattering>(
     photon: &Photon,
@@ -384,7 +385,7 @@ fn at_the_hero<B: Scattering>(
     sound(vertex, f.map_or(SampledSpectrum::ZERO, |f| throughput * f))
 }
 
-/// What a photon contributes at `vertex`, if it is a number; nothing otherwise.
+/// `value`, the contribution of a photon at `vertex`, or zero if it is not finite, which is a fault.
 #[inline]
 fn sound<B: Scattering>(vertex: &SurfaceVertex<B>, value: SampledSpectrum) -> SampledSpectrum {
     if value.is_within(MAX_VALUE) {

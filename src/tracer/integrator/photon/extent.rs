@@ -24,7 +24,7 @@ pub(super) fn photon_box(context: &RenderContext) -> [Vec3; 2] {
     let (lo, hi) = context.scene.accel().bounds();
     let mut batch = PhotonBatch::default();
     trace_light_paths(context, PhotonPaths::Whole, 0..SCOUTS, &mut batch);
-    // What went wrong is found again when these paths are traced for the map.
+    // Faults are raised again when the same paths are traced for the map.
     faults::take();
     let positions: Vec<Vec3> = batch.positions().collect();
     // Between these lie 80 % of the photons along each axis.

@@ -16,8 +16,8 @@ use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::record::{PathEvent, Recorded};
-use crate::tracer::subpath::{SubpathVertex, Walk};
-use crate::tracer::{MaterialClass, Sampler, Scene};
+use crate::tracer::subpath::{Subpath, SubpathVertex};
+use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::{PhotonPaths, PhotonScratch, PhotonTracer, RenderContext};
 
@@ -67,14 +67,11 @@ impl PhotonTracer {
     /// Traces the light path of this number, for its [record](crate::tracer::record), and forgets its photons.
     pub fn trace_light_path(&self, number: u64) {
         let (batch, photon_paths) = (&mut PhotonBatch::default(), self.photon_paths);
-        match self.context.scene.material_class() {
-            MaterialClass::Recorded => {
-                trace_light_path::<Recorded>(&self.context, photon_paths, number, batch)
+        match self.context.scene.tracing_mode() {
+            TracingMode::Record => trace_light_path::<Recorded>(&self.context, photon_paths, number, batch),
+            TracingMode::Plain | TracingMode::LightGroups => {
+                trace_plain_light_path(&self.context, photon_paths, number, batch);
             }
-            MaterialClass::Mixed | MaterialClass::Credited => {
-                trace_light_path::<Bsdf>(&self.context, photon_paths, number, batch)
-            }
-            _ => trace_light_path::<Unmixed>(&self.context, photon_paths, number, batch),
         }
     }
 }
@@ -87,14 +84,22 @@ pub(super) fn trace_light_paths(
     batch: &mut PhotonBatch,
 ) {
     paths.for_each(|path| {
-        match context.scene.material_class() {
-            MaterialClass::Mixed | MaterialClass::Recorded | MaterialClass::Credited => {
-                trace_light_path::<Bsdf>(context, photon_paths, path, batch);
-            }
-            _ => trace_light_path::<Unmixed>(context, photon_paths, path, batch),
-        }
+        trace_plain_light_path(context, photon_paths, path, batch);
         faults::of_light_path(path);
     });
+}
+
+/// As [`trace_light_path`], without a record.
+fn trace_plain_light_path(
+    context: &RenderContext,
+    photon_paths: PhotonPaths,
+    path: u64,
+    batch: &mut PhotonBatch,
+) {
+    match context.scene.material_class() {
+        MaterialClass::Mixed => trace_light_path::<Bsdf>(context, photon_paths, path, batch),
+        _ => trace_light_path::<Unmixed>(context, photon_paths, path, batch),
+    }
 }
 
 /// Traces the light path of this number and leaves its photons in `batch`.
@@ -112,16 +117,16 @@ fn trace_light_path<B: Scattering>(
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.emitted(&emission, &lambda);
     let group = scene.lights.group(emission.light).unwrap_or_default();
-    let Some(mut walk) = Walk::from_light(lambda, &emission, emitted) else { return };
-    B::record(|| PathEvent::Begins((&walk).into()));
+    let Some(mut subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
+    B::record(|| PathEvent::Begins((&subpath.walk).into()));
     let mut ray = emission.ray();
     let mut spread = false;
     let beam = emission.pdf.origin == EmissionOrigin::Beam;
     // One more segment leads to the camera.
-    while walk.depth + 1 < longest {
+    while subpath.walk.depth + 1 < longest {
         let Some(hit) = scene.closest(&ray) else { break };
-        let vertex: SubpathVertex<B> = walk.arrive(scene, hit);
-        B::record(|| PathEvent::Meets((&walk).into(), hit));
+        let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
+        B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
         let here = vertex.surface.bsdf.has_diffuse_part();
         // Next-event estimation finds what arrives straight from a light, but from a beam.
         if here && (vertex.depth > 1 || beam) && reflects(&vertex) {
@@ -141,17 +146,17 @@ fn trace_light_path<B: Scattering>(
                 }
             }
         }
-        let u = numbers.vertex(walk.depth - 1);
-        let Some(next) = walk.scatter(&vertex, &u, context.rr_depth) else { return };
+        let u = numbers.vertex(subpath.walk.depth - 1);
+        let Some(next) = subpath.scatter(&vertex, &u, context.rr_depth) else { return };
         ray = next;
         // The link is 0 after a delta: the coat's mirror spreads nothing.
-        let delta = walk.previous.link == 0.0;
+        let delta = subpath.previous.link == 0.0;
         if !delta && photon_paths == PhotonPaths::Specular {
             return;
         }
         spread |= here && !delta;
     }
-    B::record(|| PathEvent::Leaves((&walk).into()));
+    B::record(|| PathEvent::Leaves((&subpath.walk).into()));
 }
 
 /// True if the lit side scatters anything at the wavelengths of the path, back or through: else no camera path gathers there.

@@ -40,9 +40,10 @@ use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Scattering, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
+use crate::tracer::output::send_camera;
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
 use crate::tracer::record::Recorded;
-use crate::tracer::{MaterialClass, Sampler};
+use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::{Integrator, RenderContext};
 use camera_path::{PathStart, RecordedScattering};
@@ -100,7 +101,7 @@ pub trait SeesPhotons {
     fn photons(&self) -> &PhotonTracer;
 }
 
-/// What one worker reuses from path to path of one tracer.
+/// Memory that one worker reuses from path to path of one tracer.
 #[derive(Debug, Default)]
 pub struct PhotonScratch {
     snapshot: Option<Arc<Snapshot>>,
@@ -108,12 +109,12 @@ pub struct PhotonScratch {
     scatterings: Vec<RecordedScattering>,
     /// Samples so far.
     samples: u32,
-    /// As many photons of equal contribution as have the noise of those that the last path has gathered: their effective number (Kish 1965).
+    /// Effective number of the photons that the last path gathered, (Σ x)² / Σ x² of their contributions x (Kish 1965).
     pub(super) gathered: f32,
 }
 
 impl PhotonScratch {
-    /// Keeps what the last path saw for the next one.
+    /// Keeps the snapshot of the last path for the next one.
     pub(super) fn keep(&mut self, snapshot: Arc<Snapshot>) {
         self.snapshot = Some(snapshot);
     }
@@ -139,9 +140,8 @@ impl PhotonTracer {
         Self { context, map: Arc::new(map), schedule, bounds, photon_paths, deterministic, generations: None }
     }
 
-    /// What photons contribute to the camera path from the place and through the lens that `sampler` chooses, where it is found by merging
-    /// ([`vcm`](super::vcm)); its wavelengths are chosen by `wavelength`. What comes from each group of lights is put into `colors`, if there
-    /// are groups.
+    /// Contribution of merging ([`vcm`](super::vcm)) to the camera path with the screen and lens position of `sampler` and the wavelengths of the number
+    /// `wavelength`. Its parts by groups of lights are written to `colors`, if there are groups.
     pub(super) fn merge(
         &self,
         snapshot: &Snapshot,
@@ -151,10 +151,11 @@ impl PhotonTracer {
         colors: &mut GroupColors,
     ) -> Xyz {
         let (path, ray) = self.begin(snapshot, sampler, wavelength);
-        match self.context.scene.material_class() {
-            MaterialClass::Mixed => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
-            MaterialClass::Recorded => path.begin(scratch).merge::<Recorded>(ray, sampler).0,
-            MaterialClass::Credited => {
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Mixed) => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
+            (TracingMode::Record, _) => path.begin(scratch).merge::<Recorded>(ray, sampler).0,
+            (TracingMode::LightGroups, _) => {
                 let (value, credits) = path.begin(scratch).merge::<CreditedBsdf>(ray, sampler);
                 *colors = credits.colors();
                 value
@@ -176,7 +177,7 @@ impl PhotonTracer {
         (PathStart { tracer: self, snapshot, lookup, wavelength }, ray)
     }
 
-    /// What photons show of the caustics on the surface that the camera sees first from the place and through the lens that `sampler` chooses.
+    /// Caustics on the first surface of the camera ray with the screen and lens position of `sampler`, by its photons.
     pub(super) fn seen(
         &self,
         snapshot: &Snapshot,
@@ -186,9 +187,7 @@ impl PhotonTracer {
     ) -> Xyz {
         let (path, ray) = self.begin(snapshot, sampler, wavelength);
         match self.context.scene.material_class() {
-            MaterialClass::Mixed | MaterialClass::Recorded | MaterialClass::Credited => {
-                path.begin(scratch).seen::<Bsdf>(ray)
-            }
+            MaterialClass::Mixed => path.begin(scratch).seen::<Bsdf>(ray),
             _ => path.begin(scratch).seen::<Unmixed>(ray),
         }
     }
@@ -208,7 +207,7 @@ impl PhotonTracer {
         let path = PathStart { tracer: self, snapshot, lookup, wavelength: numbers.wavelength };
         let ray = self.context.camera.ray(uv, numbers.lens);
         let (value, credits) = path.begin(scratch).trace::<B>(ray, &sampler);
-        credits.send(self.context.scene.lights(), uv, value, start.weight, out);
+        send_camera(out, self.context.scene.lights(), uv, value, start.weight, &credits);
     }
 
     /// This tracer with another schedule, and an empty map that stops growing at `limit` photons.
@@ -261,10 +260,13 @@ impl Integrator for PhotonTracer {
     fn trace(&self, index: u64, scratch: &mut PhotonScratch, out: &mut impl SampleSink) {
         let Some(snapshot) = self.snapshot(index, scratch, &|| out.is_wanted()) else { return };
         faults::sees_generations(snapshot.generations);
-        match self.context.scene.material_class() {
-            MaterialClass::Mixed => self.trace_as::<Bsdf>(index, &snapshot, scratch, out),
-            MaterialClass::Recorded => self.trace_as::<Recorded>(index, &snapshot, scratch, out),
-            MaterialClass::Credited => self.trace_as::<CreditedBsdf>(index, &snapshot, scratch, out),
+        let scene = &self.context.scene;
+        match (scene.tracing_mode(), scene.material_class()) {
+            (TracingMode::Plain, MaterialClass::Mixed) => {
+                self.trace_as::<Bsdf>(index, &snapshot, scratch, out)
+            }
+            (TracingMode::Record, _) => self.trace_as::<Recorded>(index, &snapshot, scratch, out),
+            (TracingMode::LightGroups, _) => self.trace_as::<CreditedBsdf>(index, &snapshot, scratch, out),
             _ => self.trace_as::<Unmixed>(index, &snapshot, scratch, out),
         }
         scratch.keep(snapshot);

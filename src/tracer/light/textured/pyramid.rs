@@ -68,7 +68,7 @@ impl LuminancePyramid {
                 (sum, count) = (sum + f64::from(self.value(level, [x, y])), count + 1.0);
             }
         }
-        // What shines a little shines.
+        // A positive mean must not be rounded to 0.
         if sum > 0.0 { ((sum / count) as f32).max(f32::MIN_POSITIVE) } else { 0.0 }
     }
 

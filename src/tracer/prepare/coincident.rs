@@ -1,5 +1,5 @@
-//! Which primitives lie in one place: what is back to back with another is met as its other side. Of those that face the same way only one
-//! can be seen.
+//! Coincident primitives. Of two that lie back to back in the same place, one is stored as the back side of the other. Of several that face the
+//! same way only one can be seen.
 
 use std::collections::HashMap;
 
@@ -8,16 +8,16 @@ use glam::{Vec2, Vec3};
 use crate::tracer::accel::TriangleSource;
 use crate::tracer::faces::Faces;
 
-/// The exact place of a primitive: up to four points, sorted.
+/// Equal for primitives in the same place: the bits of up to four points, sorted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct PlaceKey([[u32; 3]; 4]);
+pub(super) struct CoincidenceKey([[u32; 3]; 4]);
 
 fn bits(p: Vec3) -> [u32; 3] {
     // Adding 0 turns −0 into 0.
     (p + 0.0).to_array().map(f32::to_bits)
 }
 
-impl PlaceKey {
+impl CoincidenceKey {
     /// The key of a triangle or parallelogram. It does not depend on the first corner or the orientation.
     pub(super) fn polygon<const N: usize>(corners: [Vec3; N]) -> Self {
         let mut points = [[u32::MAX; 3]; 4];
@@ -39,18 +39,18 @@ impl PlaceKey {
     }
 }
 
-/// Primitives by place, each with its normal.
+/// Primitives by their [`CoincidenceKey`], each with its normal.
 #[derive(Debug, Default)]
-pub(super) struct Places {
+pub(super) struct CoincidentSurfaces {
     /// Never iterated, so its order does not matter.
-    known: HashMap<PlaceKey, (usize, Vec3)>,
+    known: HashMap<CoincidenceKey, (usize, Vec3)>,
     /// Number of primitives that lie where another faces the same way.
     pub(super) hidden: usize,
 }
 
-impl Places {
+impl CoincidentSurfaces {
     /// Finds the primitive at the same place that faces the other way, if it has no back yet, and removes it.
-    pub(super) fn take(&mut self, key: PlaceKey, n: Vec3) -> Option<usize> {
+    pub(super) fn take(&mut self, key: CoincidenceKey, n: Vec3) -> Option<usize> {
         let &(index, other) = self.known.get(&key)?;
         if other.dot(n) >= 0.0 {
             self.hidden += 1;
@@ -65,7 +65,7 @@ impl Places {
     pub(super) fn in_step(&self, faces: &Faces, mut corners: [(Vec3, Vec2); 4]) -> [(Vec3, Vec2); 4] {
         let [a, b, c, d] = corners.map(|corner| corner.0);
         let same_way = |(_, n): &&(usize, Vec3)| n.dot((b - a).cross(d - a)) > 0.0;
-        if let Some(&(index, _)) = self.known.get(&PlaceKey::polygon([a, b, c, d])).filter(same_way) {
+        if let Some(&(index, _)) = self.known.get(&CoincidenceKey::polygon([a, b, c, d])).filter(same_way) {
             let first = bits(faces.corners(index)[0]);
             let start = [a, b, c, d].into_iter().position(|corner| bits(corner) == first);
             corners.rotate_left(start.unwrap_or(0));
@@ -74,7 +74,7 @@ impl Places {
     }
 
     /// Adds primitive `index` of its kind, unless there is one at its place already.
-    pub(super) fn add(&mut self, key: PlaceKey, n: Vec3, index: usize) {
+    pub(super) fn add(&mut self, key: CoincidenceKey, n: Vec3, index: usize) {
         self.known.entry(key).or_insert((index, n));
     }
 }

@@ -1,4 +1,4 @@
-//! Lamps along the chains of deltas that a camera path does not choose ([`SpecularChain`]).
+//! Lights at the end of the chains of deltas that a camera path does not sample ([`SpecularChain`]).
 
 use glam::Vec3;
 
@@ -10,11 +10,11 @@ use crate::tracer::specular_chain::SpecularChain;
 
 use super::RenderContext;
 
-/// The light of lamps that chains lead to.
+/// Radiance of the lights at the end of chains of deltas.
 #[derive(Clone, Copy)]
-pub(super) struct FoundLamps<C> {
+pub(super) struct LightBehindDeltas<C> {
     pub(super) radiance: SampledSpectrum,
-    /// Which groups of lights it comes from.
+    /// The radiance by groups of lights.
     pub(super) credits: C,
 }
 
@@ -29,18 +29,18 @@ struct FollowedChain<'a> {
 }
 
 impl RenderContext {
-    /// The light of lamps that arrives at `vertex`, to which `segments` lead, over chains of deltas that begin otherwise than by the sample
-    /// `s`: a factor on the throughput there. `chain` leads to the vertex, and from there on by `s`. Deltas part no wavelengths where they are
-    /// followed, so that there is no weight for that.
+    /// Radiance at `vertex`, `segments` segments from the camera, of lights along chains of deltas that do not begin with the sample `s`; to be
+    /// multiplied by the throughput. `chain` leads to the vertex, and is extended by `s`. Dispersive deltas are not followed, so the wavelength
+    /// MIS weight is 1.
     #[inline(always)]
-    pub(super) fn lamps_beside<B: Scattering, C: LightCredits>(
+    pub(super) fn light_behind_deltas<B: Scattering, C: LightCredits>(
         &self,
         chain: &mut SpecularChain,
         vertex: &SurfaceVertex<B>,
         s: &BsdfSample,
         lambda: &SampledWavelengths,
         segments: u32,
-    ) -> Option<FoundLamps<C>> {
+    ) -> Option<LightBehindDeltas<C>> {
         if *chain == SpecularChain::PathAlone {
             return None;
         }
@@ -51,19 +51,19 @@ impl RenderContext {
         if s.delta {
             lobes[usize::from(s.transmitted)] = None;
         }
-        let mut sum = FoundLamps { radiance: SampledSpectrum::ZERO, credits: C::default() };
+        let mut sum = LightBehindDeltas { radiance: SampledSpectrum::ZERO, credits: C::default() };
         self.follow_all(vertex, &lobes, &here, &mut sum);
         (!sum.radiance.is_black()).then_some(sum)
     }
 
-    /// Adds what arrives at `vertex` over chains of these lobes.
+    /// Adds the radiance at `vertex` along chains that begin with these lobes.
     #[inline]
     fn follow_all<B: Scattering, C: LightCredits>(
         &self,
         vertex: &SurfaceVertex<B>,
         lobes: &DeltaLobes,
         to: &FollowedChain,
-        sum: &mut FoundLamps<C>,
+        sum: &mut LightBehindDeltas<C>,
     ) {
         for s in lobes.iter().flatten() {
             let chain = to.chain.step(s, 1.0);
@@ -80,14 +80,14 @@ impl RenderContext {
         }
     }
 
-    /// Adds what arrives at `vertex` from the direction `wi`.
+    /// Adds the radiance at `vertex` from the direction `wi`.
     #[inline(never)]
     fn follow_one<B: Scattering, C: LightCredits>(
         &self,
         vertex: &SurfaceVertex<B>,
         wi: Vec3,
         followed: &FollowedChain,
-        sum: &mut FoundLamps<C>,
+        sum: &mut LightBehindDeltas<C>,
     ) {
         let scene = &self.scene;
         let mut ray = vertex.hit.spawn(wi);
