@@ -13,14 +13,7 @@
 //! of a cell have the same leading binary digit in each of dimensions 2 to 5, light and bsdf of the first vertex, and in dimension 5 the first eight; with 2^10 to a
 //! side they have not. So the screen may be a **corner** of that of the sequence, of 1/2 or 1/4 of its width and height, whichever lags least: paths
 //! are those of the sequence that lie there, in its order. Which these are is linear in the index: the lowest digits of an index in the corner are parities of the others.
-//! relMSE of path tracing in the Cornell box at 16 samples per pixel, with the whole screen and with the best corner: 512² .0310 → .0129,
-//! 128² .0138 → .0125 (32 samples: .0075 → .0056), 256² .0115 either way, since there the whole screen is best. Bidirectional, 512²: .0072 → .0032;
-//! plates by path tracing .0030 → .0016. The wavelength, dimension 6, may lag: enumerated by visits instead, luminance has the same error (Cornell
-//! box by paths .0053 → .0052; prism .0032 → .0033). With a Gaussian filter, which averages over cells, the Cornell box has .0016 either way.
-//! Pictures of 16:9 gain little (640×360 .0103 → .0094, 480×270 .0092 → .0087, 240×135 and 1920×1080 nothing). With another zoom for each axis they
-//! would lag less, and path tracing would have .0088 at 640×360 and .0081 instead of .0084 at 1920×1080, but bidirectional tracing .0056 instead of .0053 at 1280×720.
-//! Instead, dimensions 2 to 5 could be enumerated by visits, too: without a seed for each cell, shifted by the numbers of the first visit, the
-//! Cornell box has .0115 at 512², but then pictures by a Gaussian filter have up to a fifth more error (32 samples: .00066 → .00080).
+//! `tools/README.md`, “Cells of the sampler”, has the errors with and without it, and what was tried in its place.
 //!
 //! What a group of consecutive paths shares is enumerated likewise. Block 0 is linear before it is scrambled: the cells of a group are a
 //! coset of a space that is the same for all groups, so that two groups either visit the same cells or have none in common.
@@ -35,27 +28,7 @@
 //!
 //! Both use the same point of the sequence in a cell. A leading digit of a dimension would then agree in every cell or in none, depending on the seeds,
 //! and the error of their mean would vary with the seed: by a fifth in the Cornell box at 512². So the second assigns dimensions
-//! 2 to 5, of light and bsdf at the first vertex, in another order ([`ORDER`]), and the digits agree in half of the cells. Neither order is better
-//! than the other: with a Gaussian filter the second alone has 1.14, .82, .98 and 1.03 times the squared error of the first at 1, 2, 4 and 16 samples per pixel there.
-//! relMSE of the cove at one sample per pixel, by bidirectional tracing, 128²: .345 → .251; at full rounds it is the same.
-//!
-//! # Figures
-//!
-//! relMSE at equal samples, by indices and by visits: cells that are pixels (128², box filter, 64 samples per pixel), cells that do not
-//! match the pixels (96²), and a Gaussian filter, whose pixels reach over many cells:
-//!
-//! | | bidirectional | path |
-//! |---|---|---|
-//! | Cornell box, 128² | .00101 → .00079 | .00330 → .00324 |
-//! | … 96² | .00145 → .00135 | |
-//! | … Gaussian filter | .00012 → .00011 | |
-//! | cove, 128² | .0045 → .0040 | |
-//! | `rough.xml`, 128² | .0074 → .0064 | .0126 → .0114 |
-//! | Veach's plates, 128² | | .00094 → .00082 |
-//!
-//! Cells of a quarter of a pixel, or of four pixels, have about half of the gain. Alternatively the shuffled number of the visit could be XORed to
-//! the shuffled index of the first visit, which keeps each visit even over the screen, but then the same few light subpaths serve all
-//! pixels: .0026 in the Cornell box.
+//! 2 to 5, of light and bsdf at the first vertex, in another order ([`ORDER`]), and the digits agree in half of the cells.
 
 use crate::math::bits::mix;
 use crate::stream::UvWindow;
