@@ -1,4 +1,4 @@
-//! `pointillist study`: what accuracy costs in time, on one scene and this machine.
+//! `pointillist study`: accuracy against time, for one scene on this machine.
 
 mod about;
 mod converge;
@@ -35,7 +35,7 @@ use folder::StudyFolder;
 use judge::Judge;
 use renderer::StudyRenderer;
 
-/// Parts in their order, with shares of what is left of the budget, and what is missing without them.
+/// Parts in order, with their fractions of the remaining budget, and a note on what is missing without them.
 const PARTS: [(StudySection, f64, &str); 6] = [
     (StudySection::Methods, 0.65, "convergence, prices, pictures, predictions, stability: --knobs methods"),
     (StudySection::Effects, 0.5, "effects: --knobs effects"),
@@ -45,11 +45,11 @@ const PARTS: [(StudySection, f64, &str); 6] = [
     (StudySection::Replicates, 1.0, "replicates: --knobs replicates"),
 ];
 
-/// A study of fewer seconds gives this share of them to the methods.
+/// A study of fewer seconds gives [`BRIEF_SHARE`] of them to the methods.
 const BRIEF: f64 = 45.0;
 const BRIEF_SHARE: f64 = 0.8;
 
-/// Seconds that are kept for page, tables and charts.
+/// Seconds reserved for page, tables and charts.
 const PUBLISHING: f64 = 0.5;
 
 /// A study that is being measured.
@@ -57,11 +57,11 @@ pub struct StudySession {
     renderer: StudyRenderer,
     folder: StudyFolder,
     judge: Judge,
-    /// What `--integrator auto` chooses, and all that it has tried.
+    /// Result of `--integrator auto`, with all methods it has tried.
     choice: ChoiceReport,
 }
 
-/// The time that a part of the study may take.
+/// Time limit of a part of the study.
 pub struct TimeBudget {
     start: Instant,
     seconds: f64,
@@ -69,12 +69,12 @@ pub struct TimeBudget {
 }
 
 impl TimeBudget {
-    /// Seconds that are left; negative afterwards.
+    /// Seconds left; negative once exceeded.
     pub fn left(&self) -> f64 {
         self.seconds - self.start.elapsed().as_secs_f64()
     }
 
-    /// Tells the user what is being measured.
+    /// Reports to the user what is being measured.
     pub fn say(&self, text: &str) {
         if !self.quiet {
             tell(&format!("  {text}"));
@@ -119,7 +119,7 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     outcome
 }
 
-/// Measures one part after another; each takes its share of what is left.
+/// Measures one part after another; each takes its fraction of the remaining time.
 fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     let methods = about::methods(args, session)?;
     let last = PARTS.iter().rposition(|(knob, ..)| wanted(args, *knob));
@@ -129,7 +129,7 @@ fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) ->
         }
         let share = match knob {
             _ if Some(i) == last => 1.0,
-            // Nothing is worth as much as the answer.
+            // In a brief study the answer has priority.
             StudySection::Methods if budget.seconds < BRIEF => BRIEF_SHARE,
             _ => share,
         };
@@ -146,13 +146,13 @@ fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) ->
     converge::peers(session, &args.peer)
 }
 
-/// True if a part is asked for.
+/// Whether a part is requested.
 fn wanted(args: &StudyArgs, knob: StudySection) -> bool {
     args.knobs.is_empty() || args.knobs.contains(&knob)
 }
 
 impl StudySession {
-    /// A run by the method that is fastest so far, or else the one that `auto` chooses, for measuring effects, options and display.
+    /// A run by the fastest method so far, or else by `auto`'s choice, to measure effects, options and display.
     fn chosen(&self) -> RunSpec {
         let film = &self.renderer.run.film;
         let study = Study { size: [film.width, film.height], ..Study::default() };
@@ -162,7 +162,7 @@ impl StudySession {
         self.renderer.run(fastest.unwrap_or(self.choice.kind), 1)
     }
 
-    /// The same by an unbiased method: bidirectional path tracing in place of methods with photons.
+    /// As [`chosen`](Self::chosen), by an unbiased method: bidirectional path tracing instead of methods with photons.
     fn unbiased(&self) -> RunSpec {
         let mut run = self.chosen();
         if run.integrator.has_photons() {
