@@ -1,4 +1,4 @@
-//! Work on a thread of its own, so that a window does not stand still for it.
+//! Background computation of values that take longer than a frame.
 
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -8,23 +8,23 @@ use crate::job::Job;
 /// Whether the caller blocks until the result is ready.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BackgroundPolicy {
-    /// The caller makes the result at once: the picture must be the one that was asked for.
+    /// The caller computes the result at once, so that the picture is exactly the requested one.
     Block,
-    /// The result is made in the background, and the picture goes without it until then.
+    /// The result is computed in the background; until it is ready the picture is shown without it.
     Background,
-    /// As [`Background`](Self::Background), and what takes longer than a frame is made coarser.
+    /// As [`Background`](Self::Background), and work that takes longer than a frame is done at lower resolution.
     BackgroundCoarse,
 }
 
-/// A value that is made in the background. Dropping it abandons the value without waiting: its thread ends when it has made
-/// it, and [`join_abandoned`] waits for that.
+/// A value being computed in the background. Dropping the task abandons the value without blocking: its thread runs to the end, and
+/// [`join_abandoned`] waits for it.
 pub(in crate::client) struct BackgroundTask<T>(Option<Job<T>>);
 
-/// Threads of abandoned values.
+/// Threads of abandoned tasks.
 static ABANDONED: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 
 impl<T: Send + 'static> BackgroundTask<T> {
-    /// Starts `work`; `None` where the system gives no thread.
+    /// Starts `work`; `None` if no thread can be started.
     pub fn start(work: impl FnOnce() -> T + Send + 'static) -> Option<Self> {
         Job::start("client background", move |_| work()).ok().map(|job| Self(Some(job)))
     }
@@ -34,7 +34,7 @@ impl<T: Send + 'static> BackgroundTask<T> {
         self.0.as_ref().is_none_or(Job::is_finished)
     }
 
-    /// Waits for the value; `None` when its thread has panicked.
+    /// Blocks until the value is ready; `None` if its thread has panicked.
     pub fn wait(mut self) -> Option<T> {
         self.0.take()?.wait().ok()
     }
@@ -49,11 +49,11 @@ impl<T> Drop for BackgroundTask<T> {
     }
 }
 
-/// Waits for the threads of all abandoned values: before the program ends, so that none of them is inside a driver then.
+/// Joins the threads of all abandoned tasks, so that none of them is inside a driver when the process exits.
 pub fn join_abandoned() {
     let abandoned = std::mem::take(&mut *ABANDONED.lock().unwrap_or_else(PoisonError::into_inner));
     for thread in abandoned {
-        // A thread that has panicked has reported that, and nobody wants its value.
+        // A panic has already been reported, and the value is not needed.
         let _ = thread.join();
     }
 }

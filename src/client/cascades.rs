@@ -1,4 +1,4 @@
-//! Reweighting of fireflies: samples of high contribution that are met too rarely to be averaged.
+//! Firefly reweighting: samples of high contribution that are too rare to be averaged.
 //!
 //! Zirr, Hanika, Dachsbacher, *Re-weighting Firefly Samples for Improved Finite-Sample Monte Carlo Estimates*, Computer
 //! Graphics Forum 37(6), 2018. Samples are split over a cascade of films by brightness, b^j and b^(j + 1) for the two that a
@@ -31,22 +31,22 @@ const FILMS: usize = 16;
 /// Makes a film of the cascade.
 pub type MakeFilm = Box<dyn Fn(FilmSpec) -> Result<Box<dyn Film>, ClientError>>;
 
-/// A film whose fireflies are reweighted.
+/// A film with firefly reweighting.
 pub struct CascadeFilm {
-    /// All samples as they are.
+    /// Sums of all samples, without reweighting.
     plain: Box<dyn Film>,
     make: MakeFilm,
     spec: FilmSpec,
-    /// Films from the second brightness on, made with their first sample, and samples on their way there.
+    /// Films from the second brightness level on, created with their first sample, and the samples waiting for them.
     films: [Option<Box<dyn Film>>; FILMS],
     waiting: [Vec<Sample>; FILMS],
     kappa: f32,
-    /// Brightness of the first film, once it is known.
+    /// Brightness of the first level, once known.
     start: Option<f32>,
     withheld: Option<f64>,
 }
 
-/// Sums `[X, Y, Z, W]` of one stream, pixel by pixel.
+/// Sums `[X, Y, Z, W]` of one stream, row-major.
 type Sums = [[f32; 4]];
 
 impl CascadeFilm {
@@ -61,7 +61,7 @@ impl CascadeFilm {
         Ok(Self { plain, make, spec, films, waiting, kappa, start: None, withheld: None })
     }
 
-    /// Puts the parts of a sample into the films that its brightness lies between.
+    /// Splits a sample between the two films whose brightness levels enclose its own.
     fn split(&mut self, sample: &Sample, start: f32) {
         let brightness = sample.xyz.y / sample.w.abs() / start;
         if brightness.is_nan() || brightness <= 1.0 {
@@ -70,7 +70,7 @@ impl CascadeFilm {
         let level = (brightness.ln() / BASE.ln()).clamp(0.0, FILMS as f32 - 1.0) as usize;
         let lower = BASE.powi(level as i32);
         let darker = ((lower / brightness - 1.0 / BASE) / (1.0 - 1.0 / BASE)).clamp(0.0, 1.0);
-        // Films are counted from the second brightness on.
+        // Film indices start at the second brightness level.
         for (film, share) in [(level.wrapping_sub(1), darker), (level, 1.0 - darker)] {
             if let Some(waiting) = self.waiting.get_mut(film).filter(|_| share > 0.0) {
                 waiting.push(Sample { xyz: sample.xyz * share, ..*sample });
@@ -78,7 +78,7 @@ impl CascadeFilm {
         }
     }
 
-    /// The sums of the picture with the unreliable part of the cascade taken off.
+    /// Sums of the picture after the unreliable part of the cascade is subtracted.
     fn reweighted(&mut self) -> Result<FilmData, ClientError> {
         let mut data = self.plain.develop()?;
         let Some(start) = self.start else { return Ok(data) };
@@ -106,12 +106,12 @@ impl CascadeFilm {
     }
 }
 
-/// Takes the unreliable part of the films of a cascade from the sums of all.
+/// Subtracts the unreliable part of a cascade's films from the sums of all samples.
 fn reweight(sums: &mut Sums, cascade: &[Vec<[f32; 4]>], [width, height]: [usize; 2], start: f32, kappa: f32) {
     if sums.is_empty() {
         return;
     }
-    // The darkest film: what is in no other. `picture` grows by the reliable part of one film after the other.
+    // The darkest level is what no film of the cascade contains. `picture` then grows by the reliable part of one film after another.
     let mut picture: Vec<Vec3> = sums.iter().map(|sum| Vec3::new(sum[0], sum[1], sum[2])).collect();
     for layer in cascade {
         for (rest, sum) in picture.iter_mut().zip(layer) {
@@ -121,7 +121,7 @@ fn reweight(sums: &mut Sums, cascade: &[Vec<[f32; 4]>], [width, height]: [usize;
     let darkest: Vec<f32> = picture.iter().map(|rest| rest.y).collect();
     for (j, layer) in cascade.iter().enumerate() {
         let brightness = start * BASE.powi(j as i32 + 1);
-        // Samples that are about so bright, pixel by pixel.
+        // Number of samples of similar brightness, per pixel.
         let count: Vec<f32> = (0..layer.len())
             .map(|i| {
                 let below = if j == 0 { darkest[i] } else { cascade[j - 1][i][1] };
@@ -134,7 +134,7 @@ fn reweight(sums: &mut Sums, cascade: &[Vec<[f32; 4]>], [width, height]: [usize;
             let near = |at: usize, n: usize| at.saturating_sub(1)..(at + 2).min(n);
             let around = near(y, height).flat_map(|y| near(x, width).map(move |x| y * width + x));
             let (total, cells) = around.fold((0.0, 0.0), |(total, n), i| (total + count[i], n + 1.0));
-            // A few bright samples in one pixel are none of its neighbourhood's.
+            // A few bright samples in one pixel are not evidence for its neighbourhood.
             let met = if total / cells >= 1.0 { count[i] } else { total / cells };
             let by_count = (met - 1.0) / kappa;
             let by_light = picture[i].y / (kappa * brightness);
@@ -143,7 +143,7 @@ fn reweight(sums: &mut Sums, cascade: &[Vec<[f32; 4]>], [width, height]: [usize;
         }
     }
     for (i, sum) in sums.iter_mut().enumerate() {
-        // Rounding aside, where all is reliable the sums stay as they are.
+        // Where everything is reliable the sums stay unchanged, except for rounding.
         let held: f32 = cascade.iter().map(|layer| layer[i][1]).sum();
         if held > 0.0 && picture[i].y < sum[1] * (1.0 - 1e-6) {
             *sum = [picture[i].x, picture[i].y, picture[i].z, sum[3]];
@@ -204,7 +204,7 @@ impl Film for CascadeFilm {
         self.plain.counts()
     }
 
-    /// The picture without blur and glare: they read the sums on the device, which are the plain ones.
+    /// Display without blur and glare, since both read the sums on the device, which are not reweighted.
     fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         let data = self.reweighted()?;
         let picture = linear_xyz(&data).into_iter().map(Vec3::from).collect();

@@ -23,7 +23,7 @@ pub struct Effects {
     pub masking: Option<Masking>,
     /// The quantity that is shown.
     pub view: DisplayView,
-    /// Glare of the eye; at full resolution, or at the finest one that the device can compute in time.
+    /// Glare of the eye, at full resolution or at the finest that the device can compute in time.
     pub glare: bool,
     /// Tone curve.
     pub curve: ToneCurve,
@@ -31,46 +31,45 @@ pub struct Effects {
     pub output: ColorOutput,
     /// Largest luminance of a wide-range encoding, cd/m².
     pub peak: u32,
-    /// Whether the transfer is the profile's table.
+    /// Whether the transfer function is the profile's lookup table.
     pub table: bool,
     /// The dither that hides the steps of the encoding.
     pub dither: Dither,
 }
 
 impl Effects {
-    /// The effects that these settings ask for; `detail` is rounded down to one of [`DETAILS`].
+    /// The effects selected by these settings; `detail` is rounded down to one of [`DETAILS`].
     pub fn new(settings: &Settings, detail: u32) -> Self {
         let detail = DETAILS.into_iter().rfind(|d| *d <= detail).unwrap_or(1);
         let (view, output) = (settings.view, settings.output);
-        // Settings without effect do not make another pipeline.
+        // A setting without effect must not create another pipeline.
         let has_curve = matches!(view, DisplayView::Picture | DisplayView::Clipping);
         let curve = if has_curve { settings.curve } else { ToneCurve::Paper };
         let table = output == ColorOutput::Sdr && settings.profile.transfer.is_some();
         let peak = if output == ColorOutput::Sdr { pq::PEAK } else { settings.peak };
         let dither = if output == ColorOutput::ScRgb { Dither::None } else { settings.dither };
-        // A coarse picture is shown while there is no time: the cheaper masking.
+        // Coarse pictures are shown when frame time is short, so they get the cheaper masking.
         let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
         let masking = (settings.vm > 0.0 && !view.is_error()).then_some(kind);
-        // Nor is there time for a convolution, which would need a kernel of its own for every resolution.
+        // Nor is there time for a convolution, which would need a separate kernel for every resolution.
         let glare = detail == 1 && !view.is_error() && settings.glare.is_some();
         Self { detail, masking, view, glare, curve, output, peak, table, dither }
     }
 
-    /// As [`new`](Self::new), with glare on the grid of half the resolution, and so the whole picture where it is on: its transforms
-    /// take a quarter of the time.
+    /// As [`new`](Self::new); with glare the whole picture is computed at half resolution, at which the Fourier transforms take a quarter
+    /// of the time.
     pub fn with_coarse_glare(settings: &Settings, detail: u32) -> Self {
         Self::with_glare_at(settings, detail, 2)
     }
 
-    /// As [`new`](Self::new), with glare on the grid of `coarse` picture pixels, one of [`DETAILS`], and so the whole picture where
-    /// it is on.
+    /// As [`new`](Self::new); with glare the whole picture is computed on a grid of `coarse` picture pixels, one of [`DETAILS`].
     pub fn with_glare_at(settings: &Settings, detail: u32, coarse: u32) -> Self {
         let glare = !settings.view.is_error() && settings.glare.is_some();
         let effects = Self::new(settings, if glare { detail.max(coarse) } else { detail });
         Self { glare: glare && effects.detail == coarse, ..effects }
     }
 
-    /// Whether a stream with this level of detail is filtered bilaterally; with too few samples low-pass masking takes its place.
+    /// Whether bilateral filtering applies to a stream at this level of detail; with too few samples low-pass masking replaces it.
     pub fn bilateral(&self, lod: &StreamLod) -> bool {
         self.masking == Some(Masking::Bilateral) && lod.allows_bilateral()
     }
@@ -80,7 +79,7 @@ impl Effects {
         self.masking.is_some() || self.view.is_error()
     }
 
-    /// The reconstruction: where pixels are larger than texels, single texels cannot stand for them.
+    /// Reconstruction method; if pixels are larger than texels, a single texel would not represent one.
     pub fn reconstruction(&self, settings: &Settings) -> Reconstruction {
         match settings.reconstruction {
             Reconstruction::None if self.detail > 1 => Reconstruction::Mipmap,

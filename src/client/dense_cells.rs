@@ -17,10 +17,10 @@ use crate::stream::Sample;
 /// so that pictures of even density are not merged.
 const DENSE: u32 = 8;
 
-/// Bits of an entry that count samples, up to which they are told apart.
+/// Bits of an entry that hold its sample count; the rest hold the batch number.
 const COUNT_BITS: u32 = 20;
 
-/// A cell whose entry has more samples than the limit.
+/// A cell whose entry exceeds the limit.
 #[derive(Default)]
 struct Cell {
     /// Number of its samples.
@@ -32,18 +32,18 @@ struct Cell {
 /// Finds the dense cells of a batch of one stream and merges their samples.
 #[derive(Default)]
 pub struct Merger {
-    /// Number of samples in the cells of an entry, and above [`COUNT_BITS`] the number of the batch that they are of: counts of others
-    /// are 0. There are as many entries as a batch has samples. Cells that share one only look denser than they are.
+    /// Per hash entry: number of samples in its cells and, above [`COUNT_BITS`], the number of the batch it belongs to; entries of earlier
+    /// batches count as 0. The table has as many entries as a batch has samples. Colliding cells only look denser than they are.
     counts: Vec<u32>,
-    /// Number of the batch, from 1.
+    /// Number of the batch, from 1 on.
     batch: u32,
-    /// Cells of full entries by row and column.
+    /// Cells of entries above the limit, by row and column.
     cells: BTreeMap<[u32; 2], Cell>,
     extent: [u32; 2],
     filter: SplatFilter,
-    /// Largest number in a cell that is not dense.
+    /// Largest sample count of a cell that is not dense.
     limit: u32,
-    /// Largest number of samples of an entry.
+    /// Largest sample count of any entry.
     fullest: u32,
 }
 
@@ -77,20 +77,20 @@ impl Merger {
         self.fullest = self.fullest.max(count);
     }
 
-    /// Whether a cell may be dense, once all samples of a chunk were counted; then [`confirm`](Self::confirm) must hear of all of them
-    /// again.
+    /// Whether a cell may be dense, once all samples of a chunk were counted. If so, every sample must then be passed to
+    /// [`confirm`](Self::confirm).
     #[inline]
     pub fn found(&self) -> bool {
         self.fullest > self.limit
     }
 
-    /// Whether a cell may have a chunk of samples: the batch must end, as the sums of its deviations are those of all samples.
+    /// Whether a cell may hold a whole chunk of samples. The batch must then end, because the sums of deviations use all of its samples.
     pub fn is_full(&self) -> bool {
         self.fullest as usize >= CHUNK_SAMPLES
     }
 
-    /// Counts a sample in its cell itself, where cells share an entry. Cells that reach into the border of the padded target have
-    /// no four centres, and no pixel of the picture is in reach of them.
+    /// Counts a sample in its exact cell, since cells may share an entry. Cells that reach into the border of the padded target lack some
+    /// of the four centres; no pixel of the picture is within their reach.
     pub fn confirm(&mut self, p: [f32; 2]) {
         let cell = self.cell(p);
         let whole = self.filter == SplatFilter::Box || (0..2).all(|i| (1..self.extent[i]).contains(&cell[i]));
@@ -123,7 +123,7 @@ impl Merger {
         }
     }
 
-    /// The merged samples, whose `uv` are positions in padded texels: centres of texels. Forgets the sums.
+    /// Takes the merged samples and resets the sums. Their `uv` are texel centres in padded texels.
     pub fn take(&mut self) -> Vec<Sample> {
         // Neighbouring cells share their centres.
         let mut centres = BTreeMap::<[u32; 2], [f64; 4]>::new();
@@ -142,8 +142,7 @@ impl Merger {
         centres.into_iter().map(sample).collect()
     }
 
-    /// The samples of a batch of one stream that lie in no dense cell, and those that the others are merged to; `None` where no
-    /// cell is dense.
+    /// Splits a batch of one stream into samples outside of dense cells and merged samples; `None` if no cell is dense.
     pub fn split<'s>(&mut self, spec: &FilmSpec, samples: &'s [Sample]) -> Option<[Vec<Sample>; 2]> {
         let placed = || {
             let place = |sample: &'s Sample| (spec.texel_position(sample.uv), sample);
@@ -173,16 +172,16 @@ impl Merger {
         p.map(|p| (p + shift) as u32)
     }
 
-    /// Number of samples of the batch in an entry.
+    /// Number of samples of the present batch in an entry.
     #[inline]
     fn counted(&self, entry: usize) -> u32 {
         let count = self.counts[entry];
-        // Without a branch, which would wait for the memory of a large table.
+        // Branch-free: a branch would wait for the load from a large table.
         let is_present = u32::from(count >> COUNT_BITS == self.batch);
         count & ((1 << COUNT_BITS) - 1) & is_present.wrapping_neg()
     }
 
-    /// The table's entry of a cell. Neighbours have different ones.
+    /// Hash-table entry of a cell. Neighbouring cells have different entries.
     #[inline]
     fn entry(&self, [column, row]: [u32; 2]) -> usize {
         (column.wrapping_add(row.wrapping_mul(40_503)) as usize) & (self.counts.len() - 1)

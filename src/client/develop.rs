@@ -1,4 +1,4 @@
-//! The unblurred scene-linear picture of a film's sums: what goes into the EXR's main layer.
+//! Conversion of a film's sums to the scene-linear picture without reconstruction blur, as stored in the EXR's main layer.
 
 use glam::{DVec3, Vec3};
 
@@ -30,19 +30,19 @@ pub fn linear_xyz(data: &FilmData) -> Vec<[f32; 3]> {
     picture
 }
 
-/// The same in linear RGB of `profile` (Rec.709 primaries for EXR); out-of-gamut values stay negative.
+/// As [`linear_xyz`], converted to linear RGB of `profile` (Rec.709 primaries for EXR); out-of-gamut values stay negative.
 pub fn linear_rgb(data: &FilmData, profile: &Profile) -> Vec<[f32; 3]> {
     linear_xyz(data).into_iter().map(|xyz| (profile.from_xyz * Vec3::from(xyz)).to_array()).collect()
 }
 
-/// Display-linear sRGB of a scene-linear picture (Rec.709) as the program shows it; what is not finite becomes NaN.
+/// Display-linear sRGB of a scene-linear picture (Rec.709) after the tone curve; non-finite values become NaN.
 pub fn shown(rgb: &Grid<[f32; 3]>, settings: &Settings) -> Grid<[f32; 3]> {
     let tone = ToneMapper::new(settings);
     let to_xyz = xyz_from_rec709();
     let mut shown = rgb.clone();
     for pixel in shown.pixels_mut() {
         let finite = pixel.iter().all(|c| c.is_finite());
-        // In double precision: the largest floats would add up to infinity.
+        // In double precision, since the sum of the largest floats would be infinite.
         let xyz = (to_xyz * DVec3::from(pixel.map(f64::from))).min(DVec3::splat(1e30)).as_vec3();
         *pixel = if finite { tone.linear(xyz).to_array() } else { Vec3::NAN.to_array() };
     }
@@ -84,10 +84,10 @@ pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], part
             .flat_map(|y| (part.origin[0] as usize..).take(part.extent[0] as usize).map(move |x| (x, y)))
     };
     let [x0, y0] = origin.map(|n| n as usize);
-    // Numbers of a pixel in the whole picture and in the region.
+    // Index of a pixel in the whole picture and in the region.
     let pair = move |(x, y): (usize, usize)| (y * width + x, (y - y0) * columns + x - x0);
     let pixels = width * data.height as usize;
-    // A stream without samples has no sums yet.
+    // A stream without samples has empty sums.
     for (sums, more) in [(&mut data.camera, &region.camera), (&mut data.light, &region.light)] {
         if sums.is_empty() && !more.is_empty() {
             sums.resize(pixels, [0.0; 4]);
@@ -118,7 +118,7 @@ pub fn mix_region(data: &mut FilmData, region: &FilmData, origin: [u32; 2], part
             *variance += region.camera_variance.get(i).copied().unwrap_or(0.0) * unit;
         }
     }
-    // Sums of the light stream are normalised by the light paths of the whole picture, which a picture without any gets from the region.
+    // Light sums are normalised by the number of light paths of the whole picture; if that is zero, the region's is used.
     if data.counts.light_paths == 0 {
         data.counts.light_paths = region.counts.light_paths;
     }

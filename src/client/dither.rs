@@ -12,7 +12,7 @@ pub const MASK_SIDE: usize = 64;
 /// Texels of the mask.
 const MASK: usize = MASK_SIDE * MASK_SIDE;
 
-/// Shifts of the mask for red, green and blue: in step, the three would make the noise grey and as visible as it can be.
+/// Offsets of the mask for red, green and blue: with equal offsets the noise would be grey and most visible.
 const SHIFTS: [[usize; 2]; 3] = [[0, 0], [21, 37], [43, 13]];
 
 /// The thresholds that are added before rounding down, one per channel.
@@ -47,7 +47,7 @@ const SIGMA: f32 = 1.5;
 /// Beyond this distance along an axis the Gaussian counts as zero: it is below 2e-8.
 const REACH: i32 = 9;
 
-/// Points on a torus, and at every texel how crowded it is.
+/// Point set on a torus, with the Gaussian-weighted density at every texel.
 #[derive(Clone)]
 struct Pattern {
     kernel: Vec<f32>,
@@ -62,7 +62,7 @@ impl Pattern {
         Self { kernel, taken: vec![false; MASK], crowd: vec![0.0; MASK] }
     }
 
-    /// Sets or takes away a point.
+    /// Adds or removes a point.
     fn put(&mut self, at: usize, taken: bool) {
         self.taken[at] = taken;
         let sign = if taken { 1.0 } else { -1.0 };
@@ -78,11 +78,11 @@ impl Pattern {
         }
     }
 
-    /// The most crowded point, or the emptiest place where there is none.
+    /// The point in the tightest cluster or, if `taken` is false, the texel in the largest void.
     fn extreme(&self, taken: bool) -> usize {
         let sign = if taken { -1.0 } else { 1.0 };
         let among = (0..MASK).filter(|&i| self.taken[i] == taken);
-        // At least one of either kind is left whenever this is called.
+        // There is always at least one texel of either kind when this is called.
         among.min_by(|&a, &b| (sign * self.crowd[a]).total_cmp(&(sign * self.crowd[b]))).unwrap_or(0)
     }
 }
@@ -92,14 +92,14 @@ fn void_and_cluster() -> Vec<f32> {
     let start = initial_pattern();
     let points = start.taken.iter().filter(|t| **t).count();
     let mut ranks = vec![0usize; MASK];
-    // The points of the start, the most crowded ones taken away first: they get the highest of the low ranks.
+    // Initial points get the lowest ranks; removed from the tightest cluster first, they take these ranks from the highest down.
     let mut pattern = start.clone();
     for rank in (0..points).rev() {
         let at = pattern.extreme(true);
         pattern.put(at, false);
         ranks[at] = rank;
     }
-    // The rest fills the largest voids one after the other.
+    // The remaining ranks fill the largest void one after another.
     pattern = start;
     for rank in points..MASK {
         let at = pattern.extreme(false);
@@ -125,7 +125,7 @@ fn initial_pattern() -> Pattern {
             left -= 1;
         }
     }
-    // It ends when a point would return to where it was; the bound is for rounding, which may keep two places in turn.
+    // Ends when a moved point would return to its place. The bound covers rounding, which may alternate between two places.
     for _ in 0..4 * MASK {
         let from = pattern.extreme(true);
         pattern.put(from, false);

@@ -1,7 +1,7 @@
-//! The list of the client's effects: which of them settings and streams call for, and why. People read it.
+//! List of the client's effects for the user: which of them are on for given settings and streams, and why.
 //!
-//! Nothing is decided here: [`Effects`] and [`FilmSpec`] decide for the code that runs, and this reports the result. The
-//! tracer has a list of its own; `render/effect_plan.rs` joins the two.
+//! This module reports the decisions of [`Effects`] and [`FilmSpec`] and makes none. The tracer has a separate list;
+//! `render/effect_plan.rs` joins the two.
 
 use crate::client::compiled_effects::Effects;
 use crate::client::settings::{
@@ -16,21 +16,21 @@ pub struct ClientEffect {
     pub name: &'static str,
     /// Whether it is part of the picture.
     pub on: bool,
-    /// The stream or option that asks for it, or would.
+    /// The stream or option that needs it.
     pub reason: String,
-    /// The mechanism that decides it while the program runs.
+    /// The mechanism that makes the decision at run time.
     pub at_run_time: &'static str,
-    /// Its own passes, by their names in the timings.
+    /// Names of its own passes in the timings.
     pub passes: &'static [&'static str],
-    /// Passes of other effects that take longer with it.
+    /// Names of other effects' passes that take longer with it.
     pub changes: &'static [&'static str],
-    /// Prefixes of the names of the images and buffers that only it needs.
+    /// Name prefixes of the images and buffers that only this effect needs.
     pub images: &'static [&'static str],
     /// Whether [`Settings::switch`] turns it on and off.
     pub can_switch: bool,
 }
 
-/// All effects of a film that receives these `streams`: camera, light. In the order of the passes.
+/// All effects of a film that receives these `streams` (camera, light), in the order of the passes.
 pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> Vec<ClientEffect> {
     let effects = Effects::new(settings, 1);
     let picture = !effects.view.is_error();
@@ -49,7 +49,7 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         at_run_time: "a specialization constant of tonemap.frag",
         ..effect(name, on, reason)
     };
-    // One pass draws both streams: its time counts for the first of them.
+    // One pass draws both streams; its time is attributed to the first of them.
     let splat = |counted| -> &[&str] { if counted { &["splat"] } else { &[] } };
     let camera_reason = match camera {
         true => "the method traces paths from the camera",
@@ -185,11 +185,11 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
     ]
 }
 
-/// Effects that one setting turns on and off.
+/// Effects with a single on/off setting.
 const SWITCHES: [&str; 6] = ["masking", "noise-filter", "reprojection", "reconstruction", "glare", "dither"];
 
 impl Settings {
-    /// Turns an effect of [`effect_list`] on, in its plainest form, or off. Effects without a switch stay as they are.
+    /// Switches an effect of [`effect_list`] on, in its simplest form, or off. Effects without a switch stay unchanged.
     pub fn switch(&mut self, name: &str, on: bool) {
         match name {
             "masking" => self.vm = if on { 1.0 } else { 0.0 },

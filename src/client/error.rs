@@ -3,25 +3,25 @@
 /// An error of the client.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
-    /// The film has no texel or more than a device can hold.
+    /// The film has no texels, or more than a device supports.
     #[error(
         "a film of {width}×{height} pixels is not possible: both sides must be 1 to {max}; choose another --size"
     )]
     Extent {
-        /// Width asked for, in pixels.
+        /// Requested width, in pixels.
         width: u32,
-        /// Height asked for, in pixels.
+        /// Requested height, in pixels.
         height: u32,
-        /// Largest side in pixels for this filter.
+        /// Largest side for this filter, in pixels.
         max: u32,
     },
 
     /// The images of the film do not fit into memory.
     #[error("no memory for {what} ({bytes} bytes): choose a smaller --size or close other programs")]
     Memory {
-        /// The images.
+        /// Name of the images.
         what: &'static str,
-        /// Bytes asked for.
+        /// Requested size in bytes.
         bytes: u64,
     },
 
@@ -30,7 +30,7 @@ pub enum ClientError {
         "cannot start {threads} threads for a film: {reason}; ask for fewer with --threads or close other programs"
     )]
     Threads {
-        /// Threads asked for.
+        /// Requested number of threads.
         threads: usize,
         /// The error of the system.
         reason: String,
@@ -40,7 +40,7 @@ pub enum ClientError {
     #[error("the thread that sorts samples has panicked, and samples are lost: please report it")]
     SorterPanicked,
 
-    /// The settings need the variance, which the film does not keep.
+    /// The settings need the variance, which the film does not accumulate.
     #[error("the film keeps no variance, which noise masking and the error view need: make it with one")]
     NoVariance,
 

@@ -1,4 +1,4 @@
-//! The film on a Vulkan device: sums, the repaint that shows them, and what a film of a moving picture leaves out.
+//! The film on a Vulkan device: sums, repaint, and coarse sums for a moving picture.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,27 +18,28 @@ use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region};
 use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
 
-/// Pixels of the picture along a side of a texel of coarse sums.
+/// Picture pixels per texel of coarse sums, along each axis.
 const COARSE: u32 = 4;
 
 /// A film on a Vulkan device; [`ReferenceFilm`](crate::client::reference::ReferenceFilm) is its reference.
 ///
 /// The same samples in the same order give the same bits on the same device, however they are split into calls.
 ///
-/// A picture of few samples is blurred over several mip levels, and those below are not read. [`begin_coarsely`](Self::begin_coarsely)
-/// leaves them out: the sums have a texel for 4×4 pixels, a sixteenth of the work, as long as the level of detail is 2 or more.
+/// A picture of few samples is blurred over several mip levels, and the finest levels are not read.
+/// [`begin_coarsely`](Self::begin_coarsely) omits these: the sums have one texel per 4×4 pixels, at a sixteenth of the work, while the
+/// level of detail is 2 or more.
 pub struct VulkanFilm {
     spec: FilmSpec,
     gpu: Arc<Gpu>,
     place: SumsPlace,
-    /// The sums of the picture.
+    /// Sums at full resolution.
     sums: SampleSums,
-    /// The coarse ones; made when they are wanted first.
+    /// Coarse sums, created on first use.
     coarse: Option<SampleSums>,
     is_coarse: bool,
-    /// Made with the first repaint.
+    /// Created with the first repaint.
     repaint: Option<Repaint>,
-    /// Whether [`paint`](Self::paint) waits for tables that take long to make.
+    /// Whether [`paint`](Self::paint) blocks on tables that take long to compute.
     policy: BackgroundPolicy,
     /// Whether only full batches are rasterised.
     keep_batch: bool,
@@ -54,8 +55,8 @@ impl VulkanFilm {
         Self::with_sums(gpu, spec, SumsPlace::Device)
     }
 
-    /// As [`new`](Self::new), with sums that the processor makes, as the reference does: for devices that are the processor. Its bits
-    /// are not those of the device's passes.
+    /// As [`new`](Self::new), with sums computed on the CPU as by the reference, for devices that are the CPU. The bits differ from those
+    /// of the device's passes.
     ///
     /// # Errors
     ///
@@ -78,7 +79,7 @@ impl VulkanFilm {
         })
     }
 
-    /// The same film for another device, after this one was lost; `None` where its sums were on it.
+    /// Moves the film to another device after this one was lost; `None` if its sums were on it.
     pub fn moved_to(self, gpu: &Arc<Gpu>) -> Option<Self> {
         let sums = self.sums.moved_to(gpu)?;
         let coarse = self.coarse.and_then(|coarse| coarse.moved_to(gpu));
@@ -86,7 +87,7 @@ impl VulkanFilm {
         Some(Self { gpu: gpu.clone(), sums, coarse, is_coarse, repaint: None, ..self })
     }
 
-    /// The film without its device, on `threads` threads as [`ReferenceFilm::new`] says; `None` where its sums were on it, are coarse or
+    /// Converts to a CPU film with `threads` threads as in [`ReferenceFilm::new`]; `None` if the sums were on the device, are coarse or
     /// lack samples.
     pub fn into_reference(self, threads: usize) -> Option<Result<ReferenceFilm, ClientError>> {
         let (state, sums) =
@@ -94,17 +95,17 @@ impl VulkanFilm {
         Some(ReferenceFilm::with_sums(state, sums, threads))
     }
 
-    /// Takes over sums that were read from a film of the same specification by [`begin_backup`](Self::begin_backup).
+    /// Restores sums read from a film of the same specification by [`begin_backup`](Self::begin_backup).
     ///
     /// # Errors
     ///
-    /// [`ClientError::Gpu`] when there is no memory; the film is empty then.
+    /// [`ClientError::Gpu`] if memory runs out; the film is empty then.
     pub fn restore(&mut self, data: &FilmData) -> Result<(), ClientError> {
         self.clear();
         self.sums.restore(data)
     }
 
-    /// Reads the sums, with the overscan of the film, without waiting for the GPU: they survive the device.
+    /// Reads the sums including the overscan, without blocking on the GPU, as a copy that survives the device.
     ///
     /// # Errors
     ///
@@ -119,7 +120,7 @@ impl VulkanFilm {
         &self.spec
     }
 
-    /// The sums that samples are added to.
+    /// The sums in use: full or coarse.
     fn present(&self) -> &SampleSums {
         self.coarse.as_ref().filter(|_| self.is_coarse).unwrap_or(&self.sums)
     }
@@ -128,7 +129,7 @@ impl VulkanFilm {
         self.coarse.as_mut().filter(|_| self.is_coarse).unwrap_or(&mut self.sums)
     }
 
-    /// Forgets everything, and adds up the samples that come coarsely until [`sharpen`](Self::sharpen).
+    /// Clears the film and accumulates samples in coarse sums until [`sharpen`](Self::sharpen).
     ///
     /// # Errors
     ///
@@ -145,7 +146,7 @@ impl VulkanFilm {
 
     /// The specification of the coarse sums of a film.
     pub fn coarse_spec(spec: &FilmSpec) -> FilmSpec {
-        // The tent is about as wide as the mip level whose texels they are, with the splat filter that it is made with.
+        // With this splat filter, the tent is about as wide as the mip level that the coarse texels replace.
         let [width, height] = [spec.width, spec.height].map(|n| n.div_ceil(COARSE));
         FilmSpec { width, height, filter: SplatFilter::Tent, ..*spec }
     }
@@ -155,20 +156,19 @@ impl VulkanFilm {
         self.is_coarse
     }
 
-    /// Whether the sums are coarse and there are samples for a finer picture than they can give: one stream has its level of detail
-    /// below 2.
+    /// Whether the sums are coarse and a stream has more samples than they can resolve: its level of detail is below 2.
     pub fn must_sharpen(&self) -> bool {
         let FilmCounts { camera_samples, light_samples, .. } = self.counts();
         self.is_coarse && camera_samples.max(light_samples) > Self::coarse_samples(&self.spec)
     }
 
-    /// The samples of a stream up to which coarse sums suffice: then its level of detail is 2.
+    /// Largest number of samples of a stream for which coarse sums suffice: its level of detail is 2 then.
     pub fn coarse_samples(spec: &FilmSpec) -> u64 {
         let [width, height] = spec.padded_extent().map(u64::from);
         width * height / u64::from(COARSE * COARSE)
     }
 
-    /// Begins with sums of full resolution, which are empty: the same samples must be added again.
+    /// Switches to empty full-resolution sums; the same samples must be added again.
     pub fn sharpen(&mut self) {
         self.sums.clear();
         self.is_coarse = false;
@@ -179,40 +179,40 @@ impl VulkanFilm {
         self.present().spec().batch_capacity()
     }
 
-    /// Samples that were not rasterised yet, which [`flush`](Self::flush) would do.
+    /// Number of samples in the batch, not yet rasterised; [`flush`](Self::flush) rasterises them.
     pub fn waiting(&self) -> usize {
         self.present().waiting()
     }
 
-    /// Whether samples were lost to an error since the last clear: the counts and paths are those of more samples than the sums.
+    /// Whether samples were lost to an error since the last clear: counts and paths then exceed those of the sums.
     pub fn is_damaged(&self) -> bool {
         self.present().is_damaged()
     }
 
-    /// The frame that rasterises the last batch.
+    /// Number of the frame that rasterises the last batch.
     pub fn rasterised(&self) -> FrameNumber {
         let coarse = self.coarse.as_ref().map_or(FrameNumber::default(), SampleSums::rasterised);
         self.sums.rasterised().max(coarse)
     }
 
-    /// Samples that the processor has drawn since the last call, and how long it took.
+    /// Samples rasterised by the CPU since the last call, and the time that took.
     pub fn take_host_time(&mut self) -> (u64, Duration) {
         let (samples, time) = self.sums.take_host_time();
         let (more, longer) = self.coarse.as_mut().map(SampleSums::take_host_time).unwrap_or_default();
         (samples + more, time + longer)
     }
 
-    /// Whether the camera and the light stream have images, because they had a sample.
+    /// Whether camera and light stream have images, which are allocated with their first sample.
     pub fn allocated_streams(&self) -> [bool; 2] {
         self.present().allocated_streams()
     }
 
-    /// Records into `cmd` what [`display`](Self::display) does, without reading back: the encoded picture, to be drawn into a
-    /// window. The batch must have been flushed before the frame was begun.
+    /// Records what [`display`](Self::display) does, without readback: the encoded picture, to be drawn into a window. The batch must have
+    /// been flushed before the frame began.
     ///
-    /// `detail` is the internal resolution, picture pixels per reconstructed one and axis: 1, 2 or 4. Above 1 the blur is
-    /// computed on a coarser grid and interpolated; the encoded picture has full size. `regions` of the picture, of the same internal
-    /// resolution, are drawn into it.
+    /// `detail` is the internal resolution, picture pixels per reconstructed one and axis: 1, 2 or 4. Above 1 the blur is computed on a
+    /// coarser grid and interpolated; the encoded picture has full size. `regions` of the picture, at the same internal resolution, are
+    /// composed into it.
     pub fn paint(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -227,7 +227,7 @@ impl VulkanFilm {
         repaint.paint(cmd, sums, settings, detail, regions)
     }
 
-    /// As [`paint`](Self::paint), with the sum of these layers, of the same internal resolution, in the place of what the sums give.
+    /// As [`paint`](Self::paint), with the sum of these layers, at the same internal resolution, instead of the reconstructed sums.
     pub fn paint_sum(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -241,8 +241,8 @@ impl VulkanFilm {
         repaint.paint_sum(cmd, settings, detail, layers)
     }
 
-    /// Records the picture before glare and tone curve, scene-linear XYZ, where this film is a region of another one's picture: that of
-    /// the sums, or the `filtered` one that a noise filter has made of the same samples.
+    /// Records the picture before glare and tone curve, scene-linear XYZ, of a film that is a region of another picture: reconstructed from
+    /// the sums, or the denoised picture `filtered` of the same samples.
     pub fn linear(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -262,8 +262,8 @@ impl VulkanFilm {
         }
     }
 
-    /// As [`paint`](Self::paint) at full resolution, with this picture, scene-linear XYZ of the film's size, in the place of what the sums
-    /// give: one that a noise filter has made of the same samples.
+    /// As [`paint`](Self::paint) at full resolution, with this denoised picture of the same samples (scene-linear XYZ, the film's size)
+    /// instead of the reconstructed sums.
     pub fn paint_filtered(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -277,38 +277,39 @@ impl VulkanFilm {
         repaint.paint_filtered(cmd, picture, settings, regions)
     }
 
-    /// Whether the sums are in memory: [`develop`](Film::develop) waits for no device.
+    /// Whether the sums are in main memory, so that [`develop`](Film::develop) does not wait for a device.
     pub fn is_summed_on_host(&self) -> bool {
         self.place == SumsPlace::Host
     }
 
-    /// Whether [`paint`](Self::paint) waits for tables that take long to make, as it does at first, or shows the picture
-    /// without them meanwhile; [`display`](Self::display) always waits.
+    /// Sets whether [`paint`](Self::paint) blocks on tables that take long to compute (the default) or shows the picture without them
+    /// meanwhile; [`display`](Self::display) always blocks.
     pub fn set_background_policy(&mut self, policy: BackgroundPolicy) {
         self.policy = policy;
     }
 
-    /// Whether something is being made in the background that [`paint`](Self::paint) went without.
+    /// Whether a table is being computed in the background that [`paint`](Self::paint) went without.
     pub fn awaits_background(&self) -> bool {
         self.repaint.as_ref().is_some_and(Repaint::awaits_background)
     }
 
-    /// Whether it is ready: the next [`paint`](Self::paint) shows another picture.
+    /// Whether such a table is ready: the next [`paint`](Self::paint) shows another picture.
     pub fn is_background_ready(&self) -> bool {
         self.repaint.as_ref().is_some_and(Repaint::is_background_ready)
     }
 
-    /// Whether the last [`paint`](Self::paint) left the picture of before, because one of its pipelines is compiled on another thread.
+    /// Whether the last [`paint`](Self::paint) left the previous picture in place, because one of its pipelines is being compiled on
+    /// another thread.
     pub fn has_given_up(&self) -> bool {
         self.repaint.as_ref().is_some_and(Repaint::has_given_up)
     }
 
-    /// The encoded picture of the last [`paint`](Self::paint), to be shown again; `None` before the first.
+    /// Encoded picture of the last [`paint`](Self::paint), to be shown again; `None` before the first.
     pub fn painted(&mut self) -> Option<&mut Image> {
         self.repaint.as_mut().and_then(Repaint::painted)
     }
 
-    /// The sum of the weights of the camera samples at a pixel: their number, where they have weight 1. Waits for the GPU.
+    /// Sum of the weights of the camera samples at a pixel; their number if all weights are 1. Waits for the GPU.
     ///
     /// # Errors
     ///
@@ -320,7 +321,7 @@ impl VulkanFilm {
         Ok(sums.weight_at(pixel.map(|at| at / scale + pad))? / (scale * scale) as f32)
     }
 
-    /// What the last [`paint`](Self::paint) shows within a rectangle of the picture; `None` before the first. Waits for the GPU.
+    /// Displayed texels of the last [`paint`](Self::paint) within a rectangle of the picture; `None` before the first. Waits for the GPU.
     ///
     /// # Errors
     ///
@@ -336,14 +337,13 @@ impl VulkanFilm {
         repaint.reconstruct(sums, settings, detail)
     }
 
-    /// The sums with the overscan around the picture, `width` and `height` being those of the padded target. Coarse ones have a texel
-    /// for 4×4 pixels.
+    /// Sums including the overscan; `width` and `height` are those of the padded target. Coarse sums have one texel per 4×4 pixels.
     pub fn develop_padded(&mut self) -> Result<FilmData, ClientError> {
         self.complete()?;
         self.present_mut().develop(0)?.wait()
     }
 
-    /// Rasterises the batch; returns the passes of a repaint, and the sums.
+    /// Rasterises the batch; returns the repaint passes and the sums.
     fn repaint(&mut self) -> Result<(&mut Repaint, FilmSums<'_>), ClientError> {
         self.complete()?;
         if self.is_summed_on_host() {
@@ -355,12 +355,12 @@ impl VulkanFilm {
         Ok(self.sums())
     }
 
-    /// Rasterises all samples, or where the last batch is to be kept those of full ones.
+    /// Rasterises all samples or, if partial batches are to be kept, those of full batches.
     fn complete(&mut self) -> Result<(), ClientError> {
         if self.keep_batch { self.settle() } else { self.flush() }
     }
 
-    /// Rasterises all full batches: [`add`](Film::add) leaves the last ones to a thread.
+    /// Rasterises all full batches, the last of which [`add`](Film::add) leaves to a thread.
     ///
     /// # Errors
     ///
@@ -369,7 +369,7 @@ impl VulkanFilm {
         self.present_mut().settle()
     }
 
-    /// The passes of a repaint, and the sums.
+    /// The repaint passes and the sums.
     fn sums(&mut self) -> (&mut Repaint, FilmSums<'_>) {
         let repaint = match &mut self.repaint {
             Some(repaint) => repaint,

@@ -13,8 +13,8 @@ use crate::stream::{Sample, UvWindow};
 /// Between these distances the weight is linear: exactly the bilinear fetch of the paper's texture.
 pub const GAUSSIAN_TAPS: [f32; 4] = [0.565_273_6, 0.207_948_3, 0.009_414_898, 0.0];
 
-/// Of the Gaussian with σ = 1 that ends at 4σ: what is taken off so that it ends there, the area that is left, and the integral of
-/// the square over the square of that.
+/// The Gaussian with σ = 1 truncated at 4σ: the constant subtracted so that it ends at 0, the remaining area, and the integral of the
+/// square over the square of the area.
 const GAUSSIAN_END: f32 = 3.354_626_3e-4;
 const GAUSSIAN_AREA: f32 = 2.503_785_8;
 const GAUSSIAN_SQUARES: f32 = 0.282_467_4;
@@ -136,7 +136,7 @@ impl SplatFilter {
         Taps { first: base - 2, weights }
     }
 
-    /// Out of line, because few pictures ask for it and [`taps`](Self::taps) is small without it.
+    /// Not inlined: few pictures need it, and [`taps`](Self::taps) stays small.
     #[inline(never)]
     fn scaled_taps(self, first: i32, t: f32) -> Taps {
         Taps { first, weights: std::array::from_fn(|k| self.weight(k as f32 - 2.0 - t)) }
@@ -164,7 +164,7 @@ impl SplatFilter {
         per_axis * per_axis
     }
 
-    /// The number by which the shaders know it: the kind, and above 8 bits the size of a scaled one.
+    /// Encoding for the shaders: the kind, and in the bits from 8 on the size of a scaled filter.
     pub fn constant(self) -> u32 {
         match self {
             SplatFilter::Gaussian => 0,
@@ -238,7 +238,7 @@ impl FilmSpec {
         UvWindow { min: [-u, -v], max: [1.0 + u, 1.0 + v] }
     }
 
-    /// The part of the samples over the window of the widest filter that lies within the picture.
+    /// Fraction of the samples over the widest filter's window that lies within the picture.
     pub fn coverage(&self) -> f64 {
         let UvWindow { min, max } = Self { filter: SplatFilter::Gaussian, ..*self }.window();
         1.0 / (0..2).map(|i| f64::from(max[i] - min[i])).product::<f64>()

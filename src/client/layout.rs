@@ -95,7 +95,7 @@ blocks! {
         origin: [i32; 2],
         /// Its part of what is shown there.
         share: f32,
-        /// Fills the last 8 bytes.
+        /// Padding to a multiple of 16 bytes.
         padding: f32,
     }
 

@@ -1,31 +1,31 @@
-//! The light of a picture from its first samples, for an exposure that shows it.
+//! Light meter: estimates the exposure from the first samples of a picture.
 
 use crate::stream::{PathCounts, Sample};
 
-/// Cells of the finest grid per axis; coarser ones have half as many, down to [`COARSEST`].
+/// Cells per axis of the finest grid; coarser grids have half as many, down to [`COARSEST`].
 const FINEST: usize = 16;
 const COARSEST: usize = 4;
 
-/// Samples per cell that make its luminance known: the logarithm of a noisier one would be too small.
+/// Samples per cell needed for its luminance: with fewer, noise would bias the logarithm low.
 const PER_CELL: u64 = 16;
 
-/// Cells that are darker than this share of the mean count less and less, down to nothing for black: a dark background does not decide.
+/// Cells darker than this fraction of the mean get less weight, down to zero for black, so that a dark background does not decide.
 const DARKEST: f64 = 0.01;
 
-/// Luminance that the mean of the logarithms is displayed as: a middle grey (Reinhard et al. 2002).
+/// Displayed luminance of the geometric mean: middle grey (Reinhard et al. 2002).
 pub const MIDDLE_GREY: f64 = 0.18;
 
 /// Sums of luminance over a grid of cells that covers the picture.
 #[derive(Clone, Debug, Default)]
 pub struct LightMeter {
-    /// Camera samples, their weights, and light samples, in rows from the top; empty before the first.
+    /// Per cell, row-major: camera samples, their weights, and light samples; empty before the first sample.
     cells: Vec<[f64; 3]>,
     samples: u64,
     light_paths: u64,
 }
 
 impl LightMeter {
-    /// Forgets all samples.
+    /// Discards all samples.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
@@ -52,8 +52,8 @@ impl LightMeter {
         }
     }
 
-    /// The factor on luminance that makes the mean of the logarithms a middle grey of the curve 1 − exp(−Y); `None` while there are too few
-    /// samples, and where there is no light. Behind the scene there is nothing to be exposed.
+    /// Exposure factor that displays the geometric mean of the luminance as middle grey under the curve 1 − exp(−Y); `None` while there are
+    /// too few samples, and without light. A black background has no weight.
     pub fn exposure(&self) -> Option<f32> {
         let enough = |side: &usize| self.samples >= PER_CELL * (side * side) as u64;
         let side = [FINEST, FINEST / 2, COARSEST].into_iter().find(enough)?;
@@ -80,7 +80,7 @@ impl LightMeter {
     }
 }
 
-/// The factor on luminance that makes this one a middle grey of the curve 1 − exp(−Y); `None` for no light.
+/// Exposure factor that displays this luminance as middle grey under the curve 1 − exp(−Y); `None` for zero.
 pub fn exposure_for(luminance: f64) -> Option<f32> {
     let exposure = -(1.0 - MIDDLE_GREY).ln() / luminance;
     (exposure > 0.0 && exposure.is_finite()).then_some(exposure as f32)
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
     use crate::color::Xyz;
 
-    /// A camera sample in every cell of the finest grid, `times` over.
+    /// `times` camera samples in every cell of the finest grid.
     fn even(times: usize, luminance: impl Fn(usize) -> f32, w: f32) -> Vec<Sample> {
         let sample = |i: usize| {
             let place = |n: usize| (n as f32 + 0.5) / FINEST as f32;
@@ -140,7 +140,7 @@ mod tests {
         for dark in [0.0, 1e-9, 1e-6] {
             assert!((exposure(1.0, dark) / plain - 1.0).abs() < 1e-3, "{dark}");
         }
-        // What is dark and can be seen counts.
+        // Dark but visible parts count.
         assert!(exposure(1.0, 0.02) > 2.0 * plain);
     }
 

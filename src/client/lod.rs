@@ -60,8 +60,8 @@ impl StreamLod {
         })
     }
 
-    /// The same for a picture of one pixel per `detail` texels and axis: at least the level whose texels are that large, or
-    /// the coarse picture would pick single texels out and shimmer.
+    /// The LoD of a picture with one pixel per `detail` texels and axis: at least the level whose texels are that large, so that the coarse
+    /// picture does not alias and shimmer.
     pub fn coarsened(self, detail: u32) -> Self {
         if detail <= 1 {
             return self;
@@ -70,7 +70,8 @@ impl StreamLod {
         Self { base, variance: self.variance.max(base), ..self }
     }
 
-    /// Enough samples, four per texel, for noise to be less intense than features: bilateral filtering works (paper §4.2).
+    /// Whether there are enough samples (four per texel) for noise to be weaker than features, so that bilateral filtering works (paper
+    /// §4.2).
     pub fn allows_bilateral(&self) -> bool {
         self.base <= MIN_LOD
     }
@@ -81,7 +82,7 @@ impl StreamLod {
     /// places that one sample has just touched would be blurred far more than those beside them that none has.
     #[inline]
     pub fn masked(&self, r: f32, vm: f32) -> f32 {
-        // Written so that a NaN in `r` or `vm` leaves the basic level.
+        // The comparison is written so that a NaN in `r` or `vm` leaves the basic level.
         let r = if r > 1.0 { 1.0 } else { r };
         let excess = log4(r / TARGET_RELATIVE_VARIANCE);
         let extra = if excess > 0.0 { vm * excess } else { 0.0 };
@@ -121,7 +122,7 @@ pub struct LocalStatistics {
     pub weight: f32,
     /// `Σ f (Y − Ȳ)²` in units of the squared luminance scale.
     pub variance: f32,
-    /// The sum is shown (light stream), not the mean (camera stream).
+    /// Whether the sum is displayed (light stream), or the mean (camera stream).
     pub summed: bool,
 }
 

@@ -1,8 +1,9 @@
-//! The device memory that a film takes, told before anything is allocated.
+//! Estimate of a film's device memory before anything is allocated.
 //!
-//! One line for each image and buffer, under the name that it has on the device. Tables of less than a megabyte, what a frame holds
-//! for a moment, the coarse sums of a window whose picture moves (a sixteenth of the others), the small copies of a picture that is larger
-//! than its window (a third of the encoded one), and the rounding of the driver are left out. [`images`](crate::client::pass::images) has the reasons.
+//! One line for each image and buffer, under the name that it has on the device. Left out are tables of less than a megabyte, transient
+//! resources of a frame, the coarse sums of a window whose picture moves (a sixteenth of the others), the downsampled copies of a picture
+//! larger than its window (a third of the encoded one), and rounding by the driver. [`images`](crate::client::pass::images) gives the
+//! reasons.
 
 use crate::client::compiled_effects::Effects;
 use crate::client::glare::FourierAxis;
@@ -12,8 +13,8 @@ use crate::client::settings::{CHUNK_SAMPLES, FilmSpec, Glare, Masking, Settings,
 use crate::client::upload::STRIDE;
 use crate::gpu::TexelFormat;
 
-/// The images and buffers of a film that shows these settings and has so many `samples` of these streams, camera and light; each with
-/// its bytes. `atlas` is true for devices that cannot [fetch any level](crate::gpu::Gpu::fetches_any_level).
+/// Names and bytes of the images and buffers of a film with these settings and this many `samples` of each stream (camera, light). `atlas`
+/// is true for devices that cannot [fetch any level](crate::gpu::Gpu::fetches_any_level).
 pub fn film_memory(
     spec: &FilmSpec,
     settings: &Settings,
@@ -52,7 +53,7 @@ pub fn film_memory(
     }
     list.push(image("picture XYZ", TexelFormat::Rgba32F, extent.map(|n| n.div_ceil(effects.detail))));
     list.push(image("picture encoded", effects.encoded_format(), extent));
-    // The chunks of a batch, and the one that is filled while the device reads them.
+    // The chunks of a batch, and the one being filled while the device reads them.
     let capacity = spec.batch_capacity();
     let chunks = samples.min(capacity).div_ceil(CHUNK_SAMPLES) + usize::from(samples > capacity);
     list.extend((0..chunks).map(|chunk| (format!("samples {chunk}"), (CHUNK_SAMPLES * STRIDE) as u64)));
@@ -71,7 +72,7 @@ fn sums(name: &str, format: TexelFormat, sums: Summation, extent: [u32; 2]) -> V
     [(format!("{name} sums"), mips.sum())].into_iter().chain(rests).collect()
 }
 
-/// The tables of glare, and the frequencies that it computes.
+/// Tables of glare, and its frequency buffers.
 fn glare_tables(extent: [u32; 2], glare: &Glare) -> Vec<(String, u64)> {
     let axes = extent.map(|n| FourierAxis::new(n as usize));
     let quarter = extent.map(|n| n.div_ceil(2) as usize);

@@ -2,9 +2,9 @@
 //!
 //! # From a sample in a lane to the screen
 //!
-//! This module knows neither lanes nor the server: `app` drains the lanes and passes the samples on.
+//! This module knows neither lanes nor the server: `render` and `viewer` drain the lanes and pass the samples on.
 //!
-//! 1. `app` gives blocks of samples to [`Film::add`]. A film on a device copies them into chunks, which a thread of its own sorts and puts
+//! 1. They give blocks of samples to [`Film::add`]. A film on a device copies them into chunks, which a thread of its own sorts and puts
 //!    into vertex buffers, the camera's and the light's samples apart ([`upload`], [`sorting`]).
 //! 2. A full batch, or [`Film::flush`], is rasterised: **splat** draws every sample as a filter-shaped sprite into the batch
 //!    image, **fold** adds that image to the two-float sums `[X, Y, Z, W]`.
@@ -18,13 +18,12 @@
 //!    encoded image into the acquired image of its [`Swapchain`](crate::gpu::Swapchain). [`Film::develop`] hands out the
 //!    sums as they are, and [`develop::linear_rgb`] makes the scene-linear picture of them.
 //!
-//! # Who owns what
+//! # Ownership
 //!
-//! A film owns its batch, its sums and everything that is derived from them: [`film::VulkanFilm`] on a device,
-//! [`reference::ReferenceFilm`] on the CPU. The program owns the film: in the window `viewer/screen.rs` has it
-//! beside the swapchain, and `viewer/picture.rs` the [`retained`] samples, from which a film of another size is filled, and so are the
-//! full sums after the coarse ones of a moving picture ([`film`]). Values of [`Settings`] may change from one repaint to the next;
-//! another [`FilmSpec`] needs another film.
+//! A film owns its batch, its sums and everything derived from them: [`film::VulkanFilm`] on a device, [`reference::ReferenceFilm`] on the
+//! CPU. The program owns the film: in the window, `viewer/screen.rs` holds it beside the swapchain, and `viewer/picture.rs` holds the
+//! [`retained`] samples, from which it fills a film of another size, or full-resolution sums after the coarse ones of a moving picture
+//! ([`film`]). Values of [`Settings`] may change from one repaint to the next; another [`FilmSpec`] needs another film.
 //!
 //! # Where to look
 //!

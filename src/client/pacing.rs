@@ -9,25 +9,25 @@ use std::time::Duration;
 use crate::client::settings::CHUNK_SAMPLES;
 use crate::stream::block::BLOCK_SAMPLES;
 
-/// After an edit the picture counts as changing for this long.
+/// A picture counts as changing for this long after an edit.
 pub const CHANGING: Duration = Duration::from_millis(300);
 
-/// A picture that blurs over at least this many mip levels loses nothing by a coarser grid.
+/// If the blur spans at least this many mip levels, a coarser grid loses no detail.
 const COARSE_LOD: f32 = 1.0;
 
 /// A picture is repainted when its samples have grown by this factor: the error falls by 1.5 %, which is invisible.
 const GROWTH: f64 = 1.03;
 
-/// A picture is repainted no more often than this many times its own cost, unless it shows an edit or what follows.
+/// Shortest interval between repaints as a multiple of a repaint's cost, except for pictures that follow an edit.
 const REST: f64 = 5.0;
 
-/// The rest is shorter for a picture of more than this many times the samples of the last: down to one time its cost.
+/// The interval shrinks, down to the cost of one repaint, if the samples have grown by more than this factor.
 const LEAP: f64 = 2.0;
 
 /// Share of the budget that a repaint may take while the picture changes, before it gets coarser.
 const REPAINT_SHARE: f64 = 0.5;
 
-/// Share of the budget that samples get even where the rest exceeds it, so that the picture always makes progress.
+/// Least fraction of the budget for samples, even if the other work exceeds the budget, so that the picture always progresses.
 const LEAST_SAMPLES_SHARE: f64 = 0.25;
 
 /// Upper bound on the samples of a frame, whatever they seem to cost, so that input is polled in time.
@@ -36,10 +36,10 @@ const MOST_SAMPLES: usize = 64 * CHUNK_SAMPLES;
 /// Upper bound on the samples taken beyond the budget, so that the next edit does not wait long.
 const MOST_WAITING: usize = CHUNK_SAMPLES / 2;
 
-/// Share of the budget that drawing a batch may take: it is drawn before it is full where that would take longer.
+/// Fraction of the budget that drawing a batch may take; a batch that would take longer is drawn before it is full.
 const BATCH_SHARE: f64 = 0.5;
 
-/// Weight of a new measurement.
+/// Exponential moving average: weight of a new measurement.
 const BLEND: f64 = 0.2;
 
 /// A running mean in seconds; `None` before the first measurement.
@@ -71,32 +71,32 @@ pub struct PacingInput {
     pub growth: f64,
     /// `detail` of the last repaint.
     pub shown_detail: u32,
-    /// The last edit has not been shown yet, or a control has changed.
+    /// The last edit has not been shown, or a control has changed.
     pub due: bool,
-    /// Samples that wait in the lanes.
+    /// Samples waiting in the lanes.
     pub waiting: usize,
-    /// Samples that the film has and has not rasterised.
+    /// Samples in the batch, added to the film and not rasterised.
     pub batched: usize,
-    /// Samples of a full batch; 0 where it is not known.
+    /// Samples of a full batch; 0 if unknown.
     pub capacity: usize,
-    /// Number of streams, each of which is folded apart.
+    /// Number of streams, each of which is folded separately.
     pub streams: u32,
-    /// Whether the sums are coarse.
+    /// Whether the film holds coarse sums.
     pub coarse: bool,
-    /// A repaint shows the picture through the noise filter.
+    /// Whether a repaint shows the denoised picture.
     pub filter: bool,
 }
 
 /// The plan of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FramePlan {
-    /// Samples to take at most; a multiple of a block.
+    /// Most samples to take; a multiple of a block.
     pub samples: usize,
     /// Picture pixels per reconstructed one and axis: 1, 2 or 4.
     pub detail: u32,
     /// Repaint the picture.
     pub repaint: bool,
-    /// Rasterise the batch although it is not full; without a repaint that is for the next frame.
+    /// Rasterise the batch even if it is not full; without a repaint this relieves the next frame.
     pub flush: bool,
 }
 
@@ -104,21 +104,21 @@ pub struct FramePlan {
 #[derive(Clone, Debug)]
 pub struct Pacer {
     budget: f64,
-    /// Of full sums and of coarse ones.
+    /// Rasterisation per sample, into full and coarse sums.
     per_sample: [Mean; 2],
-    /// What the loop takes for a sample until it is in a batch.
+    /// Loop time per sample until it is in a batch.
     per_fed_sample: Mean,
-    /// The fold of one stream, of full sums and of coarse ones.
+    /// Fold of one stream, of full and coarse sums.
     per_fold: [Mean; 2],
-    /// For `detail` 1, 2, 4.
+    /// Repaint at `detail` 1, 2, 4.
     repaint: [Mean; 3],
-    /// The noise filter, and what a repaint takes besides.
+    /// The noise filter, and the rest of a repaint of its picture.
     filter: Mean,
     filtered_repaint: Mean,
     panel: Mean,
-    /// Share of the affordable samples that is taken: it falls when frames are late for reasons that were not measured.
+    /// Fraction of the affordable samples that is taken; it falls when frames are late for unmeasured reasons.
     trust: f64,
-    /// Frames by which the loop is ahead of the device.
+    /// Number of frames by which the loop is ahead of the device.
     lead: f64,
 }
 
@@ -149,51 +149,51 @@ impl Pacer {
         Duration::from_secs_f64(self.budget)
     }
 
-    /// `samples` took this long to rasterise into full or `coarse` sums, apart from what [`fold`](Self::fold) counts.
+    /// Records the time to rasterise `samples` into full or `coarse` sums, without the part counted by [`fold`](Self::fold).
     pub fn samples(&mut self, samples: u64, time: Duration, coarse: bool) {
         if samples > 0 {
             self.per_sample[usize::from(coarse)].add(time.as_secs_f64() / samples as f64);
         }
     }
 
-    /// `samples` took this long from the lanes into the batch: the loop copies them, and waits for the last ones to be sorted.
+    /// Records the time to move `samples` from the lanes into the batch: the loop copies them, and waits until the last ones are sorted.
     pub fn fed(&mut self, samples: u64, time: Duration) {
         if samples > 0 {
             self.per_fed_sample.add(time.as_secs_f64() / samples as f64);
         }
     }
 
-    /// Work per batch of a stream whatever its number of samples, into full or `coarse` sums: folding.
+    /// Records the fold: the work per batch and stream that does not depend on the number of samples.
     pub fn fold(&mut self, time: Duration, coarse: bool) {
         self.per_fold[usize::from(coarse)].add(time.as_secs_f64());
     }
 
-    /// A repaint at this `detail` took this long.
+    /// Records the time of a repaint at this `detail`.
     pub fn repainted(&mut self, detail: u32, time: Duration) {
         self.repaint[level(detail)].add(time.as_secs_f64());
     }
 
-    /// The noise filter took this long.
+    /// Records the time of the noise filter.
     pub fn filtered(&mut self, time: Duration) {
         self.filter.add(time.as_secs_f64());
     }
 
-    /// A repaint of a filtered picture took this long, without the filter.
+    /// Records the time of a repaint of a denoised picture, without the filter.
     pub fn repainted_filtered(&mut self, time: Duration) {
         self.filtered_repaint.add(time.as_secs_f64());
     }
 
-    /// The panel took this long.
+    /// Records the time of the panel.
     pub fn panel(&mut self, time: Duration) {
         self.panel.add(time.as_secs_f64());
     }
 
-    /// Whether a frame begins while the device works on the one before, so that it may take twice as long.
+    /// Sets whether frames begin while the device works on the previous one, which allows each twice the time.
     pub fn set_lead(&mut self, leads: bool) {
         self.lead = if leads { 1.0 } else { 0.0 };
     }
 
-    /// A frame took this long from its beginning to its end on the device.
+    /// Records the time of a frame from its beginning to its completion on the device.
     pub fn frame(&mut self, time: Duration) {
         let late = time.as_secs_f64() > (1.25 + self.lead) * self.budget;
         self.trust = (if late { self.trust * 0.9 } else { self.trust + 0.02 }).clamp(1.0 / 16.0, 1.0);
@@ -207,7 +207,7 @@ impl Pacer {
             true => self.filter.get() + self.filtered_repaint.get(),
             false => self.repaint_cost(detail),
         };
-        // A repaint needs the samples of a batch that is not full: that it is folded early is part of its price.
+        // A repaint flushes the partial batch; the cost of folding it early is part of the repaint's cost.
         let per_sample = self.per_sample[usize::from(now.coarse)].get();
         let fold = self.per_fold[usize::from(now.coarse)].get() * f64::from(now.streams.max(1));
         let price = cost + fold;
@@ -216,7 +216,7 @@ impl Pacer {
         let finer = detail < now.shown_detail;
         let repaint = now.due || (rested && (finer || now.growth >= GROWTH));
         let drawing = now.batched as f64 * per_sample;
-        // The next picture of a still scene is not urgent, but an edit may come while the device is busy.
+        // In a still scene the next picture is not urgent, but an edit may arrive while the device is busy.
         if repaint
             && !changing
             && !now.due
@@ -228,17 +228,17 @@ impl Pacer {
         }
         let taken = self.panel.get() + fold + if repaint { cost } else { 0.0 };
         let least = LEAST_SAMPLES_SHARE * self.budget;
-        // The first picture after an edit is worth more than the samples that would make it a little finer.
+        // The first picture after an edit is worth more than the samples that would refine it slightly.
         let left = if now.due && changing { least } else { (self.budget - taken).max(least) };
-        // The next picture is not urgent, but full lanes would hold the tracer up.
+        // Between repaints all waiting samples are taken, since full lanes would block the tracer.
         let waiting = if repaint { 0 } else { now.waiting.min(MOST_WAITING) / BLOCK_SAMPLES * BLOCK_SAMPLES };
         let samples = self.affordable(left * self.trust, per_sample, fold, now.capacity).max(waiting);
-        // A batch that has grown large must not hold up a frame; but it should not be folded for next to nothing.
+        // A large batch must not delay a frame, but folding a small one early is wasteful.
         let flush = !repaint && drawing > fold.max(BATCH_SHARE * self.budget);
         FramePlan { samples, detail, repaint, flush }
     }
 
-    /// Whole blocks that can be taken and rasterised in this time, at least one, where each batch of `capacity` is folded.
+    /// Whole blocks, at least one, that can be taken and rasterised in this time, including one fold per `capacity` samples.
     fn affordable(&self, seconds: f64, per_sample: f64, fold: f64, capacity: usize) -> usize {
         let folds = if capacity > 0 { fold / capacity as f64 } else { 0.0 };
         let samples = match per_sample + self.per_fed_sample.get() + folds {
@@ -255,7 +255,7 @@ impl Pacer {
         [1, 2].into_iter().find(fits).unwrap_or(4)
     }
 
-    /// Measured cost of a repaint; from the nearest measured one where there is none, as if half of it went with the area.
+    /// Measured cost of a repaint; if unmeasured, extrapolated from the nearest `detail`, half of the cost being proportional to the area.
     fn repaint_cost(&self, detail: u32) -> f64 {
         let wanted = level(detail);
         let known = (0..3).filter(|&i| self.repaint[i].0.is_some()).min_by_key(|&i| i.abs_diff(wanted));
@@ -266,7 +266,7 @@ impl Pacer {
     }
 }
 
-/// Place of a `detail` in tables.
+/// Index of a `detail` in tables.
 fn level(detail: u32) -> usize {
     (detail.max(1).ilog2() as usize).min(2)
 }
@@ -304,7 +304,7 @@ mod tests {
         }
     }
 
-    /// Every batch that is planned costs its fold, and the processor's work for a sample counts, too.
+    /// Every planned batch costs a fold, and the CPU time per sample counts too.
     #[test]
     fn folds_and_feeding_cost() {
         let mut pacer = pacer(100.0, 1.0);
@@ -322,7 +322,7 @@ mod tests {
         assert!((pacer.plan(&now).samples as f64 / (14.5e6 / (200.0 + 0.5e6 / 10_240.0)) - 1.0).abs() < 0.02);
     }
 
-    /// A large batch is drawn before it holds up a frame, unless its fold would cost more than it.
+    /// A large batch is drawn before it delays a frame, unless its fold would cost more than it.
     #[test]
     fn large_batches_are_drawn_early() {
         let mut pacer = pacer(1000.0, 10.0);
@@ -357,13 +357,13 @@ mod tests {
         assert!(!pacer.plan(&soon).repaint);
         let later = PacingInput { since_repaint: ms(201.0), ..still() };
         assert_eq!((pacer.plan(&later).repaint, pacer.plan(&later).detail), (true, 1));
-        // What was shown coarsely is shown again, without any new sample.
+        // A picture shown at coarse resolution is repainted at full resolution, even without new samples.
         let settled = PacingInput { growth: 1.0, shown_detail: 4, ..still() };
         assert!(pacer.plan(&settled).repaint);
         assert!(!pacer.plan(&PacingInput { growth: 1.0, ..still() }).repaint);
     }
 
-    /// The first pictures after an edit have few samples: the next one, of many more, must not wait for its turn.
+    /// The first pictures after an edit have few samples: a picture of many more must not wait for its regular turn.
     #[test]
     fn leaps_are_shown_soon() {
         let pacer = pacer(100.0, 40.0);
@@ -371,7 +371,7 @@ mod tests {
         assert!(pacer.plan(&leap).repaint);
         assert!(!pacer.plan(&PacingInput { since_repaint: ms(39.0), ..leap }).repaint);
         assert!(!pacer.plan(&PacingInput { growth: 2.0, ..leap }).repaint);
-        // And between them the lanes are emptied, although the camera was moved a moment ago.
+        // Between repaints the lanes are emptied, even shortly after a camera move.
         let between =
             PacingInput { since_edit: ms(50.0), since_repaint: ms(1.0), waiting: usize::MAX, ..leap };
         assert_eq!(pacer.plan(&between).samples, MOST_WAITING.max(156 * BLOCK_SAMPLES));
@@ -391,7 +391,7 @@ mod tests {
 
     #[test]
     fn nothing_starves() {
-        // One sample takes longer than a frame, and so does a repaint.
+        // A single sample takes longer than a frame, and so does a repaint.
         let mut pacer = pacer(1e9, 1e3);
         (0..100).for_each(|_| pacer.frame(ms(100.0)));
         assert_eq!(pacer.plan(&still()).samples, BLOCK_SAMPLES);
@@ -413,7 +413,7 @@ mod tests {
         );
     }
 
-    /// Batch and repaint do not fit into one frame together: first the one, then, with an empty batch, the other.
+    /// If batch and repaint do not fit into one frame, they take turns: first the batch, then, with an empty batch, the repaint.
     #[test]
     fn dear_batches_come_before_their_picture() {
         let pacer = pacer(1000.0, 10.0);
@@ -435,7 +435,7 @@ mod tests {
         assert!(late < before / 2, "{late} of {before}");
         (0..100).for_each(|_| pacer.frame(ms(10.0)));
         assert_eq!(pacer.plan(&still()).samples, before);
-        // A loop that is ahead of its device waits for the frame before as well.
+        // A loop that is ahead of its device also waits for the previous frame.
         pacer.set_lead(true);
         (0..10).for_each(|_| pacer.frame(ms(30.0)));
         assert_eq!(pacer.plan(&still()).samples, before);

@@ -1,4 +1,4 @@
-//! Where batches become sums: on the Vulkan device, or on the processor where the device is nothing else.
+//! Rasterisation of batches into sums: on the Vulkan device, or on the CPU if the device is the CPU.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -19,26 +19,26 @@ use crate::stream::Sample;
 /// Images of camera and light; `None` before the stream's first sample.
 pub type Streams = [Option<StreamImages>; 2];
 
-/// The batch, and what draws it.
+/// Rasteriser of batches.
 pub enum Raster {
-    /// The passes of the device draw into its images.
+    /// Passes on the device, into its images.
     Device(Box<DeviceRaster>),
-    /// The processor draws, and copies the sums to the images when they are read. A driver that runs on the processor takes seven times
-    /// as long for the same sums (`tools/bench client`), and an edit waits for it.
+    /// The CPU, which copies the sums to the images when they are read. A driver that runs on the CPU takes seven times as long for the
+    /// same sums (`tools/bench client`), which delays every edit.
     Host(Box<HostRaster>),
 }
 
-/// The batches, their passes and the images that they draw into.
+/// Batches, passes and images on a device.
 pub struct DeviceRaster {
     gpu: Arc<Gpu>,
     uploader: Uploader,
-    /// Made with the first batch.
+    /// Created with the first batch.
     passes: Option<Passes>,
     /// The frame that rasterises the last batch.
     rasterised: FrameNumber,
 }
 
-/// The passes of a batch and the images that they draw into.
+/// Passes of a batch, and their images.
 struct Passes {
     splat: SplatPass,
     fold: FoldPass,
@@ -46,18 +46,18 @@ struct Passes {
     targets: BatchImages,
 }
 
-/// Sums in memory.
+/// Sums in main memory.
 pub struct HostRaster {
     gpu: Arc<Gpu>,
     sums: HostSums,
-    /// The images hold the present sums.
+    /// Whether the images hold the present sums.
     copied: bool,
-    /// Samples drawn, and how long that took, since it was asked last.
+    /// Samples rasterised since this was last read, and the time that took.
     spent: (u64, Duration),
 }
 
 impl Raster {
-    /// On the device.
+    /// A rasteriser on the device.
     ///
     /// # Errors
     ///
@@ -71,13 +71,13 @@ impl Raster {
         })))
     }
 
-    /// On the processor.
+    /// A rasteriser on the CPU.
     pub fn host(gpu: &Arc<Gpu>) -> Self {
         let sums = HostSums::default();
         Self::Host(Box::new(HostRaster { gpu: gpu.clone(), sums, copied: false, spent: (0, Duration::ZERO) }))
     }
 
-    /// The sums, if they are in memory.
+    /// The sums, if in main memory.
     pub fn into_host_sums(self) -> Option<HostSums> {
         match self {
             Self::Device(_) => None,
@@ -85,7 +85,7 @@ impl Raster {
         }
     }
 
-    /// The same for another device, after this one was lost; `None` where the batch was on it.
+    /// Moves the rasteriser to another device after this one was lost; `None` if the batch was on it.
     pub fn moved_to(self, gpu: &Arc<Gpu>) -> Option<Self> {
         match self {
             Self::Device(_) => None,
@@ -95,7 +95,8 @@ impl Raster {
         }
     }
 
-    /// Adds a sample that `state` has [taken](FilmState::take); when [`is_full`](Self::is_full), [`advance`](Self::advance) must be next.
+    /// Adds a sample that `state` has [taken](FilmState::take). When [`is_full`](Self::is_full) returns true, [`advance`](Self::advance)
+    /// must be called next.
     #[inline]
     pub fn push(&mut self, sample: Sample) {
         match self {
@@ -104,7 +105,7 @@ impl Raster {
         }
     }
 
-    /// Whether the batch in memory, or the chunk of it that goes to the device, is full.
+    /// Whether the batch in main memory, or its present chunk for the device, is full.
     #[inline]
     pub fn is_full(&self, state: &FilmState) -> bool {
         match self {
@@ -113,7 +114,7 @@ impl Raster {
         }
     }
 
-    /// Draws the full batch in memory; or sends the full chunk to the device, and begins to draw the batches that are ready.
+    /// Rasterises the full batch on the CPU; or sends the full chunk to the device and begins to draw the batches that are ready.
     ///
     /// # Errors
     ///
@@ -140,7 +141,7 @@ impl Raster {
         }
     }
 
-    /// Begins to draw all samples that wait.
+    /// Begins to draw all waiting samples.
     ///
     /// # Errors
     ///
@@ -156,7 +157,7 @@ impl Raster {
         }
     }
 
-    /// Forgets batches and sums, but not what the device's images hold.
+    /// Discards batches and sums; the contents of the device's images stay.
     pub fn clear(&mut self) {
         match self {
             Self::Device(device) => device.uploader.clear(),
@@ -167,7 +168,7 @@ impl Raster {
         }
     }
 
-    /// Puts sums that were read from a film, with the overscan of the film, in the place of those that there are.
+    /// Replaces the sums by ones read from a film, including its overscan.
     pub fn restore(
         &mut self,
         data: &FilmData,
@@ -187,7 +188,7 @@ impl Raster {
         let mut frame = device.gpu.begin()?;
         for (stream, images) in streams.iter_mut().enumerate() {
             let Some(images) = images.as_mut().filter(|_| !color[stream].is_empty()) else { continue };
-            // The rests are zero.
+            // The remainders are cleared to zero.
             images.define(&mut frame.cmd());
             copy_sums(&device.gpu, &mut frame.cmd(), color[stream], variance[stream], images)?;
         }
@@ -195,7 +196,7 @@ impl Raster {
         Ok(())
     }
 
-    /// Records the copy of sums that the images do not hold yet.
+    /// Records the copy of all sums that the images do not hold yet.
     pub fn complete(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -208,7 +209,7 @@ impl Raster {
         }
     }
 
-    /// The sums, if they are in memory.
+    /// The sums, if in main memory.
     pub fn host_sums(&self) -> Option<&HostSums> {
         match self {
             Self::Device(_) => None,
@@ -216,7 +217,7 @@ impl Raster {
         }
     }
 
-    /// Samples that the processor has drawn since the last call, and how long it took.
+    /// Samples rasterised by the CPU since the last call, and the time that took.
     pub fn take_host_time(&mut self) -> (u64, Duration) {
         match self {
             Self::Device(_) => Default::default(),
@@ -224,7 +225,7 @@ impl Raster {
         }
     }
 
-    /// The frame that draws the last batch.
+    /// Number of the frame that draws the last batch.
     pub fn rasterised(&self) -> FrameNumber {
         match self {
             Self::Device(device) => device.rasterised,
@@ -234,7 +235,8 @@ impl Raster {
 }
 
 impl DeviceRaster {
-    /// Begins to draw the batches that are ready once no more than `pending` chunks are not sorted. After an error the others are drawn.
+    /// Begins to draw the batches that are ready, after waiting until at most `pending` chunks are unsorted. After an error the other
+    /// batches are still drawn.
     fn draw_batches(
         &mut self,
         state: &mut FilmState,
@@ -279,7 +281,7 @@ impl DeviceRaster {
             let Some(stream) = stream else {
                 continue;
             };
-            // Also for a stream whose samples all lie outside: what is displayed must be defined.
+            // Also if all samples of the stream lie outside: displayed sums must be defined.
             stream.define(cmd);
             if batch.is_empty(i) {
                 continue;
@@ -314,7 +316,7 @@ impl Passes {
 }
 
 impl HostRaster {
-    /// Draws the batch; on an error its samples are lost.
+    /// Rasterises the batch; on an error its samples are lost.
     fn draw(&mut self, state: &mut FilmState) -> Result<(), ClientError> {
         let (start, samples) = (Instant::now(), state.waiting() as u64);
         state.start_raster();
@@ -352,7 +354,7 @@ fn copy_sums(
     variance: &[f32],
     images: &mut StreamImages,
 ) -> Result<(), ClientError> {
-    // The buffers outlive the frame that reads them, though they are dropped here.
+    // Although dropped here, the buffers live until the frame that reads them has completed.
     let upload = |sums: &[f32]| Buffer::filled(gpu, "sums", BufferUse::Upload, bytemuck::cast_slice(sums));
     images.changed();
     cmd.copy_from_buffer(&upload(color)?, images.color.sums_mut());
@@ -363,7 +365,7 @@ fn copy_sums(
     Ok(())
 }
 
-/// Makes a stream's images with its first sample; `folded` as in [`StreamImages::new`].
+/// Creates a stream's images with its first sample; `folded` as in [`StreamImages::new`].
 fn make_images(
     gpu: &Arc<Gpu>,
     spec: &FilmSpec,
@@ -371,7 +373,7 @@ fn make_images(
     folded: bool,
     streams: &mut Streams,
 ) -> Result<(), ClientError> {
-    /// The prefixes of the names of the streams' images.
+    /// Name prefixes of the streams' images.
     const NAMES: [&str; 2] = ["camera", "light"];
     for (i, stream) in streams.iter_mut().enumerate() {
         if samples[i] > 0 && stream.is_none() {

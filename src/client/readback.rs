@@ -1,23 +1,23 @@
-//! What is read from a device that still works on it, so that another thread can wait for it.
+//! Asynchronous readback: values that a device is still computing, so that another thread can wait for them.
 
 use crate::client::error::ClientError;
 
-/// A value that is there once the device has finished with it.
+/// A value that will be available once the device has finished.
 #[must_use = "nothing is read before it is waited for"]
 pub struct Readback<T>(Box<dyn FnOnce() -> Result<T, ClientError> + Send>);
 
 impl<T: Send + 'static> Readback<T> {
-    /// What this makes, which may wait for the device.
+    /// A readback by `read`, which may block on the device.
     pub fn new(read: impl FnOnce() -> Result<T, ClientError> + Send + 'static) -> Self {
         Self(Box::new(read))
     }
 
-    /// A value that is there already.
+    /// A value that is available already.
     pub fn ready(value: T) -> Self {
         Self::new(|| Ok(value))
     }
 
-    /// Waits for the value.
+    /// Blocks until the value is available.
     ///
     /// # Errors
     ///

@@ -1,9 +1,9 @@
-//! The samples of the present epoch, retained on the host: a film of another size, filter or device is filled from them.
+//! Samples of the present epoch, retained in main memory to fill a film of another size, filter or device.
 //!
-//! Samples know no resolution (paper §3.1), so a picture of another size and the same shape needs no new ones; they are only evener within the pixels for which they were
-//! traced. The store is bounded: once it is full,
-//! samples go to the film alone, and a film that is made anew begins with the retained ones. All memory is taken at the
-//! start, so that the process does not grow while it runs.
+//! Samples are independent of resolution (paper §3.1), so a picture of another size and the same aspect ratio needs no new ones; only their
+//! stratification within pixels is that of the size they were traced for. The store is bounded: once it is full, further samples go to the
+//! film alone, and a new film starts with the retained ones. All memory is allocated at the start, so that the process does not grow while
+//! it runs.
 
 use crate::stream::block::{BLOCK_SAMPLES, Block};
 use crate::stream::{PathCounts, Sample};
@@ -14,20 +14,20 @@ pub const RETAINED_SAMPLES: usize = (64 << 20) / size_of::<Sample>();
 /// Most blocks that are retained: blocks are sent at a certain age even when they are not full.
 const RETAINED_BLOCKS: usize = 4 * RETAINED_SAMPLES / BLOCK_SAMPLES;
 
-/// Samples in the order of arrival, and how many of them the present film has.
+/// Samples in order of arrival, and how many of them the present film has received.
 #[derive(Debug)]
 pub struct RetainedSamples {
     samples: Vec<Sample>,
     blocks: Vec<RetainedBlock>,
-    /// A block did not fit: the store holds the beginning of the epoch only.
+    /// A block did not fit: the store holds only the beginning of the epoch.
     full: bool,
-    /// Largest number of samples and of blocks.
+    /// Capacity in samples and in blocks.
     limits: (usize, usize),
-    /// Number of blocks that the present film has.
+    /// Number of blocks that the present film has received.
     fed: usize,
 }
 
-/// A block of the store.
+/// A retained block.
 #[derive(Clone, Copy, Debug)]
 struct RetainedBlock {
     /// End of its samples in the store.
@@ -43,9 +43,9 @@ impl Default for RetainedSamples {
 }
 
 impl RetainedSamples {
-    /// Room for this many samples and blocks, taken at once.
+    /// Allocates room for this many samples and blocks.
     pub fn with_room(samples: usize, blocks: usize) -> Self {
-        // Written once, so that the pages are there from the start; `clear` leaves the memory where it is.
+        // Written once, so that the pages are resident from the start; `clear` keeps the memory.
         let mut store = vec![Sample::default(); samples];
         store.fill(Sample { w: 1.0, ..Sample::default() });
         store.clear();
@@ -53,7 +53,7 @@ impl RetainedSamples {
         Self { samples: store, blocks: blocks_store, full: false, limits: (samples, blocks), fed: 0 }
     }
 
-    /// Forgets everything: a new epoch.
+    /// Discards everything for another epoch.
     pub fn clear(&mut self) {
         self.samples.clear();
         self.blocks.clear();
@@ -65,14 +65,14 @@ impl RetainedSamples {
         !self.full && self.samples.len() + BLOCK_SAMPLES <= self.limits.0 && self.blocks.len() < self.limits.1
     }
 
-    /// Whether half of the room is taken, by samples or by blocks.
+    /// Whether half of the capacity is used, in samples or in blocks.
     pub fn is_half_full(&self) -> bool {
         2 * self.samples.len() > self.limits.0 || 2 * self.blocks.len() > self.limits.1
     }
 
-    /// Retains a block if it fits; `false` means that neither it nor any later one is retained.
+    /// Retains a block if it fits; `false` means that neither it nor any later block is retained.
     ///
-    /// The block counts as one that the film has if the film has all before it.
+    /// If the film has received all earlier blocks, this one counts as received too.
     pub fn push(&mut self, block: &Block) -> bool {
         if !self.has_room() {
             self.full = true;
@@ -86,7 +86,7 @@ impl RetainedSamples {
         true
     }
 
-    /// As [`push`](Self::push), for a film that gets the block only after those before it.
+    /// As [`push`](Self::push), for a film that will receive the block only after the earlier ones.
     pub fn push_for_later(&mut self, block: &Block) -> bool {
         let fed = self.fed;
         let pushed = self.push(block);
@@ -94,17 +94,17 @@ impl RetainedSamples {
         pushed
     }
 
-    /// Starts over for a new film.
+    /// Marks all blocks as not received, for a new film.
     pub fn rewind(&mut self) {
         self.fed = 0;
     }
 
-    /// The film has the samples of all blocks from elsewhere.
+    /// Marks all blocks as received, for a film that got their samples from elsewhere.
     pub fn skip(&mut self) {
         self.fed = self.blocks.len();
     }
 
-    /// Whether the film has every retained block.
+    /// Whether the film has received every retained block.
     pub fn caught_up(&self) -> bool {
         self.fed == self.blocks.len()
     }
@@ -124,7 +124,7 @@ impl RetainedSamples {
         self.samples.is_empty()
     }
 
-    /// Shows every block that the present film has: its samples, first index and paths.
+    /// Passes every block that the film has received to `show`: samples, first index and paths.
     pub fn each(&self, mut show: impl FnMut(&[Sample], u64, PathCounts)) {
         let mut start = 0;
         for block in &self.blocks[..self.fed] {
@@ -133,7 +133,7 @@ impl RetainedSamples {
         }
     }
 
-    /// The next block that the film lacks: its samples, first index and paths. From now on the film has it.
+    /// The next block that the film lacks: samples, first index and paths. Marks it as received.
     pub fn feed(&mut self) -> Option<(&[Sample], u64, PathCounts)> {
         let &RetainedBlock { end, first_index, paths } = self.blocks.get(self.fed)?;
         let start = self.fed.checked_sub(1).map_or(0, |before| self.blocks[before].end);

@@ -14,12 +14,12 @@ use crate::client::state::FilmState;
 use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu, Image, Region};
 use crate::stream::{PathCounts, Sample};
 
-/// Where the sums are made.
+/// Where sums are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SumsPlace {
-    /// By the passes of the device.
+    /// By passes on the device.
     Device,
-    /// By the processor, which copies them to the device.
+    /// By the CPU, which copies them to the device.
     Host,
 }
 
@@ -28,14 +28,14 @@ pub struct SampleSums {
     gpu: Arc<Gpu>,
     state: FilmState,
     raster: Raster,
-    /// Camera and light; made with the stream's first sample.
+    /// Camera and light stream, created with their first sample.
     streams: Streams,
     /// Samples were lost since the last clear.
     damaged: bool,
 }
 
 impl SampleSums {
-    /// No samples.
+    /// Sums without samples.
     ///
     /// # Errors
     ///
@@ -49,22 +49,22 @@ impl SampleSums {
         Ok(Self { gpu: gpu.clone(), state, raster, streams: [None, None], damaged: false })
     }
 
-    /// The same sums for another device, after this one was lost; `None` where they were on it.
+    /// Moves the sums to another device after this one was lost; `None` if they were on it.
     pub fn moved_to(self, gpu: &Arc<Gpu>) -> Option<Self> {
         let raster = self.raster.moved_to(gpu)?;
         Some(Self { gpu: gpu.clone(), raster, streams: [None, None], ..self })
     }
 
-    /// The same sums as those of a film without a device; `None` where they were on it.
+    /// Converts to the sums of a CPU film; `None` if they were on the device.
     pub fn into_host(self) -> Option<(FilmState, HostSums)> {
         Some((self.state, self.raster.into_host_sums()?))
     }
 
-    /// Takes over sums that were read from a film of the same specification, with its overscan; those that are here are forgotten.
+    /// Replaces the sums by ones read from a film of the same specification, including its overscan.
     ///
     /// # Errors
     ///
-    /// [`ClientError::Gpu`] when there is no memory; there are no samples then.
+    /// [`ClientError::Gpu`] if memory runs out; there are no samples then.
     pub fn restore(&mut self, data: &FilmData) -> Result<(), ClientError> {
         self.clear();
         let outcome = self.raster.restore(data, self.state.spec(), &mut self.streams);
@@ -83,7 +83,7 @@ impl SampleSums {
         self.state.spec()
     }
 
-    /// Samples that were not drawn yet.
+    /// Samples not yet rasterised.
     pub fn waiting(&self) -> usize {
         self.state.waiting()
     }
@@ -98,12 +98,12 @@ impl SampleSums {
         self.damaged
     }
 
-    /// The frame that rasterises the last batch.
+    /// Number of the frame that rasterises the last batch.
     pub fn rasterised(&self) -> FrameNumber {
         self.raster.rasterised()
     }
 
-    /// Samples that the processor has drawn since the last call, and how long it took.
+    /// Samples rasterised by the CPU since the last call, and the time that took.
     pub fn take_host_time(&mut self) -> (u64, Duration) {
         self.raster.take_host_time()
     }
@@ -113,12 +113,12 @@ impl SampleSums {
         [self.streams[0].is_some(), self.streams[1].is_some()]
     }
 
-    /// The sums, if they are in memory.
+    /// The sums, if in main memory.
     pub fn on_host(&self) -> Option<&HostSums> {
         self.raster.host_sums()
     }
 
-    /// Adds samples to the batch; full batches are drawn, at once or soon.
+    /// Adds samples to the batch; full batches are rasterised, at once or soon.
     ///
     /// # Errors
     ///
@@ -151,7 +151,7 @@ impl SampleSums {
         self.note(outcome)
     }
 
-    /// Draws all samples that wait.
+    /// Rasterises all waiting samples.
     ///
     /// # Errors
     ///
@@ -169,7 +169,7 @@ impl SampleSums {
         outcome
     }
 
-    /// Forgets all samples; the images stay.
+    /// Discards all samples; the images stay.
     pub fn clear(&mut self) {
         self.raster.clear();
         self.damaged = false;
@@ -177,16 +177,16 @@ impl SampleSums {
         self.state.clear();
     }
 
-    /// Records the copy of sums that the images do not hold yet.
+    /// Records the copy of all sums that the images do not hold yet.
     ///
     /// # Errors
     ///
-    /// [`ClientError::Gpu`] when there is no memory.
+    /// [`ClientError::Gpu`] if memory runs out.
     pub fn complete(&mut self, cmd: &mut Cmd<'_>) -> Result<(), ClientError> {
         self.raster.complete(cmd, self.state.spec(), &mut self.streams)
     }
 
-    /// The sums as a repaint shows them.
+    /// Input of a repaint.
     pub fn view(&mut self) -> FilmSums<'_> {
         let lods = self.state.lods();
         let [camera, light] = &mut self.streams;
@@ -198,7 +198,7 @@ impl SampleSums {
         }
     }
 
-    /// The sums without the outermost `pad` texels on every side of the padded film. The batch must have been drawn.
+    /// Sums without the outermost `pad` texels on every side of the padded film. The batch must have been rasterised.
     ///
     /// # Errors
     ///
@@ -250,7 +250,7 @@ impl SampleSums {
                 frame.cmd().scope("readback").copy_to_buffer(image, region, &buffer);
                 Ok(buffer)
             };
-            // The rests are what rounding left out: they add nothing to an f32.
+            // The remainders are not read: they are below the precision of the f32 sums.
             buffers.0 = Some(read(stream.color.sums_mut())?);
             buffers.1 = stream.variance.as_mut().map(|variance| read(variance.sums_mut())).transpose()?;
         }

@@ -10,16 +10,16 @@ use crate::stream::Sample;
 /// 18 to 36 %; other devices gain from locality.
 const TILE: f32 = 64.0;
 
-/// Sorts the chunks of one batch after the other.
+/// Sorts the chunks of consecutive batches.
 #[derive(Default)]
 pub struct SampleSorter {
-    /// Bucket of every sample: its tile, then the same for samples of dense cells, then both for the light stream.
+    /// Bucket of every sample: by tile, first single samples, then those of dense cells; the light stream's buckets follow the camera's.
     buckets: Vec<u32>,
     /// Start of every bucket in the sorted order.
     starts: Vec<u32>,
-    /// The samples of the chunk in that order. Vertex memory may be slow to write anywhere but in one go.
+    /// The chunk in sorted order. Vertex memory may be slow to write except sequentially.
     sorted: Vec<Sample>,
-    /// Those of the camera and of the light stream.
+    /// Mergers of camera and light stream.
     mergers: [Merger; 2],
 }
 
@@ -38,7 +38,7 @@ impl SampleSorter {
         self.mergers.iter_mut().for_each(|merger| merger.begin(spec));
     }
 
-    /// The samples of the next chunk of the batch, sorted: camera at the front, light behind it.
+    /// Sorts the next chunk of the batch: camera samples in front, light samples behind.
     ///
     /// Stable within a tile of a stream, so the order depends on nothing but the order of arrival. Samples
     /// outside the padded target are left out.
@@ -58,7 +58,7 @@ impl SampleSorter {
             });
         }
         let mut streams = self.scatter(samples, tiles);
-        // Tile by tile, so that neighbours find the counts of a cell in the cache: a table of a large film is larger than that.
+        // Tile by tile, so that neighbouring samples find the counts of a cell in the cache, which the table of a large film exceeds.
         for (merger, StreamRange { all, .. }) in self.mergers.iter_mut().zip(&streams) {
             for sample in &self.sorted[all.start as usize..all.end as usize] {
                 merger.count(spec.texel_position(sample.uv));
@@ -71,8 +71,7 @@ impl SampleSorter {
         (&self.sorted[..streams[1].all.end as usize], streams)
     }
 
-    /// Puts the samples in the order of their buckets: two for each of so many tiles of the camera stream, two of the light stream, and what
-    /// lies outside.
+    /// Sorts the samples into buckets: two per tile of the camera stream, two per tile of the light stream, and one for samples outside.
     fn scatter(&mut self, samples: &[Sample], tiles: u32) -> [StreamRange; 2] {
         let starts = &mut self.starts;
         starts.clear();
@@ -98,7 +97,7 @@ impl SampleSorter {
         streams
     }
 
-    /// Adds up the samples of dense cells and moves them to the buckets of such.
+    /// Sums up the samples of dense cells and moves them to the buckets for such.
     #[cold]
     fn merge(&mut self, spec: &FilmSpec, samples: &[Sample], tiles: u32) {
         let stream = |bucket: u32| usize::from(bucket >= 2 * tiles);
@@ -115,12 +114,12 @@ impl SampleSorter {
         }
     }
 
-    /// What the samples of the camera's and the light's dense cells were merged to, at positions in padded texels.
+    /// Merged samples of the dense cells of both streams, at positions in padded texels.
     pub fn merged(&mut self) -> [Vec<Sample>; 2] {
         self.mergers.each_mut().map(Merger::take)
     }
 
-    /// Whether the batch must end with this chunk although it is not full: its samples are too dense.
+    /// Whether the batch must end with this chunk before it is full, because its samples are too dense.
     pub fn is_too_dense(&self) -> bool {
         self.mergers.iter().any(Merger::is_full)
     }
@@ -197,8 +196,8 @@ mod tests {
         (0..count).map(sample).collect()
     }
 
-    /// Samples of a dense cell become those at the centres around it, with the same total and centre of gravity; the others, and all
-    /// those of filters that are not linear, stay as they are.
+    /// Samples of a dense cell become samples at the surrounding texel centres, with the same total and centre of gravity. All others, and
+    /// all samples of non-linear filters, stay unchanged.
     #[test]
     fn dense_cells_are_merged() {
         let scaled = SplatFilter::Scaled(ScaledFilter::Gaussian { stddev: 500 });
@@ -232,7 +231,7 @@ mod tests {
         }
     }
 
-    /// A cell that becomes dense over several chunks is merged from the chunk on in which it does, into few samples for the whole batch.
+    /// A cell that becomes dense over several chunks is merged from that chunk on, into few samples for the whole batch.
     #[test]
     fn cells_grow_dense_from_chunk_to_chunk() {
         let spec = FilmSpec { width: 1_000, height: 800, ..spec(SplatFilter::Gaussian) };
@@ -246,7 +245,7 @@ mod tests {
             assert_eq!(camera.all.len(), 5);
             drawn.extend_from_slice(of(sorted, &camera.single));
         }
-        // The second chunk exceeds the limit of 8, from which on the cell itself is counted; with the third one it is dense.
+        // The second chunk exceeds the limit of 8, from which on the cell is counted exactly; the third one makes it dense.
         assert_eq!(drawn.len(), 10);
         let merged = sorter.merged();
         assert_eq!(merged.each_ref().map(Vec::len), [4, 0]);

@@ -1,5 +1,4 @@
-//! The state of a film apart from its images, alike on every device: counts of samples and paths, the luminance scale, and
-//! how full the batch is.
+//! State of a film apart from its images, common to all devices: counts of samples and paths, luminance scale, and fill of the batch.
 
 use crate::client::error::ClientError;
 use crate::client::filter::{MAX_EXTENT, accepts};
@@ -7,14 +6,14 @@ use crate::client::lod::{StreamLod, power_of_two_below};
 use crate::client::settings::{CHUNK_SAMPLES, FilmCounts, FilmSpec};
 use crate::stream::{PathCounts, Sample};
 
-/// Counts and scale since the last clear, and how full the batch is.
+/// Counts and scale since the last clear, and fill of the batch.
 #[derive(Debug)]
 pub struct FilmState {
     spec: FilmSpec,
     counts: FilmCounts,
-    /// Samples that were not drawn yet: those of the batch, and of batches that wait.
+    /// Samples not yet rasterised, in the batch and in batches waiting to be drawn.
     waiting: usize,
-    /// Samples of a full batch of sums in memory.
+    /// Samples of a full batch on the CPU.
     capacity: usize,
     /// Sum and count of the positive luminances in the chunk, in sample order, until the scale is known.
     luminance: (f64, u64),
@@ -36,7 +35,7 @@ impl FilmState {
         Ok(Self { spec, counts, waiting: 0, capacity, luminance: (0.0, 0), luminance_scale: None })
     }
 
-    /// Makes batches of one chunk, whatever the size of the film.
+    /// Uses batches of one chunk, whatever the size of the film.
     pub fn take_small_batches(&mut self) {
         self.capacity = CHUNK_SAMPLES;
     }
@@ -46,7 +45,7 @@ impl FilmState {
         &self.spec
     }
 
-    /// Counts a sample that goes into the batch; false for one that [`accepts`] refuses.
+    /// Counts a sample for the batch; false if [`accepts`] refuses it.
     #[inline]
     pub fn take(&mut self, sample: &Sample) -> bool {
         if !accepts(sample) {
@@ -66,48 +65,48 @@ impl FilmState {
         true
     }
 
-    /// Sets the luminance scale, if it is not known and a sample of the chunk had light. It is that of a chunk, so that it does not
-    /// depend on the size of the film. Black chunks leave it open: their deviations are 0 in every unit.
+    /// Sets the luminance scale, if it is unknown and the chunk has a sample with light. It is derived from a single chunk, so that it does
+    /// not depend on the size of the film. Black chunks leave it open: their deviations are 0 in every unit.
     fn find_scale(&mut self) {
         if self.luminance_scale.is_none() && self.luminance.1 > 0 {
             self.luminance_scale = Some(power_of_two_below(self.luminance.0 / self.luminance.1 as f64));
         }
     }
 
-    /// True when a batch in memory must be rasterised before the next sample.
+    /// True when a batch on the CPU must be rasterised before the next sample.
     #[inline]
     pub fn is_full(&self) -> bool {
         self.waiting >= self.capacity
     }
 
-    /// Samples that were not drawn yet.
+    /// Samples not yet rasterised.
     pub fn waiting(&self) -> usize {
         self.waiting
     }
 
-    /// Begins the raster of all samples that wait. False when there is nothing to draw.
+    /// Begins to rasterise all waiting samples. False if there are none.
     pub fn start_raster(&mut self) -> bool {
         self.find_scale();
         std::mem::take(&mut self.waiting) > 0
     }
 
-    /// Ends the chunk with the samples that there are, of which the scale is found.
+    /// Ends the chunk early and derives the scale from its samples.
     pub fn end_chunk(&mut self) {
         self.find_scale();
     }
 
-    /// So many samples wait no more: they are drawn, or lost.
+    /// Removes this many samples from the waiting ones: they are rasterised, or lost.
     pub fn leave(&mut self, samples: usize) {
         self.waiting -= samples.min(self.waiting);
     }
 
-    /// Counts paths that were started, whether or not they gave samples; stays at the largest number.
+    /// Counts paths that were started, with or without samples; saturates.
     pub fn count_paths(&mut self, paths: PathCounts) {
         self.counts.camera_paths = self.counts.camera_paths.saturating_add(paths.camera);
         self.counts.light_paths = self.counts.light_paths.saturating_add(paths.light);
     }
 
-    /// Counts what another film has received, whose sums are added to this one's.
+    /// Adds the counts of another film whose sums are added to this one's.
     pub fn add_counts(&mut self, counts: FilmCounts) {
         let FilmCounts { camera_samples, light_samples, camera_paths, light_paths } = counts;
         self.counts.camera_samples = self.counts.camera_samples.saturating_add(camera_samples);
@@ -115,12 +114,12 @@ impl FilmState {
         self.count_paths(PathCounts { camera: camera_paths, light: light_paths });
     }
 
-    /// Sets the luminance scale, a power of two, before the first sample would.
+    /// Sets the luminance scale, a power of two, in place of the automatic one.
     pub fn set_scale(&mut self, scale: f32) {
         self.luminance_scale = Some(scale);
     }
 
-    /// Forgets everything: a new epoch.
+    /// Discards everything for another epoch.
     pub fn clear(&mut self) {
         (self.counts, self.waiting) = (FilmCounts::default(), 0);
         (self.luminance, self.luminance_scale) = ((0.0, 0), None);
@@ -136,7 +135,7 @@ impl FilmState {
         [self.counts.camera_samples, self.counts.light_samples]
     }
 
-    /// The luminance scale, a power of two; 1 until a sample had luminance.
+    /// The luminance scale, a power of two; 1 before any sample with luminance.
     pub fn scale(&self) -> f32 {
         self.luminance_scale.unwrap_or(1.0)
     }

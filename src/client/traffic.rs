@@ -1,4 +1,4 @@
-//! The bytes that passes move by design: what their shaders read and write, not what caches save or tiles waste.
+//! Model of the memory traffic of passes: bytes that their shaders read and write, ignoring what caches save or tiles waste.
 //!
 //! Every texel of an image counts once per pass that reads it and once per pass that writes it; a blur that reads a texel for several
 //! outputs still counts it once. A blended sprite reads and writes every texel that it covers; a clear writes the target.
@@ -18,16 +18,16 @@ const COLOR: f64 = 16.0;
 const SCALAR: f64 = 4.0;
 const ENCODED: f64 = 4.0;
 
-/// What the passes of one stream work on.
+/// Inputs of the model for the passes of one stream.
 #[derive(Clone, Copy, Debug)]
 pub struct PassTraffic {
     /// The film.
     pub film: FilmSpec,
-    /// Its sums have a texel for 4×4 pixels.
+    /// The sums have one texel per 4×4 pixels.
     pub is_coarse: bool,
     /// Samples of the stream in the batch.
     pub samples: f64,
-    /// Samples of the stream on the film; they decide over the mip levels that are read.
+    /// Samples of the stream on the film, which determine the mip levels that are read.
     pub on_film: u64,
     /// Picture pixels per reconstructed one, along each axis.
     pub detail: u32,
@@ -40,14 +40,14 @@ pub const PASSES: [&str; 9] =
     ["clear", "splat", "fold", "variance", "variance fold", "mips", "reconstruct", "tonemap", "show"];
 
 impl PassTraffic {
-    /// A full batch of a still picture that has as many samples as pixels.
+    /// A full batch of a still picture with one sample per pixel.
     pub fn still(film: FilmSpec) -> Self {
         let on_film = u64::from(film.width) * u64::from(film.height);
         let samples = film.batch_capacity() as f64;
         Self { film, is_coarse: false, samples, on_film, detail: 1, is_masked: false }
     }
 
-    /// A frame in which so many samples arrive while the picture moves: they are all there is.
+    /// A frame of a moving picture in which this many samples arrive, which are all there are.
     pub fn moving(film: FilmSpec, samples: u64) -> Self {
         Self { is_coarse: true, samples: samples as f64, on_film: samples, ..Self::still(film) }
     }
@@ -57,8 +57,8 @@ impl PassTraffic {
         if self.is_coarse { VulkanFilm::coarse_spec(&self.film) } else { self.film }
     }
 
-    /// Bytes that one run of the pass of this name moves; `None` for passes without a model. The fold of the variance is part of
-    /// `variance`, too.
+    /// Bytes moved by one run of the pass of this name; `None` for passes without a model. The fold of the variance is included in
+    /// `variance` as well.
     pub fn bytes(&self, pass: &str) -> Option<f64> {
         let sums = self.sums();
         let extent = sums.padded_extent();
@@ -71,12 +71,12 @@ impl PassTraffic {
         let floats = if sums.sums == Summation::TwoFloat { 2.0 } else { 1.0 };
         let has_variance = sums.variance.is_some();
         let of_variance = |bytes: f64| if has_variance { bytes } else { 0.0 };
-        // Sums and their rests in and out, and the batch in.
+        // Sums and remainders are read and written, and the batch is read.
         let fold_variance = texels * SCALAR * (2.0 + 2.0 + slots);
         Some(match pass {
             "clear" => texels * (floats * COLOR + of_variance(2.0 * SCALAR)),
             "splat" => texels * slots * COLOR + vertices + sprites * 2.0 * COLOR,
-            // The means go out as well.
+            // The means are written as well.
             "fold" => texels * COLOR * (2.0 * floats + slots) + of_variance(texels * COLOR),
             "variance" if has_variance => {
                 texels * (slots * SCALAR + COLOR) + vertices + sprites * 2.0 * SCALAR + fold_variance
@@ -92,13 +92,13 @@ impl PassTraffic {
         })
     }
 
-    /// The level of detail, and the number of levels of the chain.
+    /// Level of detail, and number of mip levels.
     fn level(&self, [width, height]: [u32; 2]) -> Option<StreamLod> {
         let levels = width.max(height).ilog2() as usize + 1;
         StreamLod::new(u64::from(width) * u64::from(height), self.on_film, levels)
     }
 
-    /// Each level that is built is written once, and the one below it read.
+    /// Each level that is built is written once, and the one below it is read.
     fn mips(&self, extent: [u32; 2]) -> f64 {
         let Some(lod) = self.level(extent) else { return 0.0 };
         let levels = levels_needed(Reconstruction::Gaussian, self.is_masked, &lod);
@@ -107,7 +107,7 @@ impl PassTraffic {
         (1..levels).map(|level| texel * pair(level)).fold(0.0, |sum, bytes| sum + bytes)
     }
 
-    /// Each level that is read counts once: two of them, or all where noise is masked.
+    /// Each level that is read counts once: two levels, or all if noise is masked.
     fn reconstruct(&self, extent: [u32; 2]) -> f64 {
         let Some(lod) = self.level(extent) else { return 0.0 };
         if self.is_masked {

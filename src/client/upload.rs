@@ -1,11 +1,11 @@
-//! From samples to vertex buffers: a thread of each film sorts its chunks and copies them into the buffers that frames in flight read.
+//! Staging of samples: a thread per film sorts its chunks and copies them into the vertex buffers that frames in flight read.
 //!
 //! ```text
 //! loop: push ─▶ chunk ─▶ send ═ chunks ═▶ thread: sort, copy, end the batch ═ batches ═▶ loop: draw, submitted ─▶ spare buffers ─▶ thread
 //! ```
 //!
-//! The thread alone decides where a batch ends: after its last chunk, where its samples are too dense, or where it is asked to. So the
-//! batches depend on the samples and on their order, and not on how fast the thread is.
+//! The thread alone decides where a batch ends: after its last chunk, when samples are too dense, or on request. Hence batches depend only
+//! on the samples and their order, not on the speed of the thread.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -23,7 +23,7 @@ use crate::stream::Sample;
 /// Bytes of a vertex.
 pub const STRIDE: usize = size_of::<Sample>();
 
-/// Chunks that the thread may have at most: one that it sorts, and the next. Whoever asks for the batch waits for them.
+/// Most chunks in the queue: one being sorted, and the next. Flushing the batch waits for them.
 pub const MOST_PENDING: usize = 2;
 
 /// Vertices in one of the buffers of a batch.
@@ -37,25 +37,25 @@ struct VertexRange {
 struct StreamVertices {
     /// All samples.
     all: Vec<VertexRange>,
-    /// Those outside of dense cells.
+    /// Samples outside of dense cells.
     single: Vec<VertexRange>,
-    /// What the others were merged to, at positions in padded texels.
+    /// Merged samples of dense cells, at positions in padded texels.
     merged: Vec<VertexRange>,
 }
 
-/// The part of a stream's samples that a draw takes.
+/// Part of a stream's samples to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VertexPart {
     /// All samples.
     All,
-    /// Those outside of dense cells.
+    /// Samples outside of dense cells.
     Single,
-    /// What the others were merged to, at positions in padded texels.
+    /// Merged samples of dense cells, at positions in padded texels.
     Merged,
 }
 
-/// What a film knows when it sends a chunk. The batch that ends with the chunk is drawn with it, however late: so the sums do not depend on
-/// how fast the thread is.
+/// State of the film when it sends a chunk. A batch that ends with the chunk is drawn with this state, however late, so that the sums do
+/// not depend on the speed of the thread.
 #[derive(Clone, Copy, Debug)]
 pub struct BatchSnapshot {
     /// Samples of the camera and of the light stream so far.
@@ -64,20 +64,20 @@ pub struct BatchSnapshot {
     pub scale: f32,
 }
 
-/// The samples of a batch in mapped buffers. Dropping it gives the buffers back.
+/// Samples of a batch in mapped buffers. Dropping the batch returns the buffers to the pool.
 pub struct VertexBatch {
     pool: Arc<BufferPool>,
-    /// Each holds a chunk.
+    /// One buffer per chunk.
     buffers: Vec<Buffer>,
     /// Camera and light.
     streams: [StreamVertices; 2],
-    /// Number of its samples, with those outside of the target.
+    /// Number of samples, including those outside of the target.
     samples: usize,
-    /// When its last chunk was sent.
+    /// State of the film when the last chunk was sent.
     moment: BatchSnapshot,
-    /// Whether it has all of its samples.
+    /// Whether all of its samples are present.
     is_whole: bool,
-    /// The frame that reads it; 0 before there is one.
+    /// The frame that reads the buffers; 0 before there is one.
     frame: FrameNumber,
 }
 
@@ -87,17 +87,17 @@ impl VertexBatch {
         Self { pool: pool.clone(), buffers, streams, samples: 0, moment, is_whole: false, frame }
     }
 
-    /// When its last chunk was sent.
+    /// State of the film when the last chunk was sent.
     pub fn moment(&self) -> BatchSnapshot {
         self.moment
     }
 
-    /// Number of its samples, with those outside of the target, which are not drawn.
+    /// Number of samples, including those outside of the target, which are not drawn.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Whether a stream, 0 of the camera and 1 of light, has no samples to be drawn.
+    /// Whether a stream (0 camera, 1 light) has no samples to draw.
     pub fn is_empty(&self, stream: usize) -> bool {
         self.streams[stream].all.is_empty()
     }
@@ -113,12 +113,12 @@ impl VertexBatch {
         ranges.iter().map(|VertexRange { buffer, range }| (&self.buffers[*buffer], range))
     }
 
-    /// Gives the buffers back, which `frame` reads.
+    /// Returns the buffers to the pool, to be reused once `frame` has completed.
     pub fn submitted(mut self, frame: FrameNumber) {
         self.frame = frame;
     }
 
-    /// Copies samples into another buffer, once the device has finished with it; returns its index. For no samples there is no buffer.
+    /// Copies samples into a buffer that the device has finished with; returns its index. Without samples no buffer is used.
     fn copy(&mut self, gpu: &Arc<Gpu>, samples: &[Sample]) -> Result<usize, ClientError> {
         if !samples.is_empty() {
             let mut buffer = self.pool.take(gpu, self.buffers.len())?;
@@ -128,7 +128,7 @@ impl VertexBatch {
         Ok(self.buffers.len().saturating_sub(1))
     }
 
-    /// Notes that it has all of its samples, and its buffers as ones that come back once it is drawn.
+    /// Marks the batch as complete, and its buffers as ones that will return once it is drawn.
     fn end(mut self, moment: BatchSnapshot) -> Self {
         (self.is_whole, self.moment) = (true, moment);
         self.pool.locked().undrawn += self.buffers.len();
@@ -155,21 +155,21 @@ impl Drop for VertexBatch {
     }
 }
 
-/// The buffers that are in no batch.
+/// Pool of buffers that are in no batch.
 #[derive(Default)]
 struct BufferPool {
     spare: Mutex<SpareBuffers>,
-    /// Rings when buffers come back.
+    /// Signalled when buffers return.
     returned: Condvar,
 }
 
 #[derive(Default)]
 struct SpareBuffers {
-    /// Each with the last frame that reads it; those that have rested longest come first.
+    /// Each with the last frame that reads it; least recently used first.
     buffers: VecDeque<(Buffer, FrameNumber)>,
-    /// Number of those in whole batches that were not drawn yet.
+    /// Number of buffers in complete batches that were not drawn yet.
     undrawn: usize,
-    /// Number of those of the batch that was drawn last.
+    /// Number of buffers of the batch drawn last.
     busy: usize,
 }
 
@@ -178,15 +178,16 @@ impl BufferPool {
         self.spare.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The spare buffers, once there is one, no batch is to be drawn that would give some back, or it is not `wanted`.
+    /// Waits until there is a spare buffer, until no undrawn batch could return one, or until none is `wanted`.
     fn rested(&self, wanted: impl Fn(&SpareBuffers) -> bool) -> MutexGuard<'_, SpareBuffers> {
         let must_wait =
             |spare: &mut SpareBuffers| spare.buffers.is_empty() && spare.undrawn > 0 && wanted(spare);
         self.returned.wait_while(self.locked(), must_wait).unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A buffer for a batch that has so many, once the device has finished with it. There is one more than those of the last batch, where
-    /// there is memory: it is filled while the device reads those. Therefore a whole batch is waited for until it is drawn.
+    /// A buffer for a batch that has `filled` buffers, once the device has finished with it. If memory allows, the pool has one buffer more
+    /// than the last batch, which is filled while the device reads the others (double buffering). Therefore this waits until a complete
+    /// batch is drawn.
     fn take(&self, gpu: &Arc<Gpu>, filled: usize) -> Result<Buffer, ClientError> {
         let count = |spare: &SpareBuffers| spare.buffers.len() + spare.undrawn + filled;
         let (rested, number) = {
@@ -212,43 +213,42 @@ impl BufferPool {
     }
 }
 
-/// Samples for the thread.
+/// A chunk for the thread.
 struct SentChunk {
     samples: Vec<Sample>,
     moment: BatchSnapshot,
-    /// Whether the batch ends with it although it is not full.
+    /// Whether the batch ends with this chunk although it is not full.
     is_last: bool,
-    /// The number of times that all samples were forgotten before it.
+    /// Number of times that the film was cleared before it.
     epoch: u64,
 }
 
-/// What has become of a chunk.
+/// Outcome of a chunk.
 struct StoredChunk {
-    /// The memory of its samples.
+    /// The memory of its samples, to be reused.
     samples: Vec<Sample>,
-    /// The batch that has ended with it; `None` where it has not or there is nothing in it. The number of samples beside an error is that
-    /// of those that are lost.
+    /// The batch that ended with the chunk; `None` if none did or it is empty. With an error: the number of lost samples.
     outcome: Result<Option<VertexBatch>, (ClientError, usize)>,
     epoch: u64,
 }
 
-/// The loop's end of the thread that makes the batches of a film. Dropping it ends the thread.
+/// Handle to the thread that makes the batches of a film. Dropping it ends the thread.
 pub struct Uploader {
-    /// The chunk that is being filled, and the memory of others.
+    /// The chunk being filled, and spare memory for others.
     chunk: Vec<Sample>,
     empty: Vec<Vec<Sample>>,
-    /// Number of times that all samples were forgotten: the thread leaves out chunks from before.
+    /// Number of times that the film was cleared; the thread skips chunks from before.
     epoch: Arc<AtomicU64>,
-    /// Chunks that were sent and whose outcome was not fetched.
+    /// Chunks sent whose outcome has not been fetched.
     pending: usize,
-    /// `None` while it is dropped.
+    /// `None` while the handle is being dropped.
     chunks: Option<Sender<SentChunk>>,
     stored: Option<Receiver<StoredChunk>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Uploader {
-    /// No samples, and a thread that sleeps; buffers are made when they are needed.
+    /// A thread without work; buffers are allocated on demand.
     ///
     /// # Errors
     ///
@@ -273,7 +273,7 @@ impl Uploader {
         })
     }
 
-    /// Adds one valid sample; when the chunk [is full](Self::is_chunk_full), [`send`](Self::send) must be next.
+    /// Adds one valid sample. When [`is_chunk_full`](Self::is_chunk_full) returns true, [`send`](Self::send) must be called next.
     #[inline]
     pub fn push(&mut self, sample: Sample) {
         self.chunk.push(sample);
@@ -285,23 +285,23 @@ impl Uploader {
         self.chunk.len() >= CHUNK_SAMPLES
     }
 
-    /// Hands the chunk to the thread, with which the batch ends if `is_last`. [`next_batch`](Self::next_batch) must be next.
+    /// Sends the chunk to the thread; the batch ends with it if `is_last`. [`next_batch`](Self::next_batch) must be called next.
     pub fn send(&mut self, moment: BatchSnapshot, is_last: bool) {
         let samples = std::mem::replace(&mut self.chunk, self.empty.pop().unwrap_or_default());
         let epoch = self.epoch.load(Ordering::Relaxed);
-        // A thread that has panicked is found when the outcome is fetched.
+        // A panic of the thread is reported when the outcome is fetched.
         let _ = self.chunks.as_ref().map(|chunks| chunks.send(SentChunk { samples, moment, is_last, epoch }));
         self.pending += 1;
     }
 
-    /// Forgets all samples.
+    /// Discards all samples.
     pub fn clear(&mut self) {
         self.chunk.clear();
         self.epoch.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The next batch that has ended, in order; `None` where the thread has no more than `pending` chunks left and nothing is ready. Beside
-    /// an error is the number of samples that are lost; there may be more batches after it.
+    /// The next finished batch, in order; `None` once the thread has at most `pending` chunks left and no batch is ready. An error comes
+    /// with the number of lost samples; more batches may follow it.
     pub fn next_batch(&mut self, pending: usize) -> Option<Result<VertexBatch, (ClientError, usize)>> {
         while self.pending > 0 {
             let stored = self.stored.as_ref()?;
@@ -314,7 +314,7 @@ impl Uploader {
                 Err(TryRecvError::Empty) => return None,
                 Err(TryRecvError::Disconnected) => {
                     self.pending = 0;
-                    // All that wait.
+                    // All waiting samples.
                     return Some(Err((ClientError::SorterPanicked, usize::MAX)));
                 }
             };
@@ -333,21 +333,21 @@ impl Uploader {
 
 impl Drop for Uploader {
     fn drop(&mut self) {
-        // With the batches that were not fetched: the thread may wait for their buffers.
+        // Batches not fetched are dropped too, since the thread may be waiting for their buffers.
         (self.chunks, self.stored) = (None, None);
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
-/// What the thread does: sorts chunks into the buffers of a batch.
+/// Work of the thread: sorts chunks into the buffers of a batch.
 struct BatchMaker {
     gpu: Arc<Gpu>,
     spec: FilmSpec,
     sorter: SampleSorter,
     pool: Arc<BufferPool>,
-    /// The batch that is being filled; `None` before its first chunk.
+    /// The batch being filled; `None` before its first chunk.
     batch: Option<VertexBatch>,
-    /// That of the batch, and the present one.
+    /// Epoch of the batch, and the present one.
     batch_epoch: u64,
     epoch: Arc<AtomicU64>,
 }
@@ -380,7 +380,7 @@ impl BatchMaker {
         }
     }
 
-    /// Adds a chunk to the batch; returns the batch if it ends with it and has samples. With an error the batch is lost.
+    /// Adds a chunk to the batch; returns the batch if it ends with the chunk and is not empty. On an error the batch is lost.
     fn store(&mut self, chunk: &SentChunk) -> Result<Option<VertexBatch>, (ClientError, usize)> {
         let SentChunk { samples, moment, is_last, .. } = chunk;
         let mut batch = self.batch.take().unwrap_or_else(|| {

@@ -25,7 +25,7 @@ pub const ZONE_COLORS: [[f32; 3]; ZONES] = [
     [1.00000, 1.00000, 1.00000],
 ];
 
-/// The least exposed luminance of the second zone: 5.5 stops below −ln(1 − .18), which is displayed as the middle grey.
+/// Lowest exposed luminance of the second zone: 5.5 stops below −ln(1 − .18), which is displayed as middle grey.
 pub const SECOND_ZONE: f32 = 0.004_385_3;
 
 /// The zone of an exposed luminance, 0 for the darkest.
@@ -39,7 +39,7 @@ pub fn zone(exposed: f32) -> usize {
     zone
 }
 
-/// The stops of a zone above the middle grey.
+/// Stops of a zone relative to middle grey.
 pub fn stops(zone: usize) -> i32 {
     zone as i32 - (ZONES / 2) as i32
 }
@@ -49,13 +49,13 @@ pub fn middle() -> f64 {
     -(1.0 - MIDDLE_GREY).ln()
 }
 
-/// From this share of the brightest colour on a colour counts as clipped.
+/// Fraction of the brightest colour from which on a colour counts as clipped.
 pub const CLIPPED: f32 = 0.995;
 
-/// Up to this display-linear value a colour counts as black.
+/// Display-linear value up to which a colour counts as black.
 pub const BLACK: f32 = 1e-5;
 
-/// Marks of clipped and of black pixels, display-linear sRGB.
+/// Marks on clipped and black pixels, display-linear sRGB.
 pub const CLIPPED_MARK: [f32; 3] = [1.0, 0.05, 0.02];
 /// See [`CLIPPED_MARK`].
 pub const BLACK_MARK: [f32; 3] = [0.03, 0.12, 1.0];

@@ -1,8 +1,8 @@
 //! `pointillist bench`: the time of every pass, as the viewer runs them, without a window.
 //!
-//! The tracer runs all the while. A frame takes what is in the lanes (a batch at most), rasterises it, paints the picture, and
-//! copies as many `Rgba32F` texels as the picture has from image to image: the yardstick of all passes. Two frames are in
-//! flight. The first [`run::WARM_UP`] frames compile pipelines and touch memory; they are not counted.
+//! The tracer runs throughout. A frame takes the waiting samples (a batch at most), rasterises them, paints the picture, and copies as many
+//! `Rgba32F` texels as the picture has between two images, as a yardstick for all passes. Two frames are in flight. The first
+//! [`run::WARM_UP`] frames, which compile pipelines and touch memory, are not counted.
 
 mod bytes;
 mod run;
@@ -32,7 +32,7 @@ pub use run::{BenchJob, PassTimes, measure};
 ///
 /// # Errors
 ///
-/// Whatever stops the run; `--device cpu` and machines without Vulkan have no passes to time.
+/// Any error of the run; `--device cpu` and machines without Vulkan have no passes to time.
 pub fn bench(args: &BenchArgs) -> Result<()> {
     if let Some(path) = &args.gpu_timings {
         timings::check(path, args.json.iter().chain([&args.source.scene]))?;
@@ -65,7 +65,7 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
     publish(&report.table(), "the report", &report, args.json.as_deref())
 }
 
-/// What `--json` writes. Field names are the JSON keys.
+/// Contents of the `--json` file. Field names are the JSON keys.
 #[derive(Debug, Serialize)]
 struct BenchReport {
     version: &'static str,
@@ -73,7 +73,7 @@ struct BenchReport {
     command: Vec<String>,
     /// System, architecture, cores.
     host: String,
-    /// Device, driver, Vulkan version, method of timing, what is not timed.
+    /// Device, driver, Vulkan version, timing method, and what is not timed.
     gpu: Value,
     width: u32,
     height: u32,
@@ -82,17 +82,17 @@ struct BenchReport {
     vm: f32,
     tracer_threads: usize,
     frames: usize,
-    /// Frames before, which are not counted.
+    /// Number of uncounted warm-up frames.
     warm_up_frames: u32,
     frame_ms: Percentiles,
     /// Device memory of all images and buffers, the yardstick of image copies included.
     device_bytes: u64,
-    /// What the validation layer has said, which is on with `POINTILLIST_VALIDATION=1`.
+    /// Messages of the validation layer, which is enabled by `POINTILLIST_VALIDATION=1`.
     validation_messages: Vec<String>,
-    /// Samples that reached the film per second of wall time, and camera paths.
+    /// Samples added to the film, and camera paths, per second of wall time.
     traced_samples_per_second: f64,
     traced_paths_per_second: f64,
-    /// Samples per second of the device's time in splat, fold and variance.
+    /// Samples per second of GPU time in splat, fold and variance.
     rasterised_samples_per_second: Option<f64>,
     samples_per_frame: f64,
     scopes_without_time: u64,
@@ -101,18 +101,18 @@ struct BenchReport {
     passes: Vec<PassReport>,
 }
 
-/// One pass. Several runs in a frame (two streams) are added up.
+/// Timings of one pass. Several runs per frame (two streams) are summed.
 #[derive(Debug, Serialize)]
 struct PassReport {
     name: &'static str,
-    /// Frames in which it ran.
+    /// Number of frames in which it ran.
     frames: usize,
     milliseconds: Percentiles,
-    /// Bytes moved per frame; `None` if the model lacks the pass.
+    /// Bytes moved per frame; `None` if the traffic model lacks the pass.
     bytes: Option<f64>,
-    /// By bytes and p50.
+    /// `bytes` over p50.
     gigabytes_per_second: Option<f64>,
-    /// p50 over that of the copy.
+    /// p50 relative to that of the copy.
     ratio_to_copy: Option<f64>,
 }
 
@@ -126,7 +126,7 @@ impl BenchReport {
         let passes = measured.passes.iter().map(|(name, times)| {
             let milliseconds = Percentiles::of(times);
             let runs = *measured.runs.get(name).unwrap_or(&0) as f64 / times.len().max(1) as f64;
-            // The samples of a frame are shared by its runs.
+            // The samples of a frame are divided between its runs.
             let traffic = PassTraffic {
                 samples: per_frame / runs.max(1.0),
                 on_film: measured.samples,
@@ -175,7 +175,7 @@ impl BenchReport {
         }
     }
 
-    /// The report as a table.
+    /// Formats the report as a table.
     fn table(&self) -> String {
         let text = |key: &str| self.gpu[key].as_str().unwrap_or("").to_owned();
         let mut out = format!(

@@ -1,4 +1,4 @@
-//! `pointillist compare`: how far a picture is from a reference, by several metrics, from EXR files of any program.
+//! `pointillist compare`: difference of a picture to a reference by several metrics, from EXR files of any program.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,10 +21,10 @@ use crate::image::write::{FileFormat, check_place, check_target, same_file};
 use crate::image::{Attribute, Grid, ImageError, exr, png};
 use crate::render::figures::{is_special, publish};
 
-/// Level of the z-test for the whole picture.
+/// Significance level of the z-test over the whole picture.
 const ALPHA: f64 = 0.01;
 
-/// What `--json` writes. Field names are JSON keys; a metric that is infinite is null.
+/// Contents of the `--json` file. Field names are JSON keys; an infinite metric is null.
 #[derive(Debug, Serialize)]
 struct CompareReport<'a> {
     version: &'static str,
@@ -32,40 +32,40 @@ struct CompareReport<'a> {
     reference: ComparedFile<'a>,
     width: usize,
     height: usize,
-    /// Brightness `B` of the tone curve before the metrics of displayed colours.
+    /// Brightness `B` of the tone curve, for the metrics on displayed colours.
     exposure: f32,
     metrics: &'a [MetricResult],
-    /// Metrics that the files do not allow, and why.
+    /// Metrics that the files do not support, and why.
     left_out: &'a [LeftOut],
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<&'a Path>,
 }
 
-/// One of the two files.
+/// One of the two compared files.
 #[derive(Debug, Serialize)]
 struct ComparedFile<'a> {
     file: &'a Path,
-    /// Name of the layer; empty for the one without a name.
+    /// Name of the layer; empty for the unnamed one.
     layer: &'a str,
-    /// Pixels with a channel that is not finite.
+    /// Number of pixels with a non-finite channel.
     not_finite: usize,
 }
 
-/// The result of one metric.
+/// Result of one metric.
 #[derive(Debug, Serialize)]
 struct MetricResult {
     metric: String,
     value: f64,
-    /// Further numbers by name.
+    /// Further values by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     details: BTreeMap<&'static str, f64>,
-    /// The worst pixel; `None` if no pixel differs.
+    /// Pixel with the largest difference; `None` if no pixel differs.
     #[serde(skip_serializing_if = "Option::is_none")]
     worst: Option<Worst>,
     meaning: String,
 }
 
-/// A metric that the files do not allow.
+/// A metric that the files do not support.
 #[derive(Debug, Serialize)]
 struct LeftOut {
     metric: String,
@@ -76,7 +76,7 @@ struct LeftOut {
 struct Pictures {
     picture: Picture,
     reference: Picture,
-    /// Both as they are displayed: linear sRGB in [0, 1], NaN for what is not finite.
+    /// Both as displayed: linear sRGB in [0, 1], NaN where not finite.
     displayed: [Grid<[f32; 3]>; 2],
 }
 
@@ -84,8 +84,8 @@ struct Pictures {
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no picture or would be overwritten; pictures of different sizes; a metric that was asked
-/// for and needs what the files lack.
+/// For a file that cannot be read, is not a picture or would be overwritten; for pictures of different sizes; for a requested metric that
+/// the files do not support.
 pub fn compare(args: &CompareArgs) -> Result<()> {
     check_places(args)?;
     let pictures = read(args)?;
@@ -115,7 +115,7 @@ pub fn compare(args: &CompareArgs) -> Result<()> {
     publish(&table(&report, note.as_deref()), "the metrics", &report, args.json.as_deref())
 }
 
-/// Checks, before anything is read, that map and report can be written, and over neither picture nor each other.
+/// Checks, before anything is read, that map and report can be written and overwrite neither picture nor each other.
 fn check_places(args: &CompareArgs) -> Result<()> {
     if let Some(map) = &args.map {
         check_target(map).into_diagnostic()?;
@@ -143,7 +143,7 @@ fn check_places(args: &CompareArgs) -> Result<()> {
     }
 }
 
-/// Reads both pictures and shows them through the tone curve.
+/// Reads both pictures and applies the tone curve.
 fn read(args: &CompareArgs) -> Result<Pictures> {
     let [of_picture, of_reference] = match &args.layers[..] {
         [] => [None, None],
@@ -172,7 +172,7 @@ fn read(args: &CompareArgs) -> Result<Pictures> {
     Ok(Pictures { picture, reference, displayed })
 }
 
-/// Adds advice to an error of reading, unless its message gives it already.
+/// Adds advice to a read error, unless its message contains it already.
 fn advise(error: ImageError) -> Report {
     let help = match &error {
         ImageError::Read { .. } => "check the path: the picture comes first, then the reference",
@@ -184,7 +184,7 @@ fn advise(error: ImageError) -> Report {
     miette::miette!(help = help, "{error}")
 }
 
-/// The metrics asked for, each once, or all that the files allow, and those that they do not.
+/// The requested metrics, each once, or all that the files support; and the unsupported ones.
 fn choose(args: &CompareArgs, pictures: &Pictures) -> Result<(Vec<Metric>, Vec<LeftOut>)> {
     let (mut wanted, mut left_out) = (Vec::new(), Vec::new());
     let asked = !args.metrics.is_empty();
@@ -205,7 +205,7 @@ fn choose(args: &CompareArgs, pictures: &Pictures) -> Result<(Vec<Metric>, Vec<L
     Ok((wanted, left_out))
 }
 
-/// Why the files do not allow a metric; `None` if they do.
+/// Why the files do not support a metric; `None` if they do.
 fn missing(metric: Metric, pictures: &Pictures) -> Option<ImageError> {
     let variance = |picture: &Picture| picture.measured().err();
     match metric {
@@ -215,7 +215,7 @@ fn missing(metric: Metric, pictures: &Pictures) -> Option<ImageError> {
     }
 }
 
-/// A metric and its map.
+/// Computes a metric and its map.
 fn measure(pictures: &Pictures, metric: Metric) -> Result<(MetricResult, Grid<f32>), ImageError> {
     let (a, b) = (&pictures.picture, &pictures.reference);
     let [shown_a, shown_b] = &pictures.displayed;
@@ -266,7 +266,7 @@ fn equality(picture: &Measured, reference: &Measured) -> Result<Measurement, Ima
     Ok((test.accepted, details, z_map(picture, reference)?))
 }
 
-/// Writes the map and says how it is to be read.
+/// Writes the map and returns a description of its scale.
 ///
 /// EXR holds the values themselves in the channel `Y`. PNG shows them in the colours of [`palette`], black for 0 up to
 /// the value of [`map_scale`].
@@ -289,7 +289,7 @@ fn write_map(path: &Path, metric: Metric, map: &Grid<f32>, args: &CompareArgs) -
     let (brightest, shown) = map_scale(metric);
     let rgb: Vec<[u8; 3]> = map.pixels().iter().map(|&v| palette::color(shown(v) / brightest)).collect();
     let picture = PngPicture {
-        // A side of more than 2^32 pixels was not read.
+        // Sides of more than 2^32 pixels are rejected when reading.
         width: width as u32,
         height: height as u32,
         rgb: &rgb,
@@ -301,8 +301,7 @@ fn write_map(path: &Path, metric: Metric, map: &Grid<f32>, args: &CompareArgs) -
     Ok(format!("{file}: {root}{name} from 0, black, to {brightest}, pale yellow; teal where there is none"))
 }
 
-/// The value that is shown brightest, and the function of a value that is shown: relative errors are seen better than their
-/// squares, and z is shown without its sign.
+/// Value displayed brightest, and the mapping applied before: relative squared errors are shown as their roots, and z without its sign.
 fn map_scale(metric: Metric) -> (f32, fn(f32) -> f32) {
     match metric {
         Metric::Relmse | Metric::Trimmed => (1.0, f32::sqrt),
@@ -312,7 +311,7 @@ fn map_scale(metric: Metric) -> (f32, fn(f32) -> f32) {
     }
 }
 
-/// One line for each metric, then what is unusual about the pictures, then the `note` about the map.
+/// One line per metric, followed by anomalies of the pictures and the `note` about the map.
 fn table(report: &CompareReport<'_>, note: Option<&str>) -> String {
     let worst = |result: &MetricResult| match result.worst {
         Some(worst) => format!("{} at {},{}", number(f64::from(worst.value)), worst.x, worst.y),

@@ -1,4 +1,4 @@
-//! `pointillist devices`: what pictures can be rasterised on.
+//! `pointillist devices`: devices that can rasterise pictures.
 
 use std::io::{ErrorKind, Write};
 
@@ -8,7 +8,7 @@ use crate::client::oidn;
 use crate::gpu;
 use crate::render::device::CPU;
 
-/// One line per device, and what is missing where one cannot be used; and whether Open Image Denoise is there.
+/// Prints one line per device, with what an unusable one lacks; and whether Open Image Denoise is available.
 pub fn list() -> Result<()> {
     let mut text = String::new();
     match gpu::devices_with_memory() {
@@ -39,7 +39,7 @@ pub fn list() -> Result<()> {
         Err(error) => format!("(no --denoise oidn: {error}; {})\n", oidn::HOW_TO_GET),
     };
     match std::io::stdout().write_all(text.as_bytes()) {
-        // Whoever reads has read enough.
+        // A closed pipe is not an error: the reader has seen enough.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
         _ => Ok(()),
     }

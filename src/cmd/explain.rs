@@ -1,7 +1,7 @@
-//! `pointillist explain`: which effects a scene and these options call for, why, and what each costs.
+//! `pointillist explain`: which effects a scene and these options need, why, and what each costs.
 //!
-//! The plan is printed as soon as the scene is there. What has to be measured comes after it: machines and time ([`budget`]), and the
-//! prices of effects, each when it is known ([`effect_price`] has those of the tracer, [`client_price`] those of the client).
+//! The plan is printed as soon as the scene is loaded. Measurements follow: machines and time ([`budget`]), and the prices of effects, each
+//! as soon as it is known ([`effect_price`] for the tracer's, [`client_price`] for the client's).
 
 mod budget;
 mod client_price;
@@ -33,35 +33,35 @@ use crate::render::warnings::{tell_notices, tell_warnings};
 use crate::render::{effect_price, method, process};
 use crate::study::ErrorTarget;
 
-/// Frames whose passes are timed, and how long that may take.
+/// Number of frames whose passes are timed, and the time limit.
 const FRAMES: u32 = 24;
 const FRAMES_AT_MOST: Duration = Duration::from_secs(3);
 
-/// Columns that every terminal has.
+/// Columns available on every terminal.
 const COLUMNS: usize = 80;
 
-/// What `--json` writes. The names of the fields are the keys in JSON.
+/// Contents of the `--json` file. Field names are JSON keys.
 #[derive(Debug, Serialize)]
 struct Explained<'a> {
     version: &'static str,
     scene: &'a Path,
     integrator: &'static str,
-    /// The reason for the method, if the program chose it.
+    /// Reason for the method, if the choice was automatic.
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<&'a str>,
     /// The device whose passes are timed.
     device: &'a str,
-    /// Effects with their costs, as far as they were measured.
+    /// Effects with their costs, as far as measured.
     plan: &'a [PlannedEffect],
-    /// Bytes of every image and buffer that a Vulkan device takes for the film, computed from its specification.
+    /// Bytes of every image and buffer of the film on a Vulkan device, computed from its specification.
     film_memory: &'a [(String, u64)],
     /// Bytes of every image and buffer on the device; with `--prices`.
     #[serde(skip_serializing_if = "Option::is_none")]
     memory: Option<Vec<(String, u64)>>,
-    /// Pipelines, by shader and what it is specialised for; with `--prices`.
+    /// Pipelines, by shader and specialization; with `--prices`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pipelines: Option<Vec<String>>,
-    /// Machines and time to an error; with `--error`.
+    /// Machines and time to an error target; with `--error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     budget: Option<&'a Budget>,
 }
@@ -120,7 +120,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     args.json.as_deref().map_or(Ok(()), |path| write_json(&explained, path))
 }
 
-/// Measures what each effect costs, and prints it when it is known. Returns the resources on the device, if it has come so far.
+/// Measures and prints the cost of each effect. Returns the resources on the device, if it got that far.
 fn charge(
     plan: &mut [PlannedEffect],
     subject: effect_price::Subject<'_>,
@@ -132,7 +132,7 @@ fn charge(
     let frames = ClientFrames::new(settings, run.integrator);
     let traced = plan.iter().filter(|entry| entry.effect.is_some()).count();
     let shown = if matches!(device, Device::Vulkan(_)) { frames.steps(plan) } else { 0 };
-    // The noise filter is one more.
+    // Plus one for the noise filter.
     let list = PriceList::new(traced + 1 + shown, args.json.as_deref());
     list.title(EffectSide::Tracer);
     list.begin("preparing");
@@ -173,7 +173,7 @@ fn charge(
     Ok(inventory)
 }
 
-/// The device memory of the film in all, whether or not there is a device.
+/// Total device memory of the film, with or without a device.
 fn memory_words(memory: &[(String, u64)], film: &FilmSpec) -> String {
     let bytes: u64 = memory.iter().map(|(_, bytes)| bytes).sum();
     let pixels = u64::from(film.width) * u64::from(film.height);
@@ -184,7 +184,7 @@ fn memory_words(memory: &[(String, u64)], film: &FilmSpec) -> String {
     )
 }
 
-/// One line for each effect, the tracer's first, or more where they are to fit into so many columns.
+/// One line per effect, the tracer's first; wrapped if `columns` is given.
 fn table(plan: &[PlannedEffect], run: &RunSpec, columns: Option<usize>) -> String {
     let (film, folder) = (&run.film, run.scene.parent().unwrap_or(Path::new("")));
     let mut out = format!(
@@ -214,7 +214,7 @@ fn table(plan: &[PlannedEffect], run: &RunSpec, columns: Option<usize>) -> Strin
     out
 }
 
-/// `start` and the words behind it, in lines of at most so many columns; the words stand below each other.
+/// `start` followed by `words`, wrapped to this many columns, with the words aligned.
 fn wrapped(start: &str, words: &str, columns: usize) -> String {
     let indent = start.chars().count();
     let (mut out, mut column) = (start.to_owned(), indent);

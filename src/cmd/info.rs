@@ -1,4 +1,4 @@
-//! `pointillist info`: what is in a state or a picture's file.
+//! `pointillist info`: describes a state or a picture file.
 
 use std::fs::File;
 use std::io::Read;
@@ -18,7 +18,7 @@ use crate::render::state::{StateFile, StateHeader};
 ///
 /// # Errors
 ///
-/// For the first file that cannot be read or is of no kind that the program writes.
+/// For the first file that cannot be read or is not of a kind that the program writes.
 pub fn info(args: &InfoArgs) -> Result<()> {
     for path in &args.files {
         print(&format!("{}\n{}", path.display(), describe(path)?), "the description");
@@ -26,7 +26,7 @@ pub fn info(args: &InfoArgs) -> Result<()> {
     Ok(())
 }
 
-/// Lines about a file.
+/// Describes a file.
 fn describe(path: &Path) -> Result<String> {
     let mut start = [0; MAGIC.len()];
     let read = File::open(path).and_then(|mut file| file.read(&mut start));
@@ -52,7 +52,7 @@ fn describe(path: &Path) -> Result<String> {
     }
 }
 
-/// What a state says of itself.
+/// Describes a state.
 fn state(about: &StateHeader) -> String {
     let run = &about.run;
     let until = match (about.goal.indices.end, about.goal.time, about.goal.error) {

@@ -1,4 +1,4 @@
-//! `pointillist merge`: the parts of a picture become one.
+//! `pointillist merge`: merges the parts of a picture.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ use crate::study::{
 };
 use crate::tracer::{Camera, Scene};
 
-/// What was merged. The names of the fields are the keys in JSON.
+/// Report of a merge. Field names are JSON keys.
 #[derive(Debug, Serialize)]
 struct MergeReport {
     version: &'static str,
@@ -36,14 +36,14 @@ struct MergeReport {
     width: u32,
     height: u32,
     integrator: &'static str,
-    /// States that were added.
+    /// Number of states added.
     states: usize,
-    /// States that were left out, and why.
+    /// States left out, and why.
     left_out: Vec<String>,
-    /// Indices in the sums, and those of the picture that are missing.
+    /// Indices in the sums, and missing indices of the picture.
     indices: IndexRanges,
     missing: IndexRanges,
-    /// Parts whose indices are missing, by number, where the picture was divided into so many.
+    /// Number of parts that the picture was divided into, and the numbers of those with missing indices.
     #[serde(skip_serializing_if = "Option::is_none")]
     of: Option<u64>,
     missing_parts: Vec<u64>,
@@ -58,13 +58,13 @@ struct MergeReport {
     further: Option<Further>,
 }
 
-/// What it takes to bring the error down.
+/// Additional work to reach an error target.
 #[derive(Debug, Serialize)]
 struct Further {
     target: f64,
-    /// Samples over those that there are, with the 90 % interval.
+    /// Required over existing samples, with the 90 % interval.
     samples: Interval,
-    /// Numbers of the parts to be rendered besides those that are missing: first, last.
+    /// Range of additional part numbers to render, besides the missing ones: first, last.
     #[serde(skip_serializing_if = "Option::is_none")]
     parts: Option<[u64; 2]>,
 }
@@ -73,8 +73,8 @@ struct Further {
 ///
 /// # Errors
 ///
-/// For a state that is damaged or of another picture, and for parts that are missing or there twice, unless they may be left out; and
-/// when an output cannot be written. Outputs are written only when all states were added.
+/// For a state that is damaged or of another picture; for parts that are missing or duplicated, unless they may be left out; and when an
+/// output cannot be written. Outputs are written only after all states were added.
 pub fn merge(args: &MergeArgs) -> Result<()> {
     let states = files(&args.states)?;
     let targets = Targets::plan(args, &states)?;
@@ -105,7 +105,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     Ok(())
 }
 
-/// The files that are meant: folders stand for the states in them.
+/// Expands directories to the states in them.
 fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in named {
@@ -132,14 +132,14 @@ fn is_state(path: &Path) -> bool {
     !hidden && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("state"))
 }
 
-/// Where the sum goes.
+/// Output paths.
 struct Targets {
     pictures: Outputs,
     state: Option<PathBuf>,
 }
 
 impl Targets {
-    /// Checks all outputs before anything is read.
+    /// Checks all outputs before any input is read.
     fn plan(args: &MergeArgs, inputs: &[PathBuf]) -> Result<Self> {
         view_filter::check(args.denoise)?;
         let (states, pictures): (Vec<&PathBuf>, Vec<&PathBuf>) =
@@ -166,18 +166,18 @@ impl Targets {
     }
 }
 
-/// What the states show, with the scene that they were rendered from.
+/// Scene and view of the states.
 struct MergedView {
     scene: Arc<Scene>,
     camera: Camera,
 }
 
 impl MergedView {
-    /// Reads the scene of this state.
+    /// Loads the scene of this state.
     ///
     /// # Errors
     ///
-    /// When it is not there any more, or has changed.
+    /// If the scene is missing or has changed.
     fn open(about: &StateHeader, threads: Option<u16>) -> Result<Self> {
         let run = &about.run;
         let opened = load::open(&run.source(threads), &mut Seconds::default())?;
@@ -192,34 +192,34 @@ impl MergedView {
     }
 }
 
-/// The samples of the first of the states, and how many paths they are of.
+/// Samples of the first states, and their number of paths.
 struct MergedPart {
     samples: SamplesApart,
     paths: u64,
 }
 
-/// The sum of the states.
+/// Sum of the states.
 struct Merged {
     state: RenderState,
-    /// What the states show, an error where that is not known; `None` before it is needed.
+    /// Scene of the states, or why it could not be loaded; `None` until needed.
     view: Option<Result<MergedView>>,
-    /// Paths that find light which the states may lack.
+    /// Witness paths, which find light that the states may lack.
     witnesses: Option<Witnesses>,
-    /// The sums at two moments, the later of at least twice as many paths, where the error of the filtered picture is wanted: in the end the one that
-    /// is nearer to half of all is the part by which it is estimated.
+    /// Copies of the sums at two moments, the later with at least twice as many paths, if the error of the denoised picture is wanted. In
+    /// the end the one closer to half of all paths serves as the part kept apart for the estimate.
     apart: Vec<MergedPart>,
     wants_filtered_error: bool,
-    /// Indices of the whole picture, and what its parts were told.
+    /// Indices of the whole picture.
     picture: Range<u64>,
     shares: Vec<Share>,
     added: usize,
     left_out: Vec<String>,
-    /// The error after some of the states, by which it is told how it falls.
+    /// Error after some of the states, to fit its decrease.
     progress: MonitorProgress,
 }
 
 impl Merged {
-    /// Adds one file after the other; two films at most are in memory, and the scene where it is found.
+    /// Adds the files one by one. At most two films are in memory, plus the scene if found.
     fn read(args: &MergeArgs, states: &[PathBuf], threads: usize) -> Result<Self> {
         let mut merged: Option<Self> = None;
         let mut places: Vec<(Range<u64>, &Path)> = Vec::new();
@@ -263,7 +263,7 @@ impl Merged {
             ..about.clone()
         };
         let state = RenderState::new(empty, threads)?;
-        // Without randomisations no error is stated.
+        // Without replicates no error is estimated.
         let view = state.replicates.as_ref().map(|_| MergedView::open(&about, args.threads));
         let witnesses = match &view {
             None => None,
@@ -312,7 +312,7 @@ impl Merged {
         Ok(())
     }
 
-    /// Estimates the error of what is there.
+    /// Estimates the present error.
     fn measure(&mut self) -> ErrorStatus {
         let Some(replicates) = &self.state.replicates else { return ErrorStatus::default() };
         let film = &self.state.about.run.film;
@@ -326,7 +326,7 @@ impl Merged {
         monitor.status().clone()
     }
 
-    /// The indices that the picture should have.
+    /// Indices that the picture should have.
     fn wanted(&self) -> Range<u64> {
         match self.picture.end {
             u64::MAX => {
@@ -377,7 +377,7 @@ impl Merged {
         }
     }
 
-    /// What it takes to bring the error down to `target`; `None` where it is there, or nothing is known of how it falls.
+    /// Additional work to reach `target`; `None` if it is reached, or the decrease of the error is unknown.
     fn further(
         &self,
         status: &ErrorStatus,
@@ -402,7 +402,7 @@ impl Merged {
         Some(Further { target: target.error, samples, parts: parts.filter(|[first, last]| first <= last) })
     }
 
-    /// Writes the pictures. Returns the error of what is shown through a noise filter, where that is known.
+    /// Writes the pictures. Returns the error of the denoised picture, if known.
     fn write_pictures(
         mut self,
         args: &MergeArgs,
@@ -442,7 +442,7 @@ impl Merged {
                 let data = self.state.film.develop().into_diagnostic()?;
                 let view = FilteredView { scene: &scene, camera: &camera, film: &run.film };
                 let wants_error = run.states_filtered_error(status);
-                // The part that is nearer to half of all.
+                // The part closer to half of all paths.
                 let off = |part: &&MergedPart| (2 * part.paths).abs_diff(replicates.paths());
                 let apart = self.apart.iter().min_by_key(off).map(|part| &part.samples);
                 let apart = apart.filter(|_| wants_error);
@@ -460,7 +460,7 @@ impl Merged {
     }
 }
 
-/// Refuses indices that are in `there` already, from a file at one of these places.
+/// Rejects indices that are in `there` already, naming the file of `places` they came from.
 fn check_new(there: &IndexRanges, places: &[(Range<u64>, &Path)], file: &StateFile) -> Result<()> {
     let Some(twice) = file.about.indices.ranges().iter().find_map(|range| there.common(range)) else {
         return Ok(());
@@ -489,7 +489,7 @@ fn missing_words(report: &MergeReport) -> String {
     }
 }
 
-/// What people read.
+/// Summary for the user.
 fn summary(report: &MergeReport, args: &MergeArgs) -> String {
     let MergeReport { states, width, height, integrator, samples_per_pixel, seconds, .. } = report;
     let mut text = format!(

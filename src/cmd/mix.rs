@@ -1,4 +1,4 @@
-//! `pointillist mix`: the pictures of groups of lights in an EXR file, each times a factor, added, without rendering again.
+//! `pointillist mix`: weighted sum of the light-group pictures in an EXR file, without rendering again.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ use crate::scene::limits;
 ///
 /// # Errors
 ///
-/// A file that cannot be read or has no groups, a group that it does not have, an example of another size, and what cannot be written.
+/// For a file that cannot be read or has no light groups, an unknown group, an example of another size, and outputs that cannot be written.
 pub fn mix(args: &MixArgs) -> Result<()> {
     check(args)?;
     let layers = exr::read(&args.picture).into_diagnostic()?;
@@ -51,7 +51,7 @@ pub fn mix(args: &MixArgs) -> Result<()> {
     written.wrap_err("the mix could not be saved")
 }
 
-/// Checks, before anything is read, that the outputs can be written and are no inputs.
+/// Checks, before anything is read, that the outputs can be written and are not inputs.
 fn check(args: &MixArgs) -> Result<()> {
     for path in &args.outputs {
         check_target(path).into_diagnostic()?;
@@ -72,7 +72,7 @@ fn check(args: &MixArgs) -> Result<()> {
     }
 }
 
-/// The groups of a picture's file: names, and linear colours by pixel.
+/// Light groups of a picture file: names, and linear colours per pixel.
 fn groups_of(path: &Path, layers: &Layers) -> Result<Vec<(String, Vec<MixRgb>)>> {
     let Some(Attribute::Text(text)) = layers.attribute(LIGHT_GROUPS) else {
         return Err(miette::miette!(
@@ -93,7 +93,7 @@ fn groups_of(path: &Path, layers: &Layers) -> Result<Vec<(String, Vec<MixRgb>)>>
     groups.into_iter().map(picture).collect()
 }
 
-/// The factors that are set, by group.
+/// Factors set on the command line, by group.
 fn set_factors(args: &MixArgs, groups: &[(String, Vec<MixRgb>)]) -> Result<Vec<Option<MixRgb>>> {
     let mut factors = vec![None; groups.len()];
     for (name, rgb) in &args.set {
@@ -112,7 +112,7 @@ fn set_factors(args: &MixArgs, groups: &[(String, Vec<MixRgb>)]) -> Result<Vec<O
     Ok(factors)
 }
 
-/// The factors that make the mix look like a picture; those that are set stay.
+/// Fits the factors to an example picture; factors set on the command line are fixed.
 fn find_factors(
     args: &MixArgs,
     like: &Path,
@@ -132,7 +132,7 @@ fn find_factors(
             layers.height
         ));
     }
-    // Components of integers end at 1; those of floats beyond are light.
+    // Integer formats clip at 1; values above 1 in float formats are valid.
     let clips = !like.extension().is_some_and(|e| {
         e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr") || e.eq_ignore_ascii_case("pfm")
     });
@@ -180,7 +180,7 @@ fn write_png(path: &Path, picture: &[MixRgb], layers: &Layers, exposure: f32, to
     png::write(path, shown, &attributes).into_diagnostic()
 }
 
-/// Writes the mix and the groups as they are in it.
+/// Writes the mix, and the groups multiplied by their factors.
 fn write_exr(
     path: &Path,
     picture: &[MixRgb],

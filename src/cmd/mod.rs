@@ -1,8 +1,8 @@
 //! The subcommands and their arguments: the only module that knows the command line.
 //!
-//! `args/` reads the command line; its comments are the `--help`. Each subcommand has a file or a folder of its name, which makes plain
-//! options of its arguments and hands them to what does the work: `render` for a picture, `viewer` for the window, `study` for the analysis
-//! of measurements. What only one subcommand does stands with it.
+//! `args/` reads the command line; its doc comments are the `--help`. Each subcommand has a file or a directory of its name, which converts
+//! its arguments to plain options and calls the module that does the work: `render` for a picture, `viewer` for the window, `study` for the
+//! analysis of measurements. Code used by only one subcommand is beside it.
 //!
 //! # Rendering from another program
 //!
@@ -82,11 +82,11 @@ pub use args::{Cli, CliCommand};
 use crate::render::{pipelines, process};
 use miette::Result;
 
-/// Runs what the command line asks for.
+/// Runs the subcommand of the command line.
 ///
 /// # Errors
 ///
-/// Everything that stops the run, ready to be printed: with file, line and column where a scene is at fault.
+/// Any error that stops the run, ready to be printed: with file, line and column if the scene is at fault.
 pub fn run(cli: Cli) -> Result<()> {
     process::listen_for_snapshots();
     let outcome = match cli.command {

@@ -1,11 +1,11 @@
-//! `pointillist plugins`: what of Mitsuba's format is supported, as the reader itself tells it.
+//! `pointillist plugins`: the supported subset of Mitsuba's format, as documented by the reader itself.
 
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 
 use crate::cmd::args::PluginsArgs;
 use crate::scene::{ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, plugins};
 
-/// Share of the plugins of a kind that have a parameter which the Markdown states once for all of them.
+/// If at least this fraction of a kind's plugins have a parameter, the Markdown states it once for the kind.
 const COMMON: f64 = 0.6;
 
 /// Runs the subcommand.
@@ -22,7 +22,7 @@ pub fn list(args: &PluginsArgs) -> Result<()> {
     Ok(())
 }
 
-/// The kind of this name, or the plugins of this name in all kinds.
+/// The kind of this name, or all plugins of this name.
 fn select(mut kinds: Vec<PluginKind>, which: &str) -> Result<Vec<PluginKind>> {
     let names = kinds.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
     if kinds.iter().any(|kind| kind.name == which) {
@@ -35,7 +35,7 @@ fn select(mut kinds: Vec<PluginKind>, which: &str) -> Result<Vec<PluginKind>> {
     if kinds.is_empty() { Err(refused()) } else { Ok(kinds) }
 }
 
-/// A kind for the terminal: a line for each parameter of each plugin.
+/// Formats a kind for the terminal: one line per parameter of each plugin.
 fn plain(kind: &PluginKind) -> String {
     let plugin = |PluginDoc { name, note, parameters, .. }: &PluginDoc| {
         let note = if note.is_empty() { String::new() } else { format!("  — {note}") };
@@ -52,7 +52,7 @@ fn plain(kind: &PluginKind) -> String {
     format!("{}\n{note}{}\n", kind.name, kind.plugins.iter().map(plugin).collect::<String>())
 }
 
-/// What Mitsuba has besides, and why it is not supported.
+/// Mitsuba plugins that are not supported, and why.
 fn unsupported(markdown: bool) -> String {
     let row = |(kind, name, why): &(&str, &str, &str)| match markdown {
         true => format!("| {kind} `{name}` | {why} |\n"),
@@ -65,12 +65,12 @@ fn unsupported(markdown: bool) -> String {
     head.to_owned() + &UNSUPPORTED.iter().map(row).collect::<String>()
 }
 
-/// Its name, or in angle brackets the element that is nested.
+/// Name of a parameter, or in angle brackets the nested element.
 fn label(parameter: &ParameterDoc) -> String {
     if parameter.nested { format!("<{}>", parameter.name) } else { parameter.name.to_owned() }
 }
 
-/// What it is written as, and what it is if it is not given.
+/// Type and default of a parameter.
 fn about(ParameterDoc { value, default, required, .. }: &ParameterDoc) -> String {
     let default = default.as_ref().filter(|d| !d.is_empty());
     let default = if *required { Some("required".to_owned()) } else { default.map(|d| format!("= {d}")) };
@@ -81,7 +81,7 @@ fn about(ParameterDoc { value, default, required, .. }: &ParameterDoc) -> String
         .join(" ")
 }
 
-/// A kind as Markdown: what most plugins have, then a table in which plugins with the same parameters share a row.
+/// Formats a kind as Markdown: common parameters, then a table in which plugins with the same parameters share a row.
 fn markdown(kind: &PluginKind) -> String {
     let most = kind.plugins.len() as f64 * COMMON;
     let have = |p: &ParameterDoc| kind.plugins.iter().filter(|plugin| plugin.parameters.contains(p)).count();
@@ -95,7 +95,7 @@ fn markdown(kind: &PluginKind) -> String {
     if !kind.note.is_empty() {
         text += &format!("{}\n\n", kind.note);
     }
-    // Those that the same plugins lack are stated together.
+    // Parameters lacking in the same plugins are stated together.
     let lack = |p: &ParameterDoc| -> Vec<&str> {
         let without = kind.plugins.iter().filter(|plugin| !plugin.parameters.contains(p));
         without.map(|plugin| plugin.name).collect()
@@ -130,7 +130,7 @@ fn code(names: &[&str], between: &str) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(between)
 }
 
-/// Parameters in one line; those without effect come last.
+/// Parameters in one line; ignored ones come last.
 fn cell(parameters: &[&ParameterDoc]) -> String {
     let (idle, used): (Vec<&ParameterDoc>, Vec<_>) = parameters.iter().partition(|p| p.idle);
     let one = |p: &&ParameterDoc| format!("`{}` {}", label(p), about(p)).trim_end().to_owned();

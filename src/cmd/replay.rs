@@ -1,4 +1,4 @@
-//! `pointillist replay`: one path again, with everything that it meets.
+//! `pointillist replay`: traces one path again and prints all of its events.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -51,7 +51,7 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
         let events = recorded(|| trace_again(args, &run, &context, &mut samples));
         (samples, events)
     };
-    // The code that renders decides whether the value is wrong; the code that records says why.
+    // The rendering code decides whether the value is wrong; the recording code tells why.
     let (samples, raised) = trace(scene.clone());
     let scene =
         Arc::into_inner(scene).ok_or_else(|| miette::miette!("the scene is still in use"))?.recorded();
@@ -77,7 +77,7 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     Ok(())
 }
 
-/// Traces the index by the run's method.
+/// Traces the index with the run's method.
 fn trace_again(args: &ReplayArgs, run: &RunSpec, context: &RenderContext, out: &mut Samples) {
     fn trace<I: Integrator + From<RenderContext>>(
         args: &ReplayArgs,
@@ -98,7 +98,7 @@ fn trace_again(args: &ReplayArgs, run: &RunSpec, context: &RenderContext, out: &
     }
 }
 
-/// Traces a path with the photons that it has seen, or one of the light paths that left these.
+/// Traces a path with the photon map it has read, or one of the light paths that stored its photons.
 fn trace_seeing<I: Integrator + From<RenderContext> + SeesPhotons>(
     args: &ReplayArgs,
     run: &RunSpec,
@@ -119,7 +119,7 @@ fn trace_seeing<I: Integrator + From<RenderContext> + SeesPhotons>(
     }
 }
 
-/// The samples of a path as lines, and those of them that a render would reject.
+/// Samples of a path as text lines, and those that a render would reject.
 #[derive(Default)]
 struct Samples(Vec<String>, Vec<String>);
 
@@ -142,7 +142,7 @@ impl SampleSink for Samples {
     }
 }
 
-/// The events of a path in words.
+/// Formats the events of a path.
 struct PathReport<'a> {
     desc: &'a SceneDesc,
     scene: &'a Scene,

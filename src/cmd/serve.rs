@@ -1,4 +1,4 @@
-//! `pointillist serve`: the tracer without a window, for viewers on this machine or on others.
+//! `pointillist serve`: a tracer without a window, for viewers on this machine or on others.
 
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -22,7 +22,7 @@ use crate::server::{Priority, Server};
 use crate::stream::{Epoch, Event, Lanes};
 use crate::tracer::Scene;
 
-/// Runs the subcommand: it ends with Ctrl-C.
+/// Runs the subcommand until Ctrl-C.
 pub fn serve(args: &ServeArgs) -> Result<()> {
     let token = args.token_file.as_deref().map(read_token).transpose()?;
     let listener = listen(&args.listen, token.as_ref()).into_diagnostic()?;
@@ -42,7 +42,7 @@ pub fn serve(args: &ServeArgs) -> Result<()> {
     Ok(())
 }
 
-/// The scene as it was read.
+/// The scene as loaded.
 struct ServedScene {
     edited: EditedScene,
     run: RunSpec,
@@ -65,14 +65,14 @@ impl ServedScene {
     }
 }
 
-/// What is served.
+/// State shared by all connections.
 struct ServedHost {
     source: SceneOptions,
     threads: usize,
     scene: Mutex<ServedScene>,
 }
 
-/// Nothing that is locked here is left half-changed by a panic.
+/// Locks a mutex, ignoring poisoning: a panic leaves nothing half-changed here.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -94,7 +94,7 @@ impl Host for ServedHost {
         Ok((Box::new(ServedTracer { host: self, server, present: Mutex::default() }), lanes))
     }
 
-    /// Places relative to the folder that holds all of them, under the names that the scene has for them.
+    /// Paths relative to the common directory of all files, under the names that the scene uses for them.
     fn files(&self) -> Vec<(String, PathBuf)> {
         let mut all: Vec<PathBuf> = Vec::new();
         for path in locked(&self.scene).files.iter().map(|path| plain(path)) {
@@ -116,7 +116,7 @@ impl Host for ServedHost {
     }
 }
 
-/// A path from the root, without `.` and `..`; links keep their names.
+/// An absolute path without `.` and `..`; symbolic links are not resolved.
 fn plain(path: &Path) -> PathBuf {
     let from_root = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let mut plain = PathBuf::new();
@@ -130,14 +130,14 @@ fn plain(path: &Path) -> PathBuf {
     plain
 }
 
-/// The tracer of one viewer.
+/// Tracer of one viewer.
 struct ServedTracer {
     host: Arc<ServedHost>,
     server: Server,
     present: Mutex<Option<PresentScene>>,
 }
 
-/// The scene as a viewer has changed it.
+/// The scene with the changes of a viewer.
 struct PresentScene {
     digest: String,
     film: Option<(u32, u32)>,
@@ -147,8 +147,8 @@ struct PresentScene {
 }
 
 impl ServedTracer {
-    /// The scene of an order. Where it is not the one that was read, the files are read again: they may have changed here as they have
-    /// changed there.
+    /// The scene of an order. If its digest differs from the loaded scene's, the files are loaded again, since they may have changed here
+    /// as they have on the viewer's machine.
     fn scene_of(&self, order: &RemoteOrder) -> Result<PresentScene, String> {
         let host = &self.host;
         let mut scene = locked(&host.scene);

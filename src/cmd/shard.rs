@@ -1,4 +1,4 @@
-//! `pointillist shard`: one part of a picture, rendered into a state.
+//! `pointillist shard`: renders one part of a picture into a state.
 
 use miette::{IntoDiagnostic, Result};
 
@@ -14,7 +14,7 @@ use crate::render::state::{KeptState, Share, StateFile};
 ///
 /// # Errors
 ///
-/// Those of a render, and when the output is the state of something else.
+/// Those of a render, and if the output is an unrelated state.
 pub fn shard(args: ShardArgs) -> Result<()> {
     let ShardArgs { source, of, number, samples, spp, aov, output, state_every, json, quiet } = args;
     let share = Share { number, of };
@@ -48,7 +48,7 @@ pub fn shard(args: ShardArgs) -> Result<()> {
     batch::run(&args, &outputs, Some(kept))?;
     match StateFile::open(&output)?.about.is_complete() {
         true => Ok(()),
-        // Whoever deals out the parts must not take it for done.
+        // An error, so that the caller that distributes parts does not count this one as done.
         false => Err(miette::miette!(
             help = "the same command goes on with it",
             "{share} was stopped before its end; {} holds what is there",

@@ -1,4 +1,4 @@
-//! A filtered picture: from the halves of the samples through a filter to what the film would show without noise.
+//! Denoised pictures: from the samples of both randomisations through a noise filter to what the film would show without noise.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::study::denoised::FilteredHalves;
 use crate::study::{ErrorEstimate, Replicates, SamplesApart, SmoothingKernel};
 use crate::tracer::{Camera, Scene};
 
-/// Means X, Y, Z of the samples in each pixel, with their number, of both randomisations.
+/// Per pixel and randomisation: mean X, Y, Z of the samples, and their number.
 pub struct HalfMeans(pub [HalfPicture; 2]);
 
 impl HalfMeans {
@@ -36,7 +36,7 @@ impl HalfMeans {
     }
 }
 
-/// What a picture shows, where it is filtered once.
+/// View of a picture that is denoised once.
 pub struct FilteredView<'a> {
     pub scene: &'a Scene,
     pub camera: &'a Camera,
@@ -44,12 +44,12 @@ pub struct FilteredView<'a> {
 }
 
 impl FilteredView<'_> {
-    /// Traces the features and filters the picture of these sums. Where some of the samples were kept `apart`, the error of the filtered picture
-    /// is estimated.
+    /// Traces the feature buffers and denoises the picture of these sums. If some of the samples were kept `apart`, also estimates the
+    /// error of the denoised picture.
     ///
     /// # Errors
     ///
-    /// Without memory, and those of Open Image Denoise.
+    /// If memory runs out, and those of Open Image Denoise.
     pub fn filter(
         &self,
         replicates: &Replicates,
@@ -70,12 +70,12 @@ impl FilteredView<'_> {
     }
 }
 
-/// The error of the picture that a filter of this kind makes of these sums, some of whose samples were kept `apart`. `None` where there is too little to
-/// tell, and where nobody wants it any more, because the render `is_over`.
+/// Error of the denoised picture of these sums, estimated from the samples kept `apart`. `None` if there are too few, and when cancelled
+/// because the render `is_over`.
 ///
 /// # Errors
 ///
-/// Without memory, and when Open Image Denoise fails.
+/// If memory runs out, and when Open Image Denoise fails.
 pub fn filtered_error(
     replicates: &Replicates,
     apart: &SamplesApart,
@@ -107,7 +107,7 @@ pub fn filtered_error(
     Ok(halves.error(size))
 }
 
-/// What is told where the error of the filtered picture could be stated but for the samples that are apart.
+/// Note to the user when the error of the denoised picture is unknown only because no samples were kept apart.
 pub const UNKNOWN_FILTERED_ERROR: &str = "note: the error of the filtered picture is not stated: it is estimated from two parts of the samples (two states, or \
      before and after --resume), each with at least a fifth of them";
 
@@ -115,17 +115,17 @@ fn linear_rgb(xyz: Vec3) -> [f32; 3] {
     (Profile::srgb().from_xyz * xyz).to_array()
 }
 
-/// A filtered picture, scene-linear XYZ.
+/// A denoised picture, scene-linear XYZ.
 #[derive(Clone)]
 pub struct FilteredPicture(Arc<Grid<Vec3>>);
 
 impl FilteredPicture {
-    /// Filters a picture whose samples `replicates` holds pixel by pixel, and `halves` as means. `data` is what the film holds of the same
-    /// samples: where it is given, details within pixels are those of the film.
+    /// Denoises a picture whose samples are given as per-pixel sums (`replicates`) and as means (`halves`). `data`: sums of the film of the
+    /// same samples; if given, sub-pixel detail is taken from them.
     ///
     /// # Errors
     ///
-    /// Without memory, and when Open Image Denoise fails.
+    /// If memory runs out, and when Open Image Denoise fails.
     pub fn of(
         replicates: &Replicates,
         halves: &HalfMeans,
@@ -176,9 +176,9 @@ impl From<Grid<Vec3>> for FilteredPicture {
 
 /// The unfiltered picture.
 enum FilmPicture<'a> {
-    /// What the film holds.
+    /// Sums of the film.
     Film { data: &'a FilmData, light_scale: f32 },
-    /// Where that is not known: sums of whole pixels, to which the film's filter was applied. Means X, Y, Z, and weights.
+    /// If those are unknown: per-pixel sums convolved with the film's filter, `[X, Y, Z]` as means, and the weight.
     Pixels(Grid<Vec4>),
 }
 
@@ -187,14 +187,14 @@ impl<'a> FilmPicture<'a> {
         Self::Film { data, light_scale: data.counts.light_scale(data.width, data.height) }
     }
 
-    /// `None` unless all pixels are there.
+    /// `None` unless all pixels are present.
     fn of_pixels(replicates: &Replicates) -> Option<Self> {
         let [width, height] = replicates.size();
         let pixels = by_bands(height, |rows| replicates.whole(rows).into_iter().map(Vec4::from));
         Grid::from_rows(width, height, pixels).map(Self::Pixels)
     }
 
-    /// X, Y, Z of this pixel; `None` where there is nothing.
+    /// X, Y, Z of pixel `i`; `None` if it has no samples.
     fn xyz(&self, i: usize) -> Option<Vec3> {
         let xyz = match self {
             Self::Film { data, light_scale } => {
@@ -214,15 +214,15 @@ fn samples_per_pixel(replicates: &Replicates) -> f32 {
     replicates.paths() as f32 / (width * height) as f32
 }
 
-/// Pixels along the border of a picture into which samples from beyond it reach.
+/// Width of the border, in pixels, into which samples from outside the picture reach.
 const BORDER: usize = 3;
 
-/// Samples per pixel from which on what lies beyond the border counts more than not.
+/// Samples per pixel from which on samples outside the border outweigh their absence.
 const ENOUGH_BEYOND: f32 = 1.0;
 
-/// The filtered picture of whole pixels as the film's filter would have made it. What the film knows beyond whole pixels counts as much
-/// as the halves agree on what differs from pixel to pixel, so that a picture without noise is that of the film. Along the border the film
-/// has samples that lie beyond the picture, and the halves have not: there it counts more the more samples there are.
+/// Convolves the denoised per-pixel picture with the film's filter. Sub-pixel detail of the film is added in proportion to the correlation
+/// of both halves, so that a picture without noise equals that of the film. Along the border the film includes samples from outside the
+/// picture and the halves do not: there the film's weight grows with the number of samples.
 fn as_on_film(
     filtered: &Filtered,
     replicates: &Replicates,
@@ -236,7 +236,7 @@ fn as_on_film(
         let sharp = &filtered.picture.pixels()[near.start * width..near.end * width];
         let sharp: Vec<_> = sharp.iter().map(|xyz| xyz.extend(1.0).to_array()).collect();
         let inside = rows.start - near.start..rows.end - near.start;
-        // Beyond the picture there is nothing: divided by the weight that lies within, the edge is no darker.
+        // Outside the picture there are no samples: normalising by the weight inside keeps the edge from darkening.
         let smooth = replicates.kernel().rows(&sharp, [width, near.len()], inside);
         let whole = film.map(|_| replicates.whole(rows.clone()));
         let pixel = move |(place, [x, y, z, w]): (usize, [f32; 4])| {
@@ -249,7 +249,7 @@ fn as_on_film(
             let to_border = x.min(y).min(width - 1 - x).min(height - 1 - y);
             let beyond = if to_border < BORDER { share_beyond } else { 0.0 };
             let sharp = smooth + detail * filtered.finest.pixels()[i].max(beyond);
-            // Where samples are few, film and whole pixels may differ by more than there is.
+            // With few samples, film and per-pixel picture may differ by more than the value itself.
             if sharp.y < 0.0 { smooth } else { sharp }
         };
         smooth.into_iter().enumerate().map(pixel)
@@ -257,22 +257,22 @@ fn as_on_film(
     Grid::from_rows(width, height, by_bands(height, band))
 }
 
-/// From this many samples per pixel on the noise of a block begins to be told, and from twice as many it is.
+/// Samples per pixel from which on the noise of a block is estimated; from twice as many on, the estimate has full weight.
 const TOLD_FROM: f32 = 0.5;
 
 /// Side of a block, pixels.
 const BLOCK: usize = 8;
 
-/// Luminances below this share of the picture's mean count as that, where differences are relative.
+/// Relative differences use at least this fraction of the picture's mean luminance.
 const DARK: f32 = 0.1;
 
-/// Samples per pixel at which half of the noise is left where it is: a filter keeps some of it, and what it takes is less than there is.
+/// Samples per pixel at which half of the noise variance is discounted: a filter keeps some of the noise, so it removes less than there is.
 const HALF_KEPT: f32 = 64.0;
 
-/// Gives back to each block what the filter took from it beyond noise. With D the mean squared difference of film and filtered picture, and V
-/// the variance of the film as both halves tell it, of which less and less counts the more samples there are, the film has the share 1 − V/D,
-/// or none (James and Stein 1961). So a picture without noise is that of the film. `told` is how far the noise of a block can be told, from
-/// 0 to 1.
+/// Restores in each block what the filter removed beyond noise. With D the mean squared difference of film and denoised picture, and V the
+/// variance of the film estimated from both halves (discounted as the number of samples grows), the film gets the weight max(0, 1 − V/D)
+/// (James and Stein 1961). Hence a picture without noise equals that of the film. `told`: confidence in the noise estimate of a block, 0 to
+/// 1.
 fn nearer_to_film(
     filtered: &Grid<Vec3>,
     replicates: &Replicates,
@@ -301,7 +301,7 @@ fn nearer_to_film(
     };
     let blocks: Vec<Vec2> = (0..height.div_ceil(BLOCK)).into_par_iter().flat_map_iter(block_row).collect();
     let blocks = Grid::from_rows(columns, height.div_ceil(BLOCK), blocks)?;
-    // Between blocks the sums are interpolated and not the share: beside a block that the filter harms it is large.
+    // Between blocks, D and V are interpolated rather than the weight: next to a block that the filter harms the weight would be large.
     let share = |pixel| match between(&blocks, pixel) {
         Vec2 { x: difference, y: variance } if difference > 0.0 => {
             told * (1.0 - counts * variance / difference).max(0.0)
@@ -318,7 +318,7 @@ fn nearer_to_film(
     Some(nearer)
 }
 
-/// The value of blocks at a pixel, linear between their middles.
+/// Bilinear interpolation at a pixel between block centres.
 fn between(blocks: &Grid<Vec2>, pixel: [usize; 2]) -> Vec2 {
     let size = [blocks.width(), blocks.height()];
     let [columns, rows] = [0, 1].map(|axis| {
@@ -330,7 +330,7 @@ fn between(blocks: &Grid<Vec2>, pixel: [usize; 2]) -> Vec2 {
     rows.map(|(y, weight)| row(y) * weight).into_iter().sum()
 }
 
-/// What is made of all rows, band by band on all threads.
+/// Computes all rows in bands, on all threads.
 fn by_bands<T: Send, I: Iterator<Item = T>>(
     height: usize,
     make: impl Fn(Range<usize>) -> I + Sync,
@@ -355,8 +355,7 @@ mod tests {
 
     const SIDE: u32 = 32;
 
-    /// Samples of a bright left and a dark right half, with noise, of both replicates: `w` is 1 for those of the camera, and 0 for those of
-    /// lights.
+    /// Noisy samples of a bright left and a dark right half, for both replicates. `w` is 1 for camera samples and 0 for light samples.
     fn replicates(per_pixel: u64, w: f32) -> Replicates {
         let mut replicates = Replicates::new([SIDE; 2], 1.0);
         let mut random = Random(7);
@@ -380,7 +379,7 @@ mod tests {
         if u < 0.5 { 2.0 } else { 0.5 }
     }
 
-    /// Root mean square error of the nearer picture, relative to the truth.
+    /// Root mean square error of the restored picture, relative to the truth.
     fn error_of(picture: &Grid<Vec3>, replicates: &Replicates) -> f32 {
         let film = FilmPicture::of_pixels(replicates).unwrap();
         let nearer = nearer_to_film(picture, replicates, &film, 1.0).unwrap();
@@ -392,7 +391,7 @@ mod tests {
         (squares / (SIDE * SIDE) as f32).sqrt()
     }
 
-    /// Without the sums of the film, as where a device has them.
+    /// Without the film's sums, as when they are on a device.
     #[test]
     fn what_a_filter_has_spoilt_comes_back_and_what_it_has_cleaned_stays() {
         let grid = |of: &dyn Fn(usize) -> f32| {
@@ -401,7 +400,7 @@ mod tests {
         };
         let clean = grid(&|x| truth(x as f32 / SIDE as f32));
         let flat = grid(&|_| 1.0);
-        // The noise of a sample is .58 of what it shows.
+        // The standard deviation of a sample is 0.58 of its mean.
         let noise = |per_pixel: f32| 0.58 / per_pixel.sqrt();
         let few = replicates(16, 1.0);
         assert!(error_of(&clean, &few) < 0.5 * noise(16.0), "{}", error_of(&clean, &few));
@@ -410,7 +409,7 @@ mod tests {
         assert!(error_of(&flat, &many) < 1.05 * noise(1024.0), "{}", error_of(&flat, &many));
     }
 
-    /// Where only lights send paths, pixels that none has reached are black, also without the sums of the film.
+    /// With light paths alone, pixels that none has reached are black, with or without the film's sums.
     #[test]
     fn light_paths_alone_are_a_picture() {
         for per_pixel in [1, 16, 256] {
@@ -421,13 +420,13 @@ mod tests {
             let picture =
                 FilteredPicture::of(&replicates, &halves, None, &mut filter, Denoise::Wavelet).unwrap();
             let mean = picture.xyz().pixels().iter().map(|xyz| xyz.y).sum::<f32>() / (SIDE * SIDE) as f32;
-            // A sample shows 1.25 ± 1.68 of light.
+            // A sample has mean 1.25 and standard deviation 1.68.
             let deviation = 1.68 / ((per_pixel * u64::from(SIDE * SIDE)) as f32).sqrt();
             assert!((mean - 1.25).abs() < 5.0 * deviation, "{per_pixel} per pixel: {mean} ± {deviation}");
         }
     }
 
-    /// One pixel at a time says what whole pictures of both halves say.
+    /// Per-pixel means equal those of the whole pictures of both halves.
     #[test]
     fn a_pixel_is_that_of_the_halves() {
         for w in [0.0, 1.0] {

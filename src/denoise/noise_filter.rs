@@ -1,6 +1,6 @@
-//! The noise filter of the window: a thread that adds up both randomisations pixel by pixel, traces the features of an epoch after its first
-//! picture, filters when it is asked to, and estimates now and then the error of what it shows. The loop goes on meanwhile. Where only the camera
-//! has moved, the last picture stands in for samples ([`reprojection`](crate::denoise::reprojection)), and features are traced at once.
+//! The noise filter of the window: a thread that accumulates both randomisations per pixel, traces the feature buffers of an epoch after
+//! its first picture, denoises on request, and occasionally estimates the error of the denoised picture. The loop is never blocked. If only
+//! the camera has moved, the last picture is reprojected ([`reprojection`](crate::denoise::reprojection)), and features are traced at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,22 +23,22 @@ use crate::stream::{PathCounts, Sample};
 use crate::study::{ErrorEstimate, Replicates, SamplesApart};
 use crate::tracer::{Camera, Scene};
 
-/// Samples per pixel from which on a picture is filtered; with fewer the pyramid shows more.
+/// Samples per pixel from which on a picture is denoised; with fewer, the mip pyramid reconstructs more.
 const FILTERED_FROM: f64 = 0.1;
 
-/// Samples per pixel from which on the error of the filtered picture is estimated, and their growth from one estimate to the next: each takes a
-/// little longer than two pictures.
+/// Samples per pixel from which on the error of the denoised picture is estimated, and the factor of growth between estimates, each of
+/// which takes a little longer than denoising two pictures.
 const ERROR_FROM: f64 = 4.0;
 const ERROR_RATIO: f64 = 1.5;
 
-/// Rays that find the surfaces on which another view is carried over: few, because that is the first picture after an edit.
+/// Primary rays for reprojection: few, because they delay the first picture after an edit.
 const REPROJECTED: FeatureGrid = FeatureGrid { half: 0, step: 2 };
 
-/// Another view is carried over before the first samples are shown where that takes no longer than this; otherwise after them, so that the first
-/// picture comes as early as without it.
+/// If reprojection takes no longer than this it precedes the display of the first samples; otherwise it follows, so that the first picture
+/// is not delayed.
 const AT_FIRST: Duration = Duration::from_millis(25);
 
-/// What an epoch shows.
+/// Scene and camera of an epoch.
 #[derive(Clone)]
 pub struct EpochView {
     pub scene: Arc<Scene>,
@@ -47,13 +47,13 @@ pub struct EpochView {
 
 /// A message to the thread.
 enum FilterMessage {
-    /// Another epoch, or another film for the same one: forget all samples.
+    /// Begins another epoch, or another film in the same one: discard all samples.
     Begin {
         film: FilmSpec,
         view: Box<EpochView>,
-        /// The last picture stands in for samples, where it is one of the same scene.
+        /// Reproject the last picture, if it shows the same scene.
         reproject: bool,
-        /// The error of the filtered picture is wanted.
+        /// Estimate the error of the denoised picture.
         wants_error: bool,
     },
     Samples {
@@ -61,16 +61,16 @@ enum FilterMessage {
         paths: PathCounts,
         samples: Box<[Sample]>,
     },
-    /// Trace the features, for a filter of this kind; wavelets on this device, if there is one.
+    /// Trace the feature buffers for a filter of this kind; wavelets run on this device, if any.
     Prepare(Denoise, Option<Arc<Gpu>>),
-    /// Filter what there is by a filter of this kind: this many samples of the film, with its sums where they count.
+    /// Denoise with a filter of this kind: this many samples of the film, with its sums if sub-pixel detail is wanted.
     Filter(Denoise, u64, Option<FilmData>),
 }
 
-/// A message, and the number of the film that it is about.
+/// A message, and the number of the film that it refers to.
 type NumberedMessage = (u64, FilterMessage);
 
-/// What the thread tells of the film of this number.
+/// An answer of the thread about the film of this number.
 struct FilterAnswer {
     number: u64,
     kind: Denoise,
@@ -79,42 +79,42 @@ struct FilterAnswer {
 
 enum AnswerContent {
     Picture(PictureAnswer),
-    /// The error of the picture that was filtered last; `None` where there is too little to tell.
+    /// Error of the last denoised picture; `None` if there are too few samples.
     Error(Option<ErrorEstimate>),
 }
 
-/// A picture.
+/// A denoised or reprojected picture.
 struct PictureAnswer {
-    /// It shows another view alone.
+    /// It contains no samples of the present view.
     is_reprojection: bool,
-    /// `None` without memory, where the filter failed, and where another view shows too little of this one.
+    /// `None` if memory ran out, the filter failed, or too little of the view could be reprojected.
     frame: Option<FilteredFrame>,
     took: Duration,
 }
 
 /// The last picture of the present film.
 pub struct FilteredFrame {
-    /// What is shown.
+    /// Displayed picture.
     pub shown: FilteredPicture,
-    /// The filtered picture without anything of another view; `None` before there are samples enough for the filter.
+    /// Denoised picture without reprojected content; `None` before there are enough samples for the filter.
     pub filtered: Option<FilteredPicture>,
-    /// The filter that was asked for.
+    /// The requested filter.
     pub kind: Denoise,
-    /// Samples in it.
+    /// Number of samples in it.
     pub samples: u64,
 }
 
-/// What loop and thread both know.
+/// Progress shared by loop and thread.
 struct FilterProgress {
-    /// The present film: what is about another one is not worth doing.
+    /// Number of the present film; work for any other film is cancelled.
     number: AtomicU64,
-    /// The film whose features were traced last.
+    /// Number of the film whose features were traced last.
     prepared: AtomicU64,
-    /// The film that another view stood in for last.
+    /// Number of the film that was last reprojected to.
     reprojected: AtomicU64,
 }
 
-/// A handle to the thread; dropping it ends the thread.
+/// Handle to the thread; dropping it ends the thread.
 pub struct NoiseFilter {
     /// `None` once the thread was told to end.
     messages: Option<Sender<NumberedMessage>>,
@@ -122,31 +122,31 @@ pub struct NoiseFilter {
     progress: Arc<FilterProgress>,
     thread: Option<JoinHandle<()>>,
     shown: Option<FilteredFrame>,
-    /// The error of a filtered picture of the present film, and by which filter.
+    /// Last error estimate of the present film, and the filter it applies to.
     error: Option<(Denoise, ErrorEstimate)>,
-    /// The scene of the last filtered picture.
+    /// Scene of the last denoised picture.
     known: Option<Arc<Scene>>,
-    /// The scene of the present film.
+    /// Scene of the present film.
     scene: Option<Arc<Scene>>,
-    /// The view before may stand in for samples of the present film.
+    /// The last view may be reprojected to the present film.
     stands_in: bool,
-    /// It was asked to, and has not answered yet.
+    /// A reprojection was requested and has not been answered.
     reprojecting: bool,
-    /// How long it took to carry over the last one, and how many there were.
+    /// Duration of the last reprojection, and their number.
     reprojection: Duration,
     reprojections: u64,
-    /// An answer is awaited.
+    /// A request has not been answered.
     busy: bool,
-    /// The features of the present film were asked for.
+    /// The features of the present film were requested.
     preparing: bool,
-    /// Where wavelets are computed, unless that is the processor.
+    /// Device for wavelets; `None` for the CPU.
     device: Option<Arc<Gpu>>,
-    /// Filters that have failed for the present film, or found no memory.
+    /// Filters that failed for the present film, or ran out of memory.
     failed: Vec<Denoise>,
 }
 
 impl NoiseFilter {
-    /// Starts the thread. Filters that bring their own threads use as many as this.
+    /// Starts the thread. Filters with threads of their own use this many.
     pub fn start(threads: usize) -> Result<Self> {
         let (messages, inbox) = channel();
         let (outbox, answers) = channel();
@@ -169,7 +169,7 @@ impl NoiseFilter {
             scene: None,
             stands_in: false,
             reprojecting: false,
-            // The first one has to show that it is quick enough.
+            // Until the first reprojection its duration is unknown and counts as too long.
             reprojection: Duration::MAX,
             reprojections: 0,
             busy: false,
@@ -179,13 +179,13 @@ impl NoiseFilter {
         })
     }
 
-    /// Computes wavelets on this device from the next view on, or on the processor.
+    /// Computes wavelets on this device from the next view on; on the CPU if `None`.
     pub fn set_device(&mut self, device: Option<Arc<Gpu>>) {
         self.device = device;
     }
 
-    /// Begins with the samples of a film of this epoch, whose error after the filter may be wanted. With `reproject` the last picture stands in for them, if it is one of the same
-    /// scene, until a filter of this kind shows more.
+    /// Begins a film of this epoch. `wants_error`: estimate the error of the denoised picture. With `reproject` the last picture, if it
+    /// shows the same scene, is reprojected and displayed until a filter of this kind has enough samples.
     pub fn begin(&mut self, film: FilmSpec, view: EpochView, wants_error: bool, reproject: Option<Denoise>) {
         self.progress.number.fetch_add(1, Ordering::Relaxed);
         (self.shown, self.busy, self.preparing) = (None, false, false);
@@ -201,12 +201,12 @@ impl NoiseFilter {
         }
     }
 
-    /// Takes a copy of the samples of a block that goes to the film.
+    /// Copies the samples of a block that goes to the film.
     pub fn samples(&self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
         self.send(FilterMessage::Samples { first_index, paths, samples: samples.into() });
     }
 
-    /// The first picture is shown: features may be traced, for a filter of this kind first of all.
+    /// Allows tracing of features once the first picture is shown, for a filter of this kind first.
     pub fn prepare(&mut self, kind: Denoise) {
         if !std::mem::replace(&mut self.preparing, true) {
             self.send(FilterMessage::Prepare(kind, self.device.clone()));
@@ -214,7 +214,7 @@ impl NoiseFilter {
         }
     }
 
-    /// Whether a picture of this many samples of a film can be made, by a filter of this kind if there are enough.
+    /// Whether a picture of this many samples can be made, denoised by a filter of this kind if there are enough.
     pub fn is_ready(&self, kind: Denoise, film: &FilmSpec, samples: u64) -> bool {
         let FilterProgress { number, prepared, reprojected } = &*self.progress;
         let is_present = |film: &AtomicU64| film.load(Ordering::Relaxed) == number.load(Ordering::Relaxed);
@@ -222,27 +222,27 @@ impl NoiseFilter {
             && (is_present(reprojected) || is_present(prepared) && is_enough(film, samples))
     }
 
-    /// Whether another view was asked to stand in for samples, and has not answered yet.
+    /// Whether a reprojection was requested and is not finished.
     pub fn is_reprojecting(&self) -> bool {
         self.reprojecting
     }
 
-    /// Views that another one has stood in for since the start.
+    /// Number of views that began with a reprojection since the start.
     pub fn reprojections(&self) -> u64 {
         self.reprojections
     }
 
-    /// Whether a picture of this many samples can be filtered so, now or once the features that were asked for are there.
+    /// Whether a picture of this many samples can be denoised with this filter now, or once the requested features are traced.
     pub fn will_be_ready(&self, kind: Denoise, film: &FilmSpec, samples: u64) -> bool {
         self.preparing && !self.failed.contains(&kind) && is_enough(film, samples)
     }
 
-    /// Whether a picture is being filtered.
+    /// Whether the filter is running.
     pub fn is_busy(&self) -> bool {
         self.busy
     }
 
-    /// Begins to filter what was given so far: `samples` samples of a film with these sums.
+    /// Begins to denoise the samples given so far: `samples` samples of a film with these sums.
     pub fn filter(&mut self, kind: Denoise, samples: u64, data: Option<FilmData>) {
         self.busy = true;
         self.send(FilterMessage::Filter(kind, samples, data));
@@ -253,7 +253,7 @@ impl NoiseFilter {
         self.shown.as_ref()
     }
 
-    /// The error of a picture of the present film through a filter of this kind, as it was when it was estimated last.
+    /// Last error estimate of the present film's picture denoised with a filter of this kind.
     pub fn error(&self, kind: Denoise) -> Option<&ErrorEstimate> {
         self.error.as_ref().filter(|(of, _)| *of == kind).map(|(_, error)| error)
     }
@@ -263,7 +263,7 @@ impl NoiseFilter {
         self.shown.take()
     }
 
-    /// Takes over the picture that was asked for, if it is there; returns how long it took.
+    /// Takes over the requested picture, if finished; returns how long it took.
     pub fn poll(&mut self) -> Option<Duration> {
         loop {
             match self.answers.try_recv() {
@@ -281,7 +281,7 @@ impl NoiseFilter {
         }
     }
 
-    /// Waits for the picture that was asked for.
+    /// Blocks until the requested picture is finished.
     pub fn wait(&mut self) {
         while self.busy {
             match self.answers.recv() {
@@ -291,13 +291,13 @@ impl NoiseFilter {
         }
     }
 
-    /// The thread has ended: the picture goes on without it.
+    /// Records that the thread has ended; the picture is shown without it.
     fn is_gone(&mut self) {
         (self.busy, self.preparing, self.reprojecting) = (false, false, false);
         self.failed.extend(Denoise::value_variants());
     }
 
-    /// Takes over an answer; returns how long its picture took, if it has one.
+    /// Takes over an answer; returns how long its picture took, if it contains one.
     fn take(&mut self, FilterAnswer { number, kind, content }: FilterAnswer) -> Option<Duration> {
         if number != self.progress.number.load(Ordering::Relaxed) {
             return None;
@@ -329,7 +329,7 @@ impl NoiseFilter {
     fn send(&self, message: FilterMessage) {
         let number = self.progress.number.load(Ordering::Relaxed);
         if let Some(messages) = &self.messages {
-            // A thread that is gone has told why.
+            // If the send fails the thread has ended and has reported why.
             let _ = messages.send((number, message));
         }
     }
@@ -337,7 +337,7 @@ impl NoiseFilter {
 
 impl Drop for NoiseFilter {
     fn drop(&mut self) {
-        // Whatever is under way is not worth finishing.
+        // Cancels work in progress.
         self.progress.number.fetch_add(1, Ordering::Relaxed);
         self.messages = None;
         if let Some(thread) = self.thread.take() {
@@ -351,20 +351,20 @@ fn is_enough(film: &FilmSpec, samples: u64) -> bool {
     samples as f64 >= FILTERED_FROM * f64::from(film.width) * f64::from(film.height)
 }
 
-/// One film of an epoch, as the thread knows it.
+/// State of one film in the thread.
 struct FilteredFilm {
     film: FilmSpec,
     view: EpochView,
     replicates: Replicates,
-    /// About half of its samples, by which the error of the filtered picture is known, where that is wanted.
+    /// About half of the samples, kept apart to estimate the error of the denoised picture, if wanted.
     apart: Option<SamplesApart>,
-    /// Of how many paths it was estimated last, and through which filter.
+    /// Filter of the last error estimate, and number of paths at that time.
     estimated: Option<(Denoise, f64)>,
-    /// The last picture of another view of the scene stands in for samples.
+    /// Reproject the last picture of another view of the scene.
     reproject: bool,
     surfaces: Option<Arc<ViewSurfaces>>,
     filter: Option<ViewFilter>,
-    /// That of the last view, whose memory serves again.
+    /// Filter of the last view, kept to reuse its memory.
     spare: Option<ViewFilter>,
     prior: Option<Prior>,
 }
@@ -452,21 +452,21 @@ fn work(
 }
 
 impl FilteredFilm {
-    /// The surfaces that rays of this grid meet. `None` without memory, and where it `is_over`.
+    /// Surfaces hit by the primary rays of this grid. `None` if memory runs out, or the film `is_over`.
     fn surfaces(&self, rays: FeatureGrid, is_over: &(dyn Fn() -> bool + Sync)) -> Option<ViewSurfaces> {
         let EpochView { scene, camera } = &self.view;
         let hits = first_hits(scene, camera, &self.film, rays, is_over)?;
         ViewSurfaces::new(camera, self.replicates.size(), rays, hits)
     }
 
-    /// Shows what is known of another view. `None` where that is too little, without memory, and where it `is_over`.
+    /// Reprojects a known view. `None` if it shows too little, memory runs out, or the film `is_over`.
     fn look(&mut self, known: &KnownView, is_over: &(dyn Fn() -> bool + Sync)) -> Option<FilteredPicture> {
         let coarse = self.surfaces(REPROJECTED, is_over)?;
         let prior = self.prior.insert(Prior::new(known, &coarse)?);
         if prior.is_enough() { prior.filled(&self.replicates) } else { None }
     }
 
-    /// Prepares the filter. `None` without memory, and where it `is_over`.
+    /// Prepares the filter. `None` if memory runs out, or the film `is_over`.
     fn prepare(
         &mut self,
         kind: Denoise,
@@ -480,16 +480,16 @@ impl FilteredFilm {
         let filter = ViewFilter::of([surfaces.hits(), &other], self.spare.take())?;
         let filter = self.filter.insert(filter.with_oidn(oidn).on_device(device));
         self.surfaces = Some(surfaces);
-        // Where that fails, so does the first picture.
+        // If this fails, so will the first picture, which reports it.
         let _ = filter.prepare(kind);
         Some(())
     }
 
-    /// The picture of these samples, and what is known from it.
+    /// Denoised picture of these samples, and the view that later ones may reproject.
     ///
     /// # Errors
     ///
-    /// Without memory, and where the filter fails.
+    /// If memory runs out or the filter fails.
     fn picture(
         &mut self,
         kind: Denoise,
@@ -517,8 +517,8 @@ impl FilteredFilm {
         Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
     }
 
-    /// The error of the picture of these samples, where it is time to estimate it: `Some(None)` where there is too little to tell. Nothing is known
-    /// of a picture in which another view stands in for samples.
+    /// Error of the denoised picture of these samples, when an estimate is due: `Some(None)` if there are too few. Pictures with
+    /// reprojected content have no estimate.
     fn error(&mut self, kind: Denoise, is_over: &dyn Fn() -> bool) -> Option<Option<ErrorEstimate>> {
         let Self { film, replicates, apart, filter, prior, estimated, .. } = self;
         let paths = replicates.paths() as f64;

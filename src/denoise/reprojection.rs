@@ -1,7 +1,8 @@
-//! What is still known when only the camera moves: the last picture, carried over to the new view by the places that both views show.
+//! Reprojection after a camera move: the last picture is transferred to the new view where both show the same surface point.
 //!
-//! It stands in for samples until there are enough of them, and counts as many as it is worth: never as samples in the sums, nor in files.
-//! Surfaces that come into view are filled in from what is around them and from the first samples (Bishop et al. 1994, Dayal et al. 2005).
+//! The reprojected picture is displayed until there are enough samples, with a weight in equivalent samples per pixel; it never enters
+//! the sums or files. Disoccluded surfaces are filled in from their surroundings and the first samples (Bishop et al. 1994, Dayal et al.
+//! 2005).
 
 use std::sync::Arc;
 
@@ -16,52 +17,52 @@ use crate::tracer::Camera;
 use crate::tracer::camera::CameraLines;
 use crate::tracer::features::Features;
 
-/// Samples per pixel that a picture of another view counts as at most.
+/// Upper bound on the weight of a reprojected picture, samples per pixel.
 const MOST_WORTH: f32 = 4.0;
 
-/// Share of the worth that is left where a mirror or glass shows the place: what is seen in curved ones is elsewhere now.
+/// Factor on the weight behind a mirror or glass: reflections in curved surfaces move with the camera.
 const SPECULAR_WORTH: f32 = 0.25;
 
-/// Times the samples of [`MOST_WORTH`] after which nothing is left of the other view.
+/// Once the samples exceed [`MOST_WORTH`] by this factor, the reprojected picture is dropped.
 const GONE: f32 = 4.0;
 
-/// How far a place may be from the surface that the other view shows, relative to the distance to the camera; behind mirrors and glass,
-/// how far their distances may differ.
+/// Tolerance between a surface point and the surface hit in the other view, relative to the camera distance; behind mirrors and glass,
+/// relative tolerance of the path lengths.
 const SAME_PLACE: f32 = 0.01;
 const SAME_DISTANCE: f32 = 0.03;
 
-/// Cosine of the angle between normals of one surface, at least.
+/// Smallest cosine between normals of the same surface.
 const SAME_NORMAL: f32 = 0.8;
 
-/// Difference of reflectances of one surface behind mirrors, at most.
+/// Largest difference of albedo on the same surface behind mirrors.
 const SAME_ALBEDO: f32 = 0.1;
 
-/// Bilinear weight that must show the same surface, at least.
+/// Smallest sum of bilinear weights of pixels that show the same surface.
 const LEAST_SEEN: f32 = 0.1;
 
-/// Least share of a picture that another view must show to stand in for it alone: with less, what is filled in is mostly wrong.
+/// Smallest known fraction of a picture that may be displayed without samples: with less, most of the filled-in content is wrong.
 const LEAST_KNOWN: f32 = 0.6;
 
-/// Pixels of a block in which both views are compared, per axis.
+/// Side of the blocks in which reprojected picture and samples are compared, pixels.
 const BLOCK: usize = 16;
 
-/// Samples in a pixel, or in as many as a coarser one covers, that say what to fill in there.
+/// Number of samples, in a pixel or in the area of a coarser one, that suffice to fill it in.
 const ENOUGH: f32 = 4.0;
 
-/// The places that the pixels of a view show.
+/// Surface points seen by the pixels of a view.
 pub struct ViewSurfaces {
     lines: CameraLines,
-    /// Pixels.
+    /// Width and height in pixels.
     size: [usize; 2],
-    /// Pixels from one hit to the next.
+    /// Pixels between neighbouring hits, per axis.
     step: usize,
     hits: Grid<Features>,
-    /// Where they are; behind mirrors where they seem to be.
+    /// World-space positions; behind mirrors those of the mirror image.
     places: Grid<Vec3>,
 }
 
 impl ViewSurfaces {
-    /// From the first hits of these rays over a picture of `size` pixels. `None` without memory.
+    /// From the first hits of these rays over a picture of `size` pixels. `None` if memory runs out.
     pub fn new(camera: &Camera, size: [usize; 2], rays: FeatureGrid, hits: Grid<Features>) -> Option<Self> {
         let [width, height] = [hits.width(), hits.height()];
         let mut places = Grid::try_filled(width, height, Vec3::ZERO)?;
@@ -76,30 +77,30 @@ impl ViewSurfaces {
         Some(Self { lines: camera.lines(), size, step: rays.step, hits, places })
     }
 
-    /// What the pixels show.
+    /// First hits of the rays.
     pub fn hits(&self) -> &Grid<Features> {
         &self.hits
     }
 }
 
-/// The last picture of a view, with a hit in each pixel.
+/// The last picture of a view, and the first hit of each pixel.
 pub struct KnownView {
     pub surfaces: Arc<ViewSurfaces>,
     pub picture: FilteredPicture,
-    /// Samples per pixel that it is worth.
+    /// Weight in equivalent samples per pixel.
     pub worth: Grid<f32>,
 }
 
-/// A picture of the present view that was made of another one.
+/// A picture reprojected to the present view.
 pub struct Prior {
-    /// XYZ; zero where nothing is known.
+    /// XYZ; zero where unknown.
     picture: Grid<Vec3>,
-    /// Samples per pixel that it is worth: 0 where nothing is known.
+    /// Weight in equivalent samples per pixel; 0 where unknown.
     worth: Grid<f32>,
 }
 
 impl Prior {
-    /// Shows a known view as it looks from the camera of `to`. `None` without memory.
+    /// Reprojects a known view to the camera of `to`. `None` if memory runs out.
     pub fn new(known: &KnownView, to: &ViewSurfaces) -> Option<Self> {
         let [width, height] = to.size;
         let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
@@ -115,14 +116,14 @@ impl Prior {
         Some(Self { picture, worth })
     }
 
-    /// Whether it shows enough to stand in for samples alone.
+    /// Whether enough is known to display it without samples.
     pub fn is_enough(&self) -> bool {
         let known = self.worth.pixels().iter().filter(|worth| **worth > 0.0).count();
         known as f32 >= LEAST_KNOWN * self.worth.pixels().len() as f32
     }
 
-    /// The picture, before there are samples enough for a filter: gaps are filled in from what is around them and from the samples so far, if
-    /// there are any. `None` without memory.
+    /// Picture to display before there are enough samples for a filter: unknown pixels are filled in from their surroundings and the
+    /// samples so far, if any. `None` if memory runs out.
     pub fn filled(&self, samples: &Replicates) -> Option<FilteredPicture> {
         let [width, height] = [self.picture.width(), self.picture.height()];
         let mut finest = Grid::try_filled(width, height, Vec4::ZERO)?;
@@ -138,8 +139,8 @@ impl Prior {
         push_pull::fill(finest, ENOUGH).map(FilteredPicture::from)
     }
 
-    /// The filtered picture of the samples so far, `samples` per pixel, with this one at its worth; and what the mixture is worth. Where the
-    /// samples contradict, this one is worth less. `None` without memory.
+    /// Weighted mean of the denoised picture of the samples so far (`samples` per pixel) and the reprojected one, and the weight of the
+    /// result. Where the samples contradict, the reprojected picture gets a smaller weight. `None` if memory runs out.
     pub fn mixed(
         &self,
         halves: &HalfMeans,
@@ -163,16 +164,16 @@ impl Prior {
         Some((picture.into(), worth))
     }
 
-    /// Whether nothing is left of it beside this many samples per pixel.
+    /// Whether the reprojected picture is dropped at this many samples per pixel.
     pub fn is_gone(samples: f32) -> bool {
         samples >= GONE * MOST_WORTH
     }
 
-    /// How far it agrees with the samples, block by block: the variance of the samples' mean over the mean squared difference. `None` without memory.
+    /// Agreement with the samples per block: variance of the samples' mean over the mean squared difference. `None` if memory runs out.
     fn trust(&self, halves: &HalfMeans) -> Option<Grid<f32>> {
         let [width, height] = [self.picture.width(), self.picture.height()];
         let blocks = [width, height].map(|n| n.div_ceil(BLOCK));
-        // In each block the luminance of the samples of each half with their number, and that of this picture in the same pixels.
+        // Per block and half: luminance and number of the samples, and luminance of the reprojected picture in the same pixels.
         let compared = |i: usize| {
             let [left, top] = [i % blocks[0], i / blocks[0]].map(|n| n * BLOCK);
             let (mut sums, mut counts, mut known) = ([0.0f32; 2], [0.0f32; 2], 0.0);
@@ -204,7 +205,7 @@ impl Prior {
             let around = near(y, blocks[1]).flat_map(|y| near(x, blocks[0]).map(move |x| [x, y]));
             let [noise, difference] =
                 around.fold([0.0; 2], |sum, [x, y]| [0, 1].map(|i| sum[i] + squares.at(x, y)[i]));
-            // Twice the noise is no contradiction yet.
+            // A difference of up to twice the noise is no contradiction.
             let excess = (difference - 4.0 * noise).max(0.0);
             if excess > 0.0 { noise / (noise + excess) } else { 1.0 }
         };
@@ -212,7 +213,7 @@ impl Prior {
     }
 }
 
-/// What a known view shows at the place of pixel `at` of another one, and how many samples that is worth there.
+/// Reprojected colour of pixel `at`, and its weight in equivalent samples.
 fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(Vec3, f32)> {
     let size = to.size;
     let near = [x / to.step, y / to.step];
@@ -262,13 +263,13 @@ fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(
             total += weight;
         }
     }
-    // Seen from nearer, a pixel shows a part of what it did.
+    // Seen from nearer, a pixel covers only part of the area that the other view averaged.
     let closer = if is_sky || hit.specular { 1.0 } else { (hit.distance / distance).powi(2).min(1.0) };
     let trust = if hit.specular { SPECULAR_WORTH } else { 1.0 };
     (total >= LEAST_SEEN).then(|| (picture / total, worth * closer * trust))
 }
 
-/// Where the line through the centre of a pixel meets the plane of the surface that another ray of it has met at `place`.
+/// Intersection of the ray through a pixel's centre with the tangent plane of the surface that another ray of the pixel hit at `place`.
 fn on_centre(place: Vec3, hit: Features, origin: Vec3, direction: Vec3) -> Vec3 {
     let t = hit.normal.dot(place - origin) / hit.normal.dot(direction);
     let on_plane = origin + direction * t;
@@ -276,7 +277,7 @@ fn on_centre(place: Vec3, hit: Features, origin: Vec3, direction: Vec3) -> Vec3 
     if is_near { on_plane } else { place }
 }
 
-/// Bilinear value of a grid of blocks at a pixel.
+/// Bilinear interpolation of a grid of blocks at a pixel.
 fn between_blocks(blocks: &Grid<f32>, at: [usize; 2]) -> f32 {
     let size = [blocks.width(), blocks.height()];
     let axis = |i: usize| {

@@ -1,4 +1,4 @@
-//! The noise filter of a displayed picture (`--denoise`): traces the features, and filters both randomisations with them.
+//! The noise filter of one view (`--denoise`): traces the feature buffers, and denoises both randomisations with them.
 
 use std::sync::Arc;
 
@@ -18,21 +18,21 @@ use crate::tracer::accel::Ray;
 use crate::tracer::features::{Features, features};
 use crate::tracer::{Camera, Scene};
 
-/// Where wavelengths begin: the first three of them are blue, green and red.
+/// Offset of the wavelength sample: with it, the first three wavelengths are blue, green and red.
 const WAVELENGTHS: f32 = 0.15;
 
-/// The noise filter of pictures of one view, with the features of what they show.
+/// Noise filter of pictures of one view, with its feature buffers.
 pub struct ViewFilter {
     features: [Grid<PixelFeatures>; 2],
     oidn: OidnOptions,
-    /// Where wavelets are computed, unless that is the processor.
+    /// Device for wavelets; `None` for the CPU.
     device: Option<Arc<Gpu>>,
-    /// That of the last view, if its memory may serve again.
+    /// Filter of the last view, if its memory may be reused.
     last: Option<KindFilter>,
     filter: Option<KindFilter>,
 }
 
-/// How Open Image Denoise works, where it is asked for.
+/// Options of Open Image Denoise.
 #[derive(Clone, Copy, Debug)]
 pub struct OidnOptions {
     pub threads: usize,
@@ -49,13 +49,13 @@ impl Default for OidnOptions {
 /// A filter of one kind.
 enum KindFilter {
     Wavelet(Box<WaveletFilter>),
-    /// The same on a device.
+    /// Wavelets on a device.
     OnDevice(Box<WaveletPass>),
     Oidn(OidnFilter),
 }
 
 impl ViewFilter {
-    /// Traces the features, two rays per pixel, which depend on the picture alone. `None` without memory, and where `stop` says so in between.
+    /// Traces the features, two rays per pixel, which do not depend on samples. `None` if memory runs out, and when cancelled by `stop`.
     pub fn new(
         scene: &Scene,
         camera: &Camera,
@@ -66,7 +66,7 @@ impl ViewFilter {
         Self::of([&map(0)?, &map(1)?], None)
     }
 
-    /// The filter of a view with these [`first_hits`]; the memory of that of the `last` view serves again. `None` without memory.
+    /// Filter of a view with these [`first_hits`], reusing the memory of the `last` view's. `None` if memory runs out.
     pub fn of(hits: [&Grid<Features>; 2], last: Option<Self>) -> Option<Self> {
         let pixel = |&Features { albedo, normal, distance, emits, .. }: &Features| PixelFeatures {
             albedo: albedo.zyx(),
@@ -82,17 +82,17 @@ impl ViewFilter {
         Some(Self { features, oidn: OidnOptions::default(), device: None, last, filter: None })
     }
 
-    /// The same, with Open Image Denoise working so where it is asked for.
+    /// As `self`, with these options for Open Image Denoise.
     pub fn with_oidn(self, oidn: OidnOptions) -> Self {
         Self { oidn, ..self }
     }
 
-    /// The same, with wavelets computed on this device as long as that works, or on the processor.
+    /// As `self`, with wavelets on this device as long as that works; on the CPU if `None`.
     pub fn on_device(self, device: Option<Arc<Gpu>>) -> Self {
         Self { device, ..self }
     }
 
-    /// Does what the filter of this kind does once per view, if it was not done yet.
+    /// Does the per-view work of a filter of this kind, once.
     pub fn prepare(&mut self, kind: Denoise) -> Result<(), ClientError> {
         let is_oidn = |filter: &KindFilter| matches!(filter, KindFilter::Oidn(_));
         let made = self.filter.take().filter(|made| is_oidn(made) == (kind == Denoise::Oidn));
@@ -107,7 +107,7 @@ impl ViewFilter {
         Ok(())
     }
 
-    /// The wavelet filter, on the device if there is one that can hold it.
+    /// The wavelet filter, on the device if there is one with enough memory.
     fn wavelets(&mut self) -> Result<KindFilter, ClientError> {
         let last = self.last.take();
         if let Some(device) = &self.device {
@@ -138,7 +138,7 @@ impl ViewFilter {
         [self.features[0].width(), self.features[0].height()]
     }
 
-    /// Filters a picture, given as its halves, by a filter of this kind.
+    /// Denoises a picture, given as its halves, with a filter of this kind.
     pub fn filtered(&mut self, halves: [&HalfPicture; 2], kind: Denoise) -> Result<Filtered, ClientError> {
         self.prepare(kind)?;
         let filtered = match &mut self.filter {
@@ -158,11 +158,11 @@ impl ViewFilter {
     }
 }
 
-/// Makes sure that a filter of this kind can be had.
+/// Checks that a filter of this kind is available.
 ///
 /// # Errors
 ///
-/// When it is Open Image Denoise, and that is not there; the help says how to get it.
+/// When Open Image Denoise is not installed; the help says how to get it.
 pub fn check(kind: Denoise) -> Result<()> {
     if kind != Denoise::Oidn {
         return Ok(());
@@ -171,24 +171,24 @@ pub fn check(kind: Denoise) -> Result<()> {
     oidn::library().map(|_| ()).map_err(|error| miette::miette!(help = advice, "--denoise oidn: {error}"))
 }
 
-/// The filter of this kind in words, with its version where it is not ours.
+/// Name of the filter for the user, with the version of a foreign library.
 pub fn name(kind: Denoise) -> String {
     let library = if kind == Denoise::Oidn { oidn::library().ok() } else { None };
     let version = library.map(|library| format!(" {}", library.version()));
     kind.name() + &version.unwrap_or_default()
 }
 
-/// Rays for features over a picture.
+/// A grid of primary rays for feature buffers.
 #[derive(Clone, Copy, Debug)]
 pub struct FeatureGrid {
-    /// One of two sets of independent rays.
+    /// Which of two independent sets of rays, 0 or 1.
     pub half: u64,
-    /// Pixels from one ray to the next, per axis.
+    /// Pixels between neighbouring rays, per axis.
     pub step: usize,
 }
 
 impl FeatureGrid {
-    /// The ray at column `x` and row `y` of the grid over a picture of this size.
+    /// The ray in column `x` and row `y` of the grid over a picture of this size.
     pub fn ray(self, camera: &Camera, [x, y]: [usize; 2], size: [usize; 2]) -> Ray {
         let mut random = Random(self.half << 62 | (y as u64) << 31 | x as u64);
         let mut along = |at: usize, size: usize| (at as f64 + random.f64()) * self.step as f64 / size as f64;
@@ -197,7 +197,7 @@ impl FeatureGrid {
     }
 }
 
-/// What the rays of a grid meet first; `None` without memory, and where `stop` says so in between.
+/// First hits of the rays of a grid; `None` if memory runs out, and when cancelled by `stop`.
 pub fn first_hits(
     scene: &Scene,
     camera: &Camera,

@@ -19,36 +19,36 @@ use crate::stream::{CHUNK, REPLICATES};
 use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::screen::{ScreenDensity, ScreenSampling};
 
-/// The pilot has this share of the samples or of the time.
+/// Fraction (one part in so many) of the samples or time that the pilot gets.
 const PILOT_SHARE: u32 = 16;
 
-/// The pilot has at least so many samples per pixel …
+/// Least samples per pixel of the pilot.
 const LEAST_PILOT: f64 = 4.0;
 
-/// … and the picture so many.
+/// Least samples per pixel of the picture.
 const LEAST_SAMPLES: f64 = 16.0;
 
-/// The pilot has so many samples per pixel where only an error is aimed at.
+/// Samples per pixel of the pilot if the goal is an error.
 const PILOT_TO_ERROR: f64 = 16.0;
 
-/// One part of a render.
+/// A stage of a render.
 #[derive(Clone, Debug)]
 pub struct RenderStage {
     pub part: StagePart,
-    /// Its indices.
+    /// Range of indices.
     pub indices: Range<u64>,
-    /// Rendering time since the beginning at which it ends.
+    /// Rendering time since the beginning at which the stage ends.
     pub until: Option<Duration>,
 }
 
-/// What a [`RenderStage`] is for.
+/// Purpose of a [`RenderStage`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StagePart {
-    /// A picture whose screen is sampled evenly.
+    /// A render with evenly distributed camera paths.
     Even,
-    /// The estimate of where the picture needs samples.
+    /// Estimates where the picture needs samples.
     Pilot,
-    /// The samples that are distributed by this estimate.
+    /// Distributes camera paths by the pilot's estimate.
     Main,
 }
 
@@ -59,22 +59,22 @@ impl RenderStage {
     }
 }
 
-/// What was made of the pilot, for the report. The names of the fields are the keys in JSON.
+/// Adaptive sampling in the report. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct AdaptiveReport {
     /// Samples per pixel of the pilot, overscan included.
     pub pilot_samples_per_pixel: f64,
     /// Regions of the screen along each side.
     pub regions: u32,
-    /// Density of camera paths over the mean: its least, median and greatest.
+    /// Density of camera paths relative to the mean: least, median and greatest.
     pub density: [f32; 3],
 }
 
-/// Refuses what does not go with `--adaptive`, as far as the command line tells.
+/// Rejects options that are incompatible with `--adaptive`.
 ///
 /// # Errors
 ///
-/// When there is such an option: the message names both, and what to do.
+/// If there is such an option; the message names both, and what to do.
 pub fn check(args: &RenderOptions) -> Result<()> {
     let only_time = args.time.is_some() && args.samples.is_none() && args.spp.is_none();
     let refused = [
@@ -133,7 +133,7 @@ pub fn check(args: &RenderOptions) -> Result<()> {
 ///
 /// # Errors
 ///
-/// When the method traces no camera paths, or there are too few samples for a pilot.
+/// If the method traces no camera paths, or there are too few samples for a pilot.
 pub fn stages(run: &RunSpec, goal: &RenderGoal) -> Result<Vec<RenderStage>> {
     if run.integrator == IntegratorKind::Light {
         return Err(miette::miette!(
@@ -174,7 +174,7 @@ pub fn stages(run: &RunSpec, goal: &RenderGoal) -> Result<Vec<RenderStage>> {
     Ok(vec![stage(StagePart::Pilot, 0..pilot, goal.time), stage(StagePart::Main, 0..all - pilot, goal.time)])
 }
 
-/// The sampling of the main stage by what `observer` has seen of the pilot; even where that is too little.
+/// Sampling of the main stage, from the pilot's errors in `observer`, however few its samples are.
 pub fn sampling(run: &RunSpec, observer: &Observer) -> (ScreenSampling, AdaptiveReport) {
     let texels: f64 = run.film.padded_extent().map(f64::from).iter().product();
     let level = ScreenDensity::level(texels);

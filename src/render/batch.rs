@@ -1,4 +1,4 @@
-//! A scene file becomes pictures, without a window.
+//! Renders a scene file to picture files, without a window.
 //!
 //! [`render`] sets up a [`BatchRender`], traces it until the sample count, the time, the error or Ctrl-C, and writes pictures
 //! and report.
@@ -54,7 +54,7 @@ pub fn render(mut args: RenderOptions) -> Result<()> {
     run(&args, &outputs, kept)
 }
 
-/// Renders with options that were checked, and keeps the state if that is planned.
+/// Renders with checked options; keeps the state on disk if `kept` says so.
 pub fn run(args: &RenderOptions, outputs: &Outputs, kept: Option<KeptState>) -> Result<()> {
     let start = Instant::now();
     process::listen_for_interrupt();
@@ -79,7 +79,7 @@ pub fn run(args: &RenderOptions, outputs: &Outputs, kept: Option<KeptState>) -> 
     }
 }
 
-/// Checks the options and the places of all outputs before any work.
+/// Checks options and output paths before any work.
 fn check_options(args: &RenderOptions) -> Result<Outputs> {
     if args.error.is_some() && (args.replicates == 1 || args.check_plan > 0.0) {
         return Err(miette::miette!(
@@ -110,43 +110,43 @@ fn check_options(args: &RenderOptions) -> Result<Outputs> {
     Ok(outputs)
 }
 
-/// A render that is set up: scene and film are ready, the tracer's threads wait.
+/// A render that is set up: scene and film are ready, the tracer's threads sleep.
 struct BatchRender<'a> {
     args: &'a RenderOptions,
     settings: Settings,
     run: RunSpec,
-    /// Until when it goes on.
+    /// When the render ends.
     goal: RenderGoal,
-    /// The parts of an adaptive render; none for an even one.
+    /// Stages of an adaptive render; empty for an even one.
     stages: Vec<RenderStage>,
     loaded: Loaded,
     scene: Arc<Scene>,
     camera: Camera,
     threads: usize,
     client: Box<dyn Film>,
-    /// The films of groups of lights, if that is asked for.
+    /// Films of light groups, if requested.
     groups: Option<GroupFilms>,
-    /// What keeps the state on disk, if that is asked for.
+    /// Writes the state to disk, if requested.
     recorder: Option<Recorder>,
-    /// The sums of the replicates that the render begins with.
+    /// Sums of the replicates from the resumed state.
     replicates: Option<ExactReplicates>,
     server: Server,
     lanes: Lanes,
     timings: Option<TimingCapture>,
     seconds: Seconds,
-    /// The error of the picture through the noise filter, once it is known.
+    /// Error of the denoised picture, once known.
     filtered_error: Option<ErrorEstimate>,
 }
 
-/// The outcome of tracing, apart from the film.
+/// Outcome of tracing, apart from the film.
 struct Traced {
     driven: DriveOutcome,
     stats: Stats,
-    /// What `--check-plan` has found.
+    /// Result of `--check-plan`.
     tally: Option<Arc<PlanCheckTally>>,
-    /// The error of the picture and the predictions that were made of it; `None` for one randomisation alone.
+    /// Error of the picture and outcomes of predictions; `None` with a single randomisation.
     error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
-    /// The sums of both randomisations, for the noise filter; and some of the samples, which tell the filter's error.
+    /// Sums of both randomisations, for the noise filter, including samples kept apart to estimate its error.
     replicates: Option<Replicates>,
     apart: Option<SamplesApart>,
     adaptive: Option<AdaptiveReport>,
@@ -167,11 +167,11 @@ impl<'a> BatchRender<'a> {
         run.first_index = args.first_index;
         run.spp = args.spp.unwrap_or(run.spp);
         run.deterministic = args.deterministic;
-        // The plan is checked path by path, whatever randomisation they are of.
+        // `--check-plan` compares path by path, so replicates are not needed.
         run.replicated = args.replicates > 1 && args.check_plan == 0.0;
-        // A state is also that of pictures which are made of it later.
+        // A state may be used later for pictures that need the variance.
         let variance = kept.is_some() || outputs.read_variance(&settings);
-        // The variance within pixels takes samples of equal weight.
+        // The sub-pixel variance assumes samples of equal weight.
         run.film.variance = (variance && !args.adaptive).then_some(VarianceForm::Product);
         if outputs.writes_exr() {
             layers::check(&run.aovs, &run.film)?;
@@ -197,7 +197,7 @@ impl<'a> BatchRender<'a> {
                 replicates = state.replicates;
                 Box::new(state.film)
             }
-            // The same bits as the parts of such a picture come to.
+            // Exact sums, so that the bits equal those of a picture merged from parts.
             None if run.deterministic && device.gpu().is_none() && run.reweighted.is_none() => {
                 let scale = luminance_scale(&run, &scene, &camera);
                 Box::new(ExactFilm::new(run.film, threads, scale).into_diagnostic()?)
@@ -347,7 +347,7 @@ impl<'a> BatchRender<'a> {
             stats.epoch = done.epoch;
             stats.workers.extend(done.workers);
             let is_over = driven.interrupted || driven.reached || driven.panicked.is_some();
-            // Time ends a pilot, and the render goes on.
+            // A time limit may end the pilot; the render then continues with the next stage.
             if !driven.complete && (is_over || part != StagePart::Pilot) {
                 break;
             }
@@ -379,7 +379,7 @@ impl<'a> BatchRender<'a> {
         Ok(Traced { driven, stats, tally, error, replicates, apart, adaptive })
     }
 
-    /// The check that `--check-plan` asks for.
+    /// The check requested by `--check-plan`.
     fn check_order(&self) -> Result<Option<CheckOrder>> {
         let share = self.args.check_plan;
         if share == 0.0 {
@@ -413,7 +413,7 @@ impl<'a> BatchRender<'a> {
                 let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
                 let view = FilteredView { scene: &self.scene, camera: &self.camera, film: &self.run.film };
                 let kind = self.settings.denoise;
-                // Where it would not be all of the error, it is not worth its time.
+                // If the estimate would not cover all of the error, it is not worth its time.
                 let state = traced.error.as_ref().map(|(state, _)| state);
                 let wants_error = state.is_some_and(|state| self.run.states_filtered_error(state));
                 let apart = traced.apart.as_ref().filter(|_| wants_error);
@@ -441,7 +441,7 @@ impl<'a> BatchRender<'a> {
         written
     }
 
-    /// Whether the paths of the picture are the first ones of the sequence, without a gap.
+    /// Whether the paths of the picture form a prefix of the sequence, without gaps.
     fn is_prefix(&self, driven: &DriveOutcome) -> bool {
         match &self.recorder {
             Some(recorder) => recorder.about().indices.ranges().len() <= 1,
@@ -449,15 +449,15 @@ impl<'a> BatchRender<'a> {
         }
     }
 
-    /// What has been rejected so far.
+    /// Rejected values so far.
     fn rejected(&self, stats: &Stats) -> RejectedReport {
         let total = stats.total().rejections;
         let rejections = self.recorder.as_ref().map_or(&total, |recorder| &recorder.about().rejections);
         RejectedReport::new(&self.run, &self.loaded.desc, &self.scene, rejections)
     }
 
-    /// The command that traces `index` again. With `--check-plan` a path that differs is found again only together with all
-    /// paths that were compared, and with `--adaptive` only in the whole render.
+    /// The command that traces `index` again. With `--check-plan`, a path that differs is reproduced only together with all compared paths,
+    /// and with `--adaptive` only in the whole render.
     fn replay(&self, tally: Option<&PlanCheckTally>, index: u64) -> String {
         let run = &self.run;
         let per_index = method::paths_per_index(run.integrator);
@@ -480,7 +480,7 @@ impl<'a> BatchRender<'a> {
         let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
         let (target, at) = (self.goal.error, self.args.error_at);
         let error = traced.error.as_ref();
-        // Those of this run: a state brings others.
+        // Only paths of this run: a resumed state contains others.
         let paths = traced.stats.total().paths * method::paths_per_index(run.integrator);
         let warnings = self.loaded.warnings.iter().map(ToString::to_string);
         RenderReport {
@@ -525,7 +525,7 @@ impl<'a> BatchRender<'a> {
     }
 }
 
-/// Processor time that the tracer's threads spent tracing, or wall time if the system does not tell.
+/// CPU time that the tracer's threads spent tracing, or wall time if the system does not report it.
 fn tracing_time(stats: &Stats) -> Duration {
     let total = stats.total();
     total.cpu.unwrap_or(total.busy)

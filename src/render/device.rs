@@ -1,4 +1,4 @@
-//! Where the picture is rasterised: a Vulkan device, or the CPU references.
+//! The rasteriser of a run: a Vulkan device, or the CPU references.
 
 use miette::{IntoDiagnostic, Result};
 
@@ -10,22 +10,22 @@ use crate::gpu::{DeviceChoice, DeviceKind, Gpu, GpuError};
 use crate::render::pipelines;
 use crate::server::Priority;
 
-/// The name of the device that needs no driver.
+/// Name of the CPU references.
 pub const CPU: &str = "cpu";
 
 /// An opened device.
 pub enum Device {
     Vulkan(std::sync::Arc<Gpu>),
-    /// Through the references.
+    /// The CPU references.
     Cpu,
 }
 
 impl Device {
-    /// Opens the device asked for; without a wish the best Vulkan device, or the CPU where there is none.
+    /// Opens the requested device; by default the best Vulkan device, or the CPU if there is none.
     ///
     /// # Errors
     ///
-    /// When a device was asked for and is not there or lacks something; the message says what.
+    /// When a requested device does not exist or lacks a feature; the message says which.
     pub fn open(choice: Option<&str>) -> Result<Self> {
         match choice {
             Some(CPU) => Ok(Device::Cpu),
@@ -37,7 +37,7 @@ impl Device {
         }
     }
 
-    /// The Vulkan device of this choice, with the pipelines that earlier runs have compiled.
+    /// The selected Vulkan device, with pipelines cached by earlier runs.
     fn vulkan(choice: &DeviceChoice) -> Result<Self, GpuError> {
         let gpu = Gpu::new(choice)?;
         pipelines::keep(&gpu);
@@ -60,8 +60,7 @@ impl Device {
         }
     }
 
-    /// How tracing threads stand beside it: where its driver draws on the processor it is served first, so that the stream's
-    /// lanes never fill up.
+    /// Priority of tracing threads. If the driver rasterises on the CPU it has precedence, so that the stream's lanes never fill up.
     pub fn tracing_priority(&self) -> Priority {
         match self.gpu() {
             Some(gpu) if gpu.info().kind == DeviceKind::Cpu => Priority::Background,
@@ -69,8 +68,7 @@ impl Device {
         }
     }
 
-    /// Makes a film on it, with fireflies reweighted by the threshold `kappa` if there is one; `threads` is for the CPU
-    /// references.
+    /// Creates a film on this device. `kappa`: threshold of firefly reweighting, if any. `threads`: for the CPU references.
     pub fn client(&self, spec: FilmSpec, threads: usize, kappa: Option<f32>) -> Result<Box<dyn Film>> {
         let gpu = self.gpu().cloned();
         let make = move |spec| -> Result<Box<dyn Film>, ClientError> {

@@ -18,22 +18,22 @@ use crate::stream::block::Block;
 use crate::stream::{DrainOrder, Drained, Epoch, Event, FinishReason, Lanes};
 use crate::study::ErrorQuantile;
 
-/// Samples taken from the lanes before looking at the clock, Ctrl-C and the progress bar again.
+/// Samples taken from the lanes between polls of clock, Ctrl-C and progress bar.
 const BUDGET: usize = 1 << 16;
 
-/// How to drain one render.
+/// Parameters of draining a render.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
     pub epoch: Epoch,
-    /// First index of its range.
+    /// First index of the range.
     pub first_index: u64,
     /// Rasterise in index order, so that the picture does not depend on the number of threads.
     pub deterministic: bool,
     /// Stop after this long.
     pub time: Option<Duration>,
-    /// Texels of the film, to show samples per pixel.
+    /// Texels of the film, to report samples per pixel.
     pub texels: f64,
-    /// The error that is shown, and for which the render stops where the observer has a target.
+    /// The error quantile that is displayed, and at which the render stops if the observer has a target.
     pub quantity: ErrorQuantile,
 }
 
@@ -54,18 +54,18 @@ pub struct DriveOutcome {
     pub reached: bool,
 }
 
-/// What is updated while a render is drained.
+/// Consumers of a render's progress.
 pub struct DriveObservers<'a, 'r> {
     pub bar: &'a Progress,
-    /// The capture of `--gpu-timings`, if it is asked for.
+    /// Capture of `--gpu-timings`, if requested.
     pub timings: &'a mut Option<TimingCapture>,
-    /// The thread that estimates the error, if there is one.
+    /// Error observer, if there is one.
     pub observer: Option<&'a Observer>,
-    /// What keeps the state of the render on disk, if anything does. The order must then be that of the indices.
+    /// Writer of the state on disk, if any. Requires index order.
     pub recorder: Option<&'a mut Recorder>,
-    /// What shows and saves the picture meanwhile, if anything does.
+    /// Live display and snapshots, if any.
     pub live: Option<&'a mut LiveOutputs<'r>>,
-    /// The films of groups of lights, if there are groups.
+    /// Films of light groups, if any.
     pub groups: Option<&'a mut GroupFilms>,
 }
 
@@ -73,8 +73,8 @@ pub struct DriveObservers<'a, 'r> {
 ///
 /// # Errors
 ///
-/// The client's first error; the render is aborted then. A path that panics is no error here: what was traced before
-/// is a picture all the same.
+/// The client's first error, after which the render is aborted. A path that panics is not an error here: the samples traced before it still
+/// form a picture.
 pub fn drive(
     drive: Drive,
     server: &Server,
@@ -158,7 +158,7 @@ fn take(
     let observer = writer.observer();
     let goal = observer.filter(|observer| drive.deterministic && observer.target().is_some());
     let give = |block: &Block| {
-        // In index order the picture ends with the very block that made it good enough.
+        // In index order the picture ends with exactly the block that met the target.
         if drive.deterministic && *reached {
             return;
         }
@@ -179,12 +179,12 @@ fn take(
 }
 
 impl DriveOutcome {
-    /// Before the first range of a render; complete if there is none.
+    /// State before the first range of a render; complete if the range is empty.
     pub fn new(complete: bool) -> Self {
         Self { complete, ..Self::default() }
     }
 
-    /// Adds what came of the next range of the same render.
+    /// Adds the outcome of the next range of the same render.
     pub fn add(&mut self, next: Self) {
         *self = Self {
             wall: self.wall + next.wall,
@@ -195,7 +195,7 @@ impl DriveOutcome {
     }
 }
 
-/// Records what the client did since `start`, where that is asked for.
+/// Records the client's work since `start`, if timings are captured.
 pub fn note(timings: &mut Option<TimingCapture>, name: &'static str, start: Instant) -> Result<()> {
     timings.as_mut().map_or(Ok(()), |timings| timings.client(name, start))
 }

@@ -1,4 +1,4 @@
-//! A scene with changes: edits of values and effects that are forced, always applied to the scene as it was read.
+//! A scene with edits and forced effects, always applied to the scene as loaded.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,17 +13,17 @@ use crate::scene::desc::CameraDesc;
 use crate::scene::edit::Edits;
 use crate::tracer::{Camera, PrepareError, PrepareOptions, Scene};
 
-/// The scene as it is traced, and how it differs from the file's; of the camera only its lens is part of it.
+/// The traced scene and its changes against the file. Of the camera it contains only the lens.
 #[derive(Clone)]
 pub struct EditedScene {
-    /// The scene as it was read, with the size that the command line asks for.
+    /// The scene as loaded, with the size from the command line.
     original: SceneDesc,
     /// `desc`, prepared for tracing.
     scene: Arc<Scene>,
     change: SceneChange,
 }
 
-/// What differs from the file, and the description with it.
+/// Changes against the file, and the resulting description.
 #[derive(Clone)]
 struct SceneChange {
     /// The scene with all edits and forced effects.
@@ -32,44 +32,44 @@ struct SceneChange {
     forced: Vec<Forced>,
 }
 
-/// A changed scene that a thread prepares.
+/// A changed scene being prepared by a thread.
 pub struct ScenePreparation {
     change: SceneChange,
     began: Instant,
     job: Job<Result<Scene, PrepareError>>,
 }
 
-/// A changed scene that is prepared.
+/// A changed scene, prepared for tracing.
 pub struct ChangedScene {
     change: SceneChange,
     scene: Scene,
-    /// How long it took.
+    /// Time that preparing it took.
     pub took: Duration,
 }
 
 impl EditedScene {
-    /// A scene without changes, and the same prepared for tracing.
+    /// A scene without changes, and its prepared form.
     pub fn new(original: SceneDesc, scene: Scene) -> Self {
         let change = SceneChange { desc: original.clone(), edits: Edits::default(), forced: Vec::new() };
         Self { original, scene: Arc::new(scene), change }
     }
 
-    /// The description as it was read.
+    /// Description of the scene as loaded.
     pub fn original(&self) -> &SceneDesc {
         &self.original
     }
 
-    /// The description of what is traced, but for the camera.
+    /// Description of the traced scene, except for the camera.
     pub fn desc(&self) -> &SceneDesc {
         &self.change.desc
     }
 
-    /// What is traced.
+    /// Traced scene.
     pub fn scene(&self) -> Arc<Scene> {
         self.scene.clone()
     }
 
-    /// The values that were changed, and the lens.
+    /// Edited parameters, including the lens.
     pub fn edits(&self) -> &Edits {
         &self.change.edits
     }
@@ -79,14 +79,14 @@ impl EditedScene {
         &self.change.forced
     }
 
-    /// The film has another size than in the file, and no crop.
+    /// Overrides the film size and removes the crop window.
     pub fn set_film(&mut self, width: u32, height: u32) {
         for desc in [&mut self.original, &mut self.change.desc] {
             (desc.film.width, desc.film.height, desc.film.crop) = (width, height, None);
         }
     }
 
-    /// Edits without what [`camera`](Self::camera) is given: of a camera only the radius of its lens remains.
+    /// Removes from the edits what [`camera`](Self::camera) receives separately: of the camera only the lens radius remains.
     pub fn without_pose(&self, edits: Edits) -> Edits {
         let file = &self.original.camera;
         let lens = edits.camera.filter(|camera| camera.aperture_radius != file.aperture_radius);
@@ -100,7 +100,7 @@ impl EditedScene {
         Ok(SceneChange { desc, edits, forced })
     }
 
-    /// Prepares the scene with these edits and these effects in the place of the present ones. On an error it stays as it was.
+    /// Replaces edits and forced effects and prepares the scene. On an error it stays unchanged.
     pub fn change(&mut self, edits: Edits, forced: Vec<Forced>) -> Result<()> {
         let change = self.changed(edits, forced)?;
         self.scene = Arc::new(self.scene.edited(&change.desc).into_diagnostic()?);
@@ -108,11 +108,11 @@ impl EditedScene {
         Ok(())
     }
 
-    /// As [`change`](Self::change), on another thread: the present scene is traced until [`adopt`](Self::adopt).
+    /// As [`change`](Self::change), on another thread; the present scene is traced until [`adopt`](Self::adopt).
     ///
     /// # Errors
     ///
-    /// When the scene has no place for the edits, or the system gives no thread.
+    /// When the scene does not have an edited object, or no thread can be started.
     pub fn begin(&self, edits: Edits, forced: Vec<Forced>) -> Result<ScenePreparation> {
         let (change, scene) = (self.changed(edits, forced)?, self.scene());
         let desc = change.desc.clone();
@@ -121,17 +121,17 @@ impl EditedScene {
         Ok(ScenePreparation { change, began: Instant::now(), job })
     }
 
-    /// Traces the changed scene from now on.
+    /// Replaces the traced scene by the changed one.
     pub fn adopt(&mut self, changed: ChangedScene) {
         (self.change, self.scene) = (changed.change, Arc::new(changed.scene));
     }
 
-    /// This camera, for a picture of this size in pixels.
+    /// Prepares this camera for a picture of this size in pixels.
     pub fn camera(&self, camera: CameraDesc, [width, height]: [u32; 2]) -> Result<Camera> {
-        // A lens that is forced off is gone from there.
+        // A lens that is forced off is absent from the description.
         let camera = CameraDesc { aperture_radius: self.desc().camera.aperture_radius, ..camera };
         let film = &self.original.film;
-        // The picture is the crop window: the whole film keeps its proportion to it.
+        // The picture is the crop window; the whole film keeps its proportion to it.
         let whole = |n: u32, of: u32, part: u32| {
             (f64::from(n) * f64::from(of) / f64::from(part.max(1))).round().clamp(1.0, 1e6) as u32
         };
@@ -147,7 +147,7 @@ impl EditedScene {
 }
 
 impl ScenePreparation {
-    /// Waits this long for the scene; gives the preparation back where it is not ready.
+    /// Waits up to `time` for the scene; returns the preparation if it is not ready.
     ///
     /// # Errors
     ///

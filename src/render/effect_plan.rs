@@ -1,5 +1,4 @@
-//! The plan of a run lists every effect of tracer and client, whether it is on, and why. This module only joins the lists of both
-//! halves; they decide.
+//! The plan of a run: every effect of tracer and client, whether it is on, and why. This module only joins the lists of both; they decide.
 
 use serde::Serialize;
 
@@ -10,7 +9,7 @@ use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};
 use crate::tracer::effects::{self, Effect};
 
-/// One effect of the plan. The names of the fields are the keys in JSON.
+/// One effect of the plan. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlannedEffect {
     #[serde(rename = "effect")]
@@ -18,25 +17,25 @@ pub struct PlannedEffect {
     /// The side that simulates it.
     pub side: EffectSide,
     pub on: bool,
-    /// The object that calls for it, or why nothing does.
+    /// The object that needs the effect, or why none does.
     pub reason: String,
-    /// `file:line:column` of the object that calls for it.
+    /// `file:line:column` of the object that needs it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<String>,
-    /// The code that decides it while the program runs.
+    /// The code that makes the decision at run time.
     pub at_run_time: &'static str,
-    /// Its measured cost, if it was measured.
+    /// Measured cost, if known.
     #[serde(flatten)]
     pub cost: Cost,
-    /// The effect, if the tracer simulates it.
+    /// The effect, if simulated by the tracer.
     #[serde(skip)]
     pub effect: Option<Effect>,
-    /// Its passes and images, if the client simulates it.
+    /// Passes and images, if simulated by the client.
     #[serde(skip)]
     pub client: Option<ClientEffect>,
 }
 
-/// Who simulates an effect.
+/// Side that simulates an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EffectSide {
@@ -46,30 +45,30 @@ pub enum EffectSide {
     Client,
 }
 
-/// The measured cost of an effect. A figure is `None` where it was not measured.
+/// Measured cost of an effect; `None` where not measured.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Cost {
-    /// Share of the tracing time that is saved without it, or of the device's time that its passes take.
+    /// Fraction of the tracing time saved without the effect, or fraction of the GPU time of its passes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
-    /// Milliseconds of its passes per frame, or of a picture that it filters, median.
+    /// Milliseconds of its passes per frame, or per denoised picture; median.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub milliseconds: Option<f64>,
-    /// Milliseconds per frame that its passes would take, where it is off.
+    /// If off: milliseconds per frame that its passes would take.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_on: Option<f64>,
-    /// Milliseconds that it takes, or would take, once per view.
+    /// Milliseconds once per view, taken or, if off, expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub once: Option<f64>,
-    /// How much longer paths would take with a small example of it, as a share of the present time, where it is off.
+    /// If off: relative increase of the path time with a small example of the effect in the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_on_share: Option<f64>,
-    /// Bytes of device memory that it holds.
+    /// Bytes of device memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bytes: Option<u64>,
 }
 
-/// Every effect of a run, the tracer's first. `desc` is what is traced, with everything that is forced off already gone.
+/// Every effect of a run, the tracer's first. `desc`: scene as traced, with everything forced off removed.
 pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<PlannedEffect> {
     let place = |place: Place| {
         let file = desc.files.get(place.file as usize)?;
@@ -105,7 +104,7 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
     traced.chain(shown).collect()
 }
 
-/// Whether a method fills the camera stream, and whether it fills the light stream.
+/// Whether a method fills the camera stream and the light stream.
 pub fn streams(kind: IntegratorKind) -> [bool; 2] {
     match kind {
         IntegratorKind::Light => [false, true],

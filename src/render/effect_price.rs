@@ -1,4 +1,4 @@
-//! What each effect of the tracer costs: paths with it and without it, in turn, on one thread.
+//! Costs of the tracer's effects: paths with and without the effect are timed alternately on one thread.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -19,45 +19,45 @@ use crate::tracer::integrator::{
 };
 use crate::tracer::{Camera, Integrator, Scene};
 
-/// How well costs are measured.
+/// Effort of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     pub turn: Duration,
-    /// Number of turns; the median counts.
+    /// Number of alternations; the median counts.
     pub turns: usize,
 }
 
 /// For a printed table.
 pub const THOROUGH: Effort = Effort { turn: Duration::from_millis(20), turns: 9 };
 
-/// For the window: about a second of one processor for all effects, besides preparing the scene anew for those that change its geometry.
+/// For the window: about a second of one core for all effects, plus the preparation of scenes whose geometry changes.
 pub const BRIEF: Effort = Effort { turn: Duration::from_millis(6), turns: 7 };
 
-/// Indices between two readings of the clock.
+/// Indices traced between two readings of the clock.
 const AT_ONCE: u64 = 64;
 
-/// The scene whose effects are measured.
+/// Scene whose effects are measured.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
-    /// The description that `scene` was made from.
+    /// Description from which `scene` was prepared.
     pub desc: &'a SceneDesc,
     pub scene: &'a Arc<Scene>,
     pub camera: &'a Camera,
-    /// The run; its method is measured.
+    /// Specification of the run, which selects the method.
     pub run: &'a RunSpec,
 }
 
-/// Measures effects of the tracer one by one, each against the scene as it is.
+/// Times effects of the tracer one by one against the unchanged scene.
 pub struct EffectTimer<'a> {
     subject: Subject<'a>,
     effort: Effort,
-    /// The description with the method of the run, which is not always that of the file.
+    /// Description with the method of the run, which may differ from the file's.
     own: SceneDesc,
     now: Runner,
 }
 
 impl<'a> EffectTimer<'a> {
-    /// Prepares the scene as it is.
+    /// Prepares the unchanged scene.
     pub fn new(subject: Subject<'a>, effort: Effort) -> Self {
         let Subject { desc, scene, camera, run } = subject;
         let mut own = desc.clone();
@@ -67,14 +67,14 @@ impl<'a> EffectTimer<'a> {
         Self { subject, effort, own, now }
     }
 
-    /// Measures the cost of an effect: if it is on, the share of the tracing time that is saved without it; if it is off, the time that a small
-    /// example of it would add. An effect that can neither be left out nor added gets no cost, and none if Ctrl-C came in between.
+    /// Measures the cost of an effect: if on, the fraction of the tracing time saved without it; if off, the time that a small example of
+    /// it would add. An effect that can be neither removed nor added has no cost; nor has any after Ctrl-C.
     ///
-    /// The time is that of an index, and paths without an effect may also be shorter.
+    /// Times are per index, and paths without an effect may also be shorter.
     ///
     /// # Errors
     ///
-    /// When the scene without the effect or with it cannot be prepared.
+    /// When the scene with or without the effect cannot be prepared.
     pub fn charge(&mut self, entry: &mut PlannedEffect) -> Result<()> {
         let mut turns = self.ratios(entry)?;
         turns.sort_by(f64::total_cmp);
@@ -86,8 +86,8 @@ impl<'a> EffectTimer<'a> {
         Ok(())
     }
 
-    /// Turn by turn: the time of a path without the effect (or with it, if it is off) over that of a path of the scene as it is. There are no
-    /// turns where [`charge`](Self::charge) finds no cost.
+    /// For each alternation: time of a path without the effect (with it, if off) over that of a path in the unchanged scene. Empty if
+    /// [`charge`](Self::charge) finds no cost.
     ///
     /// # Errors
     ///
@@ -114,7 +114,7 @@ impl<'a> EffectTimer<'a> {
     }
 }
 
-/// Traces for about as long as it is told to, and returns the seconds per path.
+/// Traces for about the given time and returns seconds per path.
 pub type Runner = Box<dyn FnMut(Duration) -> f64>;
 
 /// A runner of a scene by the method that `desc` names.
@@ -137,7 +137,7 @@ fn tracing_timer<I: Integrator>(integrator: I) -> Runner {
     let paths = counts.camera.max(counts.light) as f64;
     let mut nowhere = EachSample(|uv, value, weight| _ = std::hint::black_box((uv, value, weight)));
     Box::new(move |time| {
-        // Of this thread, where the system tells: others may have the processor in between.
+        // CPU time of this thread if the system reports it, since other threads may preempt it.
         let (start, cpu, first) = (Instant::now(), thread_cpu_time(), next);
         let elapsed = || {
             thread_cpu_time().zip(cpu).map_or_else(|| start.elapsed(), |(now, then)| now.saturating_sub(then))
@@ -152,7 +152,7 @@ fn tracing_timer<I: Integrator>(integrator: I) -> Runner {
     })
 }
 
-/// Luminances of the samples of the first `paths` paths by path tracing.
+/// Luminances of the samples of the first `paths` path-traced paths.
 pub fn samples(run: &RunSpec, scene: Arc<Scene>, camera: Camera, paths: u64) -> Vec<f32> {
     let tracer = PathTracer { context: method::render_context(run, scene, camera, UvWindow::PICTURE) };
     let mut luminances = Vec::new();
@@ -161,7 +161,7 @@ pub fn samples(run: &RunSpec, scene: Arc<Scene>, camera: Camera, paths: u64) -> 
     luminances
 }
 
-/// A sink that hands position, value and weight of every sample to a function. The weight of a light sample is 1.
+/// A sink that passes position, value and weight of every sample to a function. The weight of light samples is 1.
 struct EachSample<F>(F);
 
 impl<F: FnMut([f32; 2], Xyz, f32)> SampleSink for EachSample<F> {

@@ -1,4 +1,4 @@
-//! Figures of a command, for people on standard output and as JSON where `--json` says.
+//! Statistics of a command: a table on standard output, and JSON for `--json`.
 
 use std::io::Write;
 use std::path::Path;
@@ -18,17 +18,17 @@ pub struct Seconds {
     pub prepare: f64,
     /// Choosing the method, with `--integrator auto`.
     pub choose: f64,
-    /// Opening the device; runs beside `load` and `prepare`.
+    /// Opening the device, concurrently with `load` and `prepare`.
     pub open_device: f64,
     /// From the render command to the last sample on the film.
     pub render: f64,
-    /// Time the tracer threads spent tracing, added up.
+    /// Tracing time summed over all threads.
     pub trace: f64,
-    /// Time the client spent taking samples and rasterising, part of `render`.
+    /// Part of `render` that the client spent taking and rasterising samples.
     pub rasterise: f64,
     /// Mips, reconstruction and tone mapping of the picture.
     pub display: f64,
-    /// Features and noise filter.
+    /// Feature buffers and noise filter.
     pub denoise: f64,
     /// Reading back and writing files.
     pub write: f64,
@@ -36,13 +36,13 @@ pub struct Seconds {
     pub total: f64,
 }
 
-/// Percentiles of a list, by nearest rank. Field names are JSON keys.
+/// Nearest-rank percentiles. Field names are JSON keys.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Percentiles {
     pub p50: f64,
-    /// 95 % of the values are at most this.
+    /// 95th percentile.
     pub p95: f64,
-    /// 99 % of them.
+    /// 99th percentile.
     pub p99: f64,
 }
 
@@ -54,7 +54,7 @@ impl Percentiles {
     }
 }
 
-/// Writes figures as JSON to `path`, or to standard output if it is `-`.
+/// Writes statistics as JSON to `path`, or to standard output if it is `-`.
 ///
 /// # Errors
 ///
@@ -73,7 +73,7 @@ pub fn write_json(figures: &impl Serialize, path: &Path) -> Result<()> {
     atomically(path, text.as_bytes()).into_diagnostic()
 }
 
-/// Prints a table, called `what`, unless the figures go to standard output, and writes the figures where `--json` says.
+/// Prints a table, called `what`, unless the statistics go to standard output, and writes the statistics for `--json`.
 pub fn publish(table: &str, what: &str, figures: &impl Serialize, json: Option<&Path>) -> Result<()> {
     if json != Some(Path::new("-")) {
         print(table, what);
@@ -81,7 +81,7 @@ pub fn publish(table: &str, what: &str, figures: &impl Serialize, json: Option<&
     json.map_or(Ok(()), |path| write_json(figures, path))
 }
 
-/// Checks, before anything is measured, that `--json` can be written, and that it is no scene.
+/// Checks before any measurement that the `--json` file can be written and is not the scene.
 pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
     let Some(json) = json.filter(|path| !is_special(path)) else { return Ok(()) };
     check_place(json).into_diagnostic()?;
@@ -99,7 +99,7 @@ pub fn check_json(json: Option<&Path>, scene: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes to standard output. Nobody may be reading any more: that is no error, and false is returned.
+/// Writes to standard output. A closed pipe is not an error; returns false then.
 pub fn print(text: &str, what: &str) -> bool {
     let is_read = std::io::stdout().write_all(text.as_bytes()).is_ok();
     if !is_read {
@@ -108,7 +108,7 @@ pub fn print(text: &str, what: &str) -> bool {
     is_read
 }
 
-/// True for standard output (`-`), devices, pipes: what is written into, not replaced.
+/// Whether the path is standard output (`-`), a device or a pipe, which are written in place rather than replaced.
 pub fn is_special(path: &Path) -> bool {
     let other = |m: std::fs::Metadata| !m.is_file() && !m.is_dir();
     path == Path::new("-") || std::fs::metadata(path).is_ok_and(other)

@@ -7,8 +7,8 @@ use crate::render::light_groups::GroupFilms;
 use crate::render::observer::Observer;
 use crate::stream::{Block, PathCounts, Sample};
 
-/// Puts blocks onto a film: counts their paths, adds their samples, hands copies to the observer of the error and to the noise
-/// filter, and remembers the first error, after which the film gets nothing more.
+/// Adds blocks to a film: counts their paths, adds their samples, and passes copies to the error observer and the noise filter. After the
+/// first error of the film, which is kept, no more samples are added.
 pub struct FilmWriter<'a> {
     film: &'a mut dyn Film,
     observer: Option<&'a Observer>,
@@ -24,27 +24,27 @@ impl<'a> FilmWriter<'a> {
         Self { film, observer, filter: None, meter: None, groups: None, outcome: Ok(()) }
     }
 
-    /// The same writer, which hands copies to this filter.
+    /// Also copies samples to this noise filter.
     pub fn with_filter(self, filter: Option<&'a NoiseFilter>) -> Self {
         Self { filter, ..self }
     }
 
-    /// The same writer, which hands copies to this light meter.
+    /// Also copies samples to this light meter.
     pub fn with_meter(self, meter: &'a mut LightMeter) -> Self {
         Self { meter: Some(meter), ..self }
     }
 
-    /// The same writer, which puts the parts of groups of lights onto these films.
+    /// Also adds the contributions of light groups to these films.
     pub fn with_groups(self, groups: Option<&'a mut GroupFilms>) -> Self {
         Self { groups, ..self }
     }
 
-    /// Where copies for the estimate of the error go.
+    /// Error observer that receives copies.
     pub fn observer(&self) -> Option<&'a Observer> {
         self.observer
     }
 
-    /// Takes a block from the lanes.
+    /// Adds a block from the lanes.
     pub fn block(&mut self, block: &Block) {
         self.samples(block.header.first_index, block.header.paths, block.samples());
         if let Some(groups) = self.groups.as_mut().filter(|_| self.outcome.is_ok()) {
@@ -52,7 +52,7 @@ impl<'a> FilmWriter<'a> {
         }
     }
 
-    /// Takes the samples of a block that was kept.
+    /// Adds the samples of a retained block.
     pub fn samples(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
         if self.outcome.is_err() {
             return;
@@ -70,7 +70,7 @@ impl<'a> FilmWriter<'a> {
         }
     }
 
-    /// Ends the writing, with the first error of the film.
+    /// Returns the first error of the film.
     pub fn finish(self) -> Result<(), ClientError> {
         self.outcome
     }

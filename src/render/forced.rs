@@ -7,11 +7,11 @@ use crate::tracer::effects::Effect;
 pub struct Forced {
     /// The effect.
     pub effect: Effect,
-    /// True: simulated although nothing calls for it. False: left out although something does.
+    /// True: simulated even if the scene does not need it. False: left out even if it does.
     pub on: bool,
 }
 
-/// The last switch of each effect.
+/// Keeps the last entry of each effect.
 pub fn last_of_each(said: &[Forced]) -> Vec<Forced> {
     let again = |i: usize| said[i + 1..].iter().any(|later| later.effect == said[i].effect);
     (0..said.len()).filter(|i| !again(*i)).map(|i| said[i]).collect()

@@ -1,7 +1,7 @@
-//! Layers beside the picture of an EXR file (`--aov`): a pass of its own after the picture's, over the same camera and filter.
+//! Additional EXR layers (`--aov`), rendered in a separate pass after the picture with the same camera and filter.
 //!
-//! Each pixel is the mean of what camera rays see first, weighted by the film's filter as the picture is. Rays are jittered within the
-//! cells of a grid in each pixel and depend on nothing else, so that the layers are the same in every run.
+//! Each pixel is the filtered mean of the first hits of its camera rays. Rays are jittered within a fixed grid per pixel, so that the
+//! layers are the same in every run.
 
 use std::ops::Range;
 
@@ -18,19 +18,19 @@ use crate::scene::limits;
 use crate::tracer::aov::AovTracer;
 use crate::tracer::{Camera, Scene};
 
-/// Rays along either side of a pixel: at least, and at most.
+/// Least and greatest number of rays per pixel along each axis.
 const SIDE: [f64; 2] = [4.0, 8.0];
 
-/// Rows of pixels that are traced together.
+/// Rows of pixels per work item.
 const BAND: u32 = 16;
 
-/// From these many bytes on the size of the layers is told.
+/// Layers of at least this many bytes are reported.
 const WORTH_TELLING: u64 = 1 << 29;
 
-/// Steps of the R2 sequence (Roberts 2018), which chooses points of the lens.
+/// Increments of the R2 sequence (Roberts 2018) for points on the lens.
 const R2: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 
-/// Makes sure that the layers fit into memory, and tells of large ones.
+/// Checks that the layers fit into memory, and reports large ones.
 pub fn check(layers: &[AovDesc], film: &FilmSpec) -> Result<()> {
     let (channels, pixels) = (channel_count(layers) as u64, u64::from(film.width) * u64::from(film.height));
     let bytes = 4 * channels * pixels;
@@ -55,7 +55,7 @@ pub fn check(layers: &[AovDesc], film: &FilmSpec) -> Result<()> {
     Ok(())
 }
 
-/// Traces the layers that a run asks for; `spp` samples per pixel are in the picture.
+/// Renders the requested layers; `spp`: samples per pixel of the picture.
 pub fn trace(run: &RunSpec, scene: &Scene, camera: &Camera, spp: f64) -> Vec<Channel> {
     if run.aovs.is_empty() {
         return Vec::new();
@@ -76,24 +76,24 @@ pub fn trace(run: &RunSpec, scene: &Scene, camera: &Camera, spp: f64) -> Vec<Cha
     names.enumerate().map(|(c, name)| (name, of(c).collect())).collect()
 }
 
-/// What every band is traced with.
+/// Inputs of every band.
 struct LayerPass<'a> {
     tracer: AovTracer<'a>,
     camera: &'a Camera,
     film: &'a FilmSpec,
     channels: usize,
-    /// Rays along either side of a pixel.
+    /// Rays per pixel along each axis.
     side: u32,
 }
 
 impl LayerPass<'_> {
-    /// The pixels of these rows, `[row][width][channel]`. Rows around them are traced as far as the filter reaches.
+    /// Pixels of these rows, `[row][width][channel]`. Traces the surrounding rows within the filter's reach too.
     fn band(&self, rows: Range<u32>) -> Vec<f32> {
         let FilmSpec { width, filter, .. } = *self.film;
         let (pad, pixels) = (self.film.pad(), ((rows.end - rows.start) * width) as usize);
         let (mut sums, mut weights) = (vec![0.0; pixels * self.channels], vec![0.0f32; pixels]);
         let mut values = vec![0.0f32; self.channels];
-        // Positions count from the corner of the padding.
+        // Positions are relative to the corner of the padding.
         for y in rows.start..rows.end + 2 * pad {
             for x in 0..width + 2 * pad {
                 let mut random = Random(u64::from(y) << 32 | u64::from(x));
@@ -132,7 +132,7 @@ impl LayerPass<'_> {
         sums
     }
 
-    /// The screen position of a point in padded pixels.
+    /// Screen position of a point in padded pixels.
     fn uv(&self, at: [f64; 2]) -> [f64; 2] {
         let pad = f64::from(self.film.pad());
         [(at[0] - pad) / f64::from(self.film.width), (at[1] - pad) / f64::from(self.film.height)]

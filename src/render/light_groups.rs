@@ -1,4 +1,4 @@
-//! `--light-groups`: a picture for each group of lights, from the same paths as the picture of all ([`stream`](crate::stream)).
+//! `--light-groups`: a separate picture for each group of lights, from the same paths as the whole picture ([`stream`](crate::stream)).
 
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
@@ -18,35 +18,35 @@ use crate::scene::light_groups::{self, Emitter, LightGroup, NamedGroup};
 use crate::stream::Block;
 use crate::tracer::Scene;
 
-/// Bytes per texel of the sums of a stream, on the processor and on a device, where no variance is kept.
+/// Bytes per texel of a stream's sums without variance: on the CPU, and on a device.
 const SUM_BYTES: [u64; 2] = [32, 91];
 
-/// Bytes per texel of the picture before and after the tone curve, and of its way back to the processor.
+/// Bytes per texel of the picture before and after the tone curve, and of its readback.
 const SHOWN_BYTES: u64 = 16 + 4 + 4;
 
-/// What the films of groups take.
+/// Memory layout of the films of light groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GroupMemory {
-    /// Sums on the processor.
+    /// Sums in main memory.
     Host,
-    /// Images of a device.
+    /// Images on a device.
     Device,
-    /// Images of a device, with those in which a window shows each picture.
+    /// Images on a device, with those for displaying each picture in a window.
     Window,
-    /// The same on a device that is the processor, and sums beside them.
+    /// As [`Window`](Self::Window) on a device that is the CPU, with sums in main memory too.
     WindowOnProcessor,
 }
 
-/// A group, for the report. The names of the fields are the keys in JSON.
+/// A light group in the report. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightGroupReport {
-    /// The name of its layer.
+    /// Name of its layer.
     pub name: String,
-    /// Its emitters.
+    /// Names of its emitters.
     pub emitters: Vec<String>,
 }
 
-/// Refuses what does not go together with groups of lights, before any work.
+/// Rejects options that are incompatible with light groups, before any work.
 pub fn check(args: &RenderOptions, outputs: &Outputs) -> Result<()> {
     if args.light_groups.is_none() {
         return Ok(());
@@ -66,11 +66,11 @@ pub fn check(args: &RenderOptions, outputs: &Outputs) -> Result<()> {
     }
 }
 
-/// The groups that an option asks for in this scene.
+/// Light groups requested by an option for this scene.
 ///
 /// # Errors
 ///
-/// When the scene has no emitter of a name, and for what the method or the other layers do not allow.
+/// When the scene has no emitter of a given name, or method or other layers are incompatible.
 pub fn plan(asked: &[NamedGroup], run: &RunSpec, desc: &SceneDesc, scene: &Scene) -> Result<Vec<LightGroup>> {
     if run.integrator == IntegratorKind::Depth {
         return Err(miette::miette!(
@@ -103,13 +103,13 @@ pub fn plan(asked: &[NamedGroup], run: &RunSpec, desc: &SceneDesc, scene: &Scene
     Ok(groups)
 }
 
-/// The groups of a render and their films.
+/// Light groups of a render, and their films.
 pub struct GroupFilms {
     groups: Vec<LightGroup>,
     films: Vec<Box<dyn Film>>,
 }
 
-/// One line about groups and the memory of their films.
+/// One line about the groups and the memory of their films.
 pub fn summary(groups: &[LightGroup], run: &RunSpec, memory: GroupMemory) -> String {
     let list = |group: &LightGroup| {
         let names: Vec<&str> = group.emitters.iter().map(|emitter| emitter.name.as_str()).collect();
@@ -153,7 +153,7 @@ impl GroupFilms {
         Self::with(groups, run, |spec| device.client(spec, threads, None))
     }
 
-    /// Empty films that `make` makes.
+    /// Empty films created by `make`.
     ///
     /// # Errors
     ///
@@ -178,7 +178,7 @@ impl GroupFilms {
         &mut self.films
     }
 
-    /// Forgets all samples.
+    /// Discards all samples.
     pub fn clear(&mut self) {
         self.films.iter_mut().for_each(|film| film.clear());
     }
@@ -189,7 +189,7 @@ impl GroupFilms {
         self.films.iter_mut().zip(block.groups()).try_for_each(|(film, samples)| film.add(samples))
     }
 
-    /// Rasterises what has been added.
+    /// Rasterises the waiting samples.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.films.iter_mut().try_for_each(|film| film.flush())
     }

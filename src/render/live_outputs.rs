@@ -1,4 +1,4 @@
-//! What leaves a render while it goes on: the picture in tev, and snapshots of the output files when SIGUSR1 arrives.
+//! Outputs during a render: the picture in tev, and snapshots of the output files on SIGUSR1.
 
 use std::path::{Path, PathBuf};
 
@@ -18,23 +18,23 @@ use crate::scene::SceneDesc;
 use crate::server::Server;
 use crate::tracer::Scene;
 
-/// Shows and saves the picture of a render that goes on.
+/// Displays and saves the picture of a render in progress.
 pub struct LiveOutputs<'a> {
     args: &'a RenderOptions,
     outputs: &'a Outputs,
     run: &'a RunSpec,
     desc: &'a SceneDesc,
     scene: &'a Scene,
-    /// How snapshots are displayed: without the noise filter.
+    /// Display settings of snapshots, without the noise filter.
     settings: Settings,
-    /// The file name of the scene without its ending.
+    /// File name of the scene without its extension.
     name: String,
     tev: Option<TevLink>,
-    /// Writes the last snapshot.
+    /// Thread that writes the last snapshot.
     writer: Option<Job<()>>,
 }
 
-/// What a render is made of and where it goes.
+/// Inputs and outputs of a render.
 pub struct LiveRender<'a> {
     pub args: &'a RenderOptions,
     pub outputs: &'a Outputs,
@@ -44,11 +44,11 @@ pub struct LiveRender<'a> {
 }
 
 impl<'a> LiveOutputs<'a> {
-    /// Starts what the options ask for.
+    /// Starts the requested outputs.
     ///
     /// # Errors
     ///
-    /// When the system gives no thread.
+    /// When no thread can be started.
     pub fn start(render: LiveRender<'a>) -> Result<Self> {
         let LiveRender { args, outputs, run, desc, scene } = render;
         let tev = args.tev.as_deref().map(TevLink::start).transpose()?;
@@ -57,11 +57,11 @@ impl<'a> LiveOutputs<'a> {
         Ok(Self { args, outputs, run, desc, scene, settings, name, tev, writer: None })
     }
 
-    /// Does what is due. In index order the film keeps a batch that is not full, so that its sums stay the same bits.
+    /// Writes what is due. In index order the film keeps its partial batch, so that its sums keep the same bits.
     ///
     /// # Errors
     ///
-    /// When the film cannot be read. A snapshot that cannot be written is told and no error.
+    /// When the film cannot be read. A failure to write a snapshot is only reported.
     pub fn update(
         &mut self,
         film: &mut dyn Film,
@@ -87,7 +87,7 @@ impl<'a> LiveOutputs<'a> {
         shown.and(saved)
     }
 
-    /// Shows the complete picture, and waits for what is on its way.
+    /// Sends the complete picture and waits for pending writes.
     ///
     /// # Errors
     ///
@@ -99,7 +99,7 @@ impl<'a> LiveOutputs<'a> {
         Ok(())
     }
 
-    /// Takes a snapshot, which another thread writes.
+    /// Takes a snapshot and writes it on another thread.
     fn save(&mut self, film: &mut dyn Film, observer: Option<&Observer>, server: &Server) -> Result<()> {
         let rejections = server.stats().total().rejections;
         let mut outcome = RunEnd {

@@ -1,4 +1,4 @@
-//! The scene of a command line: the file, with what the options say about it.
+//! Loads the scene of a command line: the file, with the options applied.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,24 +18,24 @@ use crate::tracer::accel::SimdKernel;
 use crate::tracer::effects::{Effect, decide, force_on, refusal, without};
 use crate::tracer::{Camera, PrepareError, Scene};
 
-/// A scene as it was read, with the effects that the command line forces.
+/// A loaded scene, with the effects that the command line forces.
 pub struct SceneInput {
     /// The scene, with all forced effects applied.
     pub loaded: Loaded,
-    /// Effects that are on or off against what the scene calls for.
+    /// Effects forced on or off against what the scene needs.
     pub forced: Vec<Forced>,
-    /// The files that it was read from.
+    /// Files read.
     pub files: Vec<PathBuf>,
 }
 
 impl SceneInput {
-    /// The run that these options and the scene ask for, on the device of this name. It begins at index 0 and is rasterised in any order.
+    /// The run specified by these options and the scene, on the device of this name. It begins at index 0, in any order of rasterisation.
     pub fn run(&self, source: &SceneOptions, device: String) -> RunSpec {
         RunSpec::of(source, &self.loaded.desc, &self.forced, device)
     }
 }
 
-/// A scene that is ready to be traced, and the device that shows it.
+/// A prepared scene and its device.
 pub struct Opened {
     pub input: SceneInput,
     pub scene: Scene,
@@ -43,12 +43,12 @@ pub struct Opened {
     pub device: Device,
 }
 
-/// Loads and prepares the scene while the device is opened; the time that each step took goes to `seconds`.
+/// Loads and prepares the scene while the device opens; adds the time of each step to `seconds`.
 pub fn open(source: &SceneOptions, seconds: &mut Seconds) -> Result<Opened> {
     open_with_layers(source, None, seconds)
 }
 
-/// As [`open`], with these layers beside the picture in place of those that the scene asks for.
+/// As [`open`], with these layers instead of those that the scene requests.
 pub fn open_with_layers(
     source: &SceneOptions,
     aovs: Option<Vec<AovDesc>>,
@@ -74,7 +74,7 @@ pub fn open_with_layers(
     })
 }
 
-/// Reads the scene, with the size and the method of the command line, and tells `progress` of every file meanwhile.
+/// Loads the scene, with size and method from the command line, and reports every file to `progress`.
 pub fn read_telling(source: &SceneOptions, progress: &Arc<LoadProgress>) -> Result<Loaded> {
     let options = LoadOptions { defines: &source.defines, lenient: source.lenient };
     let mut loaded = scene::load_telling(&source.scene, &options, progress)?;
@@ -87,7 +87,7 @@ pub fn read_telling(source: &SceneOptions, progress: &Arc<LoadProgress>) -> Resu
     Ok(loaded)
 }
 
-/// Reads the scene and forces effects on and off as the command line says.
+/// Loads the scene and applies the forced effects of the command line.
 pub fn load(source: &SceneOptions) -> Result<SceneInput> {
     let progress = Arc::default();
     let mut loaded = read_telling(source, &progress)?;
@@ -96,8 +96,7 @@ pub fn load(source: &SceneOptions) -> Result<SceneInput> {
     Ok(SceneInput { loaded, forced, files: progress.files() })
 }
 
-/// Prepares `desc` for tracing with `make` ([`Scene::prepare`] or [`Scene::prepare_general`]) and chooses the SIMD kernel that traverses
-/// its acceleration structure.
+/// Prepares `desc` for tracing with `make` ([`Scene::prepare`] or [`Scene::prepare_general`]) and selects the SIMD kernel of ray traversal.
 ///
 /// # Errors
 ///
@@ -114,7 +113,7 @@ pub fn prepare(
     scene.ok_or_else(|| lacking(kernel, SimdKernel::is_available))
 }
 
-/// The error for a kernel that cannot run here; `has` tells which kernels can.
+/// The error for an unsupported kernel; `has` tells which kernels are supported.
 fn lacking(kernel: SimdKernel, has: impl Fn(SimdKernel) -> bool) -> miette::Report {
     let there: Vec<&str> = SimdKernel::ALL.into_iter().filter(|k| has(*k)).map(SimdKernel::name).collect();
     miette::miette!(
@@ -125,7 +124,7 @@ fn lacking(kernel: SimdKernel, has: impl Fn(SimdKernel) -> bool) -> miette::Repo
     )
 }
 
-/// The effects that the command line switches on or off and that are not so already. Switches without effect are reported.
+/// Effects that the command line forces and that are not in that state already. Switches without effect are reported.
 pub fn forced(desc: &SceneDesc, source: &SceneOptions) -> Result<Vec<Forced>> {
     let kind = desc.integrator.kind;
     let plan = decide(desc, kind);
@@ -158,7 +157,7 @@ pub fn force(desc: &mut SceneDesc, forced: Forced) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// Words of an error and of its help.
+    /// Message and help text of an error.
     fn words(error: &miette::Report) -> (String, String) {
         (error.to_string(), error.help().map(|help| help.to_string()).unwrap_or_default())
     }
@@ -172,7 +171,7 @@ mod tests {
         assert_eq!(what, "--simd avx2: this processor lacks the instructions; it has scalar");
     }
 
-    /// A kernel that the processor lacks is refused before the scene is prepared; the others are used as asked.
+    /// An unsupported kernel is rejected before the scene is prepared; supported ones are used as requested.
     #[test]
     fn scenes_are_walked_as_asked() {
         let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"cube\"/>\

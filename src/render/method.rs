@@ -27,37 +27,37 @@ use crate::tracer::screen::ScreenSampling;
 use crate::tracer::witness;
 use crate::tracer::{Camera, Integrator, Scene};
 
-/// Share of the light from which on the method is changed for what it has not found: it costs the samples so far.
+/// Fraction of missing light from which on the method is changed, which discards the samples so far.
 const CHANGES_OVER: f64 = 0.02;
 
-/// The tracers of photon mapping. The next render may reuse their photons.
+/// Tracers of photon mapping; the next render may reuse their photon maps.
 pub type Photons = Replicated<PhotonTracer>;
 
-/// What is to be rendered.
+/// Parameters of a render.
 #[derive(Clone, Debug)]
 pub struct RenderOrder {
     pub scene: Arc<Scene>,
     pub camera: Camera,
-    /// Indices: the first, and one past the last if every index were one path.
+    /// Range of indices, counted as if every index were one path.
     pub range: Range<u64>,
     pub window: UvWindow,
     pub epoch: Epoch,
     /// How camera paths are distributed over the window.
     pub sampling: ScreenSampling,
-    /// Whether and how the plan of effects is checked.
+    /// Check of the effect plan, if requested.
     pub check: Option<CheckOrder>,
 }
 
-/// How the plan of effects is checked: a share of the paths is traced by general code too.
+/// Check of the effect plan: a fraction of the paths is also traced by general code.
 #[derive(Clone, Debug)]
 pub struct CheckOrder {
-    /// Share of the paths, in (0, 1].
+    /// Fraction of the paths, in (0, 1].
     pub share: f64,
-    /// The scene prepared for all effects, whether it calls for them or not.
+    /// The scene prepared for all effects, needed or not.
     pub general: Arc<Scene>,
 }
 
-/// Paths that one index of a method stands for.
+/// Number of paths per index of a method.
 pub fn paths_per_index(kind: IntegratorKind) -> u64 {
     match kind {
         IntegratorKind::Bidirectional | IntegratorKind::Vcm => CAMERA_SUBPATHS,
@@ -65,13 +65,13 @@ pub fn paths_per_index(kind: IntegratorKind) -> u64 {
     }
 }
 
-/// A range of indices as [`RenderOrder::range`] has it.
+/// Converts a range of indices to the unit of [`RenderOrder::range`].
 pub fn as_paths(kind: IntegratorKind, indices: &Range<u64>) -> Range<u64> {
     let paths = (indices.end - indices.start).saturating_mul(paths_per_index(kind));
     indices.start..indices.start.saturating_add(paths)
 }
 
-/// What the tracers of all methods are made of.
+/// Context shared by the tracers of all methods.
 pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: UvWindow) -> RenderContext {
     let RunSpec { seed, integrator, max_depth, rr_depth, hide_emitters, photons, .. } = *run;
     let desc = IntegratorDesc {
@@ -85,12 +85,12 @@ pub fn render_context(run: &RunSpec, scene: Arc<Scene>, camera: Camera, window: 
     RenderContext::new(scene, camera, &desc, seed, window).of_size([run.film.width, run.film.height])
 }
 
-/// Has `server` render by the method that `run` names. `photons` are those that the last render left, if any, and then
-/// those of this one. Returns the tally of the check, if one was ordered.
+/// Starts rendering on `server` by the method of `run`. `photons`: photon maps of the last render, replaced by those of this one. Returns
+/// the tally of the check, if requested.
 ///
 /// # Errors
 ///
-/// When the server has ended, or the method cannot be checked.
+/// If the server has ended, or the method cannot be checked.
 pub fn start(
     server: &Server,
     run: &RunSpec,
@@ -134,7 +134,7 @@ fn context_of(run: &RunSpec, order: &RenderOrder) -> RenderContext {
     RenderContext { seed: screen.seed(run.seed), screen, ..context }
 }
 
-/// Sends a tracer with special code, checked if that is ordered.
+/// Starts a tracer of specialised code, with the check if requested.
 fn special<I: Integrator + From<RenderContext>>(
     server: &Server,
     run: &RunSpec,
@@ -149,7 +149,7 @@ fn special<I: Integrator + From<RenderContext>>(
     send(server, run, checked, order).map(|()| Some(tally))
 }
 
-/// A sample of photon mapping is made of many paths, so both codes must have traced all of them.
+/// A sample of photon mapping depends on many paths, so both codes must trace all of them.
 fn check_photons<I: Integrator + From<RenderContext>>(
     server: &Server,
     run: &RunSpec,
@@ -168,7 +168,7 @@ fn check_photons<I: Integrator + From<RenderContext>>(
 fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: RenderOrder) -> Result<()> {
     let PathCounts { camera, light } = integrator.paths_per_index();
     let Range { start, end } = order.range;
-    // As many paths as asked for, whatever an index holds.
+    // As many paths as requested, however many an index stands for.
     let end = start + (end - start).div_ceil(camera.max(light).max(1));
     let mut job = RenderJob::new(Arc::new(integrator), start..end);
     job.window = order.window;
@@ -178,8 +178,8 @@ fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: Ren
     server.render(job, order.epoch).into_diagnostic()
 }
 
-/// Chooses the method if `run` asks for it, and stores method and reason in `run`. The choice does not depend on the
-/// number of threads, because each method is tried on one.
+/// Chooses the method if `run` asks for it, and stores method and reason in `run`. The choice does not depend on the number of threads,
+/// because every trial is single-threaded.
 pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: usize) {
     if run.integrator != IntegratorKind::Auto {
         return;
@@ -191,13 +191,13 @@ pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: u
     run.auto = Some(chosen);
 }
 
-/// Paths that find light which the method of `run` may not; `None` where nothing finds more.
+/// Witness paths, which find light that the method of `run` may miss; `None` if no method finds more.
 pub fn witnesses(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<Witnesses> {
     let context = RenderContext { seed: run.seed, ..trial_context(run, scene, camera) };
     witness::pair(context, TILE as u32, run.integrator).map(|witnesses| Box::new(witnesses) as Witnesses)
 }
 
-/// The context of the trials. It has a seed of its own, so that the choice does not depend on the run's.
+/// Context of the trials, with its own seed, so that the choice does not depend on the run's.
 fn trial_context(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> RenderContext {
     let run = RunSpec { seed: 0, ..run.clone() };
     render_context(&run, scene.clone(), camera.clone(), UvWindow::PICTURE)
@@ -214,21 +214,21 @@ fn choose_in_parallel(context: &RenderContext) -> IntegratorChoice {
             })
         };
         let running: Vec<_> = survey.candidates(context).map(trial).collect();
-        // A path that panics does so again when it is rendered, and is reported there.
+        // A path that panics will do so again in the render, where it is reported.
         running.into_iter().filter_map(|trial| trial.join().ok()).collect()
     });
     choice::decide(&survey, &trials)
 }
 
-/// Chooses the method for a window, beside the tracer: anew whenever scene or view have changed and come to rest.
+/// Chooses the method for a window in the background, anew whenever scene or view have changed and come to rest.
 #[derive(Debug)]
 pub struct Chooser {
-    /// The program is to choose the method.
+    /// Whether the choice is automatic.
     pub wanted: bool,
-    /// Scene or view have changed since the last choice was begun.
+    /// Scene or view have changed since the last choice began.
     pub stale: bool,
     running: Option<Job<IntegratorChoice>>,
-    /// Witnesses of a picture have decided, who know more than trials: nothing is chosen any more.
+    /// The choice is final, because it was made from witness paths, which are more reliable than trials.
     settled: bool,
 }
 
@@ -238,27 +238,27 @@ impl Chooser {
         Self { wanted, stale: true, running: None, settled: false }
     }
 
-    /// Begins a choice for this scene and view, unless one is being made.
+    /// Begins a choice for this scene and view, unless one is in progress.
     pub fn begin(&mut self, run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) {
         if !self.wanted || self.settled || !self.stale || self.running.is_some() {
             return;
         }
         self.stale = false;
         let context = trial_context(run, scene, camera);
-        // Without a thread the method stays what it is.
+        // If no thread can be started the method stays unchanged.
         self.running = Job::start("the choice of the method", move |_| choice::choose(&context)).ok();
     }
 
     /// Returns the choice that was begun, once, when it is ready.
     pub fn take(&mut self) -> Option<ChoiceReport> {
         let choice = Job::take(&mut self.running)?.inspect_err(|panic| tracing::error!("{panic}"));
-        // An edit may have overtaken the choice. It is a better guess than none, and the next one begins when the view is
-        // at rest.
+        // The scene may have been edited since the choice began. The result is still better than none, and the next choice begins when the
+        // view is at rest.
         choice.ok().map(ChoiceReport::from)
     }
 
-    /// Changes `run` over to the method that finds what its picture lacks, where the method is the program's choice and that is a good part of the
-    /// light. Returns whether it has; the method then stays. While a choice is due or being made, that comes first.
+    /// With the automatic choice, switches `run` to the method that finds the light which its picture lacks, if that is a substantial
+    /// fraction. Returns whether it did; the method is then final. A choice due or in progress takes precedence.
     pub fn change_over(&mut self, run: &mut RunSpec, late: &LateLight) -> bool {
         if !self.wanted || self.stale && !self.settled || self.running.is_some() {
             return false;
@@ -277,14 +277,14 @@ impl Chooser {
             percent(share),
             run.integrator.name()
         );
-        // What was tried before is not compared with this method.
+        // The trials did not include this method.
         *choice = ChoiceReport { kind, reason, candidates: Vec::new() };
         (run.integrator, self.settled) = (kind, true);
         true
     }
 }
 
-/// The method that finds light which others find late; `None` where none finds it better.
+/// The method that finds this kind of light sooner; `None` if none does.
 pub fn that_finds(light: MissingLight) -> Option<IntegratorKind> {
     match light {
         MissingLight::Caustics => Some(IntegratorKind::Vcm),
@@ -293,7 +293,7 @@ pub fn that_finds(light: MissingLight) -> Option<IntegratorKind> {
     }
 }
 
-/// Says on standard error which method was chosen and why, if one was.
+/// Reports on standard error which method was chosen and why, if one was.
 pub fn tell_choice(run: &RunSpec) {
     if let Some(chosen) = &run.auto {
         tell(&chosen.reason);
@@ -309,7 +309,7 @@ mod tests {
     use crate::render::options::SceneOptions;
     use crate::scene::desc::PhotonDesc;
 
-    /// Lengths of the scene file are those of world space, and tracers have rendering space, which may have another scale.
+    /// Scene files give lengths in world space; tracers use rendering space, whose scale may differ.
     #[test]
     fn lengths_are_in_rendering_space() {
         let source = SceneOptions::of("scenes/cornell.xml".into());
@@ -345,7 +345,7 @@ mod tests {
         assert!(!chooser.change_over(&mut run, &highlights), "no method finds them better");
         assert!(chooser.change_over(&mut run, &missing(0.3, 0.0)));
         assert_eq!(run.integrator, IntegratorKind::Bidirectional);
-        // An edit does not bring the trial's choice back, and more may turn out to be missing.
+        // An edit does not restore the trial's choice, and further light may turn out to be missing.
         chooser.stale = true;
         chooser.begin(
             &run,

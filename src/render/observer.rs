@@ -1,8 +1,8 @@
-//! A thread that watches the error of the picture, so that neither tracing nor the display waits for it.
+//! The error observer: a thread that estimates the error of the picture, so that neither tracing nor display is blocked.
 //!
-//! The queue of blocks is bounded and belongs to the present render: when another render begins, the blocks of the last one are dropped.
-//! Beside a window the thread runs at the lowest priority and ignores a render that has only just begun, because a dragged camera
-//! begins sixty renders per second and nobody reads their error.
+//! The bounded queue of blocks belongs to the present render: when another begins, queued blocks are dropped. In a window the thread runs
+//! at the lowest priority and ignores a render that has only just begun, because a dragged camera begins sixty renders per second whose
+//! errors are never displayed.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Sender, channel};
@@ -27,23 +27,22 @@ use crate::study::{
 };
 use crate::tracer::integrator::{LAST_GENERATION, SAMPLES_PER_GENERATION};
 
-/// Upper bound on the samples in the queue: 64 MiB.
+/// Upper bound on the queued samples: 64 MiB.
 const MOST: usize = (64 << 20) / size_of::<Sample>();
 
-/// Beside a window the observer pauses for this long between two updates.
+/// In a window, pause between two updates.
 const REST: Duration = Duration::from_millis(250);
 
-/// Blocks that arrive within this time are processed together: waking up for each would cost the tracer threads more than the
-/// sums do.
+/// Blocks that arrive within this time are processed together: a wake-up per block would cost the tracer threads more than the summation.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// What happens to blocks that do not fit into the queue.
+/// Back-pressure policy: what happens when the queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backpressure {
-    /// The caller waits for room: a render without a window.
+    /// The caller blocks until there is room. For renders without a window.
     Wait,
-    /// They are left out, so that the stated error is too large, never too small: a window, which never waits. The thread runs at the
-    /// lowest priority then.
+    /// Blocks are dropped, so that the error is overestimated, never underestimated. For the window, which must not block. The thread runs
+    /// at the lowest priority.
     LeaveOut,
 }
 
@@ -55,8 +54,8 @@ enum Message {
         samples: Box<[Sample]>,
         at: Duration,
     },
-    /// Another render begins, after the last one took this long; or the same in another picture, for which the witnesses go on. Everything
-    /// before is dropped.
+    /// Begins another render after the last one took this long, or the same render in another picture, whose witness paths continue.
+    /// Everything queued before is dropped.
     Begin {
         watch: Box<ErrorMonitor>,
         ended: Duration,
@@ -65,40 +64,40 @@ enum Message {
     },
     Aim(Option<ErrorTarget>),
     Witnesses(Witnesses),
-    /// Tells another observer what is known here.
+    /// Publishes this observer's estimate to another.
     Share(SharedEstimate, Subscriber),
-    /// Asks the first observer to tell the second one what is shown of a rectangle, after all that it was told from here.
+    /// Asks the first observer to send its estimate of a rectangle to the second, after everything it received from here.
     AskFor(Region, Subscriber, Subscriber),
-    /// What another one tells, when this render has taken so long.
+    /// Receives another observer's estimate, `Duration` after this render began.
     Others(OtherSamples, Duration),
-    /// Answers when everything before has been processed.
+    /// Answers when everything queued before has been processed.
     Sync(Sender<()>),
-    /// Answers with the mean and the difference of the replicates of every pixel.
+    /// Answers with mean and difference of the replicates of every pixel.
     Pixels(Sender<Vec<ReplicatePixel>>),
     /// Answers with the sums of the replicates.
     Replicates(Sender<Option<Replicates>>),
     /// Keeps some of the samples of each replicate apart.
     KeepApart,
-    /// Answers with the samples that were kept apart, if any were.
+    /// Answers with the samples kept apart, if any.
     TakeApart(Sender<Option<SamplesApart>>),
-    /// Answers with the exact sums, if there are any, and what goes with them.
+    /// Answers with the exact sums and the monitor's progress, if there are any.
     Progress(Sender<Option<(ExactReplicates, MonitorProgress)>>),
     /// Takes a last checkpoint and answers with the outcomes of the predictions.
     End(Duration, Sender<Vec<PredictionOutcome>>),
 }
 
-/// What an observer tells another one.
+/// Estimates that an observer publishes.
 enum SharedEstimate {
-    /// What is shown of a rectangle of its picture.
+    /// The displayed picture in a rectangle.
     Shown(Region),
-    /// What its own render shows, which begins at this pixel of the other one's picture.
+    /// Its own render, whose origin is at this pixel of the other picture.
     Own([i64; 2]),
 }
 
-/// An observer that is told what another one has seen.
+/// An observer that receives another's estimates.
 struct Subscriber {
     shared: Arc<Shared>,
-    /// The number of its render: another one is not told.
+    /// Number of its render; estimates are not sent to later renders.
     number: u64,
     /// Time since its render began.
     at: Duration,
@@ -107,9 +106,9 @@ struct Subscriber {
 /// State shared by the handle and the thread.
 struct Shared {
     inbox: Mutex<Inbox>,
-    /// Signals that there is something to do.
+    /// Signals new work.
     news: Condvar,
-    /// Signals that there is room again.
+    /// Signals room in the queue.
     room: Condvar,
     /// The number of the render, and its status at the last checkpoint.
     state: Mutex<(u64, Arc<ErrorStatus>)>,
@@ -120,7 +119,7 @@ struct Inbox {
     messages: VecDeque<Message>,
     /// Samples in the queue.
     samples: usize,
-    /// A caller waits for an answer.
+    /// A caller is waiting for an answer.
     asked: bool,
     /// Blocks are not processed before this time.
     rest: Instant,
@@ -141,12 +140,12 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// Watches a render of `run`, which must be divided into replicates, from now on.
+    /// Starts observing a render of `run`, which must be divided into replicates.
     pub fn start(run: &RunSpec, target: Option<ErrorTarget>, backpressure: Backpressure) -> Result<Self> {
         Self::start_with(watch(run, target, backpressure), run, target, backpressure)
     }
 
-    /// Goes on watching a render without a window whose exact sums were kept.
+    /// Resumes observing a render without a window from its saved exact sums.
     pub fn resume(
         run: &RunSpec,
         target: Option<ErrorTarget>,
@@ -192,7 +191,7 @@ impl Observer {
         Ok(Self { shared, thread: Some(thread), backpressure, began: Instant::now(), run, target })
     }
 
-    /// Another render begins, with these witnesses. What came of the predictions for the last one is logged.
+    /// Begins another render with these witness paths; logs the outcomes of the last one's predictions.
     pub fn begin(&mut self, run: &RunSpec, witnesses: Option<Witnesses>) {
         let ended = self.began.elapsed();
         self.began = Instant::now();
@@ -203,7 +202,7 @@ impl Observer {
         self.forget(run, watch, ended, false);
     }
 
-    /// The same render goes on in another picture, which is filled from its first sample on: another size, another filter.
+    /// Continues the same render in another picture (another size or filter), which is filled from its first sample on.
     pub fn begin_again(&mut self, run: &RunSpec) {
         let watch = Box::new(watch(run, self.target, self.backpressure));
         self.forget(run, watch, self.began.elapsed(), true);
@@ -218,13 +217,13 @@ impl Observer {
             inbox.rest = Instant::now() + REST;
         }
         inbox.messages.push_back(Message::Begin { watch, ended, last, goes_on });
-        // Under the lock, so that the thread cannot be at work on the new one already.
+        // Under the lock, so that the thread cannot have begun the new render already.
         let mut state = unpoisoned(&self.shared.state);
         *state = (state.0 + 1, Arc::default());
         self.shared.news.notify_one();
     }
 
-    /// Another error is wanted.
+    /// Changes the error target.
     pub fn set_target(&mut self, target: Option<ErrorTarget>) {
         if self.target != target {
             self.target = target;
@@ -232,34 +231,34 @@ impl Observer {
         }
     }
 
-    /// The stated error of this render counts what these witnesses find and its picture lacks.
+    /// Includes the light that these witness paths find and the picture lacks in the estimated error.
     pub fn call(&self, witnesses: Witnesses) {
         self.send(Message::Witnesses(witnesses), false);
     }
 
-    /// Tells the observer of a rectangle of the picture what is shown of it: from now on what it states is the error of the mean of both, each
-    /// with the share of its paths.
+    /// Sends the estimate of a rectangle of the displayed picture to `to`, whose error is from now on that of the mean of both, weighted by
+    /// their paths.
     pub fn share_shown(&self, rectangle: Region, to: &Observer) {
         self.send(Message::Share(SharedEstimate::Shown(rectangle), Subscriber::new(to)), false);
     }
 
-    /// As `whole.share_shown(rectangle, to)`, but after all that `whole` is told by this observer.
+    /// As `whole.share_shown(rectangle, to)`, but after everything that `whole` received from this observer.
     pub fn ask_for(&self, rectangle: Region, whole: &Observer, to: &Observer) {
         self.send(Message::AskFor(rectangle, Subscriber::new(whole), Subscriber::new(to)), false);
     }
 
-    /// Tells the observer of a picture, in which this one's begins at `origin`, what this render alone shows: the same, the other way
-    /// round.
+    /// Sends this render's own estimate to the observer of the picture in which it begins at pixel `origin`: the reverse of
+    /// [`share_shown`](Self::share_shown).
     pub fn share_own(&self, to: &Observer, origin: [i64; 2]) {
         self.send(Message::Share(SharedEstimate::Own(origin), Subscriber::new(to)), false);
     }
 
-    /// What is wanted.
+    /// The error target.
     pub fn target(&self) -> Option<ErrorTarget> {
         self.target
     }
 
-    /// Takes a copy of the samples of a block that goes to the film.
+    /// Copies the samples of a block that goes to the film.
     pub fn samples(&self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
         let (at, count) = (self.began.elapsed(), samples.len());
         let samples: Box<[Sample]> = samples.into();
@@ -272,13 +271,13 @@ impl Observer {
         }
         inbox.samples += count;
         inbox.messages.push_back(Message::Block { first_index, paths, samples, at });
-        // Otherwise it is awake, or left alone on purpose.
+        // Otherwise the thread is awake, or deliberately left asleep.
         if inbox.messages.len() == 1 || inbox.samples > MOST / 2 {
             self.shared.news.notify_one();
         }
     }
 
-    /// What was known at the last checkpoint; with [`sync`](Self::sync) before, at the last one that was due.
+    /// Status at the last checkpoint; after [`sync`](Self::sync), at the last one due.
     pub fn state(&self) -> Arc<ErrorStatus> {
         unpoisoned(&self.shared.state).1.clone()
     }
@@ -288,18 +287,18 @@ impl Observer {
         self.began.elapsed()
     }
 
-    /// The render stood still for so long: that time does not count.
+    /// Excludes a pause of this length from the render time.
     pub fn stood_still(&mut self, time: Duration) {
         self.began += time;
     }
 
-    /// Samples that wait for the thread.
+    /// Number of queued samples.
     #[cfg(test)]
     fn waiting(&self) -> usize {
         unpoisoned(&self.shared.inbox).samples
     }
 
-    /// Waits until everything has been seen that was handed over before.
+    /// Waits until everything queued before has been processed.
     pub fn sync(&self) {
         self.ask(Message::Sync);
     }
@@ -315,17 +314,17 @@ impl Observer {
         self.ask(Message::Replicates)
     }
 
-    /// From now on some of the samples of each replicate are kept apart as well.
+    /// Begins to keep some of the samples of each replicate apart.
     pub fn keep_apart(&self) {
         self.send(Message::KeepApart, false);
     }
 
-    /// The samples that were kept apart, if any were.
+    /// Takes the samples kept apart, if any.
     pub fn take_apart(&self) -> Option<SamplesApart> {
         self.ask(Message::TakeApart)
     }
 
-    /// The exact sums of the replicates so far, and what it takes to go on with them; `None` where none are kept.
+    /// Exact sums of the replicates and the state to resume from; `None` if none are kept.
     pub fn progress(&self) -> Option<(ExactReplicates, MonitorProgress)> {
         self.ask(Message::Progress)
     }
@@ -336,7 +335,7 @@ impl Observer {
         (self.state(), kept)
     }
 
-    /// Sends a question and waits for its answer. If the thread is gone there is nothing to wait for, and the answer is empty.
+    /// Sends a query and waits for its answer. If the thread has ended the answer is empty.
     fn ask<T: Default>(&self, question: impl FnOnce(Sender<T>) -> Message) -> T {
         let (answer, answers) = channel();
         self.send(question(answer), true);
@@ -357,7 +356,7 @@ impl Drop for Observer {
     fn drop(&mut self) {
         {
             let mut inbox = unpoisoned(&self.shared.inbox);
-            // Nobody reads any more what would come of it.
+            // Queued work would have no reader.
             inbox.messages.clear();
             inbox.closed = true;
         }
@@ -369,8 +368,8 @@ impl Drop for Observer {
 }
 
 impl Shared {
-    /// The next message, waited for; `None` at the end. Blocks of a young render stay where they are, unless they become
-    /// many or somebody waits.
+    /// Waits for the next message; `None` at the end. Blocks of a render that has just begun stay queued, unless they become many or a
+    /// caller is waiting.
     fn next(&self) -> Option<Message> {
         let mut inbox = unpoisoned(&self.inbox);
         loop {
@@ -400,7 +399,7 @@ impl Shared {
         message
     }
 
-    /// Makes known what `watch` has seen of render `number`, unless that is over.
+    /// Publishes the status of render `number`, unless that is over.
     fn publish(&self, number: u64, watch: &ErrorMonitor) {
         let mut state = unpoisoned(&self.state);
         if state.0 == number {
@@ -410,13 +409,13 @@ impl Shared {
 }
 
 impl Subscriber {
-    /// This observer, with its present render.
+    /// The observer and its present render.
     fn new(observer: &Observer) -> Self {
         let number = unpoisoned(&observer.shared.state).0;
         Self { shared: observer.shared.clone(), number, at: observer.elapsed() }
     }
 
-    /// Tells it, unless its render is over.
+    /// Sends a message, unless the render is over.
     fn tell(&self, message: Message) {
         let mut inbox = unpoisoned(&self.shared.inbox);
         if !inbox.gone && unpoisoned(&self.shared.state).0 == self.number {
@@ -426,7 +425,7 @@ impl Subscriber {
     }
 }
 
-/// Marks the thread as ended when it is dropped, so that no caller waits for it.
+/// Marks the thread as ended when dropped, so that no caller waits for it.
 struct ExitGuard<'a>(&'a Shared);
 
 impl Drop for ExitGuard<'_> {
@@ -449,11 +448,11 @@ fn watch(run: &RunSpec, target: Option<ErrorTarget>, backpressure: Backpressure)
     }
 }
 
-/// How the blur of this render shrinks; `None` without one, and where it may begin with the photons of the last render.
+/// Schedule of the photon radius of this render; `None` without photons, and if it may begin with the photon maps of the last render.
 fn blur(run: &RunSpec, backpressure: Backpressure) -> Option<BlurSchedule> {
     let last_generation = match run.integrator {
         IntegratorKind::Photon if run.deterministic || backpressure == Backpressure::Wait => LAST_GENERATION,
-        // Few of its light paths leave photons.
+        // Only a small fraction of its light paths store photons.
         IntegratorKind::Vcm if run.photons.caustics => u64::MAX,
         _ => return None,
     };
@@ -465,7 +464,7 @@ fn blur(run: &RunSpec, backpressure: Backpressure) -> Option<BlurSchedule> {
     })
 }
 
-/// The thread.
+/// Body of the thread.
 fn observe(mut watch: ErrorMonitor, shared: &Shared) {
     let mut number = 0;
     while let Some(message) = shared.next() {

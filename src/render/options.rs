@@ -1,4 +1,4 @@
-//! What a run is asked for, as plain data. The command line is read into it, and so may another program.
+//! Options of a run as plain data, filled from the command line or by another program.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,37 +10,37 @@ use crate::scene::light_groups::NamedGroup;
 use crate::study::ErrorQuantile;
 use crate::tracer::accel::SimdKernel;
 
-/// The scene and how it is traced. The options of the command line of the same names explain each.
+/// Scene and method of tracing. The command-line options of the same names explain each field.
 #[derive(Clone, Debug)]
 pub struct SceneOptions {
     pub scene: PathBuf,
-    /// Values for names in the scene file.
+    /// Values of named parameters in the scene file (`-D`).
     pub defines: Vec<(String, String)>,
-    /// Plugins that are not supported are replaced or left out, and told.
+    /// Replace or skip unsupported plugins, with a warning.
     pub lenient: bool,
-    /// Warnings are shown one by one with their source lines.
+    /// Show every warning with its source line.
     pub verbose: bool,
-    /// Size of the picture in pixels in the place of the film's.
+    /// Picture size in pixels; `None` for the scene's.
     pub size: Option<(u32, u32)>,
-    /// Method in the place of the scene's.
+    /// Method; `None` for the scene's.
     pub integrator: Option<IntegratorKind>,
-    /// Effects that are forced on or off, in the order in which they were given.
+    /// Forced effects, in the order given.
     pub effects: Vec<Forced>,
-    /// Longest path in segments in the place of the scene's; `Some(None)` is unlimited.
+    /// Longest path in segments; `None` for the scene's, `Some(None)` for unlimited.
     pub max_depth: Option<Option<u32>>,
-    /// Threads of the tracer; one per core without it.
+    /// Tracer threads; `None` for one per core.
     pub threads: Option<u16>,
-    /// Instructions that traverse the acceleration structure.
+    /// SIMD kernel of ray traversal.
     pub simd: SimdKernel,
     pub seed: u32,
-    /// Splat filter in the place of the scene's.
+    /// Splat filter; `None` for the scene's.
     pub filter: Option<SplatFilter>,
-    /// Vulkan device by index or part of its name, or `cpu`; the best one without it.
+    /// Vulkan device by index or part of its name, or `cpu`; `None` for the best one.
     pub device: Option<String>,
 }
 
 impl SceneOptions {
-    /// A scene where nothing else is given.
+    /// Default options for this scene.
     pub fn of(scene: PathBuf) -> Self {
         Self {
             scene,
@@ -66,53 +66,53 @@ impl SceneOptions {
     }
 }
 
-/// A render without a window. The options of `pointillist render` of the same names explain each.
+/// Options of a render without a window. The options of `pointillist render` of the same names explain each.
 #[derive(Clone, Debug)]
 pub struct RenderOptions {
-    /// What is traced.
+    /// Scene and method.
     pub source: SceneOptions,
-    /// How it is shown.
+    /// Display settings.
     pub display: Settings,
-    /// Camera paths in all.
+    /// Total number of camera paths.
     pub samples: Option<u64>,
     /// Samples per pixel.
     pub spp: Option<u64>,
     pub time: Option<Duration>,
-    /// Relative error at which it stops.
+    /// Relative error at which the render stops.
     pub error: Option<f64>,
-    /// Quantile of the picture that `error` is about.
+    /// Quantile of the picture's error that `error` refers to.
     pub error_at: ErrorQuantile,
-    /// Independent randomisations, 1 or 2.
+    /// Number of independent randomisations, 1 or 2.
     pub replicates: u8,
     pub first_index: u64,
     pub adaptive: bool,
-    /// Samples are rasterised in index order.
+    /// Rasterise samples in index order.
     pub deterministic: bool,
-    /// The threshold κ by which fireflies are reweighted.
+    /// Threshold κ of firefly reweighting.
     pub reweight_fireflies: Option<f32>,
     pub denoise: Denoise,
-    /// Where the state is kept.
+    /// File of the state.
     pub state: Option<PathBuf>,
-    /// `source.scene` is a state to go on with.
+    /// `source.scene` is a state file to resume.
     pub resume: bool,
-    /// Between two states.
+    /// Interval between writes of the state.
     pub state_every: Duration,
     pub outputs: Vec<PathBuf>,
-    /// Layers beside the picture in the place of those that the scene asks for.
+    /// Additional layers; `None` for those of the scene.
     pub aov: Option<Vec<AovDesc>>,
     /// `HOST:PORT` of the viewer tev.
     pub tev: Option<String>,
-    /// Groups of lights that have pictures of their own; an empty list stands for one for each emitter.
+    /// Light groups with separate pictures; an empty list means one per emitter.
     pub light_groups: Option<Vec<NamedGroup>>,
     pub json: Option<PathBuf>,
     pub quiet: bool,
     pub gpu_timings: Option<PathBuf>,
-    /// Share of the paths that general code traces, too.
+    /// Fraction of the paths that general code also traces.
     pub check_plan: f64,
 }
 
 impl RenderOptions {
-    /// A render of this scene where nothing else is given.
+    /// Default options for a render of this scene.
     pub fn of(source: SceneOptions) -> Self {
         Self {
             source,
@@ -142,7 +142,7 @@ impl RenderOptions {
         }
     }
 
-    /// True if it says when to stop.
+    /// Whether any stopping criterion is given.
     pub fn has_goal(&self) -> bool {
         self.samples.is_some() || self.spp.is_some() || self.time.is_some() || self.error.is_some()
     }

@@ -1,4 +1,4 @@
-//! The files a run leaves behind, checked before the run and replaced only when complete.
+//! Output files of a run: checked before the run, replaced only when complete.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -18,12 +18,12 @@ use crate::render::figures::{Seconds, is_special};
 use crate::render::options::RenderOptions;
 use crate::render::run_spec::{RunEnd, RunSpec, display_options};
 
-/// Pictures of a run beside the film's own.
+/// Pictures of a run beside the film's.
 #[derive(Default)]
 pub struct Extras {
-    /// Layers of EXR files.
+    /// Additional layers for EXR files.
     pub layers: Vec<Channel>,
-    /// What is displayed instead of the film, and a layer of EXR files.
+    /// The denoised picture: displayed instead of the film, and a layer of EXR files.
     pub denoised: Option<FilteredPicture>,
 }
 
@@ -33,11 +33,11 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Takes the files from the command line, or names one after the scene, and makes sure that each can be written.
+    /// Takes the paths from the command line, or derives one from the scene's name, and checks that each can be written.
     ///
     /// # Errors
     ///
-    /// When an ending is neither `.exr` nor `.png` or a folder cannot be written to.
+    /// When an extension is neither `.exr` nor `.png`, or a directory is not writable.
     pub fn plan(args: &RenderOptions) -> Result<Self> {
         let mut paths = args.outputs.clone();
         if paths.is_empty() {
@@ -47,7 +47,7 @@ impl Outputs {
         Self::check(paths, args.json.as_ref(), &args.source.scene)
     }
 
-    /// Makes sure that these files can be written, and that none is the report or the scene.
+    /// Checks that these files can be written, and that none is the report or the scene.
     pub fn check(paths: Vec<PathBuf>, json: Option<&PathBuf>, scene: &PathBuf) -> Result<Self> {
         let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
         let files = paths.into_iter().map(check).collect::<Result<Vec<_>>>()?;
@@ -63,7 +63,7 @@ impl Outputs {
         Ok(Self { files })
     }
 
-    /// True when nothing is to be written.
+    /// Whether there are no output files.
     pub fn is_empty(&self) -> bool {
         self.files.is_empty()
     }
@@ -73,21 +73,21 @@ impl Outputs {
         self.files.iter().map(|(path, _)| path)
     }
 
-    /// True when the variance is part of a file, or steers what is shown in one.
+    /// Whether the variance is stored in a file or steers a displayed picture.
     pub fn read_variance(&self, settings: &Settings) -> bool {
         self.writes_exr() || Effects::new(settings, 1).reads_variance()
     }
 
-    /// True when an EXR file is to be written.
+    /// Whether any file is EXR.
     pub fn writes_exr(&self) -> bool {
         self.files.iter().any(|(_, format)| *format == FileFormat::Exr)
     }
 
-    /// Takes the picture from the client and writes every file, with what stands beside it.
+    /// Takes the picture from the client and writes every file with its extras.
     ///
     /// # Errors
     ///
-    /// The first file that cannot be written; the others are written all the same.
+    /// The error of the first file that cannot be written; the others are still written.
     pub fn write(
         &self,
         client: &mut dyn Film,
@@ -125,17 +125,16 @@ impl Outputs {
     }
 }
 
-/// A picture that a device still computes, to be waited for and written on another thread, because encoding takes longer than a
-/// frame, too.
+/// A picture still being computed by a device. Another thread waits for it and writes it, because encoding takes longer than a frame, too.
 pub enum PendingSnapshot {
-    /// The displayed picture, and the number of paths in it.
+    /// Displayed picture, and its number of paths.
     Png(Readback<DisplayImage>, u64),
-    /// The sums, and channels beside them.
+    /// Sums, and additional channels.
     Exr(Readback<FilmData>, Vec<Channel>),
 }
 
 impl PendingSnapshot {
-    /// Takes the picture; the ending of `path` says which. `filtered` is what is displayed instead of the film, if anything is.
+    /// Takes a snapshot in the format given by the extension of `path`. `filtered`: denoised picture displayed instead of the film, if any.
     pub fn take(
         path: &Path,
         film: &mut dyn Film,
@@ -162,11 +161,11 @@ impl PendingSnapshot {
     }
 }
 
-/// A picture taken from a film.
+/// A snapshot read from a film.
 enum FilmSnapshot {
-    /// The displayed picture, and the number of paths in it.
+    /// Displayed picture, and its number of paths.
     Png(DisplayImage, u64),
-    /// The sums, and channels beside them.
+    /// Sums, and additional channels.
     Exr(FilmData, Vec<Channel>),
 }
 
@@ -202,7 +201,7 @@ impl FilmSnapshot {
     }
 }
 
-/// What a file says of the noise filter.
+/// File attribute that names the noise filter.
 fn filter_attribute(settings: &Settings) -> Option<(String, Attribute)> {
     let how = format!(
         "by {}, displayed pictures and the layer `denoised` only",

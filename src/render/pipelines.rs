@@ -1,4 +1,4 @@
-//! The compiled pipelines of a device, kept from run to run in a file beside what else the program remembers.
+//! Pipeline cache of a device, stored between runs in the program's state directory.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -7,8 +7,7 @@
 //! | … | the name of the device and its driver, [`Gpu::pipeline_origin`], and the end of a line |
 //! | … | what [`Gpu::take_pipelines`] has given |
 //!
-//! The program never depends on the file: what cannot be read or written is told in one line of the log, and pipelines are
-//! compiled anew.
+//! The cache is optional: if it cannot be read or written, one line is logged and pipelines are compiled anew.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -21,7 +20,7 @@ use crate::image::write::atomically;
 use crate::job::Job;
 use crate::render::predictions;
 
-/// How the file begins.
+/// Magic number of the file.
 const MAGIC: [u8; 8] = *b"\x8bPNTLPC1";
 
 /// Longest file that is read, bytes.
@@ -30,25 +29,25 @@ const LONGEST: u64 = 256 << 20;
 /// Bytes of the hash.
 const HASH: usize = 32;
 
-/// How long no pipeline was compiled before those of a window are written.
+/// In a window, the cache is written once no pipeline was compiled for this long.
 const QUIET: Duration = Duration::from_secs(5);
 
-/// The devices whose pipelines are written when the program ends: by then whoever opened them may have given them away.
+/// Devices whose caches are written at program exit, after their owners may have dropped them.
 static KEPT: Mutex<Vec<Arc<Gpu>>> = Mutex::new(Vec::new());
 
-/// Loads the pipelines that earlier runs have compiled on this device; [`save_kept`] writes those of this run.
+/// Loads the cache of this device; [`save_kept`] writes it at exit.
 pub fn keep(gpu: &Arc<Gpu>) {
     load(gpu);
     KEPT.lock().unwrap_or_else(PoisonError::into_inner).push(gpu.clone());
 }
 
-/// Writes the pipelines of the devices that were kept, and lets go of them.
+/// Writes the caches of the registered devices and releases them.
 pub fn save_kept() {
     let kept = std::mem::take(&mut *KEPT.lock().unwrap_or_else(PoisonError::into_inner));
     kept.iter().for_each(|gpu| save(gpu));
 }
 
-/// Loads the pipelines that earlier runs have compiled on this device.
+/// Loads the cache of this device.
 fn load(gpu: &Gpu) {
     let Some(path) = file(gpu) else { return };
     let loaded = match read(&path) {
@@ -62,7 +61,7 @@ fn load(gpu: &Gpu) {
     }
 }
 
-/// Writes the pipelines of this device, where some have come since they were loaded or written.
+/// Writes the cache of this device if pipelines were compiled since it was loaded or written.
 fn save(gpu: &Gpu) {
     let Some(path) = file(gpu) else { return };
     let written = match gpu.take_pipelines() {
@@ -75,12 +74,12 @@ fn save(gpu: &Gpu) {
     }
 }
 
-/// The file of this device; `None` without a folder for what the program remembers.
+/// Path of this device's cache; `None` without a state directory.
 fn file(gpu: &Gpu) -> Option<PathBuf> {
     Some(predictions::folder()?.join("pipelines").join(gpu.pipeline_origin()))
 }
 
-/// The bytes of the file; `None` where there is none.
+/// Contents of the file; `None` if it does not exist.
 fn read(path: &Path) -> std::io::Result<Option<Vec<u8>>> {
     let file = match File::open(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -91,7 +90,7 @@ fn read(path: &Path) -> std::io::Result<Option<Vec<u8>>> {
     Ok(Some(bytes))
 }
 
-/// The pipelines in the bytes of a file, if they are those of `origin`.
+/// Extracts the pipelines from the file's contents, if they belong to `origin`.
 fn parse<'a>(bytes: &'a [u8], origin: &str) -> Result<&'a [u8], String> {
     let rest = bytes.strip_prefix(&MAGIC).ok_or("it is no file of compiled pipelines")?;
     let (hash, body) = rest.split_at_checked(HASH).ok_or("it ends too early")?;
@@ -111,23 +110,23 @@ fn write(path: &Path, origin: &str, data: &[u8]) -> Result<(), String> {
     atomically(path, &bytes).map_err(|error| error.to_string())
 }
 
-/// Writes the pipelines of a device whenever new ones have been compiled, and when it is dropped.
+/// Writes the cache of a device whenever new pipelines have been compiled, and when dropped.
 pub struct PipelineKeeper {
     gpu: Arc<Gpu>,
-    /// Number of compiled pipelines that was seen last, and since when it is that.
+    /// Last known number of compiled pipelines, and since when.
     seen: (usize, Instant),
     saved: usize,
     saving: Option<Job<()>>,
 }
 
 impl PipelineKeeper {
-    /// Loads the pipelines of this device, and keeps them from now on.
+    /// Loads the cache of this device and keeps it up to date.
     pub fn new(gpu: Arc<Gpu>) -> Self {
         load(&gpu);
         Self { gpu, seen: (0, Instant::now()), saved: 0, saving: None }
     }
 
-    /// Starts to write what has been compiled, once nothing has been compiled for some seconds. Waits for nothing.
+    /// Begins to write new pipelines once none was compiled for some seconds. Never blocks.
     pub fn tick(&mut self) {
         let (compiled, now) = (self.gpu.compiled_pipelines(), Instant::now());
         if compiled != self.seen.0 {
@@ -145,7 +144,7 @@ impl PipelineKeeper {
 
 impl Drop for PipelineKeeper {
     fn drop(&mut self) {
-        // A panic has been printed.
+        // A panic has already been reported.
         let _ = self.saving.take().map(Job::wait);
         save(&self.gpu);
     }
@@ -155,7 +154,7 @@ impl Drop for PipelineKeeper {
 mod tests {
     use super::*;
 
-    /// A file gives back what was written, and nothing where any of its bytes is another.
+    /// A file yields what was written, and nothing if any byte differs.
     #[test]
     fn files_are_checked() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! The log of predictions that were made during renders on this machine, with their outcomes.
+//! Log of the predictions made during renders on this machine, with their outcomes.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -12,7 +12,7 @@ use crate::render::run_spec::RunSpec;
 use crate::study::data::PredictionScore;
 use crate::study::prediction::{LightClass, PredictionOutcome, score};
 
-/// Size in bytes after which a new log begins; the last one stays beside it.
+/// Log size in bytes at which a new log begins; the previous one is kept beside it.
 const MAX_BYTES: u64 = 8 << 20;
 
 /// One line of the log.
@@ -25,8 +25,7 @@ struct LogLine {
     kept: PredictionOutcome,
 }
 
-/// Where the program keeps what it remembers: `$POINTILLIST_STATE`, else in the system's folder for the state of programs. `None` without
-/// a home.
+/// State directory of the program: `$POINTILLIST_STATE`, else in the system's state directory. `None` without a home directory.
 pub fn folder() -> Option<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let own = folder("POINTILLIST_STATE");
@@ -35,13 +34,12 @@ pub fn folder() -> Option<PathBuf> {
     own.or_else(state).or_else(home)
 }
 
-/// The file of the log.
+/// Path of the log.
 pub fn file() -> Option<PathBuf> {
     Some(folder()?.join("predictions.jsonl"))
 }
 
-/// Appends the outcomes of a render's predictions. A log that cannot be written only causes a message at the level `info`, because the
-/// picture matters more.
+/// Appends the outcomes of a render's predictions. A failure to write is only logged at the level `info`, because the picture matters more.
 pub fn log(run: &RunSpec, kept: &[PredictionOutcome]) {
     if kept.is_empty() {
         return;
@@ -69,11 +67,11 @@ fn append(run: &RunSpec, kept: &[PredictionOutcome]) -> std::io::Result<()> {
     if std::fs::metadata(&path).is_ok_and(|m| m.len() > MAX_BYTES) {
         std::fs::rename(&path, path.with_extension("old.jsonl"))?;
     }
-    // One write, so that renders that end at the same time do not mix their lines.
+    // A single write, so that renders that end at the same time do not mix their lines.
     std::fs::OpenOptions::new().create(true).append(true).open(&path)?.write_all(text.as_bytes())
 }
 
-/// Reads the log. Lines that cannot be read are counted and skipped.
+/// Reads the log. Malformed lines are counted and skipped.
 fn read() -> Result<(Vec<LogLine>, usize)> {
     let no_home = || {
         let help = "set POINTILLIST_STATE to a folder";
@@ -92,7 +90,7 @@ fn read() -> Result<(Vec<LogLine>, usize)> {
     Ok((lines.into_iter().flatten().collect(), broken))
 }
 
-/// `pointillist study --predictions`: prints how often the intervals held.
+/// `pointillist study --predictions`: prints how often the prediction intervals were right.
 pub fn print() -> Result<()> {
     let (lines, broken) = read()?;
     let place = file().map(|path| path.display().to_string()).unwrap_or_default();

@@ -1,18 +1,18 @@
-//! What the process asks of the system: signals, memory in use, standard error.
+//! Interaction with the operating system: signals, memory use, standard error.
 
 use std::io::Write;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// When the process was interrupted first.
+/// Time of the first interrupt.
 static INTERRUPTED: OnceLock<Instant> = OnceLock::new();
 
-/// Signals that come within this time are one wish: `timeout` sends one to the program and another to its group.
+/// Signals within this time count as one: `timeout` sends one to the program and another to its process group.
 const ONE_WISH: Duration = Duration::from_millis(500);
 
-/// Takes the first Ctrl-C as the wish for the picture as it is; another one later ends the process. If no handler can be
-/// installed, Ctrl-C ends the process as usual.
+/// Makes the first Ctrl-C end the render with the picture so far, and a later one end the process. If no handler can be installed, Ctrl-C
+/// ends the process as usual.
 pub fn listen_for_interrupt() {
     let set = ctrlc::set_handler(|| {
         if INTERRUPTED.get_or_init(Instant::now).elapsed() > ONE_WISH {
@@ -29,12 +29,12 @@ pub fn is_interrupted() -> bool {
     INTERRUPTED.get().is_some()
 }
 
-/// A snapshot was asked for.
+/// Set when a snapshot is requested.
 #[cfg(unix)]
 static SNAPSHOT: OnceLock<std::sync::Arc<AtomicBool>> = OnceLock::new();
 
-/// Takes SIGUSR1, which would end the process otherwise, as the wish for a snapshot. What has no picture goes on as if nothing had
-/// happened: the signal is often sent to all processes of this name.
+/// Makes SIGUSR1, which would end the process, a request for a snapshot. A process without a picture ignores it: the signal is often sent
+/// to all processes of this name.
 #[cfg(unix)]
 pub fn listen_for_snapshots() {
     use signal_hook::{consts::SIGUSR1, flag};
@@ -43,11 +43,11 @@ pub fn listen_for_snapshots() {
     }
 }
 
-/// There is no such signal here.
+/// SIGUSR1 does not exist on this system.
 #[cfg(not(unix))]
 pub fn listen_for_snapshots() {}
 
-/// True if a snapshot was asked for since the last call.
+/// Whether a snapshot was requested since the last call.
 pub fn take_snapshot_request() -> bool {
     #[cfg(unix)]
     return SNAPSHOT.get().is_some_and(|request| request.swap(false, Ordering::SeqCst));
@@ -63,8 +63,8 @@ pub fn peak_memory_bytes() -> Option<u64> {
     Some(kib * 1024)
 }
 
-/// Prints a line on standard error. A closed pipe is not an error here, unlike in `eprintln!`: a picture is made
-/// whether or not anybody reads the messages.
+/// Prints a line on standard error. Unlike with `eprintln!`, a closed pipe is not an error: the picture is rendered whether or not messages
+/// are read.
 pub fn tell(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }

@@ -7,22 +7,22 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::render::figures::human;
 use crate::study::{ErrorQuantile, ErrorStatus};
 
-/// How far a run is to go.
+/// Goal of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     Paths(u64),
     Time(Duration),
-    /// An error, which nobody knows how long it takes.
+    /// An error target, whose duration is unknown.
     Error,
 }
 
-/// A number of measurements that come one after the other. Draws on standard error, if that is a terminal.
+/// Progress of consecutive measurements. Draws on standard error, if that is a terminal.
 pub struct Steps {
     bar: ProgressBar,
 }
 
 impl Steps {
-    /// So many measurements, none of them done.
+    /// Begins with none of `count` measurements done.
     pub fn new(count: u64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr_with_hz(8));
         let style =
@@ -42,7 +42,7 @@ impl Steps {
         self.bar.inc(1);
     }
 
-    /// Does something that prints, while the bar is away.
+    /// Runs `print` with the bar hidden.
     pub fn suspend<R>(&self, print: impl FnOnce() -> R) -> R {
         self.bar.suspend(print)
     }
@@ -78,7 +78,7 @@ impl Progress {
         Self { bar, goal }
     }
 
-    /// Shows where the run stands; `error` is what is known of it.
+    /// Updates the bar; `error`: the error so far, if known.
     pub fn update(
         &self,
         paths: u64,

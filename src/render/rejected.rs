@@ -1,4 +1,4 @@
-//! Rejected values in words: what was wrong, where, and the command that shows it again.
+//! Rejected values for the user: fault, location, and the command that reproduces it.
 
 use std::collections::BTreeMap;
 
@@ -11,20 +11,20 @@ use crate::scene::edit::objects;
 use crate::stream::{Cause, Fault, Rejected, Rejections};
 use crate::tracer::Scene;
 
-/// What a render has rejected. The names of the fields are the keys in JSON.
+/// Rejected values of a render. Field names are JSON keys.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct RejectedReport {
-    /// Rejected values: whole samples, and single contributions to samples that went without them.
+    /// Number of rejected values: whole samples, and single contributions that samples went without.
     pub total: u64,
-    /// Whole samples among them.
+    /// Number of whole samples among them.
     pub samples: u64,
     pub by_cause: BTreeMap<&'static str, u64>,
     pub by_origin: Vec<RejectedOrigin>,
-    /// The first hundred, so that each can be replayed.
+    /// The first hundred, each with a replay command.
     pub examples: Vec<RejectedExample>,
 }
 
-/// Values that were rejected in one place for one reason.
+/// Values rejected in one place for one reason.
 #[derive(Clone, Debug, Serialize)]
 pub struct RejectedOrigin {
     pub what: String,
@@ -37,7 +37,7 @@ pub struct RejectedExample {
     /// Index of its path in the sequence.
     pub index: u64,
     pub what: String,
-    /// The command that traces this path alone, and prints what it meets.
+    /// The command that traces this path alone and prints its vertices.
     pub replay: String,
 }
 
@@ -60,7 +60,7 @@ impl RejectedReport {
         }
     }
 
-    /// One line for a summary or a picture's file; `None` where nothing was rejected.
+    /// Summary in one line, also for a picture file; `None` if nothing was rejected.
     pub fn summary(&self) -> Option<String> {
         let first = self.examples.first()?;
         let parts = [(self.samples, "samples"), (self.total - self.samples, "contributions to samples")];

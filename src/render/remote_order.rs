@@ -1,4 +1,4 @@
-//! What a viewer has its tracers trace, in the words of the program: the `order` of a [`crate::remote::Request`].
+//! Render orders from a viewer to remote tracers: the `order` of a [`crate::remote::Request`].
 
 use std::path::{Path, PathBuf};
 
@@ -13,13 +13,13 @@ use crate::scene::desc::IntegratorKind;
 use crate::scene::edit::Edits;
 use crate::stream::UvWindow;
 
-/// Largest side of a picture, pixels.
+/// Largest picture side, pixels.
 const MOST_PIXELS: u32 = 1 << 16;
 
-/// Farthest that a window of samples may reach beyond the picture, in units of the picture.
+/// Farthest that a sample window may extend beyond the picture, relative to its size.
 const FARTHEST: f32 = 0.5;
 
-/// What is to be traced, apart from epoch, seed and number of paths.
+/// A render order, apart from epoch, seed and number of paths.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RemoteOrder {
     /// Digest of the scene, see [`scene_digest`].
@@ -29,13 +29,13 @@ pub struct RemoteOrder {
     pub rr_depth: u32,
     pub hide_emitters: bool,
     pub replicated: bool,
-    /// Size given on the command line of the viewer instead of the scene's film.
+    /// Film size from the viewer's command line; `None` for the scene's.
     pub film: Option<(u32, u32)>,
-    /// Size of the picture, pixels.
+    /// Picture size, pixels.
     pub size: [u32; 2],
-    /// Where samples may lie.
+    /// Screen window of the samples.
     pub window: UvWindow,
-    /// Camera and values that were changed.
+    /// Edited camera and parameters.
     pub edits: Edits,
     /// Effects that are forced on or off.
     pub forced: Vec<Forced>,
@@ -59,11 +59,11 @@ impl RemoteOrder {
         }
     }
 
-    /// Reads an order that came over the network.
+    /// Parses and validates an order received over the network.
     ///
     /// # Errors
     ///
-    /// In words, when it is none, or asks for what no picture has.
+    /// A message, if it cannot be parsed or has values out of range.
     pub fn read(text: &str) -> Result<Self, String> {
         let order: Self =
             serde_json::from_str(text).map_err(|error| format!("an order that makes no sense: {error}"))?;
@@ -78,8 +78,8 @@ impl RemoteOrder {
     }
 }
 
-/// By what viewer and tracer know that they have the same scene: what stands in its files, in any order, and what the command line says
-/// of them.
+/// Digest by which viewer and tracer check that they have the same scene: contents of its files, in any order, and the command-line options
+/// that affect loading.
 ///
 /// # Errors
 ///
@@ -93,11 +93,11 @@ pub fn scene_digest(files: &[PathBuf], defines: &[(String, String)], lenient: bo
     Ok(blake3::hash(words.as_bytes()).to_hex()[..32].to_string())
 }
 
-/// The secret in a file.
+/// Reads the secret from a file.
 ///
 /// # Errors
 ///
-/// When it cannot be read, or is too short to be one.
+/// When it cannot be read, or is too short.
 pub fn read_token(path: &Path) -> Result<Token> {
     let text = std::fs::read_to_string(path);
     let text = text.into_diagnostic().wrap_err_with(|| format!("cannot read {}", path.display()))?;

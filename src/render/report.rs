@@ -1,4 +1,4 @@
-//! The figures of a run, and of the error of its picture.
+//! Statistics of a run, and of the error of its picture.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ use crate::study::format::{percent, round_percent};
 use crate::study::prediction::Prediction;
 use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, ErrorTarget, Interval, LateLight};
 
-/// Everything that is said about a finished run. The names of the fields are the keys in JSON.
+/// Report of a finished run. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderReport {
     pub version: &'static str,
@@ -25,7 +25,7 @@ pub struct RenderReport {
     pub width: u32,
     pub height: u32,
     pub integrator: &'static str,
-    /// The reason for the method, if the program chose it.
+    /// Reason for the method, if the choice was automatic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub auto: Option<ChoiceReport>,
     /// Every effect, on or off, and why.
@@ -33,56 +33,56 @@ pub struct RenderReport {
     /// Effects that were forced off.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<&'static str>,
-    /// What `--check-plan` has found.
+    /// Result of `--check-plan`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan_check: Option<PlanCheck>,
     pub camera_samples: u64,
     pub light_samples: u64,
     pub camera_paths: u64,
     pub light_paths: u64,
-    /// Paths (from either end, or pairs) per texel of the film, overscan included.
+    /// Paths (camera, light, or pairs of both) per texel of the film, overscan included.
     pub samples_per_pixel: f64,
     /// Paths per second of rendering.
     pub samples_per_second: f64,
-    /// Paths per second that one tracer thread spent tracing.
+    /// Paths per second of one tracer thread's tracing time.
     pub paths_per_trace_second: f64,
     pub seconds: Seconds,
-    /// The error of the picture. It is unknown if the run was not divided into replicates.
+    /// Error of the picture; `None` if the run was not divided into replicates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorReport>,
-    /// Where adaptive sampling has placed camera paths.
+    /// Distribution of camera paths by adaptive sampling.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveReport>,
-    /// The groups of lights of which the files have layers.
+    /// Light groups with layers in the files.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub light_groups: Vec<LightGroupReport>,
-    /// Values that were not numbers from 0 on, by cause and origin.
+    /// Values that were negative or not finite, by cause and origin.
     pub rejected: RejectedReport,
-    /// Share of the light that the picture lacks because fireflies were reweighted.
+    /// Fraction of the light that firefly reweighting withholds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub withheld: Option<f64>,
     /// The device that rasterised the picture.
     pub device: String,
     pub threads: usize,
-    /// Instructions that traced the rays. The picture does not depend on them.
+    /// SIMD instruction set of the ray traversal. The picture does not depend on it.
     pub simd: &'static str,
     pub seed: u32,
     /// Samples were rasterised in index order.
     pub deterministic: bool,
     /// Ctrl-C ended the run early.
     pub interrupted: bool,
-    /// Largest resident memory in bytes, where the system tells.
+    /// Largest resident memory in bytes, if the system reports it.
     pub peak_memory_bytes: Option<u64>,
     pub warnings: Vec<String>,
     pub outputs: Vec<PathBuf>,
 }
 
-/// Result of `--check-plan`: paths traced by special and by general code.
+/// Result of `--check-plan`: comparison of specialised and general code.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct PlanCheck {
     /// Paths that were traced twice.
     pub paths: u64,
-    /// Paths whose samples differ by a rounding, where the arithmetic differs by design.
+    /// Paths whose samples differ by rounding, where the arithmetic differs by design.
     pub different: u64,
 }
 
@@ -133,55 +133,55 @@ impl RenderReport {
     }
 }
 
-/// Share of the squared error from which it is worth telling that it is blur.
+/// Fraction of the squared error from which on the photon blur is reported.
 const WORTH_TELLING: f64 = 0.01;
 
-/// The error of the unblurred picture, each figure with its 90 % interval. The names of the fields are the keys in JSON.
+/// Error of the picture before reconstruction, each value with its 90 % interval. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct ErrorReport {
-    /// Relative error that half of the picture stays below.
+    /// Median relative error over the picture.
     pub median: Interval,
-    /// Relative error that 95 % of the picture stay below.
+    /// 95th percentile of the relative error over the picture.
     pub p95: Interval,
-    /// Relative error that 99 % of the picture stay below.
+    /// 99th percentile of the relative error over the picture.
     pub p99: Interval,
     /// Mean of the squared error over the squared luminance plus 0.01.
     pub rel_mse: Interval,
-    /// How much of the light single samples carry, and what other methods find more.
+    /// Concentration of the light in single samples, and light that only other methods find.
     pub light: LateLight,
-    /// The share of the squared error that is the blur of photons, which the figures count; of the methods that blur, where it is known.
+    /// Fraction of the squared error due to photon blur, which the values include; for methods with photons, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blur: Option<f64>,
-    /// What the picture lacks and the figures count, if it is worth telling.
+    /// Light missing from the picture and included in the values, if significant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unfound: Option<String>,
-    /// Why the figures cannot be trusted, if light is still being found.
+    /// Why the values are unreliable, if light is still being found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warning: Option<String>,
-    /// The error of the picture through the noise filter, if it is known.
+    /// Error of the denoised picture, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denoised: Option<DenoisedError>,
-    /// What these figures do not contain.
+    /// Errors not included in these values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub besides: Option<&'static str>,
-    /// The quantile of `target`, `prediction` and `curve`.
+    /// Name of the quantile of `target`, `prediction` and `curve`.
     pub quantile: &'static str,
-    /// The same quantile as a value.
+    /// The same quantile as an enum value.
     #[serde(skip)]
     pub at: ErrorQuantile,
-    /// The target, from `--error` or the window.
+    /// Error target, from `--error` or the window.
     pub target: Option<f64>,
-    /// The target was reached; a render stops there.
+    /// Whether the target was reached, at which a render stops.
     pub reached: bool,
-    /// When the target, or the next round error, would have been reached.
+    /// Predicted time to the target, or to the next round error.
     pub prediction: Option<Prediction>,
-    /// Slope of the logarithms of error and samples.
+    /// Slope of log error over log samples.
     pub slope: Option<Interval>,
-    /// Seconds, paths and error of every checkpoint.
+    /// `[seconds, paths, error]` of every checkpoint.
     pub curve: Vec<[f64; 3]>,
 }
 
-/// The error of the picture through the noise filter, as in [`ErrorReport`], but for bias that both randomisations share: it is not stated where there is some.
+/// Error of the denoised picture, as in [`ErrorReport`], excluding bias common to both randomisations: it is not stated if there is any.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DenoisedError {
     pub median: Interval,
@@ -191,8 +191,7 @@ pub struct DenoisedError {
 }
 
 impl ErrorReport {
-    /// The figures of a run that has ended and shows its picture through this noise filter; `None` where there was too little to know
-    /// anything.
+    /// Values of a finished run that displays its picture with this noise filter; `None` if there were too few samples.
     pub fn new(
         state: &ErrorStatus,
         run: &RunSpec,
@@ -231,7 +230,7 @@ impl ErrorReport {
         })
     }
 
-    /// The same with the error of the picture through the noise filter.
+    /// Adds the error of the denoised picture.
     pub fn with_filtered(self, filtered: Option<&ErrorEstimate>) -> Self {
         let denoised = |error: &ErrorEstimate| {
             let [median, p95, p99] = error.relative;
@@ -240,7 +239,7 @@ impl ErrorReport {
         Self { denoised: filtered.map(denoised), ..self }
     }
 
-    /// The part of the summary of a run that tells the error.
+    /// Part of the run's summary about the error.
     pub fn summary(&self) -> String {
         let Interval { value, low, high } = [self.median, self.p95, self.p99][self.at.index()];
         let [value, low, high] = [value, low, high].map(percent);

@@ -1,4 +1,4 @@
-//! The specification of a run. With it a picture can be made again, so it stands in the picture's file.
+//! Specification of a run, stored in the picture file so that the picture can be reproduced.
 
 use std::path::PathBuf;
 
@@ -20,65 +20,65 @@ use crate::tracer::accel::SimdKernel;
 use crate::tracer::choice::IntegratorChoice;
 use crate::tracer::effects::{Effect, refusal};
 
-/// Everything that decides the sums of a film, besides the number of paths.
+/// Everything that determines the sums of a film, except the number of paths.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunSpec {
     pub scene: PathBuf,
     /// `-D` values.
     pub defines: Vec<(String, String)>,
-    /// Plugins that are not supported are replaced or left out.
+    /// Unsupported plugins are replaced or skipped.
     pub lenient: bool,
-    /// Size given on the command line instead of the scene's film.
+    /// Size from the command line; `None` for the scene's film.
     pub size: Option<(u32, u32)>,
     /// Size, filter, variance form.
     pub film: FilmSpec,
     pub max_depth: Option<u32>,
-    /// Path length from which Russian roulette may end a path.
+    /// Path length from which on Russian roulette applies.
     pub rr_depth: u32,
-    /// Lights are not seen directly.
+    /// Emitters are invisible to the camera.
     pub hide_emitters: bool,
     pub integrator: IntegratorKind,
-    /// How photons are looked up.
+    /// Parameters of photon mapping.
     pub photons: PhotonDesc,
-    /// Layers that an EXR file has beside the picture.
+    /// Additional layers of an EXR file.
     pub aovs: Vec<AovDesc>,
-    /// The reason for the method, if the program chose it.
+    /// Reason for the method, if the choice was automatic.
     pub auto: Option<ChoiceReport>,
-    /// Effects that are forced on or off against what the scene calls for.
+    /// Effects forced on or off against what the scene needs.
     pub effects: Vec<Forced>,
-    /// Samples per pixel where neither a count nor a time is given.
+    /// Samples per pixel if neither count nor time is given.
     pub spp: u64,
     pub seed: u32,
     pub first_index: u64,
     /// Samples are rasterised in index order.
     pub deterministic: bool,
-    /// Divided into replicates, so that its error is known.
+    /// Divided into replicates, from which the error is estimated.
     pub replicated: bool,
-    /// More camera paths where a pilot has found the error.
+    /// Adaptive sampling: more camera paths where a pilot found larger errors.
     #[serde(default)]
     pub adaptive: bool,
-    /// The groups of lights of which its file has pictures, as `--light-groups` takes them.
+    /// Light groups with layers in the file, in the syntax of `--light-groups`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light_groups: Option<String>,
     /// The device that rasterised it.
     pub device: String,
-    /// The threshold κ by which fireflies are reweighted; `None` where they are not.
+    /// Threshold κ of firefly reweighting; `None` if off.
     pub reweighted: Option<f32>,
 }
 
-/// What a picture's file says of how its run went.
+/// Outcome of a run, for the metadata of its picture file.
 #[derive(Clone, Debug, Default)]
 pub struct RunEnd {
-    /// The paths are the first ones of the sequence, without a gap.
+    /// The paths form a prefix of the sequence, without gaps.
     pub prefix: bool,
-    /// What was rejected, in a line.
+    /// Rejected values, in one line.
     pub rejected: Option<String>,
-    /// What is to be known of the picture, by attribute: its error in words, a warning where that cannot be trusted, what it is composed of.
+    /// Notes by attribute name: error, a warning if it is unreliable, and composition of the picture.
     pub notes: Vec<(&'static str, String)>,
 }
 
 impl RunEnd {
-    /// Remembers the error of the picture, for its file.
+    /// Adds notes about the error of the picture.
     pub fn describe(&mut self, error: &ErrorStatus, at: ErrorQuantile) {
         self.notes.clear();
         if error.checkpoints.is_empty() {
@@ -93,32 +93,32 @@ impl RunEnd {
     }
 }
 
-/// The method that was chosen and the reason. The names of the fields are the keys in JSON.
+/// The chosen method and the reason. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ChoiceReport {
     /// The method.
     #[serde(skip)]
     pub kind: IntegratorKind,
     pub reason: String,
-    /// Those of the trial; none where witnesses of the picture have decided.
+    /// Methods compared in the trial; empty if witness paths decided.
     pub candidates: Vec<Candidate>,
 }
 
-/// One method that was tried.
+/// A method in the trial.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Candidate {
     pub method: String,
-    /// It can show everything that the picture holds.
+    /// Whether it can find all light that the picture contains.
     pub complete: bool,
-    /// Estimated time to the same error, relative to the chosen method's; absent where it is never reached.
+    /// Estimated time to equal error, relative to the chosen method's; absent if it is never reached.
     pub relative_time: Option<f64>,
-    /// Relative variance per path, with what was missed.
+    /// Relative variance per path, including missed light.
     pub variance: f64,
-    /// Share of the light that its trial has not found.
+    /// Fraction of the light that its trial missed.
     pub missed: f64,
     /// Cost of a path, in units of a camera vertex.
     pub cost: f64,
-    /// Mean luminance of its trial.
+    /// Mean luminance in its trial.
     pub mean: f64,
 }
 
@@ -139,14 +139,14 @@ impl From<IntegratorChoice> for ChoiceReport {
     }
 }
 
-/// The attribute of a picture's file that names the groups of lights.
+/// Attribute of a picture file that names the light groups.
 pub const LIGHT_GROUPS: &str = "lightGroups";
 
-/// Samples per pixel where neither the command line nor the scene says.
+/// Default samples per pixel if neither command line nor scene specifies them.
 const DEFAULT_SPP: u64 = 16;
 
 impl RunSpec {
-    /// Photons blur what its method shows.
+    /// Whether the method blurs the picture by photon density estimation.
     pub fn is_blurred(&self) -> bool {
         match self.integrator {
             IntegratorKind::Photon => true,
@@ -155,13 +155,13 @@ impl RunSpec {
         }
     }
 
-    /// Whether the error of its picture through the noise filter can be stated: that estimate knows nothing of bias which both randomisations
-    /// share ([`filtered_error`](crate::denoise::filtered_picture::filtered_error)).
+    /// Whether the error of the denoised picture can be estimated: the estimate misses bias common to both randomisations
+    /// ([`filtered_error`](crate::denoise::filtered_picture::filtered_error)).
     pub fn can_state_filtered_error(&self) -> bool {
         self.replicated && !self.is_blurred() && self.reweighted.is_none()
     }
 
-    /// Whether it is stated where the error of the picture is in this state.
+    /// Whether it can be stated, given this state of the picture's error.
     pub fn states_filtered_error(&self, state: &ErrorStatus) -> bool {
         self.can_state_filtered_error()
             && !state.checkpoints.is_empty()
@@ -169,7 +169,7 @@ impl RunSpec {
             && state.late.warning().is_none()
     }
 
-    /// The run that options and scene ask for. It begins at index 0 and is rasterised in any order.
+    /// The run specified by options and scene. It begins at index 0, in any order of rasterisation.
     pub fn of(source: &SceneOptions, desc: &SceneDesc, forced: &[Forced], device: String) -> Self {
         let film = &desc.film;
         let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
@@ -218,7 +218,7 @@ impl RunSpec {
         }
     }
 
-    /// The options that give this run again, on the processor.
+    /// Options that reproduce this run on the CPU.
     pub fn source(&self, threads: Option<u16>) -> SceneOptions {
         SceneOptions {
             scene: self.scene.clone(),
@@ -232,14 +232,13 @@ impl RunSpec {
             threads,
             simd: SimdKernel::best(),
             seed: self.seed,
-            // A scaled filter is the scene's.
+            // A scaled filter is specified by the scene only.
             filter: Some(self.film.filter).filter(|filter| !matches!(filter, SplatFilter::Scaled(_))),
             device: Some("cpu".to_string()),
         }
     }
 
-    /// Attributes for the picture's file; none depends on time, on the number of threads or on the instructions that walked the
-    /// rays. `paths` were traced.
+    /// Attributes of the picture file, independent of time, number of threads and SIMD kernel. `paths`: number of paths traced.
     pub fn attributes(&self, paths: u64, outcome: &RunEnd) -> Vec<(String, Attribute)> {
         let text = |name: &str, value: String| (name.to_string(), Attribute::Text(value));
         let mut attributes = vec![
@@ -273,14 +272,14 @@ impl RunSpec {
         attributes
     }
 
-    /// Effects that the picture leaves out although the scene and the method call for them.
+    /// Effects left out although scene and method need them.
     pub fn left_out(&self) -> impl Iterator<Item = &'static str> {
         let off = self.effects.iter().filter(|forced| !forced.on).map(|forced| forced.effect);
         off.filter(|effect| refusal(*effect, self.integrator).is_none()).map(Effect::name)
     }
 
-    /// The command line that traces `paths` paths from `first` on in the same way. Threads and `--simd` are left out: they do
-    /// not change a path, and another machine may lack them.
+    /// Command line that traces `paths` paths from `first` on identically. Threads and `--simd` are left out: they do not change a path,
+    /// and another machine may not support them.
     pub fn command(&self, first: u64, paths: u64) -> String {
         let mut command = self.scene_options("render");
         if !self.aovs.is_empty() {
@@ -306,7 +305,7 @@ impl RunSpec {
         command + " --device " + &quoted(&self.device)
     }
 
-    /// The command line that traces the path of a rejected value again and prints what it meets.
+    /// Command line that traces the path of a rejected value again and prints its vertices.
     pub fn replay(&self, rejected: &Rejected) -> String {
         if self.adaptive {
             return "with --adaptive a path cannot be traced by itself: render without, and replay what is rejected there".to_string();
@@ -321,7 +320,7 @@ impl RunSpec {
         command
     }
 
-    /// The part of a command line that decides what each index is.
+    /// Part of a command line that determines the path of each index.
     fn scene_options(&self, subcommand: &str) -> String {
         let mut command = format!("pointillist {subcommand} {}", quoted(&self.scene.display().to_string()));
         for (name, value) in &self.defines {
@@ -339,7 +338,7 @@ impl RunSpec {
             command += &format!(" --effects {}", effects.join(","));
         }
         let depth = self.max_depth.map_or("-1".to_string(), |d| d.to_string());
-        // A scaled filter is the scene's: no option names it.
+        // A scaled filter is specified by the scene only: there is no option for it.
         let filter = match self.film.filter {
             SplatFilter::Scaled(_) => String::new(),
             named => format!(" --filter {}", named.name()),
@@ -352,17 +351,17 @@ impl RunSpec {
     }
 }
 
-/// A size in pixels as the film's filters have it.
+/// A size in pixels as the film's filters store it, in thousandths.
 fn thousandths(size: f64) -> u16 {
     (1000.0 * size).round().clamp(1.0, f64::from(u16::MAX)) as u16
 }
 
-/// The form of variance that a film needs to be shown with these settings.
+/// Form of variance that a film needs for these settings.
 pub fn shown_variance(settings: &Settings) -> Option<VarianceForm> {
     Effects::new(settings, 1).reads_variance().then_some(VarianceForm::Product)
 }
 
-/// The display options of a picture as they stand on the command line.
+/// Display settings as command-line options.
 pub fn display_options(s: &Settings) -> String {
     let mut options = format!(
         "--reconstruct {} --vm {} --exposure {} --contrast {} --gamma {} --profile {}",
@@ -373,7 +372,7 @@ pub fn display_options(s: &Settings) -> String {
         s.gamma,
         quoted(&s.profile.name)
     );
-    // Options with their usual values are left out.
+    // Options with default values are left out.
     if s.kernel != ReconstructionKernel::default() {
         let exponent = match s.kernel.exponent {
             0 => "none".to_string(),
@@ -398,7 +397,7 @@ pub fn display_options(s: &Settings) -> String {
     options
 }
 
-/// `text` for a shell: in single quotes unless it is plain.
+/// Quotes `text` for a shell: in single quotes unless it is plain.
 pub fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=+,:@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) {

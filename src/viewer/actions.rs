@@ -1,4 +1,4 @@
-//! What the user asks for with mouse, keys or the panel: camera moves, selection, edits, files.
+//! Carries out the user's actions from mouse, keys and panel: camera moves, selection, edits, files.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,17 +23,17 @@ use crate::viewer::light_mix::{LightMix, groups_of};
 use crate::viewer::picture::regions::rectangle_between;
 use crate::viewer::{Viewer, inspector, preferences};
 
-/// Stops per step of the wheel that changes the exposure.
+/// Exposure change per step of the mouse wheel, in stops.
 const EXPOSURE_STEP: f32 = 1.0 / 6.0;
 
-/// How long after the warning a second request discards changes.
+/// A second request within this time after the warning discards unsaved changes.
 const SURE: Duration = Duration::from_secs(10);
 
-/// Pixels around the one that is metered.
+/// Half the side of the square over which the exposure meter averages, in pixels.
 const SPOT: u32 = 4;
 
 impl Viewer {
-    /// Does what was asked for, and takes over what other threads have finished, since the last call.
+    /// Performs all actions queued since the last call and takes over results that other threads have finished.
     pub(super) fn act(&mut self) {
         if self.panel.take_settings_changed() {
             self.controls_changed();
@@ -305,7 +305,7 @@ impl Viewer {
         Ok(None)
     }
 
-    /// The place in the picture that is shown at this place of the window; an error beside it.
+    /// Picture coordinates, in pixels, of a window position; an error if it lies outside the picture.
     fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
         let viewport = &self.panel.viewport;
         if !viewport.contains(at.into()) {
@@ -314,7 +314,7 @@ impl Viewer {
         Ok(viewport.to_picture(at.into()).to_array())
     }
 
-    /// Makes a picture of another size; returns what is said of it.
+    /// Changes the size of the picture; returns a message for the user.
     fn change_picture_size(&mut self, size @ [width, height]: [u32; 2]) -> Option<String> {
         if size == self.session.size() {
             return Some(format!("the picture has {width}×{height} pixels"));
@@ -328,7 +328,7 @@ impl Viewer {
         })
     }
 
-    /// Traces the groups of lights from now on, or none of them any more.
+    /// Switches the tracing of separate light groups on or off.
     fn toggle_light_mix(&mut self) -> Result<String> {
         if self.picture.mix.is_on() {
             self.session.set_light_groups(Vec::new())?;
@@ -358,19 +358,19 @@ impl Viewer {
         self.picture.request_repaint();
     }
 
-    /// Adds the place that is seen here as one whose colour is known: it has the one that it is to have until another is chosen.
+    /// Adds a target of the light mix at a window position. Its wanted colour is the displayed one until the user chooses another.
     fn add_mix_target(&mut self, at: [f64; 2]) -> Result<()> {
         let pixel = self.on_picture(at)?.map(|at| at as u32);
         self.picture.mix.add_target(pixel, &self.panel.controls.settings)
     }
 
-    /// The rectangle of the picture between two places of the window.
+    /// Rectangle of the picture spanned by two window positions.
     fn rectangle(&self, [from, to]: [[f64; 2]; 2]) -> Region {
         let [from, to] = [from, to].map(|at| self.panel.viewport.to_picture(at.into()));
         rectangle_between(from, to, self.session.size())
     }
 
-    /// Traces a rectangle of the picture and nothing else until it is released, or something is changed.
+    /// Restricts tracing to a rectangle of the picture until it is released or an edit begins a new epoch.
     fn trace_region(&mut self, rectangle: Region) -> Result<String> {
         if self.session.is_stale() || !self.picture.is_seen() {
             return Err(miette!("there is no picture of this view yet: drag the region again"));
@@ -385,14 +385,14 @@ impl Viewer {
         Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))
     }
 
-    /// Goes on with the whole picture.
+    /// Releases the traced region and resumes the whole picture.
     fn release_region(&mut self) -> Result<Option<String>> {
         self.go_on();
         let released = self.picture.end_region(&mut self.session, &self.editor)?;
         Ok(released.then(|| "the whole picture is traced again".to_owned()))
     }
 
-    /// Exposes the picture so that what is seen here becomes a middle grey.
+    /// Sets the exposure so that the colour at a window position becomes middle grey.
     fn meter(&mut self, at: [f64; 2]) -> Result<()> {
         let mean = f64::from(self.spot(at)?.y);
         let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
@@ -402,7 +402,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// The mean of what is shown around a place of the window, scene-linear XYZ.
+    /// Mean displayed colour around a window position, scene-linear XYZ.
     fn spot(&mut self, at: [f64; 2]) -> Result<Vec3> {
         let size = self.session.size();
         let place = self.on_picture(at)?.map(|at| at as u32);
@@ -413,7 +413,7 @@ impl Viewer {
         Ok(spot.iter().map(|xyz| Vec3::from(*xyz)).sum::<Vec3>() / spot.len().max(1) as f32)
     }
 
-    /// Whether changes that were not saved may be lost: where there are some, the user has to ask twice.
+    /// Whether unsaved changes may be discarded: if there are any, the user has to ask twice.
     pub(super) fn may_discard(&mut self, by: &str) -> bool {
         let warned = self.warned.take().is_some_and(|at| at.elapsed() < SURE);
         if warned || !self.editor.has_unsaved_changes() {
@@ -426,7 +426,7 @@ impl Viewer {
         false
     }
 
-    /// Compares with the picture that was added last.
+    /// Compares with the most recently added picture.
     fn compare_with_last(&mut self) {
         let compare = &mut self.panel.controls.compare;
         (compare.chosen, compare.is_shown) = (self.comparison.last(), true);
@@ -452,7 +452,7 @@ impl Viewer {
         }
     }
 
-    /// Shows another state of the history.
+    /// Applies the edit state that undo or redo has selected.
     fn restored(&mut self) -> Result<()> {
         self.editor.follow()?;
         self.session.set_effects(&self.editor);

@@ -1,4 +1,4 @@
-//! Views of the camera that are kept by number, in a file beside the scene.
+//! Numbered camera bookmarks, stored in a file beside the scene.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,22 +8,22 @@ use miette::{Result, miette};
 use crate::client::window::navigation::Pose;
 use crate::image::write::atomically;
 
-/// The views of one scene.
+/// Camera bookmarks of one scene.
 #[derive(Debug, Default)]
 pub struct CameraBookmarks {
     /// `SCENE.views.json`.
     file: PathBuf,
     views: BTreeMap<u8, Pose>,
-    /// There is a file that could not be read: it is not written over.
+    /// The file exists but could not be parsed, so it must not be overwritten.
     is_foreign: bool,
 }
 
 impl CameraBookmarks {
-    /// The views that are kept beside this scene.
+    /// Reads the bookmarks stored beside this scene.
     ///
     /// # Errors
     ///
-    /// When there is a file of views that cannot be read; it says which, and there are none then.
+    /// If the file exists but cannot be read, returns no bookmarks and a message that names it.
     pub fn beside(scene: &Path) -> (Self, Option<String>) {
         let file = scene.with_extension("views.json");
         let (views, problem) = match std::fs::read_to_string(&file) {
@@ -46,16 +46,16 @@ impl CameraBookmarks {
         (Self { views: views.collect(), is_foreign: problem.is_some(), file }, problem)
     }
 
-    /// Numbers of the views.
+    /// Numbers in use.
     pub fn numbers(&self) -> Vec<u8> {
         self.views.keys().copied().collect()
     }
 
-    /// Keeps a view under a number; returns a message.
+    /// Stores a pose under a number; returns a message.
     ///
     /// # Errors
     ///
-    /// When the file cannot be written; the view is kept for this session all the same.
+    /// When the file cannot be written. The bookmark is then kept for this session only.
     pub fn keep(&mut self, number: u8, pose: Pose) -> Result<String> {
         self.views.insert(number, pose);
         if self.is_foreign {
@@ -68,11 +68,11 @@ impl CameraBookmarks {
         Ok(format!("view {number} kept in {}", self.file.display()))
     }
 
-    /// The view that is kept under a number.
+    /// Pose stored under a number.
     ///
     /// # Errors
     ///
-    /// When there is none; it says how one is kept.
+    /// When the number is unused; the message explains how to store a bookmark.
     pub fn get(&self, number: u8) -> Result<Pose> {
         let pose = self.views.get(&number).copied();
         pose.ok_or_else(|| miette!("no view is kept under {number}: Ctrl+{number} keeps the present one"))

@@ -1,47 +1,48 @@
-//! When the loop draws the next frame, and when it tries again what has failed.
+//! Frame scheduling, and exponential back-off for operations that failed.
 
 use std::time::{Duration, Instant};
 
-/// When frames are due.
+/// Times of the next frame and of a retry.
 pub(super) struct FrameClock {
     due: Instant,
-    /// A frame that found nothing to draw into is tried again then, without waiting for the next one.
+    /// When to retry a frame that could not acquire an image, without waiting for the next regular frame.
     retry: Option<Instant>,
 }
 
 impl FrameClock {
-    /// The first frame is due then.
+    /// A clock whose first frame is due at `due`.
     pub fn new(due: Instant) -> Self {
         Self { due, retry: None }
     }
 
-    /// A frame is due at this time, whatever was planned.
+    /// Schedules the next frame at this time, replacing any earlier schedule.
     pub fn set(&mut self, due: Instant) {
         *self = Self::new(due);
     }
 
-    /// A frame is due at this time at the latest.
+    /// Moves the next frame forward to this time, if it was scheduled later.
     pub fn hasten(&mut self, due: Instant) {
         self.due = self.due.min(due);
     }
 
-    /// The frame is to be tried again then.
+    /// Schedules a retry of the present frame.
     pub fn retry_at(&mut self, at: Instant) {
         self.retry = Some(at);
     }
 
-    /// Whether the last frame is to be tried again.
+    /// Whether a retry of the last frame is scheduled.
     pub fn has_retry(&self) -> bool {
         self.retry.is_some()
     }
 
-    /// When a frame is due, or the last one is tried again.
+    /// Time of the next frame or retry, whichever is earlier.
     pub fn next(&self) -> Instant {
         self.retry.map_or(self.due, |retry| retry.min(self.due))
     }
 
-    /// A frame begins now, and the next is due a `budget` after this one was, so that no delay adds up. A clock that is late by a
-    /// frame or more starts anew, so that no burst follows. Returns whether this is only the last frame, tried again.
+    /// Begins a frame and schedules the next one a `budget` after the time this one was due, so that delays do not accumulate. A clock that
+    /// is late by a frame or more restarts from `now`, so that no burst of frames follows. Returns whether this frame is only a retry of
+    /// the last one.
     pub fn begin(&mut self, now: Instant, budget: Duration) -> bool {
         let is_retry = self.retry.take().is_some() && now < self.due;
         if !is_retry {
@@ -52,21 +53,21 @@ impl FrameClock {
     }
 }
 
-/// The first wait before another attempt, and the longest.
+/// Shortest (first) and longest delay between attempts.
 const WAITS: [Duration; 2] = [Duration::from_millis(10), Duration::from_secs(1)];
 
-/// Attempts at something that has failed: soon at first, then ever later.
+/// Exponential back-off for a failing operation.
 #[derive(Default)]
 pub(super) struct Backoff {
     failures: u32,
-    /// When the first attempt failed, and when the next one is made.
+    /// Time of the first failure and of the next attempt.
     times: Option<(Instant, Instant)>,
-    /// Why the first one failed.
+    /// Error message of the first failure.
     reason: String,
 }
 
 impl Backoff {
-    /// Another attempt has failed now, for this reason; returns when the next one is made.
+    /// Records a failure; returns the time of the next attempt.
     pub fn fail(&mut self, now: Instant, reason: &dyn std::fmt::Display) -> Instant {
         if self.failures == 0 {
             self.reason = reason.to_string();
@@ -78,7 +79,7 @@ impl Backoff {
         now + wait
     }
 
-    /// When the next attempt is made; `None` where nothing has failed.
+    /// Time of the next attempt; `None` if nothing has failed.
     pub fn next(&self) -> Option<Instant> {
         self.times.map(|(_, next)| next)
     }
@@ -93,12 +94,12 @@ impl Backoff {
         self.failures > 0
     }
 
-    /// For how long attempts have failed.
+    /// Time since the first failure.
     pub fn lasts(&self, now: Instant) -> Duration {
         self.times.map_or(Duration::ZERO, |(first, _)| now.saturating_duration_since(first))
     }
 
-    /// An attempt has succeeded. Returns why the first one failed, if any did.
+    /// Records success. Returns the message of the first failure, if there was one.
     pub fn succeed(&mut self) -> Option<String> {
         let before = std::mem::take(self);
         before.has_failed().then_some(before.reason)
@@ -111,7 +112,7 @@ mod tests {
 
     const FRAME: Duration = Duration::from_millis(16);
 
-    /// Frames that begin 3 ms late, for whatever reason, keep the rate; a gap is followed by no burst.
+    /// Frames that each begin 3 ms late keep the rate; a gap is not followed by a burst.
     #[test]
     fn delays_do_not_add_up() {
         let start = Instant::now();
@@ -126,7 +127,7 @@ mod tests {
         assert_eq!(clock.next(), late + FRAME);
     }
 
-    /// A frame that is tried again moves no other one; when the next one is due it is that one.
+    /// A retry does not shift the schedule; a retry that coincides with the next due frame counts as that frame.
     #[test]
     fn a_retry_keeps_the_rhythm() {
         let start = Instant::now();
@@ -153,7 +154,7 @@ mod tests {
             now = backoff.fail(now, &backoff.failures.to_string());
             assert!(backoff.is_due(now) && !backoff.is_due(now - Duration::from_millis(1)));
         }
-        // 10 to 640 ms, then a second each.
+        // Delays of 10 to 640 ms, doubling, then 1 s each.
         assert_eq!(backoff.lasts(now), Duration::from_millis(1270 + 13_000));
         assert_eq!(backoff.succeed().as_deref(), Some("0"));
         assert_eq!(backoff.succeed(), None);

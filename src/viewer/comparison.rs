@@ -1,4 +1,4 @@
-//! Pictures to compare the present one with: snapshots of this session, and pictures from EXR files.
+//! Comparison of the present picture with reference pictures: snapshots of this session and EXR files.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,37 +24,37 @@ use crate::study::format::{duration, percent};
 use crate::viewer::picture::LivePicture;
 use crate::viewer::session::RenderSession;
 
-/// A difference is computed anew this often: the present picture changes all the time.
+/// Interval at which a difference is recomputed, since the present picture keeps changing.
 const REFRESH: Duration = Duration::from_secs(1);
 
-/// Taking the present picture holds the window up: it may do so for one part in so many of the time.
+/// Reading the present picture back blocks the window; at most one part in `SHARE` of the time may be spent on it.
 const SHARE: u32 = 20;
 
-/// Most bytes of pictures that are kept; the oldest goes first, but never the last one.
+/// Upper bound on the memory of all reference pictures, in bytes. The oldest is dropped first; the last one always stays.
 const MOST_BYTES: usize = 512 << 20;
 
-/// Longest side of a picture that can be drawn over the present one: what every device has room for in a texture.
+/// Longest side, in pixels, of a reference that can be drawn over the present picture: a texture size that every device supports.
 const LONGEST_SIDE: usize = 4096;
 
-/// A picture to compare with.
+/// A reference picture.
 struct KeptPicture {
     row: SnapshotRow,
     /// Scene-linear XYZ.
     xyz: Arc<Grid<Vec3>>,
-    /// Seconds and error (95 %) of the checkpoints of its render.
+    /// Error curve of its render: `[seconds, error]` at each checkpoint, error at 95 %.
     curve: Vec<[f64; 2]>,
 }
 
-/// What a thread has found of the difference.
+/// Result of a comparison, computed on another thread.
 struct Difference {
     mode: CompareMode,
-    /// The picture that the present one was compared with, and the samples and the exposure of that.
+    /// Inputs that this result was computed from.
     of: DifferenceKey,
     map: Arc<FalseColorMap>,
     summary: String,
 }
 
-/// What a difference is of.
+/// Inputs of a comparison. The result is stale when they change.
 #[derive(Clone)]
 struct DifferenceKey {
     reference: Arc<Grid<Vec3>>,
@@ -69,27 +69,27 @@ impl DifferenceKey {
     }
 }
 
-/// The pictures, and what was made of the chosen one.
+/// Reference pictures, and derived data of the selected one.
 #[derive(Default)]
 pub struct Comparison {
     list: Vec<KeptPicture>,
     /// Number of the next snapshot.
     next: usize,
-    /// The chosen picture as it is displayed, and by which settings.
+    /// The selected reference tone-mapped for display, with the settings used.
     displayed: Option<(Arc<Grid<Vec3>>, Settings, Arc<SmallPicture>)>,
     difference: Option<Difference>,
-    /// Computes the next difference.
+    /// Computation of the next difference.
     job: Option<Job<Result<Difference>>>,
-    /// When the present picture was taken for the last difference, and how long that took.
+    /// When the present picture was last read back for a difference, and how long that blocked.
     taken: Option<(Instant, Duration)>,
 }
 
 impl Comparison {
-    /// Keeps what the window shows now; returns its name.
+    /// Keeps a snapshot of the displayed picture; returns its name.
     ///
     /// # Errors
     ///
-    /// Without a picture.
+    /// If there is no picture yet.
     pub fn keep(&mut self, session: &RenderSession, picture: &mut LivePicture) -> Result<String> {
         let size = session.size();
         let shown = whole(picture, size)?;
@@ -155,7 +155,7 @@ impl Comparison {
         }
     }
 
-    /// Forgets a picture of the list.
+    /// Removes a reference from the list.
     pub fn forget(&mut self, place: usize) {
         if place < self.list.len() {
             self.list.remove(place);
@@ -163,12 +163,12 @@ impl Comparison {
         }
     }
 
-    /// Place of the last picture of the list.
+    /// Index of the last reference in the list.
     pub fn last(&self) -> usize {
         self.list.len().saturating_sub(1)
     }
 
-    /// Whether there is nothing to compare with.
+    /// Whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -178,13 +178,13 @@ impl Comparison {
         self.job.as_ref().is_some_and(|job| !job.is_finished())
     }
 
-    /// The error curve of the chosen picture, where the comparison is shown.
+    /// Error curve of the selected reference, if the comparison is shown.
     pub fn curve(&self, controls: &CompareControls) -> Vec<[f64; 2]> {
         let chosen = self.list.get(controls.chosen).filter(|_| controls.is_shown);
         chosen.map(|snapshot| snapshot.curve.clone()).unwrap_or_default()
     }
 
-    /// The map of the difference, where that is shown.
+    /// False-colour map of the difference, if it is shown.
     pub fn map(&self, controls: &CompareControls) -> Option<Arc<FalseColorMap>> {
         let chosen = &self.list.get(controls.chosen).filter(|_| controls.is_shown)?.xyz;
         let difference = self.difference.as_ref().filter(|difference| difference.of.is_of(chosen));
@@ -193,7 +193,7 @@ impl Comparison {
             .map(|difference| difference.map.clone())
     }
 
-    /// What the panel shows of it; brings the difference up to date where it is shown.
+    /// Data for the panel; recomputes a stale difference if it is shown.
     pub fn data(
         &mut self,
         controls: &CompareControls,
@@ -225,7 +225,7 @@ impl Comparison {
         data
     }
 
-    /// A picture as the present settings display it.
+    /// Tone-maps a reference with the present settings.
     fn displayed(&mut self, xyz: &Arc<Grid<Vec3>>, settings: &Settings) -> Result<Arc<SmallPicture>> {
         if let Some((known, by, displayed)) = &self.displayed
             && Arc::ptr_eq(known, xyz)
@@ -238,13 +238,13 @@ impl Comparison {
                 "pictures of more than {LONGEST_SIDE} pixels along a side are not drawn over it"
             ));
         }
-        // Glare is in the snapshot already.
+        // The snapshot already contains glare.
         let picture = Arc::new(displayed(xyz, &Settings { glare: None, ..settings.clone() })?);
         self.displayed = Some((xyz.clone(), settings.clone(), picture.clone()));
         Ok(picture)
     }
 
-    /// Takes over the difference that was computed, and begins the next one when it is due.
+    /// Takes over a finished difference and begins the next one when it is due.
     fn refresh(
         &mut self,
         mode: CompareMode,
@@ -293,7 +293,7 @@ impl Comparison {
     }
 }
 
-/// The difference of two pictures of the same size.
+/// Difference of two pictures of equal size.
 fn difference(
     mode: CompareMode,
     present: &Grid<Vec3>,
@@ -338,7 +338,7 @@ fn difference(
     Ok(Difference { mode, of, map, summary })
 }
 
-/// All that the window shows.
+/// Reads back the whole displayed picture.
 fn whole(picture: &mut LivePicture, size: [u32; 2]) -> Result<ShownTexels> {
     let shown = picture.shown(Region { origin: [0, 0], extent: size }).into_diagnostic()?;
     shown.ok_or_else(|| miette!("there is no picture yet"))
@@ -355,7 +355,7 @@ fn displayed(xyz: &Grid<Vec3>, settings: &Settings) -> Result<SmallPicture> {
     Ok(SmallPicture { size: [xyz.width(), xyz.height()], rgb: shown.rgb })
 }
 
-/// A small picture of a picture: of each square the pixel in its middle.
+/// Downsamples a picture to a thumbnail by taking the central pixel of each square.
 fn thumbnail(picture: &SmallPicture) -> SmallPicture {
     let [width, height] = picture.size;
     let scale =

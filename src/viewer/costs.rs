@@ -1,4 +1,4 @@
-//! What the effects cost, measured beside the window when the user asks for it.
+//! Costs of effects, measured on another thread at the user's request.
 
 use std::sync::mpsc::{Receiver, channel};
 
@@ -12,23 +12,23 @@ use crate::server::Priority;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::session::RenderSession;
 
-/// A measurement under way, and the costs that the last one found.
+/// The measurement in progress and the costs found last.
 #[derive(Default)]
 pub struct EffectCosts {
     running: Option<RunningMeasurement>,
     known: Vec<(&'static str, Cost)>,
-    /// Something has been edited since the last measurement was begun.
+    /// Scene, view or method have changed since the measurement began.
     stale: bool,
 }
 
-/// Measures one effect after the other.
+/// A measurement that times one effect after another.
 struct RunningMeasurement {
     measured: Receiver<PlannedEffect>,
     job: Job<()>,
 }
 
 impl EffectCosts {
-    /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
+    /// Begins to measure the cost of each of the tracer's effects for this scene, view and method.
     pub fn measure(
         &mut self,
         session: &RenderSession,
@@ -46,7 +46,7 @@ impl EffectCosts {
             let subject = effect_price::Subject { desc: &desc, scene: &scene, camera: &camera, run: &run };
             let mut timer = effect_price::EffectTimer::new(subject, effect_price::BRIEF);
             for mut entry in plan.into_iter().filter(|entry| entry.side == EffectSide::Tracer) {
-                // An effect without which the scene cannot be prepared has no cost.
+                // If the scene cannot be prepared without an effect, that effect has no cost.
                 let _ = timer.charge(&mut entry);
                 if stop.is_set() || sender.send(entry).is_err() {
                     return;
@@ -59,7 +59,7 @@ impl EffectCosts {
         Ok(())
     }
 
-    /// Whether the costs are known for the scene as it is.
+    /// Whether costs are known, and whether they are still valid for the present scene.
     pub fn state(&self) -> CostState {
         match (&self.running, self.known.is_empty(), self.stale) {
             (Some(_), ..) => CostState::Measuring,
@@ -74,12 +74,12 @@ impl EffectCosts {
         self.running.is_some()
     }
 
-    /// Scene, view or method have changed.
+    /// Marks the costs as stale after a change of scene, view or method.
     pub fn edited(&mut self) {
         self.stale = true;
     }
 
-    /// Takes over what was measured since the last call; true when there is something new to show.
+    /// Takes over new measurements; true if there are any.
     pub fn take(&mut self) -> bool {
         let Some(running) = &self.running else { return false };
         let known = self.known.len();
@@ -91,7 +91,7 @@ impl EffectCosts {
         is_over || self.known.len() > known
     }
 
-    /// The cost of the effect at this place of the plan. The tracer's effects come first; the client has some of the same name.
+    /// Cost of the effect at this index of the plan. The tracer's effects come first; some of the client's have the same names.
     pub fn of(&self, place: usize, name: &str) -> Option<EffectCost> {
         let (_, cost) = self.known.get(place).filter(|(known, _)| *known == name)?;
         cost.share.map(EffectCost::Share).or(cost.if_on_share.map(EffectCost::More))

@@ -1,8 +1,8 @@
-//! The scene editor: the scene as the file has it, and what the user has changed of it: camera moves, values of objects, transforms,
-//! effects that are forced on or off, all in one history. It saves the changes as a scene file.
+//! The scene editor: the scene as loaded from its file and the user's changes to it (camera moves, object parameters, transforms,
+//! forced effects) in one undo history. It saves the changes as a scene file.
 //!
-//! A change goes to the history at once. The scene with it is prepared on a thread ([`ScenePreparation`]); what takes longer than a few
-//! frames is traced later, and the scene before it until then. `transform` moves, turns and scales objects; `lens` is the camera's lens.
+//! A change enters the history at once. The changed scene is prepared on a thread ([`ScenePreparation`]); if that takes longer than
+//! a few frames, the old scene is traced meanwhile. `transform` moves, rotates and scales objects; `lens` edits the camera's lens.
 
 mod lens;
 mod transform;
@@ -30,61 +30,61 @@ use crate::viewer::saves::free_path;
 
 use transform::TransformDrag;
 
-/// Everything that the user can change, and undo.
+/// Editable state: one entry of the undo history.
 #[derive(Clone, Debug, PartialEq)]
 struct EditorState {
     pose: Pose,
-    /// Radius of the lens, where it is not the file's.
+    /// Lens radius in scene units, if changed from the file's.
     aperture: Option<f64>,
-    /// Changed values; their camera is not used.
+    /// Changed parameters. Their camera is unused; `pose` has it.
     edits: Arc<Edits>,
     /// Effects that are forced on or off.
     forced: Arc<Vec<Forced>>,
 }
 
-/// A shape that is selected.
+/// The selected shape.
 #[derive(Clone, Copy, Debug)]
 struct SelectedShape {
     shape: u32,
-    /// The box around it in object space; `None` where it is empty.
+    /// Bounding box in object space; `None` if empty.
     bounds: Option<[DVec3; 2]>,
 }
 
-/// A value that the panel shows.
+/// A parameter that the panel shows.
 #[derive(Clone, Copy, Debug)]
 enum EditedValue {
-    /// Of an object of the scene.
+    /// A parameter of an object in the scene.
     Of(Target),
     /// The centre of the selected shape.
     Position,
-    /// Radius of the lens.
+    /// Lens radius.
     Aperture,
-    /// Distance of the plane in focus.
+    /// Focus distance.
     Focus,
 }
 
-/// The scene as it is traced, and how it differs from the file's.
+/// The traced scene and its changes against the file.
 pub struct SceneEditor {
-    /// The scene with all edits of values and forced effects; the camera is the history's.
+    /// The scene with edited parameters and forced effects. Its camera is ignored; the history has the camera.
     edited: EditedScene,
-    /// The scene that will be traced next.
+    /// The scene being prepared, to be traced next.
     preparing: Option<ScenePreparation>,
-    /// How long the last one took.
+    /// How long the last preparation took.
     took: Duration,
-    /// All changes, to undo and redo them.
+    /// Undo history of all changes.
     history: UndoHistory<EditorState>,
-    /// The file's pose.
+    /// Camera pose of the file.
     home: Pose,
     selected: Option<SelectedShape>,
     drag: Option<TransformDrag>,
-    /// The changes that were saved last, and their file.
+    /// The last saved changes and the file they were saved to.
     saved: Option<(Edits, PathBuf)>,
 }
 
 /// Lens numbers of the ray through the centre of the lens.
 const CENTER: [f32; 2] = [0.5; 2];
 
-/// A change whose scene is ready after this long is traced without detour.
+/// If a changed scene is ready within this time, it is traced without showing the old one again.
 const PATIENCE: Duration = Duration::from_millis(40);
 
 impl SceneEditor {
@@ -92,7 +92,7 @@ impl SceneEditor {
     pub fn new(original: SceneDesc, scene: Scene) -> Result<Self> {
         let camera = Camera::of(&original).into_diagnostic()?;
         let ahead = scene.pick(&camera.ray([0.5, 0.5], CENTER)).map_or(1.0, |pick| f64::from(pick.distance));
-        // The target of a camera with a lens lies where the lens is focused, and stays in focus as the camera moves.
+        // A thin-lens camera's target lies in the plane of focus and stays there as the camera moves.
         let lens = original.camera.aperture_radius > 0.0;
         let ahead = if lens { original.camera.focus_distance } else { ahead };
         let home = Pose::of(&original.camera.to_world, pose_fov(&original.camera, ahead), ahead);
@@ -109,12 +109,12 @@ impl SceneEditor {
         })
     }
 
-    /// The scene that is traced.
+    /// Scene being traced.
     pub fn scene(&self) -> Arc<Scene> {
         self.edited.scene()
     }
 
-    /// The description of the scene that is traced, but for the camera.
+    /// Description of the scene being traced, except for the camera.
     pub fn desc(&self) -> &SceneDesc {
         self.edited.desc()
     }
@@ -127,12 +127,12 @@ impl SceneEditor {
         self.history.state()
     }
 
-    /// Where the camera is.
+    /// Camera pose.
     pub fn pose(&self) -> Pose {
         self.state().pose
     }
 
-    /// The camera as a scene file says it: the file's own where it was not changed.
+    /// Camera parameters for a scene file: the original's if unchanged.
     fn camera_desc(&self) -> CameraDesc {
         let (pose, camera) = (self.pose(), self.original().camera.clone());
         let aperture_radius = self.aperture();
@@ -142,14 +142,15 @@ impl SceneEditor {
         if camera.orthographic {
             return CameraDesc { to_world: self.parallel_to_world(pose), ..camera };
         }
-        // A lens is focused where the camera looks.
+        // A lens is focused on the target.
         let focus_distance = if aperture_radius > 0.0 { pose.distance() } else { camera.focus_distance };
         let to_world = if self.is_moved() { pose.to_world() } else { camera.to_world };
         CameraDesc { to_world, fov: pose.fov, aperture_radius, focus_distance, ..camera }
     }
 
-    /// The transform of a camera of parallel rays in this pose. It shows as much as a perspective camera of the pose's field of view does
-    /// at the target, and stays as far from the target as it was, so that nothing is cut off that was seen.
+    /// Camera-to-world transform of an orthographic camera in this pose. At the target it shows the same extent as a perspective camera
+    /// with the pose's field of view. It keeps the original distance from the target, so that its near plane cuts off nothing that was
+    /// visible before.
     fn parallel_to_world(&self, pose: Pose) -> DAffine3 {
         let matrix = self.original().camera.to_world.matrix3;
         let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
@@ -160,7 +161,7 @@ impl SceneEditor {
         DAffine3::from_mat3_translation(rigid.matrix3 * scale, eye)
     }
 
-    /// The camera for a picture of this size in pixels.
+    /// Camera for a picture of this size in pixels.
     pub fn camera(&self, size: [u32; 2]) -> Result<Camera> {
         self.edited.camera(self.camera_desc(), size)
     }
@@ -170,8 +171,8 @@ impl SceneEditor {
         self.pose().fov
     }
 
-    /// Moves the camera of a picture of this size; returns whether anything changed. Moves of one kind are one entry of the history until
-    /// [`end_change`](Self::end_change); flying and looking go together.
+    /// Moves the camera of a picture of this size; returns whether anything changed. Until [`end_change`](Self::end_change), moves of the
+    /// same kind share one history entry; flying and looking count as one kind.
     pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
         let shape = shape(self.original().camera.fov_axis, size);
         let name = match gesture {
@@ -185,18 +186,18 @@ impl SceneEditor {
         self.set_pose(name, self.pose().apply_in(gesture, shape))
     }
 
-    /// Sets the field of view, in degrees; returns whether that changes anything.
+    /// Sets the field of view in degrees; returns whether it changed.
     pub fn set_fov(&mut self, fov: f64) -> bool {
         self.gesture(Gesture::Fov(fov - self.fov()), [1, 1])
     }
 
-    /// Moves the camera back to where the file puts it; returns whether it was elsewhere.
+    /// Resets the camera to the file's pose; returns whether it was elsewhere.
     pub fn reset_camera(&mut self) -> bool {
         self.end_change();
         self.set_pose("reset of the camera", self.home)
     }
 
-    /// Moves the camera to this pose; returns whether it was elsewhere.
+    /// Moves the camera to a pose; returns whether it was elsewhere.
     pub fn go_to(&mut self, pose: Pose) -> bool {
         self.end_change();
         let moved = pose.is_usable() && self.set_pose("view of the camera", pose);
@@ -209,30 +210,30 @@ impl SceneEditor {
         self.history.change(name, name, state)
     }
 
-    /// Ends a drag or a run of steps: the next change is an entry of its own in the history.
+    /// Ends a drag or a run of steps: the next change begins a new history entry.
     pub fn end_change(&mut self) {
         self.drag = None;
         self.history.end();
     }
 
-    /// Takes the last change back and names it. Call [`follow`](Self::follow) then.
+    /// Undoes the last change and returns its name. Call [`follow`](Self::follow) afterwards.
     pub fn undo(&mut self) -> Option<String> {
         self.drag = None;
         self.history.undo()
     }
 
-    /// Repeats the change that was undone last and names it. Call [`follow`](Self::follow) then.
+    /// Redoes the last undone change and returns its name. Call [`follow`](Self::follow) afterwards.
     pub fn redo(&mut self) -> Option<String> {
         self.drag = None;
         self.history.redo()
     }
 
-    /// Whether the camera is elsewhere than where the file puts it.
+    /// Whether the camera differs from the file's.
     fn is_moved(&self) -> bool {
         self.pose() != self.home
     }
 
-    /// The surface that is seen at this position of a picture of this size, both in pixels.
+    /// Surface visible at a position of a picture of this size, both in pixels.
     pub fn pick(&self, at: [f64; 2], size: [u32; 2]) -> Option<Pick> {
         let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
@@ -245,7 +246,7 @@ impl SceneEditor {
         self.selected.map(|selected| selected.shape)
     }
 
-    /// The line of sight through a place of a picture of this size, in pixels; `None` where the camera cannot be used.
+    /// Camera ray through a position of a picture of this size, in pixels; `None` if the camera is invalid.
     pub fn sight_line(&self, place: DVec2, size: [u32; 2]) -> Option<SightLine> {
         let uv = (place / DVec2::from(size.map(f64::from))).to_array();
         let ray = self.camera(size).ok()?.ray(uv, CENTER);
@@ -253,20 +254,20 @@ impl SceneEditor {
         Some(SightLine { place, origin: self.original().space.world_point(ray.origin), direction })
     }
 
-    /// Distance of a place in world space from the camera.
+    /// Distance of a world-space point from the camera.
     pub fn distance_to(&self, place: DVec3) -> f64 {
         self.pose().eye.distance(place)
     }
 
-    /// Selects a shape, or nothing.
+    /// Selects a shape, or clears the selection.
     pub fn select(&mut self, shape: Option<u32>) {
         self.end_change();
         self.selected =
             shape.map(|shape| SelectedShape { shape, bounds: self.original().object_bounds(shape) });
     }
 
-    /// The values of the selected shape that can be changed, as they are now, with their labels; where nothing is selected, those of the
-    /// lights that have no shape to click at; then those of the lens.
+    /// Editable parameters of the selected shape with labels and present values. Without a selection: those of lights without a shape that
+    /// could be clicked at. The lens parameters follow.
     fn values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
         let editables = match self.selected {
             Some(SelectedShape { shape, .. }) => editable(self.original(), shape),
@@ -301,13 +302,13 @@ impl SceneEditor {
         values
     }
 
-    /// Whether values were changed since they were saved last.
+    /// Whether there are parameter changes since the last save.
     pub fn has_unsaved_changes(&self) -> bool {
         let edits = self.edits();
         !edits.values.is_empty() && self.saved.as_ref().is_none_or(|(saved, _)| *saved != edits)
     }
 
-    /// The selected shape, or lights and lens, for the panel.
+    /// Parameters of the selected shape, or of lights and lens, for the panel.
     pub fn selection(&self) -> Option<Selection> {
         let parameters: Vec<SceneParameter> =
             self.values().into_iter().map(|(label, _, value)| SceneParameter { label, value }).collect();
@@ -320,8 +321,8 @@ impl SceneEditor {
         Some(Selection { name, selected: self.selected.is_some(), parameters, lens_from })
     }
 
-    /// Changes parameter `index` of the selection. On an error, such as a value out of range, nothing is changed. Returns whether another
-    /// scene or camera is traced now; where not, [`follow`](Self::follow) will.
+    /// Changes parameter `index` of the selection. On an error, such as a value out of range, nothing changes. Returns whether another
+    /// scene or camera is traced now; otherwise a later [`follow`](Self::follow) takes the change over.
     pub fn edit(&mut self, index: usize, value: ParameterValue) -> Result<bool> {
         let Some((label, parameter, _)) = self.values().into_iter().nth(index) else { return Ok(false) };
         let number = match value {
@@ -370,7 +371,7 @@ impl SceneEditor {
         }
     }
 
-    /// Sets a value, as a change of `what` of an object. Returns whether another scene is traced now.
+    /// Sets a parameter; `what` names the change in the history. Returns whether another scene is traced now.
     fn set_value(&mut self, target: Target, value: NewValue, what: &str, object: String) -> Result<bool> {
         let mut edits = Edits::clone(&self.state().edits);
         edits.set(target, value).into_diagnostic()?;
@@ -380,7 +381,7 @@ impl SceneEditor {
         self.follow()
     }
 
-    /// The edits and the effects of the present state, as the scene is prepared with them.
+    /// Edits and forced effects of the present history state, from which the scene is prepared.
     fn wanted(&self) -> (Edits, Vec<Forced>) {
         let EditorState { aperture, edits, forced, .. } = self.state();
         let camera = self.original().camera.clone();
@@ -388,12 +389,12 @@ impl SceneEditor {
         (Edits { camera, values: edits.values.clone() }, forced.to_vec())
     }
 
-    /// Lets the scene that is traced follow the history; to be called after every change and again and again, because another thread
-    /// prepares it. Returns whether another scene is traced from now on.
+    /// Brings the traced scene up to date with the history. Must be called after every change and then polled, because another thread
+    /// prepares the scene. Returns whether another scene is traced from now on.
     ///
     /// # Errors
     ///
-    /// When the scene cannot be prepared: the last change is then taken back.
+    /// When the scene cannot be prepared; the last change is then undone.
     pub fn follow(&mut self) -> Result<bool> {
         let followed = self.try_follow();
         if followed.is_err() {
@@ -431,12 +432,12 @@ impl SceneEditor {
         }
     }
 
-    /// Whether a changed scene is being prepared, which will be traced next.
+    /// Whether a changed scene is being prepared.
     pub fn is_preparing(&self) -> bool {
         self.preparing.is_some()
     }
 
-    /// Forces an effect on or off, as if the file had it so. On an error the scene stays as it was.
+    /// Forces an effect on or off, as if the file said so. On an error the scene stays unchanged.
     pub fn force(&mut self, new: Forced) -> Result<()> {
         let others = self.forced().iter().filter(|forced| forced.effect != new.effect);
         let forced: Vec<Forced> = others.copied().chain([new]).collect();
@@ -446,8 +447,8 @@ impl SceneEditor {
         Ok(())
     }
 
-    /// Switches an effect: one that the scene calls for is forced off, any other is forced on, until it is switched back. Waits for the
-    /// scene.
+    /// Toggles an effect: one that the scene needs is forced off, any other is forced on; toggling again removes the override. Blocks until
+    /// the scene is prepared.
     pub fn switch(&mut self, effect: Effect) -> Result<()> {
         let mut forced = self.state().forced.to_vec();
         forced.retain(|forced| forced.effect != effect);
@@ -466,15 +467,15 @@ impl SceneEditor {
         Ok(())
     }
 
-    /// Takes over from another reading of the same scene: the history, with the edits by name. Returns the number of changes of the present
-    /// state that have lost their object or have become impossible.
+    /// Transfers history and edits, matched by name, from an earlier load of the same scene. Returns the number of changes in the present
+    /// state that have lost their object or are no longer valid.
     pub fn take_over(&mut self, old: Self) -> usize {
         let name = |desc: &SceneDesc, shape| shape_name(desc, shape);
         let known = |s: &SelectedShape| name(old.original(), s.shape) == name(self.original(), s.shape);
         let selected = old.selected.filter(known).map(|s| s.shape);
         let (_, lost) = old.state().edits.carried(old.original(), self.original());
         let initial = self.history.clone();
-        // Many states share their edits.
+        // Cache: many history states share their edits.
         let mut carried: Option<[Arc<Edits>; 2]> = None;
         let mut carry = |edits: Arc<Edits>| match &carried {
             Some([from, to]) if Arc::ptr_eq(from, &edits) => to.clone(),
@@ -510,15 +511,14 @@ impl SceneEditor {
         self.edited.forced()
     }
 
-    /// All changes of what is traced against the file.
+    /// All changes of the traced scene against the file.
     pub fn edits(&self) -> Edits {
         let camera = self.camera_desc();
         let camera = (camera != self.original().camera).then_some(camera);
         Edits { camera, values: self.edited.edits().values.clone() }
     }
 
-    /// Saves camera and edits as a scene that includes the original, unless that was done already. `name` is the name of the
-    /// scene.
+    /// Saves camera and edits as a scene file that includes the original, unless they are saved already. `name` is the name of the scene.
     pub fn save(&mut self, name: &str, run: &RunSpec) -> Result<PathBuf> {
         let edits = self.edits();
         if let Some((saved, path)) = &self.saved
@@ -533,7 +533,7 @@ impl SceneEditor {
         Ok(path)
     }
 
-    /// Saves camera and edits as a scene under this name that includes the original.
+    /// Saves camera and edits in a scene file at this path that includes the original.
     pub fn save_as(&mut self, path: &Path, run: &RunSpec) -> Result<()> {
         let edits = self.edits();
         edits.write(path, &run.scene, &run.defines, self.original()).into_diagnostic()?;
@@ -541,7 +541,7 @@ impl SceneEditor {
         Ok(())
     }
 
-    /// The camera in words.
+    /// Camera description for the user.
     pub fn camera_words(&self) -> String {
         let pose = self.pose();
         let v = |v: glam::DVec3| format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z);
@@ -550,18 +550,18 @@ impl SceneEditor {
 }
 
 impl SceneEditor {
-    /// The change that would be undone, such as `move of ball`.
+    /// Name of the change that undo would revert, such as `move of ball`.
     pub fn undo_name(&self) -> Option<&str> {
         self.history.undo_name()
     }
 
-    /// The change that would be repeated.
+    /// Name of the change that redo would repeat.
     pub fn redo_name(&self) -> Option<&str> {
         self.history.redo_name()
     }
 }
 
-/// The field of view of the pose of a camera whose target is `ahead`; of parallel rays one that shows as much there.
+/// Field of view of the pose of a camera whose target is at distance `ahead`. For an orthographic camera, one with the same extent there.
 fn pose_fov(camera: &CameraDesc, ahead: f64) -> f64 {
     match camera.orthographic {
         true => 2.0 * (camera.to_world.matrix3.x_axis.length() / ahead).atan().to_degrees(),
@@ -569,7 +569,7 @@ fn pose_fov(camera: &CameraDesc, ahead: f64) -> f64 {
     }
 }
 
-/// Half the picture's extent at distance 1 in units of `tan(fov / 2)`, as navigation wants it.
+/// Half the picture's extent at distance 1, in units of `tan(fov / 2)`, for navigation.
 fn shape(axis: FovAxis, [width, height]: [u32; 2]) -> DVec2 {
     let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
     let along_x = DVec2::new(1.0, aspect.recip());

@@ -1,4 +1,4 @@
-//! What is left behind when the window closes, for whatever reason: pictures, figures, an exit code.
+//! Shutdown of the window: writes pictures and figures, and determines the exit code.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,22 +25,22 @@ use crate::viewer::Viewer;
 use crate::viewer::picture::output::ComposedFilm;
 use crate::viewer::screen::Screen;
 
-/// Longest wait for the last samples.
+/// Longest wait for the last samples, once the tracer was told to stop.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
 
-/// Figures of a session. Field names are the JSON keys; times in milliseconds.
+/// Statistics of a session. Field names are the JSON keys; times in milliseconds.
 #[derive(Serialize)]
 struct ViewReport {
     version: &'static str,
     scene: PathBuf,
     integrator: &'static str,
-    /// Why the program chose this integrator, where it did.
+    /// Reason for the integrator, if the program chose it.
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<ChoiceReport>,
     device: String,
     /// Every effect, on or off, and why.
     plan: Vec<PlannedEffect>,
-    /// Values of the last epoch that were not numbers from 0 on, by cause and origin.
+    /// Values of the last epoch that were negative or not finite, by cause and origin.
     rejected: RejectedReport,
     /// Effects that were forced off.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -51,24 +51,24 @@ struct ViewReport {
     /// Tracers on other machines.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     tracers: Vec<TracerReport>,
-    /// Instructions that walked the rays.
+    /// SIMD instruction set of the ray traversal.
     simd: &'static str,
     width: u32,
     height: u32,
-    /// From the start of the program to the first picture.
+    /// Time from program start to the first picture.
     first_picture_ms: Option<f64>,
     frames: u64,
     frame_ms: TimePercentiles,
     edit_latency_ms: TimePercentiles,
     edits: usize,
-    /// Mean number of samples on screen, by seconds after an edit that was left alone for so long.
+    /// Mean number of samples on screen, keyed by seconds after an edit, over edits that no other edit followed in that time.
     samples_after_edit: BTreeMap<String, f64>,
-    /// From an edit to the last worker leaving the old epoch.
+    /// Time from an edit until the last worker has left the old epoch.
     abort_ms: TimePercentiles,
     aborts: usize,
     stalls: u64,
     epochs: u64,
-    /// Views that began with the last picture of another one.
+    /// Number of views that began with a reprojection of the previous picture.
     reprojections: u64,
     resizes: u64,
     device_losses: u32,
@@ -79,14 +79,14 @@ struct ViewReport {
     rasterised_samples: u64,
     traced_samples_per_second: f64,
     rasterised_samples_per_second: f64,
-    /// Error of the last picture, where it is known.
+    /// Error of the last picture, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<ErrorReport>,
     passes_ms: BTreeMap<&'static str, f64>,
     peak_memory_bytes: Option<u64>,
 }
 
-/// A tracer on another machine, as it was at the end. Field names are JSON keys.
+/// Final status of a remote tracer. Field names are JSON keys.
 #[derive(Serialize)]
 struct TracerReport {
     address: String,
@@ -117,15 +117,15 @@ impl TimePercentiles {
 }
 
 impl Viewer {
-    /// Stops the tracer, writes what was asked for, and closes the window. The error says why the window closed, if the user did
-    /// not want it, or else names the first file that could not be written.
+    /// Stops the tracer, writes all requested files, and closes the window. The error is the reason for closing, if it was not the user, or
+    /// else the first file that could not be written.
     pub(super) fn finish(mut self) -> Result<()> {
         let lasted = self.metrics.started.elapsed().as_secs_f64();
         self.session.abort();
         if !self.options.outputs.is_empty()
             && let Err(error) = self.picture.read_rest(&mut self.session, LAST_SAMPLES)
         {
-            // The film is lost; kept samples are not.
+            // The film is lost; the retained samples are not.
             tell(&format!("the last samples could not be rasterised: {error}"));
         }
         if let Err(error) = self.send_to_tev(true) {
@@ -136,13 +136,13 @@ impl Viewer {
         self.saves.finish().iter().for_each(|message| tell(message));
         let capture = self.capture.take();
         let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.tracers.server()));
-        // Where no window was ever opened there is no picture, and the reason is told already.
+        // If no window was ever opened there is no picture, and the reason has been reported already.
         let wanted = !self.options.outputs.is_empty() && self.picture.screen.is_some();
         let written = if wanted { self.write_pictures() } else { Ok(()) };
         let panicked = self.session.panicked.clone();
         let Self { picture, panel, options, outcome, .. } = self;
         if gpu::display_lost() {
-            // What belongs to the window is left to the system: nobody answers any more.
+            // The window's resources are left to the operating system: the event loop has ended, so nothing can complete their destruction.
             std::mem::forget((picture, panel));
         }
         let told = options.json.map_or(Ok(()), |path| write_json(&report, &path));
@@ -200,7 +200,7 @@ impl Viewer {
         }
     }
 
-    /// The error of the last picture; the predictions and their outcomes are logged.
+    /// Error of the last picture. Also logs the predictions and their outcomes.
     fn last_error(&self) -> Option<ErrorReport> {
         let (observer, run) = (self.picture.observer.as_ref()?, self.session.run_spec());
         let (state, kept) = observer.end();
@@ -209,13 +209,13 @@ impl Viewer {
         ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached, filter)
     }
 
-    /// What a picture's file says of how the render went so far.
+    /// State of the render so far, for the metadata of a picture file.
     pub(super) fn outcome(&self) -> RunEnd {
         let rejected = self.session.rejected(&self.editor).summary();
         let is_whole = self.picture.regions.is_empty() && !self.session.has_gaps();
         let prefix = self.session.is_complete() && is_whole;
         let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
-        // Nothing is known of the error of a mix.
+        // The error of a light mix is not estimated.
         if let Some(observer) = self.picture.observer.as_ref().filter(|_| !self.picture.mix.is_mixing()) {
             end.describe(&observer.state(), ErrorQuantile::P95);
         }
@@ -223,7 +223,7 @@ impl Viewer {
         end
     }
 
-    /// Writes the pictures asked for, from the film or, where that is lost, from the kept samples.
+    /// Writes the requested pictures from the film or, if it is lost, from the retained samples.
     fn write_pictures(&mut self) -> Result<()> {
         let outcome = self.outcome();
         let settings = &self.panel.controls.settings;

@@ -1,27 +1,27 @@
-//! An exposure that follows the light of the scene, as an eye does: at once in the first picture, then eased.
+//! Auto-exposure: set at once for the first picture, then adapted smoothly.
 
 use std::time::Instant;
 
-/// Time after which 63 % of a change is made, seconds.
+/// Time constant of the exponential adaptation, seconds: 63 % of a change is made after this time.
 const TIME_CONSTANT: f32 = 0.2;
 
-/// Changes of light by a smaller factor than this (a natural logarithm) are not followed: noise would make the picture flicker.
+/// Dead band, as a natural logarithm of the exposure ratio: smaller changes are ignored, since noise would make the picture flicker.
 const NOTICED: f32 = 0.08;
 
-/// A change is complete when this much of it (a natural logarithm) is left.
+/// Adaptation ends when the remaining difference is below this (natural logarithm of the exposure ratio).
 const COMPLETE: f32 = 0.01;
 
-/// The exposure that is shown.
+/// The displayed exposure.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AutoExposure {
     /// `None` before the first picture.
     shown: Option<f32>,
-    /// A change is being made, and was last brought on at this time.
+    /// Time of the last adaptation step, while adaptation is in progress.
     changing: Option<Instant>,
 }
 
 impl AutoExposure {
-    /// The exposure to show now, given the one that the light of the scene asks for, if it is known; `None` where it stays as it is.
+    /// The exposure to show now, given the metered one if known; `None` if it stays unchanged.
     pub fn step(&mut self, wanted: Option<f32>, now: Instant) -> Option<f32> {
         let wanted = wanted?;
         let Some(shown) = self.shown else {
@@ -31,7 +31,7 @@ impl AutoExposure {
         let away = (wanted / shown).ln();
         match self.changing {
             None if away.abs() < NOTICED => return None,
-            // From here on it is a change.
+            // Beginning of an adaptation.
             None => {
                 self.changing = Some(now);
                 return None;
@@ -48,12 +48,12 @@ impl AutoExposure {
         Some(next)
     }
 
-    /// Begins from this exposure, which the user has chosen.
+    /// Continues from an exposure that the user has set.
     pub fn start_from(&mut self, exposure: f32) {
         *self = Self { shown: Some(exposure), changing: None };
     }
 
-    /// Whether a change is being made.
+    /// Whether adaptation is in progress.
     pub fn is_changing(&self) -> bool {
         self.changing.is_some()
     }
@@ -74,7 +74,7 @@ mod tests {
         // Noise.
         assert_eq!(light.step(Some(2.1), at(20)), None);
         assert_eq!(light.step(Some(1.9), at(40)), None);
-        // Darkness: four times the exposure, a step at a time, and never beyond.
+        // A dark scene: the exposure rises to four times the value, step by step, without overshoot.
         let mut last = 2.0;
         for ms in (100..2000).step_by(16) {
             if let Some(next) = light.step(Some(8.0), at(ms)) {

@@ -1,4 +1,5 @@
-//! The loop: one frame in the paper's order (§4.2, Figure 1), and what begins an epoch, replaces the film or ends the loop.
+//! The frame loop: one frame in the paper's order (§4.2, Figure 1), and the conditions that begin an epoch, replace the film or end the
+//! loop.
 
 use std::time::{Duration, Instant};
 
@@ -18,36 +19,36 @@ use crate::viewer::picture::Painted;
 use crate::viewer::screen::{Canvas, Screen, is_device_lost};
 use crate::viewer::session::TracerNews;
 
-/// How soon the loop looks again while the device or first samples are waited for.
+/// Polling interval while waiting for the device or for the first samples.
 const SOON: Duration = Duration::from_millis(1);
 
-/// How long it sleeps at most: signals from outside are heard then.
+/// Longest sleep of the loop, so that external signals are noticed.
 const IDLE: Duration = Duration::from_millis(100);
 
-/// An epoch that is not shown may be cut off by the next edit after this long: a scene that is too slow for its first picture
-/// must not hold the camera.
+/// An epoch that has not been shown may be cut off by the next edit after this time, so that a scene too slow for its first picture does
+/// not block the camera.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// Another method is considered when nothing has been edited for this long.
+/// The method is reconsidered once nothing has been edited for this long.
 const REST: Duration = Duration::from_millis(500);
 
-/// The selected object is outlined when nothing has been edited for this long.
+/// The selected object is outlined once nothing has been edited for this long.
 const STILL: Duration = Duration::from_millis(60);
 
-/// Time between two looks at the display that the window is on: not every window system says when it is another one.
+/// Interval between checks of the display that the window is on: not every window system reports a change.
 const DISPLAY_LOOK: Duration = Duration::from_secs(1);
 
-/// How long the first picture may fail: there is none to go back to.
+/// How long frames may fail before the first picture, when there is no earlier state to fall back to.
 const FIRST_PATIENCE: Duration = Duration::from_secs(5);
 
-/// How long the window system may take to give the window a size that was asked for.
+/// Longest wait for the window system to apply a requested window size.
 const RESIZING: Duration = Duration::from_millis(400);
 
-/// Samples that are taken at once while there is no device.
+/// Samples read ahead per frame while there is no device.
 const AHEAD: usize = CHUNK_SAMPLES;
 
 impl Viewer {
-    /// Messages, read samples, rasterise, repaint, swap. A frame that is tried again reads no samples.
+    /// Messages, read samples, rasterise, repaint, swap. A retried frame reads no samples.
     fn frame(&mut self, is_retry: bool) -> Result<(), ClientError> {
         let begin = Instant::now();
         self.hear_server();
@@ -62,14 +63,14 @@ impl Viewer {
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
         if shows && self.picture.is_freshly_filtered() && !self.session.run_spec().deterministic {
-            // It is shown before more samples are read.
+            // The filtered picture is shown before more samples are read.
             plan.samples = 0;
         }
         if !self.picture.is_frozen() && !is_retry {
             self.picture.mend(self.session.run_spec());
             self.leave_lost_parts();
             match self.paused {
-                // A film that was replaced meanwhile gets what is kept.
+                // A replaced film is filled from retained samples.
                 Some(_) => self.picture.read_kept(plan.samples)?,
                 None => self.picture.read_samples(&mut self.session, plan.samples, begin)?,
             }
@@ -79,7 +80,7 @@ impl Viewer {
         }
         self.picture.hear_end(&self.session);
         self.auto_exposure(begin);
-        // A film of another size has no picture yet: the panel is not to wait for one for long.
+        // A film of another size has no picture yet; the panel must not wait for one for long.
         if shows && (self.picture.has_picture() || self.picture.since_edit() > PATIENCE) {
             self.show(&plan)?;
         }
@@ -91,7 +92,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Opens a device where there is none; until then samples are kept.
+    /// Opens a device if there is none; samples are retained until it opens.
     fn await_device(&mut self, begin: Instant) -> Result<(), ClientError> {
         if !self.picture.reopen(self.session.run_spec())? {
             self.clock.retry_at(begin + self.picture.budget());
@@ -118,8 +119,8 @@ impl Viewer {
         Ok(())
     }
 
-    /// Goes on with the whole picture where the film of the region is gone (another size, another device), or an error has cost samples of it;
-    /// ends a mix of lights of which samples were lost.
+    /// Resumes the whole picture if the region's film is gone (another size, another device) or has lost samples to an error, and ends a
+    /// light mix that has lost samples.
     fn leave_lost_parts(&mut self) {
         if self.picture.regions.are_damaged() {
             self.picture.regions.clear();
@@ -136,7 +137,7 @@ impl Viewer {
         }
     }
 
-    /// Ends the mix of lights, for which there is no room.
+    /// Ends the light mix because device memory does not suffice.
     fn end_mix(&mut self) {
         self.picture.mix.end();
         self.say("the light mix ends: the device has no room for the films of the groups".to_owned());
@@ -146,7 +147,7 @@ impl Viewer {
         self.edited();
     }
 
-    /// Shows the picture in tev, where that is asked for: when it is due, or as the `last` one.
+    /// Sends the picture to tev, if requested, when it is due or when it is the `last` one.
     pub(super) fn send_to_tev(&mut self, last: bool) -> Result<(), ClientError> {
         match &mut self.options.tev {
             Some(tev) if last || tev.is_due(self.picture.counts()) => {
@@ -156,7 +157,7 @@ impl Viewer {
         }
     }
 
-    /// Lets the exposure follow the light of the scene, where it may.
+    /// Advances auto-exposure, if enabled.
     fn auto_exposure(&mut self, now: Instant) {
         let controls = &mut self.panel.controls;
         if !controls.auto_exposure {
@@ -169,7 +170,7 @@ impl Viewer {
         }
     }
 
-    /// Does what is due: actions, camera, epoch, frame.
+    /// Performs the due work: actions, camera, epoch, frame.
     pub(super) fn step(&mut self) {
         let now = Instant::now();
         if let Some(gesture) = self.panel.input.tick((now - self.tick).as_secs_f64()) {
@@ -198,7 +199,7 @@ impl Viewer {
         if now < due || !self.picture.is_idle() {
             return;
         }
-        // Until its first picture the window opens; that time has a figure of its own.
+        // The window opens until its first picture; that time has a figure of its own.
         let open = self.metrics.presented > 0;
         if open {
             self.metrics.waited("for the device", now.saturating_duration_since(due.max(self.ended)));
@@ -218,8 +219,8 @@ impl Viewer {
         }
     }
 
-    /// Takes over the rate of the display that the window is on, unless the user asks for one. Not before the first frame, or the window
-    /// has moved, does the window system always know.
+    /// Adopts the refresh rate of the display that the window is on, unless the user set one. The window system may not know it before the
+    /// first frame or after the window has moved.
     fn follow_display(&mut self, now: Instant) {
         if self.options.budget.is_some() || now < self.look_at_display {
             return;
@@ -230,7 +231,7 @@ impl Viewer {
         }
     }
 
-    /// Has the outline of the selected object traced, once the view has come to rest.
+    /// Starts tracing the outline of the selected object once the view has come to rest.
     fn outline_selection(&mut self) {
         if self.outline.take() {
             self.refresh();
@@ -249,7 +250,7 @@ impl Viewer {
         }
     }
 
-    /// When the loop must look again.
+    /// Time of the next wake-up of the loop.
     pub(super) fn next_look(&mut self, now: Instant) -> Instant {
         let busy = !self.picture.is_idle();
         if self.metrics.awaits_edit() || (busy && now >= self.clock.next()) {
@@ -290,8 +291,7 @@ impl Viewer {
         }
     }
 
-    /// Acquires an image of the window to draw into, and makes the film that is asked for where there is another. False when there is
-    /// nothing to draw into now.
+    /// Acquires a swapchain image and creates the requested film if it differs. False if there is no image now.
     fn make_ready(&mut self) -> Result<bool, ClientError> {
         self.match_output();
         let extent = match self.picture.acquire()? {
@@ -325,8 +325,8 @@ impl Viewer {
         self.keep_picture();
     }
 
-    /// Gives the window the size in which the picture keeps its area after the dock has changed. Where the window system does not let
-    /// it, the picture takes what there is.
+    /// Resizes the window so that the picture keeps its area after the dock has changed. If the window system refuses, the picture takes
+    /// the remaining area.
     pub(super) fn keep_picture(&mut self) {
         let area = self.panel.viewport.area().as_uvec2();
         let Some(screen) = &self.picture.screen else { return };
@@ -336,13 +336,13 @@ impl Viewer {
         }
     }
 
-    /// Asks for a window in which a picture of this size is shown as it is, as far as there is room.
+    /// Requests a window size in which a picture of this size is shown at 1:1, as far as the display allows.
     pub(super) fn ask_room(&mut self, size: [u32; 2]) {
         let Some(screen) = &self.picture.screen else { return };
         self.ask_size(window_size(&screen.window, size, self.panel.dock_pixels(&screen.window)));
     }
 
-    /// Asks for a window of another size, unless it fills the screen; returns whether it did.
+    /// Requests a window size, unless the window fills the screen; returns whether it did.
     fn ask_size(&mut self, wanted: PhysicalSize<u32>) -> bool {
         let Some(screen) = &self.picture.screen else { return false };
         let is_fixed = screen.window.fullscreen().is_some() || screen.window.is_maximized();
@@ -355,7 +355,7 @@ impl Viewer {
         true
     }
 
-    /// The part of the window beside the dock, physical pixels.
+    /// Extent of the window beside the dock, physical pixels.
     pub(super) fn picture_area(&self) -> Option<[u32; 2]> {
         let window = &self.picture.screen.as_ref()?.window;
         Some(self.panel.picture_area(window, window.inner_size().into()))
@@ -383,7 +383,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Learns how long the device's passes took, and records times if asked for.
+    /// Reads GPU pass timings and records them if asked for.
     fn measure(&mut self, begin: Instant) {
         let Some(gpu) = self.picture.gpu().cloned() else { return };
         let rasterised = self.picture.rasterised;
@@ -400,7 +400,7 @@ impl Viewer {
         }
     }
 
-    /// Traces again after a pause.
+    /// Resumes after a pause.
     pub(super) fn go_on(&mut self) {
         if let Some(since) = self.paused.take() {
             self.picture.stood_still(since.elapsed());
@@ -418,7 +418,7 @@ impl Viewer {
         self.metrics.edit(now);
     }
 
-    /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is there.
+    /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is ready.
     pub(super) fn restart(&mut self) -> Result<()> {
         self.session.begin(&self.editor)?;
         let view = EpochView { scene: self.editor.scene(), camera: self.editor.camera(self.session.size())? };
@@ -428,14 +428,14 @@ impl Viewer {
         Ok(())
     }
 
-    /// Chooses the method anew where that is asked for.
+    /// Reconsiders the method, if the choice is automatic.
     pub(super) fn choose_method(&mut self) -> Result<()> {
         if self.session.is_in_region() {
             return Ok(());
         }
         let at_rest = self.picture.since_edit() > REST;
         let is_chosen = self.session.choose(&self.editor, at_rest)?;
-        // What is known of the last picture says nothing of the next one, and a picture that has ended stays.
+        // Error estimates of the last epoch do not apply to the next, and a finished render stays as it is.
         let goes_on =
             at_rest && !self.session.is_stale() && !self.session.is_through() && self.paused.is_none();
         let late = self.picture.observer.as_ref().filter(|_| goes_on).map(|observer| observer.state().late);
@@ -445,8 +445,9 @@ impl Viewer {
         Ok(())
     }
 
-    /// Makes a film of this size and of the chosen filter, where there is another. Where only the scale has changed the epoch goes on:
-    /// the new film is filled from kept samples, which know no resolution. Another shape is another camera, a new epoch.
+    /// Creates a film of this size and of the selected filter if it differs. If only the scale has changed the epoch continues: the new
+    /// film is filled from retained samples, whose positions are resolution-independent. Another aspect ratio changes the camera and begins
+    /// a new epoch.
     fn refit(&mut self, [width, height]: [u32; 2]) -> Result<(), ClientError> {
         let before = self.session.run_spec().film;
         let after = FilmSpec { width, height, filter: self.panel.controls.filter, ..before };
@@ -457,27 +458,27 @@ impl Viewer {
         }
         if [before.width, before.height] != [width, height] {
             self.metrics.resizes += 1;
-            // Its paths were drawn for the size before.
+            // Its paths were drawn for the previous size.
             self.inspector.clear();
         }
         self.film_changed(before);
         Ok(())
     }
 
-    /// Begins another epoch where the kept samples are not those of the film that there is now.
+    /// Begins another epoch if the retained samples do not fit the new film.
     fn film_changed(&mut self, before: FilmSpec) {
         let cross = |a: u32, b: u32| u64::from(a) * u64::from(b);
         let [width, height] = self.session.size();
         let same_shape = cross(before.width, height) == cross(before.height, width);
-        // In order of index a film holds whole batches from the first on.
-        // Groups of lights are not kept.
+        // In index order a film holds whole batches from the first index on.
+        // Samples of light groups are not retained.
         let is_mix = self.picture.mix.is_on();
         if !same_shape || is_mix || !self.session.covers_film() || self.session.run_spec().deterministic {
             self.edited();
         }
     }
 
-    /// Sets the colours of the window to those that are asked for, or to 8 bits where it does not offer them.
+    /// Sets the window's colour format to the requested one, or to 8 bits if unsupported.
     fn match_output(&mut self) {
         let settings = &mut self.panel.controls.settings;
         let wanted = settings.output;
@@ -496,26 +497,25 @@ impl Viewer {
         ));
     }
 
-    /// Shows the same samples in another way, after the display controls have changed; another filter needs another film.
+    /// Repaints the same samples after the display controls have changed; another splat filter needs another film.
     pub(super) fn controls_changed(&mut self) {
         self.picture.request_repaint();
         self.set_picture_size(self.session.size());
     }
 
-    /// Makes a film of this size, where there is another.
+    /// Creates a film of this size if it differs.
     pub(super) fn set_picture_size(&mut self, size: [u32; 2]) {
         if let Err(error) = self.refit(size) {
             self.recover(error);
         }
-        // The mouse is over the picture of this size from now on.
+        // Cursor positions refer to the picture of this size from now on.
         let area = self.panel.viewport.area().as_uvec2().to_array();
         self.panel.set_sizes(area, self.session.size());
     }
 
-    /// Deals with an error of a frame that a new device would have, too, such as too little memory: goes back to the film of the
-    /// last picture, or else to its settings, whichever was changed since. Where neither was, it is tried again once; then the
-    /// picture stays as it is, without new samples, until something is changed. Before the first picture there is nothing to go
-    /// back to: it is tried again for a while.
+    /// Handles an error that a new device would have, too, such as out-of-memory: reverts to the film of the last picture, or else to its
+    /// settings, whichever was changed since. If neither was, the frame is retried once; then the picture freezes, without new samples,
+    /// until something changes. Before the first picture there is nothing to revert to, so the frame is retried for a while.
     fn step_back(&mut self, error: ClientError) {
         let now = Instant::now();
         let is_known = self.errors.has_failed();
@@ -542,7 +542,7 @@ impl Viewer {
                     format!("the picture keeps its {}×{} pixels and its filter", film.width, film.height)
                 }
                 Err(_) => {
-                    // The film is the one that was asked for, and there is room for no other.
+                    // The film is the requested one, and memory does not suffice for another.
                     self.session.set_film(asked);
                     self.panel.controls.filter = asked.filter;
                     if is_known {
@@ -556,7 +556,7 @@ impl Viewer {
             self.picture.request_repaint();
             "the display settings are again those of the last picture".to_string()
         } else if self.picture.is_frozen() {
-            // This was told; the window is drawn again as soon as it can be.
+            // The error has been reported; the window is redrawn as soon as possible.
             return self.picture.request_show();
         } else {
             match self.picture.note_failure() {
@@ -568,10 +568,10 @@ impl Viewer {
         self.refresh();
     }
 
-    /// Deals with an error of a frame: a lost device is replaced, and the tracer goes on meanwhile.
+    /// Handles an error of a frame: a lost device is replaced while the tracer continues.
     fn recover(&mut self, error: ClientError) {
         if self.picture.gpu().is_none() {
-            // No device could be opened for too long.
+            // No device could be opened in time.
             return self.fail(miette::Report::from_err(error));
         }
         if !is_device_lost(&error) {
@@ -584,7 +584,7 @@ impl Viewer {
         self.clock.set(Instant::now());
     }
 
-    /// Ends the loop for this reason; the first one counts.
+    /// Ends the loop for this reason; only the first call has an effect.
     pub(super) fn fail(&mut self, error: miette::Report) {
         if self.outcome.is_ok() {
             self.outcome = Err(error);

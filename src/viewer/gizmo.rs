@@ -1,32 +1,32 @@
-//! The gizmo: from a dragged handle over the selected object to its transform.
+//! The transform gizmo: converts a dragged handle over the selected object into its transform.
 
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use crate::client::window::panel::{GizmoDrawing, GizmoHandle, GizmoMode};
 use crate::viewer::editor::SceneEditor;
 
-/// Length of the handles, points.
+/// Length of the handles, in points.
 const LENGTH: f64 = 70.0;
 
-/// How near to a handle the cursor takes hold of it, points.
+/// Radius around a handle within which the cursor grabs it, in points.
 const REACH: f64 = 8.0;
 
-/// Points of a ring.
+/// Vertices of a rotation ring.
 const RING: usize = 48;
 
-/// A ring that is seen at a flatter angle than this (a sine) is turned by angles of the picture.
+/// A ring seen at a smaller angle than this (as a sine) rotates by screen-space angles.
 const FLAT: f64 = 0.2;
 
-/// Bounds of a factor by which one drag scales.
+/// Range of the scale factor of one drag.
 const FACTORS: (f64, f64) = (0.01, 100.0);
 
 /// The unit vectors of the world's axes.
 const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
 
-/// A line of sight in world space, through a place of the picture.
+/// A camera ray in world space through a position of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SightLine {
-    /// The place, pixels of the picture.
+    /// Position in pixels of the picture.
     pub place: DVec2,
     pub origin: DVec3,
     /// Unit length.
@@ -38,15 +38,15 @@ pub struct SightLine {
 struct GizmoDrag {
     handle: GizmoHandle,
     mode: GizmoMode,
-    /// The centre of the object at its start, in world space and in the picture.
+    /// Centre of the object at the start of the drag: `pivot` in world space, `center` in pixels of the picture.
     pivot: DVec3,
     center: DVec2,
     start: SightLine,
-    /// Size of a pixel of the picture in the window, points.
+    /// Window points per picture pixel.
     zoom: f64,
 }
 
-/// What the gizmo does, and the handle that is dragged.
+/// Mode of the gizmo, and the handle being dragged.
 #[derive(Debug, Default)]
 pub struct Gizmo {
     pub mode: GizmoMode,
@@ -54,7 +54,7 @@ pub struct Gizmo {
 }
 
 impl Gizmo {
-    /// Whether a handle is dragged.
+    /// Whether a handle is being dragged.
     pub fn is_dragging(&self) -> bool {
         self.drag.is_some()
     }
@@ -64,8 +64,7 @@ impl Gizmo {
         self.drag.take().is_some()
     }
 
-    /// Takes hold of the handle under the cursor, if there is one, and begins to transform the selected object. `zoom` is the size of a
-    /// pixel of the picture in the window, in points.
+    /// Grabs the handle under the cursor, if any, and begins to transform the selected object. `zoom`: window points per picture pixel.
     pub fn press(&mut self, editor: &mut SceneEditor, at: DVec2, size: [u32; 2], zoom: f64) -> bool {
         let Some(drawing) = self.drawing(editor, None, size, zoom) else { return false };
         let (Some(handle), Some(shape)) = (handle_at(&drawing, at, REACH / zoom), editor.selected()) else {
@@ -82,13 +81,13 @@ impl Gizmo {
         true
     }
 
-    /// The transform that the drag asks for, now that the cursor is here; `None` without a drag, and where it says nothing.
+    /// Transform of the drag for this cursor position; `None` without a drag, and if the position determines none.
     pub fn transform(&self, editor: &SceneEditor, at: DVec2, size: [u32; 2]) -> Option<DAffine3> {
         let drag = self.drag?;
         transform(&drag, editor.sight_line(at, size)?)
     }
 
-    /// The gizmo as it is drawn, with the handle under the cursor; `None` where nothing is selected, or what is lies behind the camera.
+    /// Geometry of the gizmo, with the handle under the cursor; `None` without a selection, or if the object is behind the camera.
     pub fn drawing(
         &self,
         editor: &SceneEditor,
@@ -99,7 +98,7 @@ impl Gizmo {
         let world = editor.selected_pivot()?;
         let pivot = editor.project(world, size)?;
         let project = |point: DVec3| editor.project(point, size);
-        // So long that the axis which is seen best has its length in the window.
+        // Scaled so that the least foreshortened axis has its full length in the window.
         let small = 1e-3 * editor.distance_to(world);
         let per_unit = AXES
             .iter()
@@ -129,7 +128,7 @@ impl Gizmo {
     }
 }
 
-/// The handle that lies within `reach` of a place, all in pixels of the picture: the nearest one, the centre first.
+/// Handle within `reach` of a position, all in picture pixels: the centre first, then the nearest.
 fn handle_at(drawing: &GizmoDrawing, at: DVec2, reach: f64) -> Option<GizmoHandle> {
     if at.distance(DVec2::from(drawing.pivot)) <= reach {
         return Some(GizmoHandle::Center);
@@ -143,21 +142,21 @@ fn handle_at(drawing: &GizmoDrawing, at: DVec2, reach: f64) -> Option<GizmoHandl
     (distance <= reach).then_some(GizmoHandle::Axis(axis))
 }
 
-/// Distance of a place from a line segment.
+/// Distance of a point from a line segment.
 fn to_segment(at: DVec2, from: DVec2, to: DVec2) -> f64 {
     let along = to - from;
     let t = (at - from).dot(along) / along.length_squared().max(1e-12);
     at.distance(from + along * t.clamp(0.0, 1.0))
 }
 
-/// The transform, in world space, of an object whose handle has been dragged to this line of sight.
+/// World-space transform of an object whose handle was dragged to this camera ray.
 fn transform(drag: &GizmoDrag, now: SightLine) -> Option<DAffine3> {
     let GizmoDrag { handle, mode, pivot, center, start, zoom } = *drag;
     let about = |matrix: DMat3| {
         DAffine3::from_translation(pivot) * DAffine3::from_mat3(matrix) * DAffine3::from_translation(-pivot)
     };
     let factor = |factor: f64| factor.is_finite().then(|| factor.clamp(FACTORS.0, FACTORS.1));
-    // The angle in the picture, counter-clockwise as it is seen.
+    // Angle in the picture, counter-clockwise as displayed.
     let seen_angle = || {
         let [from, to] = [start.place - center, now.place - center];
         (from.length() > 1.0 && to.length() > 1.0).then(|| -from.angle_to(to))
@@ -174,7 +173,7 @@ fn transform(drag: &GizmoDrag, now: SightLine) -> Option<DAffine3> {
         (GizmoMode::Turn, handle) => {
             let (axis, is_flat) = match handle {
                 GizmoHandle::Axis(i) => (AXES[i], AXES[i].dot(start.direction).abs() < FLAT),
-                // Towards the eye.
+                // Towards the camera.
                 GizmoHandle::Center => (-start.direction, true),
             };
             let angle = if is_flat {
@@ -192,7 +191,7 @@ fn transform(drag: &GizmoDrag, now: SightLine) -> Option<DAffine3> {
             Some(about(DMat3::from_diagonal(DVec3::ONE + AXES[i] * (by - 1.0))))
         }
         (GizmoMode::Scale, GizmoHandle::Center) => {
-            // Right and up make it larger: the centre itself has no distance to begin with.
+            // Dragging right or up enlarges: at the centre itself there is no distance whose ratio could be taken.
             let away = (now.place - start.place) * zoom;
             let by = factor(((away.x - away.y) / (2.0 * LENGTH)).exp2())?;
             Some(about(DMat3::from_diagonal(DVec3::splat(by))))
@@ -200,14 +199,14 @@ fn transform(drag: &GizmoDrag, now: SightLine) -> Option<DAffine3> {
     }
 }
 
-/// Where the line through `pivot` along `axis` comes nearest to a line of sight, as a distance from `pivot`; `None` where both are parallel.
+/// Signed distance from `pivot` along `axis` to the point closest to a camera ray; `None` if both are parallel.
 fn along_axis(pivot: DVec3, axis: DVec3, line: SightLine) -> Option<f64> {
     let (between, cos) = (pivot - line.origin, axis.dot(line.direction));
     let sin2 = 1.0 - cos * cos;
     (sin2 > 1e-4).then(|| (cos * line.direction.dot(between) - axis.dot(between)) / sin2)
 }
 
-/// Where a line of sight meets the plane through `pivot` with this normal; `None` where it does not.
+/// Intersection of a camera ray with the plane through `pivot` with this normal; `None` if they do not meet.
 fn on_plane(pivot: DVec3, normal: DVec3, line: SightLine) -> Option<DVec3> {
     let cos = normal.dot(line.direction);
     let t = normal.dot(pivot - line.origin) / cos;
@@ -235,7 +234,7 @@ mod tests {
         editor
     }
 
-    /// The end of a handle in the picture.
+    /// End of a handle in the picture.
     fn end(gizmo: &Gizmo, editor: &SceneEditor, axis: usize) -> DVec2 {
         let drawing = gizmo.drawing(editor, None, SIZE, 1.0).expect("a selection");
         drawing.axes[axis].last().copied().expect("a line").into()
@@ -255,7 +254,7 @@ mod tests {
             assert!(shift.dot(along) > 0.1 && shift.cross(along).length() < 1e-9, "{shift}");
             editor.set_transform(by).expect("valid");
             let moved = end(&gizmo, &editor, axis);
-            // The handle is drawn as long in the picture wherever it is: its end is near, not exactly there.
+            // Handles have a constant length in the picture, so the end is near the target, not exactly on it.
             assert!(moved.distance(to) < 0.15 * from.distance(to), "{moved} {to}");
             assert!(gizmo.release());
         }
@@ -286,7 +285,7 @@ mod tests {
             gizmo.release();
             assert!(by.transform_point3(pivot).distance(pivot) < 1e-9, "it turns about its centre");
             let (turned_about, angle) = DQuat::from_mat3(&by.matrix3).to_axis_angle();
-            // Six of 48 steps, about the axis of a ring that may lie under another one.
+            // Six of 48 steps, about the axis of a ring; another ring may lie over it.
             let is_axis = AXES.iter().any(|a| turned_about.dot(*a).abs() > 0.999);
             assert!(is_axis && (angle.abs() - 0.785).abs() < 0.6, "{turned_about} {angle}");
         }
@@ -298,7 +297,7 @@ mod tests {
         let [x, y, z] = [by.matrix3.x_axis.x, by.matrix3.y_axis.y, by.matrix3.z_axis.z];
         assert!(x == 1.0 && z == 1.0 && (y - 2.0).abs() < 0.2, "{x} {y} {z}");
         assert!(gizmo.release());
-        // Nothing is taken hold of elsewhere, nor without a selection.
+        // Nothing is grabbed elsewhere, or without a selection.
         assert!(!gizmo.press(&mut editor, DVec2::new(3.0, 3.0), SIZE, 1.0));
         editor.select(None);
         assert!(!gizmo.press(&mut editor, from, SIZE, 1.0));

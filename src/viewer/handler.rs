@@ -1,4 +1,4 @@
-//! Hears winit: turns the events of the window into actions, and lets the loop step when a frame is due.
+//! Handles winit events: turns them into actions, and steps the loop when a frame is due.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -60,7 +60,7 @@ impl ApplicationHandler<ReaderEvent> for ViewerApp {
 }
 
 impl Viewer {
-    /// Hears an event of the window.
+    /// Handles an event of the window.
     fn hear(&mut self, mut event: WindowEvent) {
         let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone()) else { return };
         match &mut event {
@@ -68,7 +68,7 @@ impl Viewer {
             WindowEvent::Destroyed => self.quit = true,
             WindowEvent::Resized(size) => self.resized(*size),
             WindowEvent::ScaleFactorChanged { inner_size_writer, .. } => {
-                // Points become larger or smaller; the picture keeps its pixels, and the dock its points.
+                // The scale factor changes; the picture keeps its size in pixels, and the dock its size in points.
                 let _ = inner_size_writer.request_inner_size(window.inner_size());
                 self.keep_picture();
                 self.refresh();
@@ -96,12 +96,12 @@ impl Viewer {
         }
     }
 
-    /// Whether the gizmo is shown: an object is selected, and the tab that changes it is seen.
+    /// Whether the gizmo is shown: an object is selected, and the tab that edits it is open.
     pub(super) fn shows_gizmo(&self) -> bool {
         self.editor.selected().is_some() && self.panel.controls.layout.shows(PanelTab::Scene)
     }
 
-    /// Whether this is the press of a button on a handle of the gizmo, which is dragged from then on.
+    /// Grabs the gizmo handle under the cursor if this event is a button press on one; returns whether it did.
     fn takes_hold(&mut self, event: &WindowEvent) -> bool {
         let is_press = matches!(
             event,
@@ -110,7 +110,7 @@ impl Viewer {
         let panel = &self.panel;
         let is_free =
             !panel.host.is_under_pointer() && !panel.input.is_dragging() && !panel.input.is_ctrl_held();
-        // Whoever is asked for a place clicks at it, whatever lies over it.
+        // While the user is asked to click a position, the click goes to the picture, even over a handle.
         let is_free = is_free && !panel.input.asks_region() && self.asked.is_none();
         if !is_press || !is_free || !self.shows_gizmo() {
             return false;
@@ -145,7 +145,7 @@ impl Viewer {
         }
     }
 
-    /// Does what is due.
+    /// Performs the due work.
     pub(super) fn turn(&mut self) {
         if process::is_interrupted() {
             self.quit = true;

@@ -1,4 +1,4 @@
-//! The histogram of the picture that is shown, made anew a few times a second while someone looks at it.
+//! The histogram of the displayed picture, refreshed a few times a second while it is visible.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,10 +9,10 @@ use crate::client::zones;
 use crate::gpu::Region;
 use crate::viewer::picture::LivePicture;
 
-/// Least time between two histograms.
+/// Shortest interval between two histograms.
 const REFRESH: Duration = Duration::from_millis(300);
 
-/// Most pixels that are read for one; of a larger picture, bands of rows at even distances.
+/// Most pixels read back for one histogram; a larger picture is sampled in evenly spaced bands of rows.
 const MOST_PIXELS: u32 = 1 << 18;
 
 /// The last histogram.
@@ -20,7 +20,7 @@ const MOST_PIXELS: u32 = 1 << 18;
 pub struct HistogramCache(Option<(Instant, Arc<Histogram>)>);
 
 impl HistogramCache {
-    /// The histogram of the picture at this exposure; `None` before there is a picture.
+    /// Histogram of the picture at this exposure; `None` before there is a picture.
     pub fn get(
         &mut self,
         picture: &mut LivePicture,
@@ -36,13 +36,13 @@ impl HistogramCache {
     }
 }
 
-/// The pixels of the picture, or those of some of its rows.
+/// Pixels of the whole picture, or of evenly spaced bands of rows.
 fn rows(picture: &mut LivePicture, [width, height]: [u32; 2]) -> Option<ShownTexels> {
     let every = width.saturating_mul(height).div_ceil(MOST_PIXELS).max(1);
     if every == 1 {
         return picture.shown(Region { origin: [0, 0], extent: [width, height] }).ok().flatten();
     }
-    // Few bands rather than many rows: each is a request to the device.
+    // A few bands rather than many single rows, because each is a separate readback.
     let bands = 16.min(height);
     let rows = (height / bands / every).max(1);
     let mut all = ShownTexels::default();
@@ -71,7 +71,7 @@ fn histogram(shown: &ShownTexels, exposure: f32) -> Histogram {
             made.luminance[((stop - low) * BINS_PER_STOP as f32) as usize] += share;
         }
     }
-    // As the view that marks them counts, encoded with a gamma of 2.2.
+    // Same thresholds as the clipping view, encoded with a gamma of 2.2.
     let black = zones::BLACK.powf(1.0 / 2.2);
     for rgb in &shown.displayed {
         for (bins, value) in made.displayed.iter_mut().zip(rgb) {

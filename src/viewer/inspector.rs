@@ -1,5 +1,5 @@
-//! The inspector: what is shown at the pixel under the cursor, and after a click the paths that have made it, traced once more by
-//! the code that records them.
+//! The inspector: the displayed value at the pixel under the cursor and, after a click, the paths that contributed to that pixel, traced
+//! again with recording enabled.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -32,34 +32,34 @@ use crate::viewer::session::RenderSession;
 /// Most paths of a pixel that are traced again.
 const MOST_PATHS: usize = 512;
 
-/// Indices of further paths through the pixel, for its spectrum.
+/// Number of further path indices through the pixel, for its spectrum.
 const SPECTRUM_INDICES: u64 = 1024;
 
-/// Most paths that are drawn: the brightest.
+/// Most paths that are drawn; the brightest are chosen.
 const MOST_DRAWN: usize = 24;
 
-/// How far a line goes towards a light without a place, in units of the last segment.
+/// Length of a line towards a light at infinity, in units of the path's last segment.
 const FAR: f32 = 4.0;
 
-/// The pixel that was clicked at last, and its paths.
+/// The last clicked pixel and its paths.
 #[derive(Default)]
 pub struct Inspector {
-    /// Traces them again.
+    /// Traces the paths again.
     study: Option<Job<PixelPaths>>,
     paths: Option<Arc<PixelPaths>>,
 }
 
 impl Inspector {
-    /// Forgets the paths: scene or camera have changed.
+    /// Discards the paths after scene or camera have changed.
     pub fn clear(&mut self) {
         (self.study, self.paths) = (None, None);
     }
 
-    /// Begins to trace again the paths that have made a pixel, as far as their samples are kept.
+    /// Begins to trace again the paths behind a pixel, as far as their samples are retained.
     ///
     /// # Errors
     ///
-    /// When the camera cannot be used, or no thread can be started.
+    /// When the camera is invalid, or no thread can be started.
     pub fn begin(
         &mut self,
         pixel: [u32; 2],
@@ -94,7 +94,7 @@ impl Inspector {
                 study.add(&run, &context, index, subpath);
             }
             let within = method::render_context(&run, scene, camera.clone(), window_of(pixel, size));
-            // Those of other methods would be another method's.
+            // Paths of any other method would not be the ones that made the picture.
             let has_paths = note.is_empty() || run.integrator == IntegratorKind::Bidirectional;
             let count = if has_paths { SPECTRUM_INDICES } else { 0 };
             for index in (0..count).take_while(|_| !stop.is_set()) {
@@ -111,20 +111,20 @@ impl Inspector {
         self.study.is_some()
     }
 
-    /// Takes over what was traced; true when there is something new.
+    /// Takes over traced paths; true if there are new ones.
     pub fn take(&mut self) -> bool {
         let Some(paths) = Job::take(&mut self.study) else { return false };
         self.paths = paths.inspect_err(|panic| tracing::error!("{panic}")).ok().map(Arc::new);
         true
     }
 
-    /// The paths of the pixel that was clicked at last.
+    /// Paths of the last clicked pixel.
     pub fn paths(&self) -> Option<Arc<PixelPaths>> {
         self.paths.clone()
     }
 }
 
-/// What is shown at a place of the picture, in pixels; `None` outside, and before there is a picture.
+/// Displayed value at a picture position in pixels; `None` outside, and before there is a picture.
 pub fn reading(
     at: DVec2,
     session: &RenderSession,
@@ -138,7 +138,7 @@ pub fn reading(
         return None;
     }
     let pixel = [x as u32, y as u32];
-    // A square around it, as far as it lies in the picture.
+    // A square around it, clipped to the picture.
     let low = pixel.map(|at| at.saturating_sub(LOUPE));
     let high = [0, 1].map(|i| (pixel[i] + LOUPE + 1).min(size[i]));
     let region = Region { origin: low, extent: [high[0] - low[0], high[1] - low[1]] };
@@ -177,27 +177,27 @@ pub fn reading(
     })
 }
 
-/// Paths of the sequence that have a camera sample in a pixel.
+/// Path indices that have a camera sample in a pixel.
 #[derive(Default)]
 struct PixelIndices {
-    /// Index, and which of its subpaths from the camera.
+    /// Index, and number of its camera subpath.
     list: Vec<(u64, usize)>,
-    /// How many are known, those beyond the list included.
+    /// Total number of known paths, including those beyond `list`.
     known: u64,
 }
 
-/// Finds the indices behind a pixel among the samples that are kept: within a block the camera samples stand in the order of
-/// their paths. A block that was full in the middle of an index has its last samples at the beginning of the next one.
+/// Finds the path indices behind a pixel among the retained samples: within a block, camera samples are stored in the order of their paths.
+/// If a block filled up in the middle of an index, the remaining samples begin the next block.
 fn indices(kept: &RetainedSamples, method: IntegratorKind, pixel: [u32; 2], size: [u32; 2]) -> PixelIndices {
     let per_index = method::paths_per_index(method);
     let mut found = PixelIndices::default();
-    // Camera samples of an index that stand in the block before, by that index.
+    // Number of camera samples in the previous block, by index.
     let mut sent = HashMap::new();
     kept.each(|samples, first, paths| {
         let camera = || samples.iter().filter(|sample| sample.w > 0.0);
         let before = sent.remove(&first).unwrap_or(0);
         let unfinished = (before + camera().count() as u64).checked_sub(paths.camera);
-        // One sample for each path; where some were rejected it is not known which is whose.
+        // One sample per path; if some were rejected, samples cannot be assigned to paths.
         let Some(unfinished) = unfinished.filter(|unfinished| *unfinished <= per_index) else { return };
         if unfinished > 0 {
             sent.insert(first + paths.camera / per_index, unfinished);
@@ -216,19 +216,19 @@ fn indices(kept: &RetainedSamples, method: IntegratorKind, pixel: [u32; 2], size
     found
 }
 
-/// Collects what recorded paths do.
+/// Collects the events of recorded paths.
 struct PathCollector {
     pixel: [u32; 2],
     size: Vec2,
     lines: CameraLines,
     paths: Vec<TracedPath>,
-    /// Radiance by wavelength, summed over so many paths.
+    /// Radiance by wavelength, summed over this number of paths.
     spectrum: Vec<f64>,
     summed: u64,
     has_colour: bool,
 }
 
-/// One path from the camera: what it has found, and where it went.
+/// A camera path: its contribution and its vertices.
 struct TracedPath {
     luminance: f32,
     segments: Vec<PathSegment>,
@@ -247,7 +247,7 @@ impl PathCollector {
         }
     }
 
-    /// Traces an index, and takes the subpath of this number from the camera.
+    /// Traces an index and keeps its camera subpath of this number.
     fn add(&mut self, run: &RunSpec, context: &RenderContext, index: u64, number: usize) {
         let events = trace_recorded(run, context, index);
         let begins = |event: &&PathEvent| matches!(event, PathEvent::Begins(path) if !path.from_light);
@@ -283,7 +283,7 @@ impl PathCollector {
         self.paths.push(path);
     }
 
-    /// Traces an index, all of whose paths go through the pixel.
+    /// Traces an index all of whose paths pass through the pixel.
     fn add_to_spectrum(&mut self, run: &RunSpec, context: &RenderContext, index: u64) {
         for event in trace_recorded(run, context, index) {
             let PathEvent::Estimate { lambda, radiance } = event else { continue };
@@ -304,7 +304,7 @@ impl PathCollector {
         }
     }
 
-    /// What was found.
+    /// The collected paths and spectrum.
     fn finish(mut self) -> PixelPaths {
         let count = self.paths.len();
         let per_bin = (WAVELENGTHS[1] - WAVELENGTHS[0]) / SPECTRUM_BINS as f64;
@@ -324,7 +324,7 @@ impl PathCollector {
     }
 }
 
-/// Traces an index from the camera once more, in a scene that [records](Scene::recorded); returns what happened on its paths.
+/// Traces an index again in a scene that [records](Scene::recorded); returns the events on its paths.
 fn trace_recorded(run: &RunSpec, context: &RenderContext, index: u64) -> Vec<PathEvent> {
     fn trace<I: Integrator + From<RenderContext>>(run: &RunSpec, context: &RenderContext, index: u64) {
         let tracer = Replicated::new(context, run.replicated, I::from);
@@ -337,7 +337,7 @@ fn trace_recorded(run: &RunSpec, context: &RenderContext, index: u64) -> Vec<Pat
     })
 }
 
-/// Samples of paths that are traced for their events.
+/// Sink that drops samples, for paths traced only for their events.
 struct Discarded;
 
 impl SampleSink for Discarded {
@@ -346,13 +346,13 @@ impl SampleSink for Discarded {
     fn light(&mut self, _: [f32; 2], _: Xyz) {}
 }
 
-/// The part of the screen that a pixel covers.
+/// The part of the screen, in `[0, 1)²`, that a pixel covers.
 fn window_of(pixel: [u32; 2], size: [u32; 2]) -> UvWindow {
     let corner = |i: usize, by: u32| (pixel[i] + by) as f32 / size[i] as f32;
     UvWindow { min: [corner(0, 0), corner(1, 0)], max: [corner(0, 1), corner(1, 1)] }
 }
 
-/// The bin of a wavelength in nm; `None` outside the spectrum that is shown.
+/// Spectral bin of a wavelength in nm; `None` outside the displayed range.
 fn bin(lambda: f32) -> Option<usize> {
     let at = (f64::from(lambda) - WAVELENGTHS[0]) / (WAVELENGTHS[1] - WAVELENGTHS[0]);
     (0.0..1.0).contains(&at).then_some((at * SPECTRUM_BINS as f64) as usize)
@@ -367,7 +367,7 @@ mod tests {
 
     const SIZE: [u32; 2] = [6, 5];
 
-    /// The samples of the first indices of a picture, as the window keeps them.
+    /// Samples of the first indices of a picture, as the window retains them.
     fn kept<I: Integrator + From<RenderContext>>(context: &RenderContext, count: u64) -> RetainedSamples {
         let (mut writers, mut lanes) = lanes(1, LANE_BLOCKS);
         lanes.hub().run(Some(Epoch(1)));
@@ -387,7 +387,7 @@ mod tests {
         kept
     }
 
-    /// Every path that is found behind a pixel, traced again, finds what its sample has brought there.
+    /// Every path found behind a pixel, traced again, yields the value of its retained sample.
     #[test]
     fn the_paths_of_a_pixel_are_those_that_made_it() {
         let source = SceneOptions::of("scenes/cornell_spheres.xml".into());

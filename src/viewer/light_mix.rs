@@ -1,5 +1,5 @@
-//! The light mix of the window: a film for each group of lights beside that of the picture, and the factors with which the pictures
-//! of the groups are added up. Changing a factor changes what is shown and traces nothing anew.
+//! The light mix of the window: one film per light group beside that of the picture, and the factors with which the group pictures are
+//! summed. Changing a factor changes the displayed sum without tracing again.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -27,44 +27,44 @@ use crate::scene::light_groups::{self as groups, LightGroup};
 use crate::scene::{SceneDesc, limits};
 use crate::tracer::Scene;
 
-/// Most targets.
+/// Most colour targets.
 const MOST_TARGETS: usize = 16;
 
-/// Pixels around a target whose mean is compared with it.
+/// Half the side of the square around a target whose mean is compared with it, in pixels.
 const SPOT: usize = 2;
 
-/// The colours at the targets are read again after so long.
+/// Interval at which the colours at the targets are read back.
 const REREAD: Duration = Duration::from_millis(500);
 
-/// Pixels of a picture that the mix is to look like, about, of which each counts.
+/// Approximate number of pixels of an example picture that enter the fit.
 const EXAMPLES: usize = 1 << 16;
 
-/// Halvings of the interval in which the light of a displayed brightness is sought.
+/// Bisection steps of the inverse tone curve.
 const HALVINGS: u32 = 40;
 
-/// What displayed brightness is taken for at most: more is clipped, and the light of it not known.
+/// Upper bound on a displayed value that is inverted: above it the value is clipped, and its light unknown.
 const BRIGHTEST: f32 = 0.98;
 
-/// A place of the picture, and the colour that it is to be displayed with.
+/// A pixel of the picture and the colour it is to be displayed with.
 struct MixTarget {
     pixel: [u32; 2],
     /// Display-linear RGB.
     color: MixRgb,
 }
 
-/// How a group's light is shown.
+/// Intensity and tint of a light group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct MixLight {
     intensity: f32,
-    /// Factors on linear R, G, B, of which the largest is 1.
+    /// Factors on linear R, G, B; the largest is 1.
     tint: MixRgb,
 }
 
 impl MixLight {
-    /// Light as it is in the scene.
+    /// Unchanged light.
     const AS_IT_IS: Self = Self { intensity: 1.0, tint: [1.0; 3] };
 
-    /// The light of these factors; black keeps its colour.
+    /// Intensity and tint of an RGB factor; a black factor keeps the previous tint.
     fn of(factor: MixRgb, before: Self) -> Self {
         let intensity = factor.into_iter().fold(0.0, f32::max);
         let tint = if intensity > 0.0 { factor.map(|c| c / intensity) } else { before.tint };
@@ -76,30 +76,30 @@ impl MixLight {
     }
 }
 
-/// The films of the groups, how each is shown, and what the mix is to look like.
+/// Films of the light groups, their factors and the targets of the fit.
 #[derive(Default)]
 pub struct LightMix {
     films: Option<GroupFilms>,
-    /// In the order of the groups.
+    /// One per group, in the same order.
     lights: Vec<MixLight>,
-    /// The lights of groups by name, for when they are mixed again.
+    /// Factors of groups by name, kept for the next mix.
     known: HashMap<String, MixLight>,
-    /// The group that is shown alone.
+    /// The group that is shown alone (solo).
     solo: Option<usize>,
     targets: Vec<MixTarget>,
-    /// Whether lights keep their colours where factors are sought.
+    /// Whether the fit changes intensities only and keeps tints.
     keeps_colors: bool,
-    /// What a mix would be of, in words, for this scene, size and method.
+    /// Description of the mix on offer, cached by scene, size and method.
     offer: Option<(Arc<Scene>, [u32; 2], IntegratorKind, String)>,
-    /// The colours of the groups at the targets, and when they were read.
+    /// Time of the last readback, and the colours `[group][target]`.
     spots: Option<(Instant, Vec<Vec<MixRgb>>)>,
 }
 
-/// The groups of lights of a scene, each emitter one as far as there are not too many.
+/// Light groups of a scene: one per emitter, merged if there are too many.
 ///
 /// # Errors
 ///
-/// Where there is no light, or the method has none.
+/// If the scene has no lights, or the method does not support groups.
 pub fn groups_of(desc: &SceneDesc, scene: &Scene, run: &RunSpec) -> Result<Vec<LightGroup>> {
     let emitters = groups::emitters(desc);
     if emitters.is_empty() || run.integrator == IntegratorKind::Depth {
@@ -109,17 +109,17 @@ pub fn groups_of(desc: &SceneDesc, scene: &Scene, run: &RunSpec) -> Result<Vec<L
 }
 
 impl LightMix {
-    /// Whether groups are traced.
+    /// Whether light groups are traced.
     pub fn is_on(&self) -> bool {
         self.films.is_some()
     }
 
-    /// Whether something else is shown than the picture of all lights as they are.
+    /// Whether the displayed picture differs from the plain sum of all lights.
     pub fn is_mixing(&self) -> bool {
         self.is_on() && self.factors().flatten().any(|factor| factor != 1.0)
     }
 
-    /// The factors by which the light of each group is multiplied.
+    /// RGB factor of each group.
     fn factors(&self) -> impl Iterator<Item = MixRgb> + use<> {
         let solo = self.solo;
         let factor = move |(i, light): (usize, MixLight)| match solo {
@@ -129,7 +129,7 @@ impl LightMix {
         self.lights.clone().into_iter().enumerate().map(factor)
     }
 
-    /// Begins with empty films of groups. Lights are as they were in the last mix, by name, or else as they are in the scene.
+    /// Begins with empty films. Factors are those of the last mix, matched by name, or else 1.
     pub fn begin(&mut self, films: GroupFilms) {
         self.remember();
         let light = |group: &LightGroup| self.known.get(&group.name).copied().unwrap_or(MixLight::AS_IT_IS);
@@ -143,20 +143,20 @@ impl LightMix {
         self.known.extend(names.zip(self.lights.iter().copied()));
     }
 
-    /// The groups; none where they are not traced.
+    /// Light groups; empty if none are traced.
     pub fn groups(&self) -> &[LightGroup] {
         self.films.as_ref().map_or(&[], GroupFilms::groups)
     }
 
-    /// Another epoch begins.
+    /// Clears films and targets for another epoch.
     pub fn begin_epoch(&mut self) {
         self.films.iter_mut().for_each(GroupFilms::clear);
-        // They were places of another picture.
+        // Targets are pixels of the previous picture.
         self.targets.clear();
         self.spots = None;
     }
 
-    /// Ends it: the lights are as they are in the scene. What they were is remembered for the next mix.
+    /// Ends the mix: all lights are unchanged again. Their factors are kept for the next mix.
     pub fn end(&mut self) {
         self.remember();
         *self = Self { known: std::mem::take(&mut self.known), ..Self::default() };
@@ -167,44 +167,44 @@ impl LightMix {
         self.device_films().any(|film| film.is_damaged())
     }
 
-    /// The films.
+    /// Films of the groups.
     pub fn films(&mut self) -> Option<&mut GroupFilms> {
         self.films.as_mut()
     }
 
-    /// Multiplies a group's light.
+    /// Sets a group's factor.
     pub fn set(&mut self, group: usize, factor: MixRgb) {
         if let Some(light) = self.lights.get_mut(group) {
             *light = MixLight::of(factor.map(|f| if f.is_finite() { f.max(0.0) } else { 1.0 }), *light);
         }
     }
 
-    /// Shows one group alone, or all of them again where it is shown alone already.
+    /// Shows one group alone, or all of them again if it is alone already.
     pub fn solo(&mut self, group: usize) {
         self.solo = if self.solo == Some(group) { None } else { Some(group) };
     }
 
-    /// Shows all lights as they are.
+    /// Resets all factors to 1.
     pub fn reset(&mut self) {
         self.lights.fill(MixLight::AS_IT_IS);
         self.solo = None;
-        // They are met no more.
+        // The targets are no longer met.
         self.targets.clear();
     }
 
-    /// Whether lights keep their colours where factors are sought.
+    /// Sets whether the fit changes intensities only and keeps tints.
     pub fn keep_colors(&mut self, keeps: bool) {
         self.keeps_colors = keeps;
     }
 
-    /// The options of `pointillist mix` that set these factors; nothing where all are 1.
+    /// Options of `pointillist mix` that set these factors; empty if all are 1.
     pub fn options(&self) -> String {
         let changed = self.groups().iter().zip(self.factors()).filter(|(_, factor)| *factor != [1.0; 3]);
         let options: Vec<String> = changed.map(|(group, factor)| mix_option(&group.name, factor)).collect();
         options.join(" ")
     }
 
-    /// What the panel shows.
+    /// Data for the panel.
     pub fn data(&self) -> LightMixData {
         let row = |(group, light): (&LightGroup, &MixLight)| MixGroupRow {
             name: group.name.clone(),
@@ -223,7 +223,7 @@ impl LightMix {
         }
     }
 
-    /// Tells what a mix would be of and take, unless that is known for this scene, size and method.
+    /// Updates the description of the groups and the memory that a mix would have, unless it is known for this scene, size and method.
     pub fn offer(&mut self, desc: &SceneDesc, scene: &Arc<Scene>, run: &RunSpec, memory: GroupMemory) {
         let size = [run.film.width, run.film.height];
         let known = self.offer.as_ref().is_some_and(|(known, of, method, _)| {
@@ -239,13 +239,13 @@ impl LightMix {
         self.offer = Some((scene.clone(), size, run.integrator, offer));
     }
 
-    /// Samples that the processor has drawn since the last call, and how long that took.
+    /// Samples rasterised by the CPU since the last call, and the time that took.
     pub fn take_host_time(&mut self) -> (u64, Duration) {
         let times = self.device_films().map(VulkanFilm::take_host_time);
         times.fold((0, Duration::ZERO), |(samples, time), (more, took)| (samples + more, time + took))
     }
 
-    /// Whether the device has drawn all samples of the groups.
+    /// Whether the device has rasterised all samples of the groups.
     pub fn are_drawn(&mut self, gpu: &Gpu) -> bool {
         self.device_films().all(|film| gpu.has_completed(film.rasterised()))
     }
@@ -254,12 +254,12 @@ impl LightMix {
         self.films.iter_mut().flat_map(|films| films.films()).filter_map(|film| film.on_device())
     }
 
-    /// Rasterises what waits.
+    /// Rasterises the waiting samples.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.films.as_mut().map_or(Ok(()), GroupFilms::flush)
     }
 
-    /// Records the pictures of the groups, to be added up.
+    /// Records the reconstruction of the group pictures, to be summed.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -277,7 +277,7 @@ impl LightMix {
         films.map(layer).collect()
     }
 
-    /// The mix, scene-linear XYZ before glare and tone curve.
+    /// Mixed picture, scene-linear XYZ before glare and tone curve.
     pub fn linear(&mut self, settings: &Settings, size: [u32; 2]) -> Result<Grid<Vec3>, ClientError> {
         let [width, height] = size.map(|n| n as usize);
         let settings = Settings { glare: None, ..without_masking(settings) };
@@ -292,11 +292,11 @@ impl LightMix {
         Grid::from_rows(width, height, sum).ok_or_else(|| out_of_memory([width, height]))
     }
 
-    /// Adds a place as a target: at first it is to be displayed as it is.
+    /// Adds a pixel as a target whose wanted colour is the one displayed now.
     ///
     /// # Errors
     ///
-    /// When there are too many, and without samples.
+    /// If there are too many targets, or no samples.
     pub fn add_target(&mut self, pixel: [u32; 2], settings: &Settings) -> Result<()> {
         if self.targets.len() == MOST_TARGETS {
             return Err(miette!("there are {MOST_TARGETS} targets already: remove one"));
@@ -319,14 +319,14 @@ impl LightMix {
         Ok(())
     }
 
-    /// Gives a target another colour.
+    /// Sets the wanted colour of a target.
     pub fn set_target(&mut self, place: usize, color: MixRgb) {
         if let Some(target) = self.targets.get_mut(place) {
             target.color = color;
         }
     }
 
-    /// Forgets a target.
+    /// Removes a target.
     pub fn forget_target(&mut self, place: usize) {
         if place < self.targets.len() {
             self.targets.remove(place);
@@ -334,11 +334,11 @@ impl LightMix {
         }
     }
 
-    /// Finds the factors with which the targets are met as nearly as can be.
+    /// Finds the factors with which the mix comes closest to the target colours.
     ///
     /// # Errors
     ///
-    /// Without targets, or without samples.
+    /// If there are no targets, or no samples.
     pub fn meet_targets(&mut self, settings: &Settings) -> Result<()> {
         if self.targets.is_empty() {
             return Err(miette!("there is no target: add a place whose colour is known"));
@@ -350,7 +350,7 @@ impl LightMix {
         Ok(())
     }
 
-    /// The mean colours of the groups around the targets, read a few times a second at most.
+    /// Mean colours of the groups around the targets, read back a few times a second at most.
     fn spots(&mut self) -> Result<Vec<Vec<MixRgb>>> {
         if let Some((read, spots)) = &self.spots
             && read.elapsed() < REREAD
@@ -376,12 +376,12 @@ impl LightMix {
         Ok(spots)
     }
 
-    /// Finds the factors with which the mix looks most like this picture: a painted one, which was displayed by these settings, or one of
-    /// linear light (EXR, HDR, PFM).
+    /// Fits the factors so that the mix looks most like an example picture: a display-encoded one, taken to be displayed with these
+    /// settings, or scene-linear (EXR, HDR, PFM).
     ///
     /// # Errors
     ///
-    /// When it cannot be read, has another size, or there are no samples.
+    /// When the file cannot be read, has another size, or there are no samples.
     pub fn look_like(&mut self, path: &Path, settings: &Settings) -> Result<()> {
         let groups = self.pictures()?;
         let size = groups.first().map_or([0, 0], |picture| [picture.width(), picture.height()]);
@@ -389,7 +389,7 @@ impl LightMix {
         let is_light = path.extension().is_some_and(|ending| {
             ["exr", "hdr", "pfm"].iter().any(|light| ending.eq_ignore_ascii_case(light))
         });
-        // What was displayed is encoded by the gamma of the display.
+        // A display-encoded picture is decoded with the gamma of the display.
         let mut example = Bitmap::read(path, !is_light, most).into_diagnostic()?.into_linear();
         if !is_light {
             let decode = |c: f32| c.max(0.0).powf(settings.gamma);
@@ -431,7 +431,7 @@ impl LightMix {
         self.solo = None;
     }
 
-    /// The linear pictures of all groups.
+    /// Linear pictures of all groups.
     fn pictures(&mut self) -> Result<Vec<Grid<MixRgb>>> {
         let Some(films) = &mut self.films else { return Err(miette!("the light mix is off")) };
         if films.films().iter().all(|film| film.counts().paths() == 0) {
@@ -441,7 +441,7 @@ impl LightMix {
     }
 }
 
-/// The matrix on XYZ that multiplies linear Rec.709.
+/// The XYZ-to-XYZ matrix that multiplies linear Rec.709 by a factor.
 fn on_xyz(factor: MixRgb) -> Mat3 {
     let scale = Mat3::from_diagonal(Vec3::from(factor));
     xyz_from_rec709().as_mat3() * scale * rec709_from_xyz()
@@ -451,17 +451,18 @@ fn brightness(rgb: Vec3) -> f32 {
     rec709_luminance().dot(rgb)
 }
 
-/// The settings without masking of noise, which needs a variance that films of groups do not keep.
+/// The settings without noise masking, which needs a variance that the films of groups do not accumulate.
 fn without_masking(settings: &Settings) -> Settings {
     Settings { vm: 0.0, ..settings.clone() }
 }
 
-/// The settings with which light is displayed as a picture without glare.
+/// The settings for displaying light without glare.
 fn plain(settings: &Settings) -> Settings {
     Settings { glare: None, view: Default::default(), ..settings.clone() }
 }
 
-/// The light, linear Rec.709, that is displayed with this colour: of its chromaticity, and so bright that the tone curve makes it as bright.
+/// Inverts the tone curve: the light, linear Rec.709, that is displayed with this colour; it has its chromaticity, and its intensity is
+/// found by bisection.
 fn light_of(color: MixRgb, settings: &Settings) -> MixRgb {
     let luminance = brightness(Vec3::from(color)).clamp(0.0, BRIGHTEST);
     if luminance <= 0.0 {
@@ -472,7 +473,7 @@ fn light_of(color: MixRgb, settings: &Settings) -> MixRgb {
     let rgb = Vec3::from(color) / brightness(Vec3::from(color));
     let xyz = (xyz_from_rec709() * DVec3::from(rgb.to_array().map(f64::from))).as_vec3();
     let is_darker = |light: f32| brightness(tone.linear(xyz * light)) < luminance;
-    // Brightness grows with light; the interval covers what any exposure asks for.
+    // Displayed brightness is monotonic in intensity; the interval covers any exposure.
     let (mut low, mut high) = (-40.0f32, 40.0f32);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
@@ -486,7 +487,7 @@ mod tests {
     use super::*;
     use crate::client::ToneCurve;
 
-    /// What a colour is displayed from is displayed with this colour, by every curve and exposure.
+    /// The light found for a displayed colour is displayed with that colour, by every curve and exposure.
     #[test]
     fn light_is_found_from_what_is_displayed() {
         for curve in [ToneCurve::Paper, ToneCurve::PbrNeutral, ToneCurve::AgX] {

@@ -1,4 +1,4 @@
-//! Loads a scene on a thread of its own, while the window shows how far it is, or another scene.
+//! Loads a scene on its own thread while the window shows the progress, or another scene.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,37 +18,37 @@ use crate::scene::{LoadProgress, SceneError};
 use crate::tracer::Scene;
 use crate::viewer::editor::SceneEditor;
 
-/// What is loaded and how it is traced.
+/// Scene to load and how it is traced.
 #[derive(Clone)]
 pub struct ViewSource {
     pub args: SceneOptions,
     pub deterministic: bool,
     pub replicated: bool,
-    /// It is traced elsewhere.
+    /// Remote machines trace it.
     pub remote: bool,
 }
 
-/// A scene that is ready to be traced.
+/// A scene ready to be traced.
 pub struct ReadyScene {
     pub run: RunSpec,
-    /// The method is to be chosen beside the window.
+    /// The method is still to be chosen, in the background.
     pub choose: bool,
     pub editor: SceneEditor,
-    /// What tracers elsewhere know the scene by, where there are any.
+    /// Digest by which remote tracers identify the scene, if there are any.
     pub digest: Option<String>,
 }
 
-/// A scene that is being loaded. Dropped before its end, the thread goes on and nobody hears of it.
+/// A scene being loaded. If dropped early, the thread runs to its end and its result is discarded.
 pub struct SceneLoader {
     pub source: ViewSource,
     progress: Arc<LoadProgress>,
-    /// All files are read.
+    /// All files are read; the scene is being prepared.
     preparing: Arc<AtomicBool>,
     job: Job<Result<ReadyScene>>,
 }
 
 impl ViewSource {
-    /// The same for another scene: names and effects on the command line were those of the first.
+    /// The same options for another scene. Overrides of names and effects are dropped: they refer to the first scene.
     pub fn with_scene(&self, scene: PathBuf) -> Self {
         let args = SceneOptions { scene, defines: Vec::new(), effects: Vec::new(), ..self.args.clone() };
         Self { args, ..self.clone() }
@@ -87,7 +87,8 @@ impl ViewSource {
         } else if run.integrator == IntegratorKind::Auto
             || run.integrator == IntegratorKind::Path && args.integrator.is_none()
         {
-            // Files name path tracing because it is the usual method: that is no order. Until one is chosen, beside the window, it is used.
+            // Files specify path tracing by default, so that does not count as the author's choice. It is used until the background choice
+            // is made.
             run.integrator = IntegratorKind::Path;
             choose = true;
         }
@@ -107,7 +108,7 @@ impl SceneLoader {
         Ok(Self { source, progress, preparing, job })
     }
 
-    /// The scene or the error, once, when it is there.
+    /// Returns the scene or the error, once, when loading has ended.
     pub fn take(&mut self) -> Option<Result<ReadyScene>> {
         Some(self.job.poll()?.unwrap_or_else(|panic| {
             let path = self.source.args.scene.display();
@@ -118,7 +119,7 @@ impl SceneLoader {
         }))
     }
 
-    /// Size of the picture, as soon as it is known.
+    /// Size of the picture in pixels, as soon as it is known.
     pub fn film(&self) -> Option<[u32; 2]> {
         self.source.args.size.map(<[u32; 2]>::from).or(self.progress.film())
     }
@@ -128,7 +129,7 @@ impl SceneLoader {
         self.progress.files()
     }
 
-    /// How far it is.
+    /// Progress for the panel.
     pub fn state(&self) -> LoadingData {
         let (files, total) = (self.progress.files(), self.progress.total());
         let what = match files.last() {
@@ -146,7 +147,7 @@ fn short(path: &Path) -> String {
     parts.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
-/// An error in one line, with its place.
+/// Formats an error as one line, with its location.
 pub fn brief(error: &miette::Report) -> String {
     match error.downcast_ref::<SceneError>() {
         Some(found) => {

@@ -1,4 +1,4 @@
-//! The window before its first scene is there: it shows how far the loading is, and closes at once when it is asked to.
+//! The window before its first scene is loaded: it shows the progress, and closes at once on request.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -24,19 +24,19 @@ use crate::viewer::picture::regions::Regions;
 use crate::viewer::preferences::Preferences;
 use crate::viewer::screen::{Canvas, PictureParts, Screen, is_device_lost};
 
-/// Size of a window whose scene has not said its own in time, pixels.
+/// Window size, in pixels, if the scene's is not known in time.
 const SIZE: [u32; 2] = [1280, 720];
 
-/// How long the window waits for the size of the picture before it opens with that one.
+/// How long to wait for the picture size before opening the window with [`SIZE`].
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// The part of a display that a window takes whose picture has no room on it: frames and bars of the system need some.
+/// Fraction of the display that the window takes if the picture does not fit: decorations and system bars need the rest.
 const OF_DISPLAY: f64 = 0.9;
 
-/// Time between two looks at the loader.
+/// Polling interval of the loader.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Time between two frames.
+/// Frame interval.
 const FRAME: Duration = Duration::from_millis(100);
 
 /// A window with a device and a film.
@@ -51,14 +51,14 @@ pub(super) struct LoadingWindow {
     pub controls: PanelControls,
     pub preferences: Preferences,
     pub loader: SceneLoader,
-    /// Through which screen readers speak.
+    /// For the accessibility tree of screen readers.
     proxy: EventLoopProxy<ReaderEvent>,
     pub open: Option<OpenWindow>,
-    /// The window system is ready for windows.
+    /// The window system is ready to open windows.
     pub may_open: bool,
     modifiers: ModifiersState,
     drawn: Option<Instant>,
-    /// An error of drawing was told.
+    /// An error of drawing has been reported.
     told: bool,
     /// The window is to close.
     pub quit: bool,
@@ -119,8 +119,8 @@ impl LoadingWindow {
         host.on_event(&screen.window, event, true, false);
     }
 
-    /// Opens the window as soon as its size is known, draws how far the loading is, and looks whether it has ended: then the scene
-    /// is handed out, and there is a window for it.
+    /// Opens the window as soon as its size is known, draws the progress, and polls the loader. Returns the scene when it is loaded and
+    /// there is a window for it.
     pub fn step(&mut self, events: &ActiveEventLoop) -> Result<Option<ReadyScene>> {
         if !self.may_open {
             return Ok(None);
@@ -141,7 +141,7 @@ impl LoadingWindow {
         Ok(ready)
     }
 
-    /// When to look again.
+    /// Time of the next wake-up.
     pub fn next_look(&self) -> Instant {
         Instant::now() + LOOK
     }
@@ -152,7 +152,7 @@ impl LoadingWindow {
         let attributes = Window::default_attributes()
             .with_title(title(&self.loader.source.name()))
             .with_inner_size(PhysicalSize::new(width, height))
-            // Until screen readers can ask about it.
+            // Hidden until the accessibility tree is attached.
             .with_visible(false);
         let window = Arc::new(events.create_window(attributes).into_diagnostic()?);
         gpu::survive_display_loss(window.display_handle().into_diagnostic()?.as_raw());
@@ -189,7 +189,7 @@ impl LoadingWindow {
         Ok(())
     }
 
-    /// Deals with an error of drawing: a lost device is replaced, and the next look draws again.
+    /// Handles an error of drawing: a lost device is replaced, and the next step draws again.
     fn recover(&mut self, error: ClientError) -> Result<(), ClientError> {
         self.drawn = Some(Instant::now());
         match &mut self.open {
@@ -205,7 +205,7 @@ impl LoadingWindow {
     }
 }
 
-/// The film of a window of this size whose scene is not known.
+/// Film of a window of this size before the scene is known.
 fn film([width, height]: [u32; 2]) -> FilmSpec {
     FilmSpec {
         width: width.max(1),
@@ -216,8 +216,8 @@ fn film([width, height]: [u32; 2]) -> FilmSpec {
     }
 }
 
-/// The size of a window in which a picture of this size is shown as it is beside a dock of that width, physical pixels. Where the display
-/// has no room for it, the window is smaller and has the picture's shape.
+/// Inner window size, in physical pixels, that shows a picture of this size at 1:1 beside a dock of this width. If that exceeds the
+/// display, the window is smaller and keeps the picture's aspect ratio.
 pub(super) fn window_size(window: &Window, [width, height]: [u32; 2], dock: u32) -> PhysicalSize<u32> {
     let whole = PhysicalSize::new(width + dock, height);
     let Some(display) = window.current_monitor().map(|monitor| monitor.size()) else { return whole };

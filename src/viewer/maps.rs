@@ -1,4 +1,4 @@
-//! The maps of error and cost over the picture, and the error in the panel: from the observer and the server to plain data.
+//! Error and cost maps over the picture, and the error figures of the panel: from the observer and the server to plain data.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -17,13 +17,13 @@ use crate::study::prediction::predicted_curve;
 use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Interval};
 use crate::viewer::session::RenderSession;
 
-/// The map of costs is made anew this often: each time is a texture to be sent.
+/// Interval at which the cost map is rebuilt, since each rebuild uploads a texture.
 const REFRESH: Duration = Duration::from_secs(1);
 
-/// Timed paths per cell, on average, before the map of costs shows more than chance.
+/// Mean number of timed paths per cell from which on the cost map shows more than noise.
 const ENOUGH: u64 = 4;
 
-/// The maps that were made last; each is made anew only from new data.
+/// The most recent maps; each is rebuilt only from new data.
 #[derive(Default)]
 pub struct MapCache {
     state: Arc<ErrorStatus>,
@@ -32,12 +32,12 @@ pub struct MapCache {
 }
 
 impl MapCache {
-    /// Another epoch begins: its paths have other costs.
+    /// Discards the cost map for another epoch.
     pub fn begin_epoch(&mut self) {
         self.cost = None;
     }
 
-    /// The map that the user has chosen, or why there is none.
+    /// The map that the user has selected, or the reason why there is none.
     pub fn overlay(
         &mut self,
         choice: MapChoice,
@@ -46,7 +46,7 @@ impl MapCache {
         now: Instant,
     ) -> PictureOverlay {
         let map = match (choice, observer) {
-            // The comparison makes its own.
+            // The comparison builds its own maps.
             (MapChoice::None | MapChoice::Difference | MapChoice::Flip, _) => return PictureOverlay::None,
             (MapChoice::Error, None) => {
                 Err("no error map: the picture has one randomisation only (--replicates 1)")
@@ -84,8 +84,8 @@ impl MapCache {
     }
 }
 
-/// The error of the picture for the panel. `ended`: the render has ended. Where the picture is shown through the noise filter, `filtered` is what is known
-/// of the error of that.
+/// The error of the picture for the panel. `ended`: the render has ended. `filtered`: error estimate of the denoised picture, if that is
+/// displayed.
 pub fn error_summary(
     observer: &Observer,
     run: &RunSpec,
@@ -152,12 +152,12 @@ fn in_words(figure: Interval) -> [String; 2] {
     [value, format!("{}–{high}", low.trim_end_matches(" %"))]
 }
 
-/// The map of errors at the last checkpoint; `None` before the first.
+/// Map of the errors at the last checkpoint; `None` before the first.
 fn error_map(state: &ErrorStatus, size: [u32; 2]) -> Option<FalseColorMap> {
     let (columns, values) = &state.map;
     let rows = values.len().checked_div(*columns).filter(|rows| *rows > 0)?;
     let p95 = state.estimate.relative[ErrorQuantile::P95.index()].value;
-    // Round, so that colours stay where they are for a while.
+    // Rounded, so that the colour scale stays constant for a while.
     let top = round_up(2.0 * p95);
     let cells = |i: usize| f64::from(size[i]) / TILE as f64;
     Some(FalseColorMap {
@@ -179,7 +179,7 @@ fn cost_map(map: &CostMap) -> Option<FalseColorMap> {
     let values: Vec<f64> = map.seconds.iter().zip(&map.counts).map(micros).collect();
     let mut known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     known.sort_by(f64::total_cmp);
-    // A single path that was long by chance must not darken all others.
+    // 98th percentile: a single path that was slow by chance must not compress the scale for all others.
     let high = known.get(known.len() * 98 / 100).or(known.last()).copied()?;
     Some(FalseColorMap {
         grid: [COST_CELLS; 2],
@@ -191,7 +191,7 @@ fn cost_map(map: &CostMap) -> Option<FalseColorMap> {
     })
 }
 
-/// The next of 1, 2 and 5 times a power of ten.
+/// Rounds up to 1, 2 or 5 times a power of ten.
 fn round_up(value: f64) -> f64 {
     let decade = 10f64.powf(value.max(1e-12).log10().floor());
     let step = [1.0, 2.0, 5.0].into_iter().find(|step| value <= step * decade * 1.000_001);
@@ -243,7 +243,7 @@ mod tests {
         assert_eq!(summary(&state, 0.01, 70.0, false, false).message, "1 % is due");
         assert_eq!(summary(&state, 0.01, 70.0, true, false).message, "the render ended before 1 %");
         assert_eq!(summary(&state, 0.1, 10.0, false, false).message, "10 % reached after 1.0 s");
-        // Until the observer has heard of another target.
+        // Until the observer takes over the new target.
         assert_eq!(summary(&state, 0.005, 10.0, false, false).message, "0.5 %: not known when");
     }
 

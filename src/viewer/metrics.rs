@@ -1,4 +1,4 @@
-//! What the viewer measures of itself: for the panel, for pacing, and for `--json`.
+//! Performance measurements of the viewer, for the panel, for pacing, and for `--json`.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use crate::client::window::statistics::{FRAMES, RecentValues};
 use crate::gpu::{FrameNumber, Gpu, ScopeTime};
 use crate::viewer::picture::ShownFrame;
 
-/// A wait of the loop that is longer than this counts as a stall.
+/// A longer sleep of the loop counts as a stall.
 const STALL: Duration = Duration::from_millis(250);
 
 /// Values kept for the figures of the whole session: four and a half minutes at 60 Hz.
@@ -17,17 +17,17 @@ const KEPT: usize = 16_384;
 /// Number of edits whose latencies the panel shows.
 const RECENT_EDITS: usize = 100;
 
-/// A frame that the window has not shown for this long is not waited for.
+/// A frame that the window has not presented after this time is no longer waited for.
 const UNSEEN: Duration = Duration::from_millis(500);
 
-/// Factor on the weight of the past with each measurement.
+/// Exponential smoothing: weight of the past at each measurement.
 const MEMORY: f64 = 0.9;
 
-/// A frame that the device has not finished yet.
+/// A frame submitted to the device and not finished.
 struct FrameInFlight {
     number: FrameNumber,
     began: Instant,
-    /// When the edit was made that this frame is the first to show.
+    /// Time of the edit that this frame is the first to show.
     shows: Option<Instant>,
     /// Samples in its picture, if it was repainted.
     samples: Option<u64>,
@@ -36,19 +36,19 @@ struct FrameInFlight {
 /// Times after an edit, seconds, at which the samples on screen are noted.
 const AFTER_EDIT: [f64; 5] = [0.033, 0.1, 0.3, 1.0, 3.0];
 
-/// How many samples were on screen at each time of [`AFTER_EDIT`], for edits that were left alone for so long.
+/// Number of samples on screen at each time of [`AFTER_EDIT`], over edits that no other edit followed in that time.
 #[derive(Debug, Default)]
 struct SamplesAfterEdit {
-    /// The last edit that a picture shows, and how many of the times have passed since.
+    /// The last edit that a picture shows, and how many of the times in [`AFTER_EDIT`] have passed since.
     edit: Option<(Instant, usize)>,
     /// Samples of the last picture.
     samples: u64,
-    /// Samples and edits, for each time.
+    /// `(samples, edits)` for each time.
     sums: [(u64, u32); AFTER_EDIT.len()],
 }
 
 impl SamplesAfterEdit {
-    /// Notes the samples that were on screen at the times that have passed by now.
+    /// Records the samples on screen at each time that has passed by `now`.
     fn pass(&mut self, now: Instant) {
         let Some((edit, next)) = &mut self.edit else { return };
         let seconds = now.saturating_duration_since(*edit).as_secs_f64();
@@ -59,13 +59,13 @@ impl SamplesAfterEdit {
         }
     }
 
-    /// Something is edited now: what was on screen until now was that of the edit before.
+    /// Records an edit. The samples on screen until now count for the edit before.
     fn edit(&mut self, now: Instant) {
         self.pass(now);
         (self.edit, self.samples) = (Some((now, 0)), 0);
     }
 
-    /// A picture with this many samples, begun at that time, is on screen from now on.
+    /// Records a picture with this many samples, begun at `began`, which is on screen from `now` on.
     fn shown(&mut self, now: Instant, began: Instant, samples: u64) {
         self.pass(now);
         if self.edit.is_none_or(|(edit, _)| edit <= began) {
@@ -73,7 +73,7 @@ impl SamplesAfterEdit {
         }
     }
 
-    /// The mean number of samples at each time; `None` where no edit was left alone for so long.
+    /// Mean number of samples at each time; `None` if every edit was followed by another before it.
     fn means(&self) -> [Option<f64>; AFTER_EDIT.len()] {
         self.sums.map(|(sum, edits)| (edits > 0).then(|| sum as f64 / f64::from(edits)))
     }
@@ -82,61 +82,61 @@ impl SamplesAfterEdit {
 /// The measurements of a session.
 pub struct ViewerMetrics {
     pub started: Instant,
-    /// Milliseconds from the beginning of a frame to its end on the device.
+    /// Milliseconds from the beginning of a frame to its completion on the device.
     pub frames: RecentValues,
-    /// Milliseconds from one frame's end on the device to the next, for the panel.
+    /// Milliseconds between completions of consecutive frames on the device, for the panel.
     pub intervals: RecentValues,
-    /// Milliseconds from an edit to the first picture that shows it: seen in the window, or finished on the device where the window does
-    /// not say when.
+    /// Latency of edits: milliseconds from an edit to the first picture that shows it, presented in the window, or completed on the device
+    /// if the window does not report presentation.
     pub edits: RecentValues,
     /// Samples on screen after an edit.
     after_edit: SamplesAfterEdit,
-    /// The last of `edits`, for the panel.
+    /// The most recent of `edits`, for the panel.
     pub recent_edits: RecentValues,
     /// Time from the start of the program to the first picture on the device.
     pub first: Option<Duration>,
     pub presented: u64,
     pub epochs: u64,
-    /// Number of waits of the loop for more than [`STALL`].
+    /// Number of sleeps of the loop longer than [`STALL`].
     pub stalls: u64,
-    /// Number of films of another size.
+    /// Number of film resizes.
     pub resizes: u64,
-    /// Milliseconds of each pass, per run, smoothed.
+    /// Milliseconds per run of each pass, smoothed.
     pub passes: Vec<(&'static str, f64)>,
-    /// `detail` of the repaints whose times have not been read yet; `None` for those of filtered pictures.
+    /// `detail` of each repaint whose timings have not been read yet; `None` for denoised pictures.
     paints: VecDeque<Option<u32>>,
     in_flight: VecDeque<FrameInFlight>,
-    /// Frames that the device has finished and the window has not shown yet, where it says so.
+    /// Frames completed on the device and not yet presented, if the window reports presentation.
     unseen: VecDeque<FrameInFlight>,
     last_end: Option<Instant>,
-    /// The oldest edit that no epoch contains yet.
+    /// Oldest edit that no epoch contains yet.
     noted_edit: Option<Instant>,
-    /// The oldest edit that the present epoch contains and no presented picture shows.
+    /// Oldest edit in the present epoch that no presented picture shows.
     waiting_edit: Option<Instant>,
-    /// Seconds and samples of rasterising, fading.
+    /// Seconds and samples of rasterisation, exponentially smoothed.
     raster: (f64, f64),
-    /// Samples rasterised when times were read last.
+    /// Samples rasterised at the last reading of timings.
     rasterised: u64,
-    /// Seconds that the display has drawn since the start.
+    /// Seconds spent drawing since the start.
     drawing: f64,
     rates: MeanRates,
 }
 
-/// Rates over the last half second or so.
+/// Rates over about the last half second.
 struct MeanRates {
     since: Instant,
     totals: [f64; 3],
     values: DisplayRates,
 }
 
-/// What tracer and display do in a second.
+/// Throughput of tracer and display.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DisplayRates {
-    /// Samples per second that the tracer makes.
+    /// Traced samples per second.
     pub traced: f64,
-    /// Samples per second that the display draws.
+    /// Rasterised samples per second.
     pub rasterised: f64,
-    /// Share of the time in which the display draws, samples or pictures.
+    /// Fraction of the time that the display spends drawing samples or pictures.
     pub drawing: f64,
 }
 
@@ -170,32 +170,32 @@ impl Default for ViewerMetrics {
 }
 
 impl ViewerMetrics {
-    /// No measurements of a program that was started then.
+    /// Empty measurements of a program that started at `started`.
     pub fn since(started: Instant) -> Self {
         Self { started, ..Self::default() }
     }
 
-    /// Something was edited now. While edits wait for their picture, the latency counts from the first.
+    /// Records an edit. If edits are waiting for their picture, the latency counts from the first of them.
     pub fn edit(&mut self, now: Instant) {
         self.noted_edit.get_or_insert(now);
         self.after_edit.edit(now);
     }
 
-    /// An epoch begins that contains all edits so far.
+    /// Begins an epoch that contains all edits so far.
     pub fn epoch(&mut self) {
         let noted = self.noted_edit.take();
         self.waiting_edit = self.waiting_edit.or(noted);
         self.epochs += 1;
     }
 
-    /// A frame was handed to the device. A repaint is the first to show the edits that wait; later ones are not in it.
+    /// Records a frame submitted to the device. A repaint is the first to show the waiting edits; later edits are not in it.
     pub fn presented(&mut self, frame: &ShownFrame) {
         self.presented += 1;
         let shows = frame.detail.and_then(|detail| {
             self.paints.push_back((!frame.filtered).then_some(detail));
             self.waiting_edit.take()
         });
-        // A picture of the samples from before the last edit shows none from after it.
+        // A picture of samples from before the last edit does not count for that edit.
         let is_present = self.noted_edit.is_none() && self.waiting_edit.is_none();
         let samples = frame.detail.filter(|_| is_present).map(|_| frame.samples);
         self.in_flight.push_back(FrameInFlight { number: frame.number, began: frame.began, shows, samples });
@@ -207,12 +207,12 @@ impl ViewerMetrics {
         means.filter_map(|(seconds, mean)| Some((seconds.to_string(), mean?))).collect()
     }
 
-    /// True while a frame that shows an edit is on its way.
+    /// Whether a frame that shows an edit is in flight.
     pub fn awaits_edit(&self) -> bool {
         self.in_flight.iter().chain(&self.unseen).any(|frame| frame.shows.is_some())
     }
 
-    /// Measures the frames that the device has finished by now. `shown` is the last one that the window has shown, where it says so.
+    /// Measures the frames that the device has completed by now. `shown`: the last frame presented in the window, if it reports that.
     pub fn completed(&mut self, gpu: &Gpu, shown: Option<FrameNumber>, pacer: &mut Pacer) {
         self.after_edit.pass(Instant::now());
         while let Some(frame) = self.in_flight.pop_front_if(|frame| gpu.has_completed(frame.number)) {
@@ -230,7 +230,7 @@ impl ViewerMetrics {
         }
     }
 
-    /// The device has finished a frame now.
+    /// Records that the device has completed a frame.
     fn finished(&mut self, frame: &FrameInFlight, now: Instant) {
         let since = |then| milliseconds(now.saturating_duration_since(then));
         self.first.get_or_insert(now - self.started);
@@ -240,7 +240,7 @@ impl ViewerMetrics {
         }
     }
 
-    /// A frame is seen now.
+    /// Records that a frame was presented.
     fn seen(&mut self, frame: &FrameInFlight, now: Instant) {
         if let Some(samples) = frame.samples {
             self.after_edit.shown(now, frame.began, samples);
@@ -252,7 +252,7 @@ impl ViewerMetrics {
         }
     }
 
-    /// The loop has waited for `what` this long.
+    /// Records a sleep of the loop, which waited for `what`.
     pub fn waited(&mut self, what: &str, time: Duration) {
         if time > STALL {
             self.stalls += 1;
@@ -260,27 +260,27 @@ impl ViewerMetrics {
         }
     }
 
-    /// Drops the frames in flight on a device that is gone: they will never be finished.
+    /// Discards the frames in flight on a lost device: they will never complete.
     pub fn forget_device(&mut self) {
         self.in_flight.clear();
         self.unseen.clear();
         self.paints.clear();
-        // The gap is no frame time.
+        // The time until the next completion is not a frame interval.
         self.last_end = None;
     }
 
-    /// Learns from the times of passes that have been measured since the last call, and from the number of samples that were
-    /// `rasterised` by now, into full or `coarse` sums.
+    /// Updates the pacer from the pass timings measured since the last call, and from the total number of samples `rasterised` by now, into
+    /// full or `coarse` sums.
     pub fn learn(&mut self, times: &[ScopeTime], rasterised: u64, coarse: bool, pacer: &mut Pacer) {
         let sum = |names: &[&str]| -> f64 {
             times.iter().filter(|t| names.contains(&t.name)).map(|t| t.milliseconds).sum::<f64>() * 1e-3
         };
         let count = |name: &str| times.iter().filter(|t| t.name == name).map(|t| t.count).sum::<u64>();
         let samples = (rasterised - std::mem::replace(&mut self.rasterised, rasterised)) as f64;
-        // The fold of the variance is nested in its pass.
+        // The variance fold is timed inside the variance pass.
         let seconds = sum(&["splat", "variance"]) - sum(&["variance fold"]);
         self.raster = (self.raster.0 * MEMORY + seconds, self.raster.1 * MEMORY + samples);
-        // Zero where the processor draws, whose time is taken elsewhere.
+        // Zero if the CPU rasterises; its time is taken from the film.
         if self.raster.1 >= 1.0 && self.raster.0 > 0.0 {
             pacer.samples(self.raster.1 as u64, Duration::from_secs_f64(self.raster.0), coarse);
         }
@@ -304,7 +304,7 @@ impl ViewerMetrics {
                 }
             }
         }
-        // Passes that are nested in others are part of them.
+        // Nested passes are included in their outer ones.
         let outer = times.iter().filter(|time| time.name != "variance fold");
         self.drawing += outer.map(|time| time.milliseconds).sum::<f64>() * 1e-3;
         for time in times {
@@ -316,12 +316,12 @@ impl ViewerMetrics {
         }
     }
 
-    /// The display has drawn for this long without a pass of the device.
+    /// Adds drawing time outside of device passes.
     pub fn drew(&mut self, time: Duration) {
         self.drawing += time.as_secs_f64();
     }
 
-    /// What tracer and display do in a second, given the samples traced and rasterised by now.
+    /// Throughput of tracer and display, given the total samples traced and rasterised by now.
     pub fn rates(&mut self, traced: u64, rasterised: u64) -> DisplayRates {
         let now = Instant::now();
         let seconds = (now - self.rates.since).as_secs_f64();
@@ -344,7 +344,7 @@ fn milliseconds(time: Duration) -> f32 {
 mod tests {
     use super::*;
 
-    /// Presents a repaint and returns it as the device gets it.
+    /// Presents a repaint and returns it as a frame in flight.
     fn present(metrics: &mut ViewerMetrics, began: Instant) -> FrameInFlight {
         metrics.presented(&ShownFrame {
             number: FrameNumber::default(),
@@ -356,7 +356,7 @@ mod tests {
         metrics.in_flight.pop_back().expect("a frame")
     }
 
-    /// The device has finished a frame, and the window shows it at once.
+    /// Completes a frame on the device and presents it at once.
     fn end(metrics: &mut ViewerMetrics, frame: &FrameInFlight, now: Instant) {
         metrics.finished(frame, now);
         metrics.seen(frame, now);
@@ -375,7 +375,7 @@ mod tests {
         end(&mut metrics, &frame, at(16));
         metrics.epoch();
         let frame = present(&mut metrics, at(30));
-        // The next edit comes while that picture is on its way: it is not in it.
+        // The next edit comes while that picture is in flight and is not in it.
         metrics.edit(at(44));
         end(&mut metrics, &frame, at(45));
         assert!(present(&mut metrics, at(50)).shows.is_none());
@@ -399,7 +399,7 @@ mod tests {
         after.edit(at(1500));
         after.shown(at(1530), at(1510), 50);
         after.pass(at(1700));
-        // 33 ms: 100 and 50; .1 s: 200 and 50; .3 s: 200; 1 s: 900.
+        // Expected: 33 ms: 100 and 50; .1 s: 200 and 50; .3 s: 200; 1 s: 900.
         assert_eq!(after.means(), [Some(75.0), Some(125.0), Some(200.0), Some(900.0), None]);
     }
 

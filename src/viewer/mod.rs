@@ -1,4 +1,4 @@
-//! `pointillist view`: the window, always interactive, whatever the tracer is doing (paper §4.2, Figure 1).
+//! `pointillist view`: the window, responsive whatever the tracer is doing (paper §4.2, Figure 1).
 //!
 //! One thread runs the loop; the server's workers trace beside it and are never waited for. [`Viewer::frame`](frame) is the
 //! paper's list:
@@ -12,7 +12,7 @@
 //!  server ── workers ──▶ lanes
 //! ```
 //!
-//! The [`Viewer`] belongs to the event loop. Each thing in it has one owner, which alone changes it:
+//! The event loop owns the [`Viewer`]. Each of its parts has one owner, which alone changes it:
 //!
 //! ```text
 //! Viewer
@@ -41,9 +41,10 @@
 //! └─ FileWatch       watch     the files of the scene on the disk
 //! ```
 //!
-//! `start` goes from the command line to the open window, in which `loading` shows how far the first scene is; `reload` replaces the
-//! scene by another one, or by itself after a change; `handler` hears winit and decides when a frame is due; `frame` is the
-//! loop; `actions` does what the user asks for, `saving` what of it makes files; `ending` writes what is left behind when the window closes.
+//! `start` leads from the command line to the open window, where `loading` shows the progress of the first scene; `reload` replaces the
+//! scene by another one, or by a new version after its files have changed; `handler` handles winit events and decides when a frame is due;
+//! `frame` is the loop; `actions` carries out user actions, `saving` those that write files; `ending` writes the requested files when the
+//! window closes.
 
 mod actions;
 mod camera_bookmarks;
@@ -110,25 +111,25 @@ use crate::viewer::watch::FileWatch;
 
 pub use start::view;
 
-/// What is decided when the window opens, apart from what is rendered.
+/// Options of the session that stay constant while the window is open, apart from scene and method.
 struct SessionContext {
-    /// When the program began.
+    /// Start of the program.
     began: Instant,
-    /// Pictures to be written at the end.
+    /// Pictures to write at the end.
     outputs: Outputs,
-    /// Figures to be written at the end.
+    /// File for the statistics written at the end.
     json: Option<PathBuf>,
     device: DeviceChoice,
-    /// Where the times of every pass go.
+    /// CSV file for the timings of every pass.
     timings: Option<PathBuf>,
     losses: SimulatedLosses,
-    /// Camera paths of a render; `None` is no end.
+    /// Camera paths after which a render ends; `None` for no limit.
     samples: Option<u64>,
-    /// Shows the picture in tev, too.
+    /// Connection to the viewer tev, if requested.
     tev: Option<TevLink>,
-    /// Tracers on other machines; none are threads of this process.
+    /// Remote tracers; if empty, threads of this process trace.
     tracers: Vec<TracerAddress>,
-    /// Length of a frame; otherwise the display's.
+    /// Frame length; `None` for the display's refresh interval.
     budget: Option<Duration>,
     /// Name of the scene, for title and file names.
     name: String,
@@ -136,9 +137,9 @@ struct SessionContext {
 
 /// The window and everything behind it; owned by the event loop.
 struct Viewer {
-    /// What is shown.
+    /// Scene, options and method of the scene in the window.
     source: ViewSource,
-    /// The scene that will be shown next, or the same one read again.
+    /// Loader of the next scene, or of a new version of the present one.
     loader: Option<SceneLoader>,
     watch: FileWatch,
     options: SessionContext,
@@ -147,24 +148,24 @@ struct Viewer {
     editor: SceneEditor,
     panel: ViewerPanel,
     metrics: ViewerMetrics,
-    /// The exposure, where it follows the light of the scene.
+    /// Auto-exposure.
     light: AutoExposure,
     saves: BackgroundSaves,
-    /// Records times of passes and workers, if asked for.
+    /// Recorder of pass and worker timings, if requested.
     capture: Option<TimingCapture>,
     clock: FrameClock,
-    /// Attempts at frames that have failed.
+    /// Back-off of frames that failed.
     errors: Backoff,
     ended: Instant,
-    /// The last tick of flying.
+    /// Last time that the camera was moved by flying.
     tick: Instant,
-    /// Since when no samples are read, so that the tracer stops once its lanes are full; `None` while it traces.
+    /// Time at which the render was paused: no samples are read then, so the tracer stops once its lanes are full. `None` while it traces.
     paused: Option<Instant>,
-    /// What is done where the user clicks next.
+    /// Action of the next click in the picture, such as setting the focus.
     asked: Option<CursorAction>,
-    /// The rectangle that is being dragged.
+    /// Region that the user is dragging.
     dragged: Option<Region>,
-    /// When the user was warned that changes would be lost.
+    /// When the user was warned that unsaved changes would be lost.
     warned: Option<Instant>,
     inspector: Inspector,
     outline: Outline,
@@ -173,12 +174,12 @@ struct Viewer {
     histogram: HistogramCache,
     views: CameraBookmarks,
     preferences: Preferences,
-    /// When it looks which display the window is on.
+    /// When to check next which display the window is on.
     look_at_display: Instant,
-    /// Until then the window is about to take a size that it was asked for, in which the picture has the area that it has now.
+    /// Deadline of a requested window resize. Until then the window is expected to take a size in which the picture keeps its present area.
     awaited: Option<Instant>,
-    /// The window is to close.
+    /// The window must close.
     quit: bool,
-    /// Why the window closes, if not because the user wanted it.
+    /// Why the window closes, if not at the user's request.
     outcome: Result<()>,
 }

@@ -1,4 +1,4 @@
-//! What a window is asked for, as plain data: the options of `pointillist view` of the same names explain each.
+//! Options of the window as plain data; the options of `pointillist view` of the same names explain each.
 
 use std::path::PathBuf;
 
@@ -6,48 +6,48 @@ use crate::client::{Denoise, Settings};
 use crate::gpu::CallFault;
 use crate::render::options::SceneOptions;
 
-/// The scene of a window that has none of its own: that of its first tracer.
+/// Scene name for a window without a scene of its own: it takes that of its first tracer.
 pub const OF_TRACER: &str = "@tracer";
 
 /// A window and what it shows.
 #[derive(Clone, Debug)]
 pub struct ViewOptions {
-    /// What is traced; [`OF_TRACER`] for the scene of the first tracer.
+    /// Scene and method; [`OF_TRACER`] for the scene of the first tracer.
     pub source: SceneOptions,
-    /// Where it is traced.
+    /// Remote tracers.
     pub tracers: TracerOptions,
-    /// How it is shown, without the noise filter.
+    /// Display settings, without the noise filter.
     pub display: Settings,
-    /// The exposure is that of `display`; otherwise it follows the light of the scene.
+    /// Use the exposure of `display`; otherwise auto-exposure.
     pub fixed_exposure: bool,
-    /// The noise filter; without it the usual one of the other options.
+    /// The noise filter; `None` for the default under the other options.
     pub denoise: Option<Denoise>,
-    /// Every view begins with samples alone.
+    /// Begin every view without a reprojection of the last one.
     pub no_reproject: bool,
-    /// Frames per second that are aimed at; the display's rate without it.
+    /// Target frame rate in frames per second; `None` for the display's refresh rate.
     pub fps: Option<f32>,
     pub no_panel: bool,
     /// Camera paths after which tracing stops.
     pub samples: Option<u64>,
-    /// Samples are rasterised in index order and in whole batches.
+    /// Rasterise samples in index order and in whole batches.
     pub deterministic: bool,
-    /// Independent randomisations, 1 or 2.
+    /// Number of independent randomisations, 1 or 2.
     pub replicates: u8,
-    /// Pictures that are written when the window closes.
+    /// Pictures to write when the window closes.
     pub outputs: Vec<PathBuf>,
     /// `HOST:PORT` of the viewer tev.
     pub tev: Option<String>,
     pub json: Option<PathBuf>,
     pub gpu_timings: Option<PathBuf>,
-    /// For tests: frames after which the device is lost.
+    /// For tests: numbers of frames after which the device is lost.
     pub lose_device_after: Vec<u64>,
-    /// For tests: calls that fail.
+    /// For tests: Vulkan calls that fail.
     pub fail_call: Vec<CallFault>,
-    /// For tests: device memory for images and buffers, MiB.
+    /// For tests: limit of device memory for images and buffers, MiB.
     pub device_memory: Option<u64>,
 }
 
-/// Tracers on other machines; without an address the window traces by itself.
+/// Remote tracers; without an address the process traces by itself.
 #[derive(Clone, Debug)]
 pub struct TracerOptions {
     /// `HOST:PORT` of each.

@@ -1,4 +1,4 @@
-//! The outline of the selected object: where the picture changes from it to anything else, by rays of a thread of its own.
+//! The outline of the selected object: the silhouette of its visible part, found by rays on a background thread.
 
 use std::sync::Arc;
 
@@ -6,16 +6,16 @@ use crate::job::{Job, StopFlag};
 use crate::stream::Epoch;
 use crate::tracer::{Camera, Scene};
 
-/// Most cells of the grid along the longer side of the picture.
+/// Most grid cells along the longer side of the picture.
 const CELLS: u32 = 512;
 
 /// Lens numbers of the ray through the centre of the lens.
 const CENTER: [f32; 2] = [0.5; 2];
 
-/// Lines between places in pixels of the picture.
+/// Line segments in pixels of the picture.
 pub type OutlineLines = Vec<[[f32; 2]; 2]>;
 
-/// What is outlined: a shape of the scene of an epoch, in a picture of this size.
+/// Inputs of an outline: shape, epoch and picture size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlineKey {
     pub shape: u32,
@@ -23,7 +23,7 @@ pub struct OutlineKey {
     pub size: [u32; 2],
 }
 
-/// An outline that is being traced.
+/// An outline being traced.
 struct TracedOutline {
     key: OutlineKey,
     job: Job<OutlineLines>,
@@ -37,7 +37,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Whether this is outlined, or will be.
+    /// Whether the outline of this key is traced or being traced.
     pub fn follows(&self, key: Option<OutlineKey>) -> bool {
         let traced = self.traced.as_ref().map(|traced| traced.key);
         traced.or(self.drawn.as_ref().map(|(key, _)| *key)) == key
@@ -48,15 +48,15 @@ impl Outline {
         (self.traced, self.drawn) = (None, None);
     }
 
-    /// Begins to trace an outline, in place of the present one.
+    /// Begins to trace an outline, which replaces the present one.
     pub fn begin(&mut self, key: OutlineKey, scene: Arc<Scene>, camera: Camera) {
         self.clear();
         let job = Job::start("the outline", move |stop| outline(&scene, &camera, key, stop));
-        // Without a thread there is no outline: the selection is told in the panel.
+        // If no thread can be started there is no outline; the panel still names the selection.
         self.traced = job.ok().map(|job| TracedOutline { key, job });
     }
 
-    /// Takes over what was traced; true when there is something new.
+    /// Takes over a traced outline; true if there is a new one.
     pub fn take(&mut self) -> bool {
         let Some(traced) = self.traced.take_if(|traced| traced.job.is_finished()) else { return false };
         let lines = traced.job.wait().inspect_err(|panic| tracing::error!("{panic}"));
@@ -69,14 +69,14 @@ impl Outline {
         self.traced.is_some()
     }
 
-    /// The lines of the outline in a picture of this epoch and size; none while they are not known.
+    /// Segments of the outline in a picture of this epoch and size; `None` while they are not known.
     pub fn lines(&self, epoch: Epoch, size: [u32; 2]) -> Option<Arc<OutlineLines>> {
         let drawn = self.drawn.as_ref().filter(|(key, _)| key.epoch == epoch && key.size == size);
         drawn.map(|(_, lines)| lines.clone())
     }
 }
 
-/// Traces a ray through every cell of a grid, and follows the border of those that see the shape.
+/// Traces a ray through the centre of every grid cell and follows the border of the cells that see the shape.
 fn outline(scene: &Scene, camera: &Camera, key: OutlineKey, stop: &StopFlag) -> OutlineLines {
     let [width, height] = key.size;
     let step = width.max(height).div_ceil(CELLS).max(1);
@@ -95,7 +95,7 @@ fn outline(scene: &Scene, camera: &Camera, key: OutlineKey, stop: &StopFlag) -> 
     border(&seen, columns as usize, step as f32)
 }
 
-/// The border between cells of either kind, by marching squares over the cells' middles; cells outside the grid are not seen.
+/// Marching squares over the cell centres; cells outside the grid count as not seeing the shape.
 fn border(seen: &[bool], columns: usize, step: f32) -> OutlineLines {
     let rows = seen.len() / columns.max(1);
     let cell = |x: i64, y: i64| {
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn borders_are_closed() {
-        // Every end of a line is the end of another one.
+        // Every end point is shared by another segment.
         let mut random = crate::math::random::Random(3);
         let seen: Vec<bool> = (0..15 * 11).map(|_| random.f64() < 0.5).collect();
         let lines = border(&seen, 15, 2.0);
@@ -158,7 +158,7 @@ mod tests {
         assert!(lines.len() > 100);
         for [x, y] in lines.iter().flatten() {
             let radius = (x - 150.0).hypot(y - 150.0);
-            // The picture shows −1 to 1.
+            // The picture spans −1 to 1.
             assert!((radius - 75.0).abs() < 1.5, "{radius}");
         }
     }

@@ -1,4 +1,4 @@
-//! The panel of the viewer: egui, mouse and keys, the display controls, the list of effects, and the data that is shown.
+//! The panel of the viewer: egui, mouse and keyboard input, display controls, list of effects, and the displayed data.
 
 use std::time::{Duration, Instant};
 
@@ -44,9 +44,9 @@ pub struct ViewerPanel {
     pub viewport: Viewport,
     maps: MapCache,
     costs: EffectCosts,
-    /// The list of effects, and the method and settings that it holds for; `None` after an edit.
+    /// List of effects, and the method and settings that it is valid for; `None` after an edit.
     effects: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
-    /// Actions that are asked for, to be done before the next frame.
+    /// Queued actions, performed before the next frame.
     actions: Vec<Action>,
     /// The display controls have changed since the last frame.
     settings_changed: bool,
@@ -74,7 +74,7 @@ impl ViewerPanel {
         }
     }
 
-    /// Hears an event of the window. Returns true when it asks for actions.
+    /// Handles a window event. Returns true if it queued actions.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
         let active = self.is_interactive() && !self.input.is_dragging();
         let modal = self.controls.dialog.is_open() || self.controls.palette.is_open;
@@ -84,12 +84,12 @@ impl ViewerPanel {
         !actions.is_empty()
     }
 
-    /// The error that the user wants.
+    /// Error target chosen by the user.
     pub fn target(&self) -> ErrorTarget {
         ErrorTarget { error: self.controls.target, at: ErrorQuantile::P95 }
     }
 
-    /// Takes the actions that were asked for since the last call.
+    /// Takes the actions queued since the last call.
     pub fn take_actions(&mut self) -> Vec<Action> {
         std::mem::take(&mut self.actions)
     }
@@ -105,41 +105,41 @@ impl ViewerPanel {
         self.settings_changed = true;
     }
 
-    /// Begins to measure what the tracer's effects cost in this scene, seen from here, by this method.
+    /// Begins to measure the cost of each of the tracer's effects for this scene, view and method.
     pub fn measure_costs(&mut self, session: &RenderSession, editor: &SceneEditor) -> Result<()> {
         let plan = self.plan(session, editor);
         self.costs.measure(session, editor, plan)
     }
 
-    /// Takes over the costs that were measured; true when there are new ones.
+    /// Takes over measured costs; true if there are new ones.
     pub fn take_costs(&mut self) -> bool {
         self.costs.take()
     }
 
-    /// Whether something goes on that needs frames or ends soon.
+    /// Whether a background task runs that needs frames or will end soon.
     pub fn is_busy(&self) -> bool {
         self.costs.is_measuring() || self.input.is_moving()
     }
 
-    /// Scene, camera or method have changed.
+    /// Invalidates effects and costs after a change of scene, camera or method.
     pub fn edited(&mut self) {
         self.effects = None;
         self.costs.edited();
     }
 
-    /// Another epoch begins.
+    /// Discards maps of the previous epoch.
     pub fn begin_epoch(&mut self) {
         self.maps.begin_epoch();
     }
 
-    /// Whether something of the panel reacts to mouse and keys.
+    /// Whether any visible part of the panel reacts to input.
     fn is_interactive(&self) -> bool {
         let PanelControls { layout, help, palette, dialog, compare, .. } = &self.controls;
         let splits = compare.is_shown && compare.mode == CompareMode::Split;
         layout.is_open || *help || palette.is_open || dialog.is_open() || splits
     }
 
-    /// Whether egui draws something: dock, list of keys, palette, map, message or the grid between magnified pixels.
+    /// Whether egui draws anything: dock, key list, palette, map, message or the grid between magnified pixels.
     fn has_overlay(&self) -> bool {
         self.is_interactive()
             || self.controls.map != MapChoice::None
@@ -151,32 +151,32 @@ impl ViewerPanel {
             || self.viewport.zoom() >= GRID_ZOOM
     }
 
-    /// The size that the dock leaves to the picture in a window of this extent, physical pixels.
+    /// Extent that the dock leaves to the picture in a window of this extent, physical pixels.
     pub fn picture_area(&self, window: &Window, [width, height]: [u32; 2]) -> [u32; 2] {
         let scale = self.host.pixels_per_point(window);
         let dock = self.controls.layout.width_in(width as f32 / scale) * scale;
         [width.saturating_sub(dock.round() as u32).max(1), height]
     }
 
-    /// The width of the dock, physical pixels; 0 where there is none.
+    /// Width of the dock in physical pixels; 0 if closed.
     pub fn dock_pixels(&self, window: &Window) -> u32 {
         let layout = &self.controls.layout;
         if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
     }
 
-    /// The picture has this area of the window and this size from now on.
+    /// Sets the window area and the size of the picture.
     pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
         self.viewport.set_sizes(area, picture);
         let shown = self.viewport.zoom() * self.viewport.picture();
         self.input.take(InputEvent::Size(self.viewport.area(), shown), Instant::now());
     }
 
-    /// When the panel must run next; `None` while nothing of it is visible.
+    /// When egui must run next; `None` while nothing is visible.
     pub fn next_run(&self) -> Option<Instant> {
         self.has_overlay().then(|| self.host.due())
     }
 
-    /// Whether the panel must run now.
+    /// Whether egui must run now.
     pub fn is_due(&self, now: Instant) -> bool {
         self.next_run().is_some_and(|due| now >= due)
     }
@@ -188,7 +188,7 @@ impl ViewerPanel {
         self.settings_changed |= before != (self.controls.settings.clone(), self.controls.filter);
     }
 
-    /// The display settings, the part of the picture that is shown, and what is drawn over it.
+    /// Display settings, viewport and overlay, to draw a frame.
     pub fn shown(&mut self) -> (&Settings, &Viewport, Option<&mut PanelDrawing>) {
         let drawn = self.has_overlay();
         (&self.controls.settings, &self.viewport, drawn.then(|| self.host.drawing()))
@@ -199,7 +199,7 @@ impl ViewerPanel {
         effect_plan::plan(editor.desc(), session.run_spec(), &self.controls.settings)
     }
 
-    /// The list of effects with their costs, as far as these are known.
+    /// List of effects, with costs where known.
     fn effects(&mut self, session: &RenderSession, editor: &SceneEditor) -> Vec<EffectRow> {
         let (method, settings) = (session.run_spec().integrator, &self.controls.settings);
         let mut rows = match &self.effects {
@@ -219,18 +219,18 @@ impl ViewerPanel {
         rows
     }
 
-    /// Size of a pixel of the picture in the window, points.
+    /// Window points per picture pixel.
     pub fn points_per_pixel(&self) -> f64 {
         self.viewport.zoom() / f64::from(self.host.drawing_scale())
     }
 
-    /// The place in the picture under the cursor, in pixels, while it is over the picture.
+    /// Cursor position in pixels of the picture, while over it.
     pub fn cursor(&self) -> Option<DVec2> {
         let at = self.input.cursor().filter(|at| self.viewport.contains(*at))?;
         Some(self.viewport.to_picture(at))
     }
 
-    /// Gathers what the panel shows, apart from what the tools add.
+    /// Gathers the data of the panel, except that of the tools.
     pub fn data(
         &mut self,
         session: &RenderSession,
@@ -295,13 +295,13 @@ impl ViewerPanel {
     }
 }
 
-/// A tracer on another machine, for the panel.
+/// Panel row of a remote tracer.
 fn tracer_row(status: TracerStatus) -> TracerRow {
     let TracerStatus { address, health, words, .. } = status;
     TracerRow { address, words, ill: health == Health::Ill }
 }
 
-/// What was rejected, for the panel.
+/// Rejected values, for the panel.
 fn rejected(session: &RenderSession, editor: &SceneEditor) -> RejectedList {
     let report = session.rejected(editor);
     let row = |example: RejectedExample| RejectedRow {

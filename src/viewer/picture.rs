@@ -1,5 +1,4 @@
-//! The picture in the window: the screen with the film on it, the samples that are kept to fill another film, the pacing of
-//! frames, and the observer of the error.
+//! The picture in the window: screen with film, retained samples (to fill another film), frame pacing, and the observer of the error.
 
 mod backup;
 mod feed;
@@ -35,93 +34,94 @@ use crate::viewer::screen::Screen;
 use crate::viewer::session::RenderSession;
 use crate::viewer::window_filter::WindowFilter;
 
-/// Frame length where neither the command line nor the display says.
+/// Frame length if neither the command line nor the display specifies one.
 const DEFAULT_BUDGET: Duration = Duration::from_micros(16_667);
 
 /// The last repaint of the picture.
 struct LastRepaint {
     at: Instant,
-    /// Samples on the film then.
+    /// Samples on the film at that time.
     samples: u64,
     /// Internal resolution: picture pixels per reconstructed pixel and axis.
     detail: u32,
 }
 
-/// What a picture was painted with.
+/// Settings and film of a painted picture.
 #[derive(Clone)]
 pub struct Painted {
     pub settings: Settings,
     pub film: FilmSpec,
 }
 
-/// A frame that was handed to the device.
+/// A frame submitted to the device.
 pub struct ShownFrame {
     pub number: FrameNumber,
     pub began: Instant,
     /// Samples on the film.
     pub samples: u64,
-    /// Internal resolution of its repaint; `None` where the last picture was shown again.
+    /// Internal resolution of the repaint; `None` if the last picture was shown again.
     pub detail: Option<u32>,
-    /// It shows a filtered picture.
+    /// Whether it shows a denoised picture.
     pub filtered: bool,
 }
 
-/// The picture: film, screen, kept samples, pacing, observer.
+/// The picture: film, screen, retained samples, pacing, observer.
 pub struct LivePicture {
     /// The window with the film; `None` until the window is open.
     pub screen: Option<Screen>,
-    /// The samples of the present epoch, for films to come.
+    /// Samples of the present epoch, to fill another film.
     kept: RetainedSamples,
-    /// The sums of the present epoch in memory, where they are on a device and have more samples than are kept.
+    /// Copy in memory of the sums on the device, made once the film has more samples than are retained.
     backup: SumsBackup,
-    /// Shares out the time of a frame.
+    /// Divides the time of a frame between its tasks.
     pub pacer: Pacer,
-    /// Watches the error, where the render is divided into replicates.
+    /// Estimates the error, if the render is divided into replicates.
     pub observer: Option<Observer>,
-    /// Rectangles that have samples of their own beside those of the whole picture.
+    /// Regions with samples in addition to those of the whole picture.
     pub regions: Regions,
-    /// The pictures of groups of lights, where these are mixed.
+    /// Light mix: films of light groups.
     pub mix: LightMix,
-    /// Filters what is shown.
+    /// Noise filter of the displayed picture.
     filter: WindowFilter,
-    /// Measures the light of the samples on the film.
+    /// Light meter of auto-exposure, fed with the samples on the film.
     meter: LightMeter,
-    /// For how long it has filtered since this was asked for.
+    /// Time spent filtering since it was last read.
     filter_time: Duration,
     last_edit: Instant,
     last_repaint: LastRepaint,
-    /// No picture of the present epoch was shown yet.
+    /// No picture of the present epoch has been shown yet.
     unseen: bool,
-    /// The picture must be painted anew from the same samples.
+    /// The picture must be repainted from the same samples.
     repaint: bool,
-    /// The window must be drawn, even with the same picture.
+    /// The window must be redrawn, even with the same picture.
     show: bool,
-    /// The window is not visible, as far as is known: nothing is drawn until it is resized or shown.
+    /// The window is known to be hidden: nothing is drawn until it is resized or shown.
     hidden: bool,
-    /// The render goes on; when it ends, all of its samples must be shown once.
+    /// The render has not ended; once it has, all of its samples must be shown.
     running: bool,
-    /// Samples that films were given since the start, kept ones again by a film of another size.
+    /// Samples added to films since the start; retained ones count again for every film they fill.
     pub rasterised: u64,
-    /// Samples that the loop has taken since it was asked last, and how long that and their batches took.
+    /// Samples taken by the loop since this was last read, and the time that took, batches included.
     fed: (u64, Duration),
-    /// With what the last picture was painted.
+    /// Settings and film of the last picture.
     pub painted: Option<Painted>,
-    /// Errors that were no fault of film or settings since the last repaint.
+    /// Errors since the last repaint that neither film nor settings caused.
     failures: u32,
-    /// Samples of the film whose device was lost.
+    /// Samples on the film of the lost device.
     lost: u64,
-    /// What the user is to be told of samples that are gone.
+    /// Message to the user about samples that were dropped.
     dropped: Option<String>,
 }
 
-/// Samples of a stream that coarse sums take at most: the store has room for those of both, and for what comes in the same frame.
+/// Most samples of a stream while sums are coarse. All of them must be retained, so this leaves room for both streams and those of the same
+/// frame.
 const MOST_COARSE: u64 = RETAINED_SAMPLES as u64 / 4;
 
-/// Errors from which on a picture that no change explains stays as it is; before that it is tried again.
+/// Number of such errors after which the picture freezes; before that the frame is retried.
 const FAILURES: u32 = 2;
 
 impl LivePicture {
-    /// A picture without a window, of this many tracer threads. Starts the observer, where the render is divided into replicates.
+    /// A picture without a window, for this many tracer threads. Starts the observer if the render is divided into replicates.
     pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget, threads: usize) -> Result<Self> {
         let observe = || Observer::start(run, Some(target), Backpressure::LeaveOut);
         let now = Instant::now();
@@ -170,7 +170,7 @@ impl LivePicture {
         self.pacer.budget()
     }
 
-    /// Tells the observer which error is wanted.
+    /// Sets the observer's error target.
     pub fn aim(&mut self, target: ErrorTarget) {
         let of_regions = self.regions.iter_mut().filter_map(RegionRender::observer_mut);
         for observer in self.observer.iter_mut().chain(of_regions) {
@@ -183,12 +183,12 @@ impl LivePicture {
         self.film().map(VulkanFilm::counts).unwrap_or_default()
     }
 
-    /// Samples of the film whose device was lost, while there is no other; 0 otherwise.
+    /// Samples on the film of the lost device, while there is no other; 0 otherwise.
     pub fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Whether the sums are coarse.
+    /// Whether the film holds coarse sums.
     pub fn is_coarse(&self) -> bool {
         self.film().is_some_and(VulkanFilm::is_coarse)
     }
@@ -198,12 +198,12 @@ impl LivePicture {
         self.counts().samples()
     }
 
-    /// Samples of what is traced: of a region, or of the whole picture.
+    /// Samples of the present render: of a region, or of the whole picture.
     fn traced_samples(&self) -> u64 {
         self.regions.traced().map_or_else(|| self.samples(), |region| region.samples())
     }
 
-    /// Something else is traced now: what is there is shown anew, and how fast it grows is not known.
+    /// Repaints for another subject of tracing and resets the rate at which samples grow.
     fn shown_anew(&mut self) {
         self.last_repaint.samples = 0;
         (self.repaint, self.show) = (true, true);
@@ -224,17 +224,17 @@ impl LivePicture {
         self.last_edit.elapsed()
     }
 
-    /// Views that began with the last picture of another one.
+    /// Number of views that began with a reprojection of the previous one.
     pub fn reprojections(&self) -> u64 {
         self.filter.reprojections()
     }
 
-    /// The exposure that the light of the samples asks for; `None` while there are too few.
+    /// Exposure metered from the samples; `None` while there are too few.
     pub fn metered(&self) -> Option<f32> {
         self.meter.exposure()
     }
 
-    /// The picture is to be painted with another exposure.
+    /// Requests a repaint with another exposure.
     pub fn expose(&mut self) {
         self.repaint = true;
     }
@@ -244,25 +244,25 @@ impl LivePicture {
         (self.repaint, self.failures) = (true, 0);
     }
 
-    /// Goes back to the film of `run`, because the device cannot hold another one that was asked for; returns whether that has to be made.
+    /// Reverts to the film of `run`, because the device cannot hold the requested one; returns whether the film has to be created again.
     pub fn go_back(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         self.failures = 0;
         self.refit(run)
     }
 
-    /// Notes an error that film and settings do not explain. Returns whether the picture stays as it is from now on.
+    /// Records an error that neither film nor settings caused. Returns whether the picture is frozen from now on.
     pub fn note_failure(&mut self) -> bool {
         self.failures += 1;
         self.repaint &= !self.is_frozen();
         self.is_frozen()
     }
 
-    /// Whether the picture stays as it is, because the device refuses to go on with it, until something is changed.
+    /// Whether the picture is frozen after repeated errors of the device, until something changes.
     pub fn is_frozen(&self) -> bool {
         self.failures >= FAILURES
     }
 
-    /// Fills the film anew where it has lost samples to an error.
+    /// Refills the film if it has lost samples to an error.
     pub fn mend(&mut self, run: &RunSpec) {
         let samples = self.samples();
         if let Some(film) = self.film_mut().filter(|film| film.is_damaged()) {
@@ -297,14 +297,14 @@ impl LivePicture {
         self.kept.caught_up() && !(self.unseen || self.repaint || self.show || filtering)
     }
 
-    /// Whether there is a window whose device has done what must be done before the next frame.
+    /// Whether there is a window whose device has completed all work that the next frame depends on.
     pub fn is_idle(&mut self) -> bool {
         let Self { screen: Some(screen), regions, mix, .. } = self else { return false };
         let are_drawn = |gpu: &Arc<Gpu>| regions.are_drawn(gpu) && mix.are_drawn(gpu);
         screen.is_idle() && (screen.leads() || screen.gpu().is_none_or(are_drawn))
     }
 
-    /// Begins with the samples of another epoch. The old picture stays until the new one is there.
+    /// Clears film and retained samples for another epoch. The old picture stays on screen until the new one is ready.
     pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
         self.kept.clear();
         self.backup.clear();
@@ -316,9 +316,10 @@ impl LivePicture {
         }
         self.filter.begin_epoch(run, view, settings);
         (self.unseen, self.running, self.failures) = (true, true, 0);
-        // What the film before has kept matters no more.
+        // The message about samples of the previous film no longer matters.
         self.dropped = None;
-        // Its samples are kept as long as coarse sums suffice. In order of index the sums are those of whole batches.
+        // Coarse sums are used while few samples are expected: all of them are retained, so that full sums can be made later. In index
+        // order the sums must be those of whole batches, so none are coarse.
         let coarse = !run.deterministic && VulkanFilm::coarse_samples(&run.film) <= MOST_COARSE;
         let Some(film) = self.film_mut() else { return };
         if !coarse || film.begin_coarsely().is_err() {
@@ -326,13 +327,13 @@ impl LivePicture {
         }
     }
 
-    /// Replaces the film where it has not the present size and filter; returns whether it did. The new film is filled from the
-    /// kept samples, which know no resolution. Without a device the next one gets it.
+    /// Replaces the film if its size or filter differs from the present; returns whether it did. The new film is filled from the retained
+    /// samples, whose positions are resolution-independent. Without a device, the next one gets the film.
     ///
     /// # Errors
     ///
-    /// Those of a film, and [`GpuError::Memory`](crate::gpu::GpuError::Memory) where the device is known to have no room for it; then the
-    /// old one stays.
+    /// Those of a film, and [`GpuError::Memory`](crate::gpu::GpuError::Memory) if the device is known to have no room for it; the old film
+    /// stays then.
     pub fn refit(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         if self.gpu().is_none() || self.film().is_some_and(|film| *film.spec() == run.film) {
             return Ok(false);
@@ -348,7 +349,7 @@ impl LivePicture {
         Ok(true)
     }
 
-    /// Tells the user where not all `samples` of a picture are in the next one.
+    /// Notes a message if fewer than `samples` of a picture were carried over.
     fn tell_what_is_kept(&mut self, why: &str, samples: u64, kept: u64) {
         if kept < samples {
             let (samples, kept) = (human(samples as f64), human(kept as f64));
@@ -356,15 +357,16 @@ impl LivePicture {
         }
     }
 
-    /// What the user is to be told since the last call. Of a picture that is about to begin anew nobody need know what it has kept.
+    /// Takes the messages to the user since the last call. If the picture is about to begin anew, how many samples were carried over is
+    /// left out.
     pub fn take_news(&mut self, begins_anew: bool) -> Vec<String> {
         let mut news = self.screen.as_mut().map(Screen::take_news).unwrap_or_default();
         news.extend(self.dropped.take().filter(|_| !begins_anew));
         news
     }
 
-    /// Gives the empty film the last copy of its sums, if that has more samples than are kept, or else the kept samples. It had this many
-    /// `samples` before.
+    /// Fills the empty film from the last copy of its sums, if that has more samples than are retained, or else from the retained samples.
+    /// `samples`: number before the film was emptied.
     fn refill(&mut self, run: &RunSpec, why: &str, samples: u64) {
         let film = self.screen.as_mut().and_then(Screen::film_mut);
         let restored = match film.zip(self.backup.take(self.kept.len())) {
@@ -379,7 +381,7 @@ impl LivePicture {
         self.tell_what_is_kept(why, samples, kept);
     }
 
-    /// The regions go with the film that they were parts of.
+    /// Discards regions, which are tied to the film.
     fn drop_regions(&mut self) {
         if !self.regions.is_empty() {
             self.regions.clear();
@@ -388,19 +390,19 @@ impl LivePicture {
         }
     }
 
-    /// Gives up the device, which was lost: samples are kept until there is another one.
+    /// Releases the lost device; samples are retained until another one opens.
     ///
     /// # Errors
     ///
-    /// The same error where that goes on and on.
+    /// The same error if devices are lost repeatedly.
     pub fn lose_device(&mut self, error: ClientError) -> Result<(), ClientError> {
         self.drop_regions();
         self.lost = self.samples();
         self.screen.as_mut().map_or(Ok(()), |screen| screen.lose_device(error))
     }
 
-    /// Opens a device where there is none, once it is time to try. The film on it has the sums that were in memory, or their last copy;
-    /// otherwise it is filled from the kept samples. Returns whether there is a new one.
+    /// Opens a device if there is none and the next attempt is due. Its film gets the sums from memory or their last copy, or else is
+    /// filled from the retained samples. Returns whether there is a new device.
     pub fn reopen(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
         let Some(screen) = &mut self.screen else { return Ok(false) };
         if !screen.reopen(run.film)? {
@@ -420,7 +422,7 @@ impl LivePicture {
         film.map_or(Ok(()), |film| self.backup.update(film, self.kept.len(), now))
     }
 
-    /// Replaces the films of the groups of lights by empty ones of the present size: their samples are not kept.
+    /// Replaces the films of the light groups by empty ones of the present size; their samples are not retained.
     pub fn remake_groups(&mut self, run: &RunSpec) -> Result<(), ClientError> {
         match self.mix.is_on() && self.gpu().is_some() {
             true => self.mix_groups(self.mix.groups().to_vec(), run),
@@ -428,19 +430,19 @@ impl LivePicture {
         }
     }
 
-    /// Tells what a mix of the scene's lights would be of and take.
+    /// Updates the description of the groups and the memory that a light mix would have.
     pub fn offer_mix(&mut self, session: &RenderSession, editor: &SceneEditor) {
         let memory = self.group_memory();
         self.mix.offer(editor.desc(), &editor.scene(), session.run_spec(), memory);
     }
 
-    /// Where the films of groups of lights have their sums.
+    /// Memory in which the films of light groups hold their sums.
     pub fn group_memory(&self) -> GroupMemory {
         let on_host = self.film().is_some_and(VulkanFilm::is_summed_on_host);
         if on_host { GroupMemory::WindowOnProcessor } else { GroupMemory::Window }
     }
 
-    /// Makes empty films for these groups of lights.
+    /// Creates empty films for these light groups.
     pub fn mix_groups(&mut self, groups: Vec<LightGroup>, run: &RunSpec) -> Result<(), ClientError> {
         let Some(screen) = &self.screen else { return Ok(()) };
         let make = |spec| screen.new_film(spec).map(|film| Box::new(film) as Box<dyn Film>);
@@ -448,8 +450,8 @@ impl LivePicture {
         Ok(())
     }
 
-    /// The film is empty: it and its error are made anew from the kept samples, which carry their index and so their
-    /// replicate. Samples for which the store had no room are missing from both, and so are those of regions.
+    /// Restarts film and error from the retained samples, which carry their index and hence their replicate. Samples that the store had no
+    /// room for are missing from both, and so are those of regions.
     fn rewind(&mut self, run: &RunSpec) {
         self.drop_regions();
         self.backup.clear();
@@ -465,10 +467,10 @@ impl LivePicture {
         self.repaint = true;
     }
 
-    /// Takes over a picture that was filtered; returns whether the next one is to be shown through the filter.
+    /// Takes over a denoised picture; returns whether the next repaint shows the denoised picture.
     fn look_at_filter(&mut self, run: &RunSpec, settings: &Settings) -> bool {
         self.filter.choose(settings);
-        // Devices that are the processor have no time to spare for it.
+        // A device that is the CPU has no time to spare for the filter.
         let device =
             self.gpu().filter(|_| self.film().is_some_and(|film| !film.is_summed_on_host())).cloned();
         match self.filter.is_wanting(run, settings) {
@@ -482,37 +484,37 @@ impl LivePicture {
         self.filter.is_ready(run, settings, self.samples()) && !self.mix.is_mixing()
     }
 
-    /// The last filtered picture, if it is what these settings show. A mix of lights is not filtered: the filter knows all lights as they are.
+    /// The last denoised picture, if these settings show it. A light mix is not denoised: the filter has the samples of unmixed light.
     fn filtered_frame(&self, run: &RunSpec, settings: &Settings) -> Option<&FilteredFrame> {
         self.filter.shown(run, settings).filter(|_| !self.mix.is_mixing())
     }
 
-    /// What is known of the error of the picture through the noise filter, if these settings show that: nothing where regions have other samples.
+    /// Error estimate of the denoised picture, if these settings show it. The inner `None`: not known, as where regions have other samples.
     pub fn filtered_error(&self, run: &RunSpec, settings: &Settings) -> Option<Option<&ErrorEstimate>> {
         self.filtered_frame(run, settings)?;
         Some(self.filter.error(settings).filter(|_| self.regions.is_empty()))
     }
 
-    /// Whether a filtered picture has come that was not shown yet.
+    /// Whether there is a denoised picture that has not been shown.
     pub fn is_freshly_filtered(&self) -> bool {
         self.filter.is_fresh()
     }
 
-    /// Begins to filter the samples so far.
+    /// Begins to denoise the samples so far.
     fn filter_now(&mut self) {
         let samples = self.samples();
-        // Where the sums are not at hand, pictures have no detail within pixels.
+        // If the sums are on the device, denoised pictures have no sub-pixel detail.
         let film = self.film_mut().filter(|film| film.is_summed_on_host() && !film.is_coarse());
         let data = film.map(Film::develop);
         self.filter.filter(samples, data.and_then(Result::ok));
     }
 
-    /// Rasterises the batch although it is not full.
+    /// Rasterises the batch even if it is not full.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.rasterise(VulkanFilm::flush)
     }
 
-    /// Rasterises samples of the picture, and all those of its parts.
+    /// Rasterises samples of the picture with `film`, and all those of its regions and light groups.
     fn rasterise(
         &mut self,
         film: impl FnOnce(&mut VulkanFilm) -> Result<(), ClientError>,
@@ -520,13 +522,12 @@ impl LivePicture {
         let begin = Instant::now();
         let outcome = self.film_mut().map_or(Ok(()), film);
         let outcome = outcome.and_then(|()| self.mix.flush()).and_then(|()| self.regions.flush());
-        // The last samples are waited for.
+        // The time includes waiting until the last samples are sorted.
         self.fed.1 += begin.elapsed();
         outcome
     }
 
-    /// Learns how long the processor took to draw samples, where the device does not; returns for how long it has drawn and filtered
-    /// since the last call.
+    /// Feeds CPU rasterisation times to the pacer; returns the time spent rasterising and denoising since the last call.
     pub fn learn_host_time(&mut self) -> Duration {
         let (samples, time) = self.film_mut().map(VulkanFilm::take_host_time).unwrap_or_default();
         let parts = [self.regions.take_host_time(), self.mix.take_host_time()];
@@ -534,26 +535,26 @@ impl LivePicture {
         let (samples, time) = (samples + a + c, time + b + d);
         self.pacer.samples(samples, time, self.is_coarse());
         let (fed, taken) = std::mem::take(&mut self.fed);
-        // Where the processor draws, batches are drawn meanwhile.
+        // If the CPU rasterises, that happens within the time of taking samples; it is subtracted.
         self.pacer.fed(fed, taken.saturating_sub(time));
         time + std::mem::take(&mut self.filter_time)
     }
 
-    /// The samples that are kept.
+    /// Retained samples.
     pub fn kept(&self) -> &RetainedSamples {
         &self.kept
     }
 
-    /// What the window shows within a rectangle of the picture; `None` before there is a picture.
+    /// Displayed texels within a rectangle of the picture; `None` before there is a picture.
     pub fn shown(&mut self, region: Region) -> Result<Option<ShownTexels>, ClientError> {
         let Some(film) = self.film_mut() else { return Ok(None) };
         let size = [film.spec().width, film.spec().height];
-        // The film may still be one of another size.
+        // The film may still have another size.
         let fits = (0..2).all(|i| region.origin[i] + region.extent[i] <= size[i]);
         if fits { film.shown(region) } else { Ok(None) }
     }
 
-    /// The sum of the weights of the camera samples at a pixel; 0 where it is not known.
+    /// Sum of the weights of the camera samples at a pixel; 0 if unknown.
     pub fn weight_at(&mut self, pixel: [u32; 2]) -> f32 {
         let whole = self.film_mut().and_then(|film| film.weight_at(pixel).ok()).unwrap_or(0.0);
         whole + self.regions.weight_at(pixel)

@@ -1,4 +1,4 @@
-//! What the window remembers from session to session: the width of the dock, the size of text, the scenes that were open.
+//! Preferences kept across sessions: width of the dock, text size, recent scenes.
 
 use std::path::{Path, PathBuf};
 
@@ -8,24 +8,24 @@ use crate::client::window::panel::{PanelLayout, WIDTH};
 use crate::image::write::atomically;
 use crate::render::predictions;
 
-/// Most scenes that are remembered.
+/// Most recent scenes.
 const MOST_RECENT: usize = 12;
 
-/// Bounds of the size of text, relative to the usual one.
+/// Range of the text size, relative to the default.
 const FONT_SCALES: (f32, f32) = (0.6, 3.0);
 
-/// Factor on the size of text per step.
+/// Factor on the text size per step.
 const FONT_STEP: f32 = 1.1;
 
-/// What is remembered. Field names are JSON keys.
+/// Stored preferences. Field names are JSON keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
     /// Width of the dock, points.
     dock_width: f32,
-    /// Size of text relative to the usual one.
+    /// Text size relative to the default.
     font_scale: f32,
-    /// Scenes, the last first.
+    /// Recent scenes, newest first.
     pub recent: Vec<PathBuf>,
 }
 
@@ -36,7 +36,7 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// What was remembered last; the defaults where there is nothing, or nothing that can be read.
+    /// Reads the stored preferences; the defaults if there are none, or none that can be parsed.
     pub fn read() -> Self {
         let text = file().and_then(|file| std::fs::read_to_string(file).ok());
         let mut read: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
@@ -48,12 +48,12 @@ impl Preferences {
         read
     }
 
-    /// Gives the dock its width, and text its size.
+    /// Applies dock width and text size.
     pub fn arrange(&self, layout: &mut PanelLayout) {
         (layout.width, layout.font_scale) = (self.dock_width, self.font_scale);
     }
 
-    /// Remembers a scene that was opened.
+    /// Records an opened scene.
     pub fn opened(&mut self, scene: &Path, layout: &PanelLayout) {
         let Ok(scene) = scene.canonicalize() else { return };
         self.recent.retain(|known| *known != scene);
@@ -62,7 +62,7 @@ impl Preferences {
         self.write(layout);
     }
 
-    /// Remembers how the dock stands. What cannot be written is only logged: nothing depends on it.
+    /// Stores the layout of the dock. Failures are only logged: nothing depends on it.
     pub fn write(&mut self, layout: &PanelLayout) {
         (self.dock_width, self.font_scale) = (layout.width, layout.font_scale);
         let Some(file) = file() else { return };
@@ -77,7 +77,7 @@ impl Preferences {
     }
 }
 
-/// The size of text after steps of change.
+/// Text size after a number of steps.
 pub fn scaled(font_scale: f32, steps: i8) -> f32 {
     let scale = font_scale * FONT_STEP.powi(i32::from(steps));
     let scale = if (scale - 1.0).abs() < 0.04 { 1.0 } else { scale };

@@ -1,7 +1,7 @@
-//! Another scene in the open window: a file that was chosen or dropped onto it, or the same scene after its files have changed.
+//! Replaces the scene in the open window: by a file that was chosen or dropped, or by a new version of the same scene.
 //!
-//! The old scene is shown until the new one is ready, and stays where that cannot be read. A scene that is read again keeps the camera
-//! where it was moved to, the display, the effects that are switched, and the edits of objects that are still there by name.
+//! The old scene is shown until the new one is ready, and stays if that cannot be read. A reloaded scene keeps the camera pose,
+//! display settings, switched effects, and the edits of objects that still exist, matched by name.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -29,10 +29,10 @@ impl Viewer {
         }
     }
 
-    /// Reads the scene again when its files have changed, and shows what was read.
+    /// Reloads the scene when its files have changed, and shows it once loaded.
     pub(super) fn look_at_files(&mut self, now: Instant) {
         if self.watch.has_changed(now) {
-            // What is dropped meanwhile counts more.
+            // Loading a dropped scene takes precedence.
             let dropped = self.loader.as_ref().filter(|loader| !self.is_open(&loader.source));
             if dropped.is_none() {
                 self.load(self.source.clone());
@@ -56,7 +56,7 @@ impl Viewer {
             Err(error) => {
                 tell(&format!("{error:?}"));
                 let known = self.watch.files();
-                // A mistake in a file that was not read before is mended in that.
+                // After an error, files that were not read before are watched too, since the mistake may be in one of them.
                 let files = again.then(|| known.chain(files).collect());
                 (Some(brief(&error)), files)
             }
@@ -76,17 +76,17 @@ impl Viewer {
         one == other
     }
 
-    /// Shows another scene in the place of the present one; returns a message.
+    /// Replaces the present scene by another; returns a message.
     fn replace(&mut self, ready: ReadyScene, source: ViewSource) -> Result<String> {
         let ReadyScene { run, choose, mut editor, digest } = ready;
         let before = self.session.size();
-        // Before anything is changed: a camera that cannot be used is an error of the scene.
+        // Checked before anything is changed: an invalid camera is an error of the scene.
         editor.camera(before)?;
         let again = self.is_open(&source);
         std::mem::swap(&mut self.editor, &mut editor);
         let lost = if again { self.editor.take_over(editor) } else { 0 };
         self.session.replace(run, choose, digest);
-        // Lights of another scene may have the same names.
+        // Lights of another scene may have the same names by chance.
         if again {
             self.picture.mix.end()
         } else {

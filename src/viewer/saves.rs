@@ -1,4 +1,4 @@
-//! Files that other threads write while the window goes on.
+//! Files written by background threads.
 
 use std::path::{Path, PathBuf};
 
@@ -6,13 +6,13 @@ use miette::{IntoDiagnostic, Result, miette};
 
 use crate::job::Job;
 
-/// A file that a thread writes.
+/// A file being written.
 struct FileInProgress {
     path: PathBuf,
     job: Job<Result<()>>,
 }
 
-/// The files that are being written.
+/// All files being written.
 #[derive(Default)]
 pub struct BackgroundSaves(Vec<FileInProgress>);
 
@@ -29,7 +29,7 @@ impl BackgroundSaves {
         Ok(())
     }
 
-    /// A path for a new file, as [`free_path`], which is not being written either.
+    /// A path for a new file, as [`free_path`], that is not being written either.
     pub fn free_path(&self, name: &str, ending: &str) -> Result<PathBuf> {
         free_path(name, ending, |path| self.0.iter().any(|file| file.path == path))
     }
@@ -39,7 +39,7 @@ impl BackgroundSaves {
         self.0.is_empty()
     }
 
-    /// Messages about the files that are complete by now, or could not be written.
+    /// Messages about files completed since the last call, or failed.
     pub fn done(&mut self) -> Vec<String> {
         self.0.extract_if(.., |file| file.job.is_finished()).map(message).collect()
     }
@@ -50,7 +50,7 @@ impl BackgroundSaves {
     }
 }
 
-/// `NAME-001.ENDING`, or the next number that is free in the working folder and not `taken`.
+/// `NAME-001.ENDING`, or the next number that is neither in use in the working directory nor `taken`.
 pub fn free_path(name: &str, ending: &str, taken: impl Fn(&Path) -> bool) -> Result<PathBuf> {
     let mut paths = (1..100_000).map(|i| PathBuf::from(format!("{name}-{i:03}.{ending}")));
     let free = paths.find(|path| !path.exists() && !taken(path));

@@ -1,4 +1,4 @@
-//! What the user saves: the picture, the sums, the scene, and the command that makes the picture again.
+//! Saving of pictures, sums and scenes, and the command line that renders the picture again.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::render::run_spec::{RunSpec, display_options, quoted};
 use crate::viewer::Viewer;
 
 impl Viewer {
-    /// Saves under a name of the user's choice: by its ending the displayed picture, the sums or the scene.
+    /// Saves to a path of the user's choice; its extension selects the displayed picture, the sums or the scene.
     pub(super) fn save_as(&mut self, path: PathBuf) -> Result<Option<String>> {
         if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) {
             self.editor.save_as(&path, self.session.run_spec())?;
@@ -22,13 +22,13 @@ impl Viewer {
         self.write_picture(path).map(|()| None)
     }
 
-    /// Saves the picture as it is now under a new name; a message follows when the file is complete.
+    /// Saves the present picture under a new name; a message follows when the file is complete.
     pub(super) fn save_picture(&mut self, ending: &str) -> Result<()> {
         let path = self.saves.free_path(&self.options.name, ending)?;
         self.write_picture(path)
     }
 
-    /// Saves the picture as it is now in this file; a message follows when it is complete.
+    /// Saves the present picture to this file; a message follows when it is complete.
     fn write_picture(&mut self, path: PathBuf) -> Result<()> {
         let mut outcome = self.outcome();
         outcome.prefix &= self.session.run_spec().deterministic;
@@ -42,14 +42,14 @@ impl Viewer {
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }
 
-    /// With what the present picture is shown: the noise filter is among it only where it has filtered it.
+    /// Settings of the displayed picture. They contain the noise filter only if that has been applied to it.
     fn settings_shown(&self) -> Settings {
         let settings = &self.panel.controls.settings;
         let denoise = self.picture.filter_shown(self.session.run_spec(), settings);
         Settings { denoise, ..settings.clone() }
     }
 
-    /// What makes the present picture: where camera or scene were changed, a scene file with the changes is saved first.
+    /// Specification of the present render. If camera or scene were changed, a scene file with the changes is saved first.
     pub(super) fn present_run_spec(&mut self) -> Result<RunSpec> {
         let [width, height] = self.session.size();
         let mut run = RunSpec { size: Some((width, height)), ..self.session.run_spec().clone() };
@@ -64,7 +64,7 @@ impl Viewer {
         self.editor.save(&self.options.name, self.session.run_spec())
     }
 
-    /// Puts the command that repeats this picture without a window on the clipboard and on standard output.
+    /// Copies the command that renders this picture without a window to the clipboard and to standard output.
     pub(super) fn copy_command(&mut self) -> Result<String> {
         let (run, paths) = (self.present_run_spec()?, self.picture.counts().paths());
         let options = display_options(&self.settings_shown());
@@ -77,7 +77,7 @@ impl Viewer {
                 command += &format!(" && pointillist mix {name} {mix} -o {shown}");
             }
         }
-        // Standard output may be the figures', or a pipe that nobody reads any more.
+        // Standard output may be in use for the statistics, or a closed pipe.
         if self.options.json.as_deref() != Some(Path::new("-")) {
             let _ = writeln!(std::io::stdout(), "{command}");
         }

@@ -1,4 +1,4 @@
-//! The window on its device: swapchain, film and the overlay of the panel, and how each is replaced when it is lost.
+//! The window on its device: swapchain, film and panel overlay, and the replacement of each when lost.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -25,106 +25,106 @@ use crate::viewer::clock::Backoff;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::picture::regions::{Regions, per_pixel};
 
-/// How soon another image is asked for where there is none yet.
+/// Interval at which a swapchain image is asked for again if none was available.
 const SOON: Duration = Duration::from_millis(1);
 
-/// A device has lasted when it has worked for this long, or has been given so many frames.
+/// A device counts as stable after this time or this number of frames.
 const LASTING: (Duration, u64) = (Duration::from_secs(10), 480);
 
-/// Devices in a row that may be lost before they have lasted.
+/// Number of consecutive devices that may be lost before they are stable.
 const MOST_LOSSES: u32 = 1;
 
-/// How long a device that has been lost is waited for, and the first one.
+/// How long to keep trying to open the first device, or one after a loss.
 const REOPENING: Duration = Duration::from_secs(30);
 const OPENING: Duration = Duration::from_secs(5);
 
-/// Faults that are simulated, so that tests see what follows.
+/// Simulated faults, for tests of the recovery.
 #[derive(Clone, Debug, Default)]
 pub struct SimulatedLosses {
-    /// Frames after which each device is lost; devices that are not listed stay.
+    /// Number of frames after which each device is lost, in order of opening; later devices are not.
     pub devices: Vec<u64>,
-    /// Results of calls.
+    /// Injected results of Vulkan calls.
     pub calls: CallFaults,
-    /// Bytes of device memory, where less than there is.
+    /// Limit of device memory in bytes, if less than the real one.
     pub memory: Option<u64>,
 }
 
-/// What there is to draw into.
+/// Result of asking for a swapchain image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Canvas {
-    /// An image of this extent.
+    /// An image of this extent is acquired.
     Ready([u32; 2]),
-    /// Nothing while the window is hidden, or without a device.
+    /// No image, because the window is hidden or there is no device.
     Hidden,
-    /// Nothing yet: ask again then.
+    /// No image yet: ask again at this time.
     Later(Instant),
 }
 
-/// What a picture is composed of beside the film of all samples.
+/// Pictures combined with the film of all samples.
 pub struct PictureParts<'a> {
     pub regions: &'a mut Regions,
     pub mix: &'a mut LightMix,
 }
 
-/// What a repaint shows.
+/// Source of a repaint.
 #[derive(Clone, Copy)]
 pub enum PictureSource<'a> {
-    /// The film, at this `detail`.
+    /// The film, at this internal resolution (`detail`).
     Film(u32),
-    /// The mix of lights, at this `detail`.
+    /// The light mix, at this internal resolution (`detail`).
     Mix(u32),
-    /// A filtered picture, scene-linear XYZ.
+    /// A denoised picture, scene-linear XYZ.
     Filtered(&'a Grid<Vec3>),
 }
 
-/// The objects of one device; dropped from the top.
+/// Objects of one device, dropped in order of declaration.
 struct DeviceObjects {
-    /// `None` once it was taken out for the files written at the end.
+    /// `None` once taken for the files written at the end.
     film: Option<VulkanFilm>,
     swapchain: Swapchain,
     pipelines: PipelineKeeper,
 }
 
-/// The window, and the film and swapchain on the device that draws into it.
+/// The window, and film and swapchain on the device that draws into it.
 pub struct Screen {
     /// `None` while there is no device.
     objects: Option<DeviceObjects>,
-    /// The film of a device that was lost, where its sums are in memory.
+    /// Film of a lost device, if its sums are in main memory.
     rescued: Option<VulkanFilm>,
     overlay: Option<PanelRenderer>,
     choice: DeviceChoice,
     /// The window.
     pub window: Arc<Window>,
-    /// The last frame that was handed over, and the last one before the present frame of the loop.
+    /// The last submitted frame, and the last one before the present iteration of the loop.
     last: FrameNumber,
     before: FrameNumber,
-    /// Losses still to be simulated.
+    /// Remaining simulated losses.
     simulated: SimulatedLosses,
-    /// The window shows what a headless render does, bit for bit.
+    /// The window must show the same bits as a headless render.
     exact: bool,
-    /// Number of devices that were lost.
+    /// Number of lost devices.
     pub device_losses: u32,
-    /// Number of surfaces that were lost.
+    /// Number of lost surfaces.
     pub surface_losses: u32,
-    /// Devices that were lost one after the other before they had lasted.
+    /// Number of consecutive devices lost before they were stable.
     losses_in_a_row: u32,
     /// When the device was opened.
     opened: Instant,
-    /// Attempts at opening a device, at images of the window, and at drawing the panel.
+    /// Back-off for opening a device, acquiring images, and drawing the panel.
     opening: Backoff,
     presenting: Backoff,
     overlaying: Backoff,
-    /// Pixels along a side of the grid that glare fits.
+    /// Grid spacing in pixels at which the glare convolution fits the device.
     glare_grid: u32,
-    /// What the user is to be told.
+    /// Pending messages to the user.
     news: Vec<String>,
-    /// Messages of the validation layer on devices that are gone.
+    /// Number of validation-layer messages on devices already closed.
     messages: usize,
 }
 
 impl Screen {
-    /// Opens a device for this window and makes a film on it. `exact`: the window shows what a headless render does, bit
-    /// for bit. Where that fails for a reason that may pass, [`reopen`](Self::reopen) tries it again.
+    /// Opens a device for this window and creates a film on it. `exact`: the window must show the same bits as a headless render. If
+    /// opening fails for a transient reason, [`reopen`](Self::reopen) retries it.
     pub fn open(
         window: Arc<Window>,
         choice: &DeviceChoice,
@@ -157,12 +157,12 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Opens a device where there is none, with an empty film or that of the last device if its sums are in memory, once it is time to
-    /// try. Returns whether there is a new one.
+    /// Opens a device if there is none and the next attempt is due. Its film is empty, or that of the lost device if its sums are in main
+    /// memory. Returns whether there is a new device.
     ///
     /// # Errors
     ///
-    /// That of the last attempt, when it does not pass.
+    /// The error of the last attempt, if it is not transient.
     pub fn reopen(&mut self, spec: FilmSpec) -> Result<bool, ClientError> {
         let now = Instant::now();
         if self.objects.is_some() || !self.opening.is_due(now) {
@@ -180,7 +180,7 @@ impl Screen {
             }
             Err(error) => error,
         };
-        // What is wrong with a machine from the start does not pass; a driver that begins anew says anything.
+        // At startup such errors are permanent; after a loss, a restarting driver may return any error transiently.
         let was_there = self.device_losses > 0;
         let may_pass = was_there
             || matches!(
@@ -198,17 +198,17 @@ impl Screen {
         Ok(false)
     }
 
-    /// Gives up the device, which was lost; [`reopen`](Self::reopen) opens another one. Sums in memory stay for the film on it.
+    /// Releases the lost device; [`reopen`](Self::reopen) opens another one. Sums in main memory are kept for its film.
     ///
     /// # Errors
     ///
-    /// The same error where devices are lost one soon after the other.
+    /// The same error if several devices are lost in short succession.
     pub fn lose_device(&mut self, error: ClientError) -> Result<(), ClientError> {
         let has_lasted = self.opened.elapsed() >= LASTING.0 || self.last.get() >= LASTING.1;
         self.device_losses += 1;
         self.losses_in_a_row = if has_lasted { 1 } else { self.losses_in_a_row + 1 };
         self.messages += self.gpu().map_or(0, |gpu| gpu.validation_messages().len());
-        // Before the next one: a window has one swapchain at a time.
+        // Dropped before the next one is created: a window has one swapchain at a time.
         let film = self.objects.take().and_then(|objects| objects.film);
         self.rescued = film.filter(VulkanFilm::is_summed_on_host);
         (self.last, self.before) = (FrameNumber::default(), FrameNumber::default());
@@ -232,7 +232,7 @@ impl Screen {
             swapchain.gpu().limit_memory(bytes);
         }
         let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
-        // Another size or filter may have been asked for meanwhile.
+        // The requested size or filter may have changed meanwhile.
         let rescued = self.rescued.take().filter(|film| *film.spec() == spec);
         let film = match rescued.and_then(|film| film.moved_to(swapchain.gpu())) {
             Some(film) => film,
@@ -248,8 +248,8 @@ impl Screen {
         Ok((display, self.window.window_handle().map_err(gone)?.as_raw()))
     }
 
-    /// Looks whether the device has room for this film in the place of the present one, as far as it tells. Images are made when they are
-    /// needed first: without the look the present film would be gone by then.
+    /// Checks whether device memory suffices to replace the film by this one, as far as the device reports it. Images are allocated on
+    /// first use; without this check the present film would be gone when that fails.
     ///
     /// # Errors
     ///
@@ -268,8 +268,8 @@ impl Screen {
         Ok(gpu.check_room(&name, bytes(spec), bytes(film.spec()))?)
     }
 
-    /// Replaces the film by an empty one on the same device. On an error the old one stays. The images of the old one are freed
-    /// first, if the device has finished with them: few devices have room for both.
+    /// Replaces the film by an empty one on the same device. On an error the old one stays. If the device has finished with the old film,
+    /// its images are freed first, since few devices have room for both.
     pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
         if let Some(objects) = &mut self.objects {
             let gpu = objects.swapchain.gpu();
@@ -283,33 +283,33 @@ impl Screen {
     ///
     /// # Errors
     ///
-    /// Without a device, and those of a film.
+    /// If there is no device, and those of a film.
     pub fn new_film(&self, spec: FilmSpec) -> Result<VulkanFilm, ClientError> {
         let gpu = self.gpu().ok_or_else(|| GpuError::NoWindow("its device was lost.".to_owned()))?;
         new_film(gpu, spec, self.exact)
     }
 
-    /// The film; `None` while there is no device, and once it was taken.
+    /// The film; `None` while there is no device, and once taken.
     pub fn film(&self) -> Option<&VulkanFilm> {
         self.objects.as_ref().and_then(|objects| objects.film.as_ref())
     }
 
-    /// As [`film`](Self::film), to be changed.
+    /// Mutable [`film`](Self::film).
     pub fn film_mut(&mut self) -> Option<&mut VulkanFilm> {
         self.objects.as_mut().and_then(|objects| objects.film.as_mut())
     }
 
-    /// Takes the film whose device was lost, if its sums are in memory.
+    /// Takes the film of a lost device, if its sums are in main memory.
     pub fn take_rescued(&mut self) -> Option<VulkanFilm> {
         self.rescued.take()
     }
 
-    /// Takes the film out, for the files written at the end.
+    /// Takes the film, for the files written at the end.
     pub fn take_film(&mut self) -> Option<VulkanFilm> {
         self.objects.as_mut().and_then(|objects| objects.film.take())
     }
 
-    /// The window's images.
+    /// Swapchain of the window.
     pub fn swapchain(&mut self) -> Option<&mut Swapchain> {
         self.objects.as_mut().map(|objects| &mut objects.swapchain)
     }
@@ -324,44 +324,45 @@ impl Screen {
         self.messages + self.gpu().map_or(0, |gpu| gpu.validation_messages().len())
     }
 
-    /// The last frame of batches and pictures that was handed over.
+    /// The last submitted frame of batches and pictures.
     fn last(&self) -> FrameNumber {
         self.film().map_or(self.last, |film| film.rasterised().max(self.last))
     }
 
-    /// Whether a frame is recorded while the device works on the one before. A device that is the processor would only be held up.
+    /// Whether frames are recorded while the device works on the previous one (double buffering). A device that is the CPU would only be
+    /// slowed down.
     pub fn leads(&self) -> bool {
         self.gpu().is_some_and(|gpu| !gpu.is_processor())
     }
 
-    /// A frame of the loop begins.
+    /// Begins an iteration of the loop.
     pub fn begin_frame(&mut self) {
         self.before = self.last();
     }
 
-    /// True when the device has done everything it was given, or, where the loop [leads](Self::leads), everything before the last frame
+    /// Whether the device has completed all submitted work or, with [double buffering](Self::leads), everything before the last iteration
     /// of the loop.
     pub fn is_idle(&self) -> bool {
         let awaited = if self.leads() { self.before } else { self.last() };
         self.gpu().is_none_or(|gpu| gpu.has_completed(awaited))
     }
 
-    /// Length of a frame of the display that the window is on, where it is known.
+    /// Refresh interval of the display that the window is on, if known.
     pub fn frame_length(&self) -> Option<Duration> {
         let rate = self.window.current_monitor()?.refresh_rate_millihertz().filter(|rate| *rate >= 1000)?;
         Some(Duration::from_secs_f64(1e3 / f64::from(rate)))
     }
 
-    /// What the user is to be told since the last call.
+    /// Takes the messages to the user since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)
     }
 
-    /// Asks for an image to draw into, without waiting. Errors of surface and images are told and tried again.
+    /// Acquires a swapchain image without blocking. Errors of surface and images are reported and retried.
     ///
     /// # Errors
     ///
-    /// A lost device.
+    /// If the device is lost.
     pub fn acquire(&mut self) -> Result<Canvas, ClientError> {
         let now = Instant::now();
         if let Some(next) = self.presenting.next().filter(|next| now < *next) {
@@ -394,8 +395,8 @@ impl Screen {
         }
     }
 
-    /// Draws the picture with its regions as the viewport says and over it the panel into the acquired image, and shows it. Without a `repaint`
-    /// the picture is the one painted last. Returns the frame's number.
+    /// Draws the picture with its regions according to the viewport, and the panel over it, into the acquired image, and presents it.
+    /// Without a `repaint` the last painted picture is drawn. Returns the frame's number.
     pub fn show(
         &mut self,
         settings: &Settings,
@@ -415,7 +416,7 @@ impl Screen {
                     PictureSource::Film(detail) | PictureSource::Mix(detail) => detail,
                     PictureSource::Filtered(_) => 1,
                 };
-                // Regions and lights are drawn at the resolution of the picture that they are part of.
+                // Regions and light groups are reconstructed at the internal resolution of the whole picture.
                 let extent = [film.spec().width, film.spec().height];
                 let grid = settings.glare.map_or(1, |_| glare_detail(&gpu, extent));
                 if std::mem::replace(&mut self.glare_grid, grid) != grid && grid > 1 {
@@ -470,7 +471,7 @@ impl Screen {
     }
 }
 
-/// Draws the panel over the acquired image. Its renderer is made anew after an error.
+/// Draws the panel over the acquired image. After an error its renderer is created anew.
 fn draw_panel(
     overlay: &mut Option<PanelRenderer>,
     swapchain: &mut Swapchain,
@@ -485,9 +486,9 @@ fn draw_panel(
     overlay.draw(swapchain, frame, textures, &panel.primitives, panel.pixels_per_point)
 }
 
-/// A film that does not let the window stand still.
+/// A film that prepares expensive tables in the background, so that the window does not block.
 fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec, exact: bool) -> Result<VulkanFilm, ClientError> {
-    // Where the device is the processor, glare at full resolution takes longer than a frame may, and its passes draw samples slowly.
+    // If the device is the CPU, glare at full resolution exceeds the frame time, and GPU passes rasterise samples slowly.
     let hurry = gpu.is_processor() && !exact;
     let make = if hurry { VulkanFilm::summed_on_host } else { VulkanFilm::new };
     let mut film = make(gpu.clone(), spec)?;
@@ -499,7 +500,7 @@ fn new_film(gpu: &Arc<Gpu>, spec: FilmSpec, exact: bool) -> Result<VulkanFilm, C
     Ok(film)
 }
 
-/// True when a new device may help.
+/// Whether a new device may resolve the error.
 pub fn is_device_lost(error: &ClientError) -> bool {
     matches!(error, ClientError::Gpu(gpu) if gpu.is_device_lost())
 }

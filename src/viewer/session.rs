@@ -1,5 +1,5 @@
-//! The render session: the server and its lanes, what is rendered, and the method. It runs one render after another, each with
-//! an epoch of its own.
+//! The render session: server and lanes, specification of the render, and method. It runs one render after another, each with its own
+//! epoch.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,67 +22,68 @@ use crate::tracer::{Camera, Scene};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::tracers::Tracers;
 
-/// Abort times that are kept.
+/// Number of abort times that are kept.
 const ABORTS: usize = 4096;
 
-/// Something has changed with a tracer on another machine.
+/// A change in the state of a remote tracer.
 pub struct TracerNews {
     pub message: String,
-    /// It is ill from now on.
+    /// Whether the tracer is failing from now on.
     pub ill: bool,
 }
 
 /// The server, its lanes, and the render in progress.
 pub struct RenderSession {
-    /// What is rendered: scene file, size, method, seed.
+    /// Specification of the render: scene file, size, method, seed.
     run: RunSpec,
-    /// The size that the command line asks for, or the scene: the film may have been given another one since.
+    /// Size requested by the command line or the scene; the film may have been resized since.
     asked_size: [u32; 2],
     chooser: Chooser,
-    /// Who traces.
+    /// Local threads or remote tracers.
     pub tracers: Tracers,
     lanes: Lanes,
     epoch: Epoch,
-    /// Paths of a render; `None` is no end.
+    /// Number of paths after which a render ends; `None` for no limit.
     paths: Option<u64>,
-    /// Where the samples of the whole picture lie.
+    /// Screen window that the samples of the whole picture cover.
     window: UvWindow,
-    /// One past the largest index of the whole picture that has arrived. What was under way before it when a region was begun is never traced.
+    /// One past the largest index of the whole picture that has arrived. Indices below it that were in flight when a region was begun are
+    /// never traced.
     reached: u64,
-    /// Indices of the whole picture that have arrived.
+    /// Number of indices of the whole picture that have arrived.
     arrived: u64,
-    /// Some before the largest may be missing.
+    /// Whether indices below `reached` may be missing.
     has_gaps: bool,
-    /// A region is traced and not the whole picture.
+    /// Whether a region is traced instead of the whole picture.
     in_region: bool,
-    /// What was rejected of the whole picture before a region was traced.
+    /// Rejected values of the whole picture from before a region was traced.
     rejected: Rejections,
-    /// The groups of lights that are traced apart.
+    /// Light groups that are traced separately.
     groups: Vec<LightGroup>,
-    /// Scene or camera have changed since the epoch began.
+    /// Whether scene or camera have changed since the epoch began.
     stale: bool,
-    /// How the render has ended, once it has.
+    /// How the render ended, once it has.
     ended: Option<FinishReason>,
-    /// It has ended and every block was taken.
+    /// Whether it has ended and every block was taken.
     through: bool,
     began: Instant,
-    /// The epoch that was cut off last, and when.
+    /// The last cancelled epoch, and when it was cancelled.
     cut: Option<(Epoch, Instant)>,
-    /// Milliseconds from cutting an epoch off until its last worker has left it.
+    /// Milliseconds from cancelling an epoch until the last worker has left it.
     pub aborts: RecentValues,
-    /// The first path that panicked, and its message.
+    /// Index of the first path that panicked, and its message.
     pub panicked: Option<(u64, String)>,
-    /// That path was reported.
+    /// Whether that path has been reported.
     panic_reported: bool,
-    /// Tracers on other machines of which it was told that they are ill.
+    /// Per remote tracer, whether a failure has been reported.
     ill: Vec<bool>,
-    /// How tracer and display share the processor, in words; empty until the device is known.
+    /// How tracer and display share the CPU, for the user; empty until the device is known.
     pub processor_sharing: String,
 }
 
 impl RenderSession {
-    /// A session of tracers that have been started, and their lanes. Where `choose` is set, the method is chosen anew whenever the view has
-    /// changed and come to rest.
+    /// A session of started tracers and their lanes. With `choose`, the method is chosen anew whenever the view has changed and come to
+    /// rest.
     pub fn new(run: RunSpec, choose: bool, tracers: Tracers, lanes: Lanes, paths: Option<u64>) -> Self {
         Self {
             asked_size: [run.film.width, run.film.height],
@@ -112,8 +113,8 @@ impl RenderSession {
         }
     }
 
-    /// Takes over another scene; the device stays, and so does the film unless the scene asks for another size than the last one did. The
-    /// next epoch begins with it. `digest` is what tracers elsewhere know it by.
+    /// Replaces the scene from the next epoch on; the device stays, and so does the film unless the scene requests another size than the
+    /// last one. `digest` identifies the scene to remote tracers.
     pub fn replace(&mut self, run: RunSpec, choose: bool, digest: Option<String>) {
         let asked = [run.film.width, run.film.height];
         let [width, height] = if asked == self.asked_size { self.size() } else { asked };
@@ -126,7 +127,7 @@ impl RenderSession {
         (self.chooser, self.stale) = (Chooser::new(choose), true);
     }
 
-    /// What is rendered, with the present size and splat filter of the film.
+    /// Specification of the render, with the present size and splat filter of the film.
     pub fn run_spec(&self) -> &RunSpec {
         &self.run
     }
@@ -136,16 +137,16 @@ impl RenderSession {
         [self.run.film.width, self.run.film.height]
     }
 
-    /// The film has another size or filter now.
+    /// Records that the film has another size or filter.
     pub fn set_film(&mut self, film: FilmSpec) {
         self.run.film = film;
     }
 
-    /// Traces these groups of lights apart from the next epoch on; no groups trace the picture alone.
+    /// Traces these light groups separately from the next epoch on; an empty list traces only the whole picture.
     ///
     /// # Errors
     ///
-    /// Where tracers on other machines trace, which send no groups.
+    /// With remote tracers, which cannot separate groups.
     pub fn set_light_groups(&mut self, groups: Vec<LightGroup>) -> Result<()> {
         if self.tracers.server().is_none() {
             return Err(miette!(
@@ -157,17 +158,17 @@ impl RenderSession {
         Ok(())
     }
 
-    /// Takes over the effects that the user has forced on or off.
+    /// Takes over the forced effects of the editor.
     pub fn set_effects(&mut self, editor: &SceneEditor) {
         self.run.effects = editor.forced().to_vec();
         self.run.photons = editor.desc().integrator.photons;
     }
 
-    /// Notes the device that draws, and how it shares the processor with the tracing threads.
+    /// Records the display device, and how it shares the CPU with the tracing threads.
     ///
-    /// As many threads trace as there are cores (or as the user asks for), in the background of everything else. A device of
-    /// its own leaves the processor to them: the loop needs little. Where the device is the processor (lavapipe), its driver
-    /// draws on all cores at once, so that an edit is shown soonest, and the tracer has them between.
+    /// There are as many threads as cores (or as the user asks for), at background priority. A discrete or integrated GPU leaves the
+    /// CPU to them: the loop needs little. If the device is the CPU (lavapipe), its driver draws on all cores at once, so that an edit
+    /// is shown soonest, and the tracer runs in between.
     pub fn set_device(&mut self, device: &DeviceInfo) {
         self.run.device = device.name.clone();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -183,7 +184,7 @@ impl RenderSession {
         };
     }
 
-    /// Traces light by the method of this name, or by the one that a trial finds best for the scene. Returns whether the render must begin anew.
+    /// Selects the method of this name, or the automatic choice by a trial in the scene. Returns whether the render must restart.
     pub fn set_method(&mut self, name: Option<&str>) -> bool {
         let named = name.and_then(|name| CANDIDATES.into_iter().find(|kind| kind.name() == name));
         self.chooser = Chooser::new(named.is_none());
@@ -191,12 +192,12 @@ impl RenderSession {
         named.is_some_and(|kind| std::mem::replace(&mut self.run.integrator, kind) != kind)
     }
 
-    /// Whether the method is the program's choice.
+    /// Whether the choice of the method is automatic.
     pub fn chooses_method(&self) -> bool {
         self.chooser.wanted
     }
 
-    /// Notes that scene or camera have changed: a new epoch must begin.
+    /// Records a change of scene or camera: a new epoch must begin.
     pub fn edited(&mut self) {
         (self.stale, self.chooser.stale) = (true, true);
     }
@@ -206,8 +207,8 @@ impl RenderSession {
         self.stale
     }
 
-    /// Chooses the method anew where that is asked for and the view has changed and come to rest; takes over what was chosen.
-    /// Until then the method stays what it is, so that nothing waits for the choice. Returns true when a choice was made.
+    /// With the automatic choice, starts choosing the method once a changed view has come to rest, and takes over a finished choice. The
+    /// present method is used until then, so that nothing blocks. Returns true when a choice was made.
     pub fn choose(&mut self, editor: &SceneEditor, at_rest: bool) -> Result<bool> {
         let chosen = self.chooser.take();
         let made = chosen.is_some();
@@ -225,8 +226,8 @@ impl RenderSession {
         Ok(made)
     }
 
-    /// Changes over to the method that finds the light which the picture lacks, where the method is the program's choice. Returns whether it
-    /// has; the next epoch begins with it.
+    /// With the automatic choice, switches to a method that finds the light which the picture lacks. Returns whether it did; the next epoch
+    /// begins with it.
     pub fn change_over(&mut self, late: &LateLight) -> bool {
         let changes = self.chooser.change_over(&mut self.run, late);
         if changes {
@@ -236,7 +237,7 @@ impl RenderSession {
         changes
     }
 
-    /// Begins the next epoch at once, with the editor's scene and camera. Blocks of the last one will be dropped on arrival.
+    /// Begins the next epoch at once with the editor's scene and camera. Blocks of the previous epoch are dropped on arrival.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
         (self.window, self.stale) = (self.wanted_window(), false);
         (self.reached, self.arrived, self.has_gaps) = (0, 0, false);
@@ -246,12 +247,12 @@ impl RenderSession {
         Ok(())
     }
 
-    /// Traces a region of the picture from now on, seen through `camera` as `run` says. What has arrived of the whole picture stays valid;
-    /// [`resume`](Self::resume) goes on with it.
+    /// Traces a region of the picture from now on, seen through `camera` as `run` specifies. The samples of the whole picture stay valid;
+    /// [`resume`](Self::resume) continues it.
     ///
     /// # Errors
     ///
-    /// Where tracers on other machines trace, which do so from the first index on.
+    /// With remote tracers, which always begin with the first index.
     pub fn trace_region(&mut self, editor: &SceneEditor, run: &RunSpec, camera: Camera) -> Result<()> {
         if self.tracers.server().is_none() {
             return Err(miette!(
@@ -270,13 +271,13 @@ impl RenderSession {
         Ok(())
     }
 
-    /// Goes on with the whole picture after a region, which took so long.
+    /// Resumes the whole picture after a region that was traced for this long.
     pub fn resume(&mut self, editor: &SceneEditor, after: Duration) -> Result<()> {
         self.began += after;
         self.trace_whole(editor)
     }
 
-    /// Traces the whole picture from the first index on that has not arrived.
+    /// Traces the whole picture from the first index that has not arrived.
     fn trace_whole(&mut self, editor: &SceneEditor) -> Result<()> {
         let camera = editor.camera(self.size())?;
         let (epoch, first) = (self.next_epoch(), self.reached);
@@ -301,7 +302,7 @@ impl RenderSession {
         Ok(())
     }
 
-    /// Cuts the present epoch off.
+    /// Cancels the present epoch and begins the next.
     fn next_epoch(&mut self) -> Epoch {
         self.cut = (self.ended.is_none() && self.epoch != Epoch(0)).then(|| (self.epoch, Instant::now()));
         self.epoch = self.epoch.next();
@@ -329,7 +330,7 @@ impl RenderSession {
         self.panicked.clone().filter(|_| !reported)
     }
 
-    /// What has changed with tracers on other machines.
+    /// State changes of remote tracers since the last call.
     pub fn news_of_tracers(&mut self) -> Vec<TracerNews> {
         let status = self.tracers.status();
         self.ill.resize(status.len(), false);
@@ -349,7 +350,7 @@ impl RenderSession {
         news
     }
 
-    /// Hands over waiting blocks, `budget` samples at most. Never waits.
+    /// Hands over waiting blocks, at most `budget` samples. Never blocks.
     pub fn drain(&mut self, budget: usize, mut take: impl FnMut(&Block)) -> Drained {
         let (in_region, reached, arrived) = (self.in_region, &mut self.reached, &mut self.arrived);
         let drained = self.lanes.drain(budget, |block| {
@@ -364,22 +365,22 @@ impl RenderSession {
         drained
     }
 
-    /// The number of this render.
+    /// The present epoch.
     pub fn epoch(&self) -> Epoch {
         self.epoch
     }
 
-    /// Where the samples of the whole picture lie.
+    /// Screen window that the samples of the whole picture cover.
     pub fn window(&self) -> UvWindow {
         self.window
     }
 
-    /// Sleeps until a block or an event is there, at most `timeout`.
+    /// Blocks until a block or an event arrives, at most `timeout`.
     pub fn wait(&mut self, timeout: Duration) {
         self.lanes.wait(timeout);
     }
 
-    /// Whether paths before the last ones may be missing from the whole picture, because a region was traced between.
+    /// Whether indices before the last ones may be missing from the whole picture, because a region was traced in between.
     pub fn has_gaps(&self) -> bool {
         self.has_gaps
     }
@@ -389,7 +390,7 @@ impl RenderSession {
         self.in_region
     }
 
-    /// Stops the render; what has been sent remains valid.
+    /// Stops the render; samples already sent remain valid.
     pub fn abort(&self) {
         self.tracers.abort();
     }
@@ -400,19 +401,19 @@ impl RenderSession {
         (0..2).all(|i| has.min[i] <= wants.min[i] && has.max[i] >= wants.max[i])
     }
 
-    /// Where samples must lie for a film of the present size. Samples in index order are those of a headless render, exactly;
-    /// otherwise they suffice for every splat filter, so that changing it asks for no new ones.
+    /// Screen window that samples must cover for a film of the present size. In index order it is exactly that of a headless render;
+    /// otherwise it suffices for every splat filter, so that changing the filter needs no new samples.
     fn wanted_window(&self) -> UvWindow {
         let spec = self.run.film;
         if self.run.deterministic { spec.window() } else { widest_window(spec) }
     }
 
-    /// The render has ended and every block of it was taken.
+    /// Whether the render has ended and all of its blocks were taken.
     pub fn is_through(&self) -> bool {
         self.through
     }
 
-    /// Every path of the whole picture was traced.
+    /// Whether every path of the whole picture was traced.
     pub fn is_complete(&self) -> bool {
         !self.in_region && self.through && self.ended == Some(FinishReason::Complete)
     }
@@ -422,7 +423,7 @@ impl RenderSession {
         self.began.elapsed()
     }
 
-    /// What the whole picture has rejected so far.
+    /// Rejected values of the whole picture so far.
     pub fn rejected(&self, editor: &SceneEditor) -> RejectedReport {
         let mut rejections = self.rejected.clone();
         if !self.in_region {
@@ -436,19 +437,19 @@ impl RenderSession {
         self.tracers.traced()
     }
 
-    /// Blocks in the lanes, and how many fit.
+    /// Blocks in the lanes, and their capacity.
     pub fn fill(&self) -> (usize, usize) {
         let fill = self.lanes.fill();
         (fill.blocks, fill.capacity)
     }
 }
 
-/// Where samples must lie for every splat filter.
+/// Screen window that suffices for every splat filter.
 fn widest_window(film: FilmSpec) -> UvWindow {
     FilmSpec { filter: SplatFilter::Gaussian, ..film }.window()
 }
 
-/// An order for evenly distributed paths.
+/// A render order with an even distribution of paths.
 fn order(
     scene: Arc<Scene>,
     camera: Camera,

@@ -49,7 +49,7 @@ use crate::viewer::tracers::{self, Tracers};
 use crate::viewer::watch::FileWatch;
 use crate::viewer::{SessionContext, Viewer};
 
-/// Runs the subcommand. A picture that was asked for is written even after an error.
+/// Runs the subcommand. Requested pictures are written even after an error.
 pub fn view(args: &ViewOptions) -> Result<()> {
     let began = Instant::now();
     if args.source.device.as_deref() == Some(CPU) {
@@ -72,22 +72,22 @@ pub fn view(args: &ViewOptions) -> Result<()> {
     let mut events = EventLoop::<ReaderEvent>::with_user_event();
     let events = events.build().map_err(|error| no_display(&error.to_string()))?;
     let mut app = ViewerApp::start(args, denoise, outputs, events.create_proxy(), began)?;
-    // The window system may fail at any moment: what was traced is saved all the same.
+    // The window system may fail at any moment; the traced samples are saved nevertheless.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut app)));
     match run {
         Ok(Ok(())) => {}
         Ok(Err(error)) => app.fail(miette::miette!("the window system failed: {error}")),
-        // winit panics when its display goes away.
+        // winit panics when the connection to the display is lost.
         Err(_) if gpu::display_lost() => app.fail(miette::miette!("the connection to the display broke")),
         Err(panic) => app.fail(internal(panic.as_ref())),
     }
     let outcome = app.finish();
-    // Threads that a closed film has left must not be inside the driver when the program ends.
+    // Threads of a closed film must not be inside the driver when the process exits.
     background::join_abandoned();
     outcome
 }
 
-/// The error of a panic in the viewer.
+/// Converts a panic of the viewer to an error.
 fn internal(panic: &(dyn Any + Send)) -> miette::Report {
     let words = panic_message(panic).unwrap_or_default();
     miette::miette!(
@@ -96,7 +96,7 @@ fn internal(panic: &(dyn Any + Send)) -> miette::Report {
     )
 }
 
-/// The error where no window system answers. `why` is the message of winit, which begins with the place in its source.
+/// Error if there is no window system. `why`: message of winit, which begins with a source location.
 fn no_display(why: &str) -> miette::Report {
     let why =
         why.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(why, |(_, words)| words);
@@ -108,18 +108,18 @@ fn no_display(why: &str) -> miette::Report {
     )
 }
 
-/// What the event loop drives.
+/// Application state driven by the event loop.
 pub(super) struct ViewerApp {
     pub(super) stage: Stage,
 }
 
-/// The life of the viewer.
+/// Stage of the application.
 pub(super) enum Stage {
     /// The first scene is being loaded.
     Loading(Box<LoadingWindow>),
     /// A scene is shown.
     Open(Box<Viewer>),
-    /// The window has closed before there was a scene.
+    /// The window has closed before a scene was loaded.
     Over(Result<()>),
 }
 
@@ -155,7 +155,7 @@ impl ViewerApp {
             enters: false,
             compare: CompareControls::default(),
             map: MapChoice::default(),
-            // In order of index the picture is that of `render`, to the byte.
+            // In index order the picture must equal that of `render` to the byte.
             auto_exposure: !args.fixed_exposure && !args.deterministic,
             target: DEFAULT_TARGET,
         };
@@ -180,7 +180,7 @@ impl ViewerApp {
         Ok(Self { stage: Stage::Loading(Box::new(loading)) })
     }
 
-    /// Does what is due; from loading to a scene when it is there.
+    /// Performs the due work; switches from loading to the viewer when the scene is ready.
     pub(super) fn step(&mut self, events: &ActiveEventLoop) {
         match &mut self.stage {
             Stage::Open(viewer) => viewer.turn(),
@@ -199,7 +199,7 @@ impl ViewerApp {
         }
     }
 
-    /// Shows the first scene in the window that is open.
+    /// Shows the first scene in the open window.
     fn open(&mut self, ready: ReadyScene) {
         let Stage::Loading(loading) = std::mem::replace(&mut self.stage, Stage::Over(Ok(()))) else { return };
         self.stage = match viewer(*loading, ready) {
@@ -208,7 +208,7 @@ impl ViewerApp {
         };
     }
 
-    /// Ends the loop for this reason; the first one counts.
+    /// Ends the loop for this reason; only the first call has an effect.
     fn fail(&mut self, error: miette::Report) {
         match &mut self.stage {
             Stage::Open(viewer) => viewer.fail(error),
@@ -217,7 +217,7 @@ impl ViewerApp {
         }
     }
 
-    /// Writes what was asked for, and says why the window has closed if the user did not want it.
+    /// Writes the requested files and returns why the window has closed, if not at the user's request.
     fn finish(self) -> Result<()> {
         match self.stage {
             Stage::Loading(_) => Ok(()),
@@ -227,7 +227,7 @@ impl ViewerApp {
     }
 }
 
-/// The noise filter that the command line asks for, if it is there.
+/// The requested noise filter, if it is available.
 fn denoise(args: &ViewOptions) -> Result<Denoise> {
     let usual = if args.deterministic || args.replicates == 1 { Denoise::Off } else { Denoise::Wavelet };
     match args.denoise {
@@ -241,7 +241,7 @@ fn denoise(args: &ViewOptions) -> Result<Denoise> {
     }
 }
 
-/// The scene of the command line; that of the first tracer where it names none.
+/// Scene of the command line; that of the first tracer if it names none.
 fn scene(args: &ViewOptions, tracers: &[TracerAddress]) -> Result<SceneOptions> {
     if args.source.scene != Path::new(OF_TRACER) {
         return Ok(args.source.clone());
@@ -266,7 +266,7 @@ fn scene(args: &ViewOptions, tracers: &[TracerAddress]) -> Result<SceneOptions> 
     Ok(SceneOptions { scene, defines: welcome.defines, lenient: welcome.lenient, ..args.source.clone() })
 }
 
-/// Starts the tracer, and the first epoch in the window that is open.
+/// Starts the tracer and the first epoch in the open window.
 fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     let LoadingWindow { mut options, mut controls, mut preferences, loader, open, .. } = loading;
     let Some(OpenWindow { screen, host }) = open else {
@@ -276,13 +276,13 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     controls.filter = run.film.filter;
     let size = [run.film.width, run.film.height];
     let window = screen.window.clone();
-    // Another scene may have been dropped onto the window meanwhile.
+    // Another scene may have been dropped onto the window while loading.
     options.name = loader.source.name();
     window.set_title(&title(&options.name));
     let panel = ViewerPanel::new(host, controls, size);
     let wanted = window_size(&window, size, panel.dock_pixels(&window));
     if window.inner_size() != wanted {
-        // It was opened before the size of the picture was known.
+        // The window was opened before the size of the picture was known.
         let _ = window.request_inner_size(wanted);
     }
     let threads = loader.source.args.threads();
@@ -306,7 +306,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     if let Err(error) = picture.refit(session.run_spec()) {
         match is_device_lost(&error) {
             true => picture.lose_device(error).into_diagnostic()?,
-            // The first frame tries it again.
+            // The first frame retries it.
             false => tell(&error.to_string()),
         }
     }

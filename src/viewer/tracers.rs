@@ -1,4 +1,4 @@
-//! Who traces for the window: threads of this process, or tracers on other machines.
+//! Tracers of the window: threads of this process, or remote machines.
 
 use std::net::ToSocketAddrs;
 
@@ -13,12 +13,12 @@ use crate::server::{CostMap, Priority, Server};
 use crate::stream::{Event, Lanes, Rejections};
 use crate::viewer::options::{Compression, TracerOptions};
 
-/// The tracer or the tracers of a window.
+/// Tracers of a window.
 pub enum Tracers {
     /// Threads of this process.
     Here {
         server: Server,
-        /// The photons of photon mapping, which outlast a move of the camera.
+        /// Photon map of photon mapping, which stays valid when the camera moves.
         photons: Option<Photons>,
         /// Samples of earlier renders.
         traced_before: u64,
@@ -26,16 +26,16 @@ pub enum Tracers {
     /// Tracers on other machines.
     Elsewhere {
         tracers: RemoteTracers,
-        /// Digest of the scene that they are to have.
+        /// Digest of the scene that the tracers must have.
         scene: String,
     },
 }
 
-/// The tracers that the command line names.
+/// Remote tracers from the command line.
 ///
 /// # Errors
 ///
-/// When the token cannot be read.
+/// When the token file cannot be read.
 pub fn addresses(options: &TracerOptions) -> Result<Vec<TracerAddress>> {
     let token = options.token_file.as_deref().map(read_token).transpose()?;
     let address = |address: &String| TracerAddress {
@@ -44,7 +44,7 @@ pub fn addresses(options: &TracerOptions) -> Result<Vec<TracerAddress>> {
         compressed: match options.compress {
             Compression::On => true,
             Compression::Off => false,
-            // A name that cannot be resolved is told when it is connected to.
+            // Names that cannot be resolved are reported when connecting.
             Compression::Auto => {
                 address.to_socket_addrs().is_ok_and(|mut found| found.any(|found| !is_loopback(found.ip())))
             }
@@ -54,20 +54,20 @@ pub fn addresses(options: &TracerOptions) -> Result<Vec<TracerAddress>> {
 }
 
 impl Tracers {
-    /// Starts threads, with a lower priority than the window; they sleep until the first render.
+    /// Starts threads at a lower priority than the window's; they sleep until the first render.
     pub fn here(threads: usize) -> Result<(Self, Lanes)> {
         let (server, lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
         server.set_cost_map(true);
         Ok((Tracers::Here { server, photons: None, traced_before: 0 }, lanes))
     }
 
-    /// Begins to connect to tracers of a scene with this digest.
+    /// Begins to connect to remote tracers of a scene with this digest.
     pub fn elsewhere(addresses: Vec<TracerAddress>, scene: String) -> Result<(Self, Lanes)> {
         let (tracers, lanes) = RemoteTracers::start(addresses).into_diagnostic()?;
         Ok((Tracers::Elsewhere { tracers, scene }, lanes))
     }
 
-    /// The threads of this process, for their times.
+    /// The local server, for its timings.
     pub fn server(&self) -> Option<&Server> {
         match self {
             Tracers::Here { server, .. } => Some(server),
@@ -75,7 +75,7 @@ impl Tracers {
         }
     }
 
-    /// Another scene is traced from the next render on. Elsewhere it must have this digest.
+    /// Replaces the scene from the next render on. Remote tracers must have the scene with this digest.
     pub fn replace_scene(&mut self, digest: Option<String>) {
         match self {
             Tracers::Here { photons, .. } => *photons = None,
@@ -83,7 +83,7 @@ impl Tracers {
         }
     }
 
-    /// Traces this from now on. `edits` are camera and values as the user has changed them, for those who have the scene from its file.
+    /// Begins a render. `edits`: changes of camera and parameters, for remote tracers, which load the scene from its file.
     pub fn render(&mut self, run: &RunSpec, order: RenderOrder, edits: Edits) -> Result<()> {
         match self {
             Tracers::Here { server, photons, traced_before } => {
@@ -107,14 +107,14 @@ impl Tracers {
         }
     }
 
-    /// Traces a region of a picture on this machine. The photons of the whole picture stay as they are.
+    /// Renders a region on local threads. The photon map of the whole picture is kept.
     pub fn render_region(&mut self, run: &RunSpec, order: RenderOrder) -> Result<()> {
         let Tracers::Here { server, traced_before, .. } = self else { return Ok(()) };
         *traced_before += server.stats().total().samples;
         method::start(server, run, order, &mut None).map(drop)
     }
 
-    /// Stops tracing; what has been sent remains valid.
+    /// Stops tracing; samples already sent remain valid.
     pub fn abort(&self) {
         match self {
             Tracers::Here { server, .. } => server.abort(),
@@ -122,7 +122,7 @@ impl Tracers {
         }
     }
 
-    /// The oldest event that has not been read.
+    /// The oldest unread event.
     pub fn event(&self) -> Option<Event> {
         match self {
             Tracers::Here { server, .. } => server.event(),
@@ -130,7 +130,7 @@ impl Tracers {
         }
     }
 
-    /// Samples since the start.
+    /// Samples traced since the start.
     pub fn traced(&self) -> u64 {
         match self {
             Tracers::Here { server, traced_before, .. } => traced_before + server.stats().total().samples,
@@ -138,7 +138,7 @@ impl Tracers {
         }
     }
 
-    /// What the present render has rejected.
+    /// Rejected values of the present render.
     pub fn rejections(&self) -> Rejections {
         match self {
             Tracers::Here { server, .. } => server.stats().total().rejections,
@@ -146,7 +146,7 @@ impl Tracers {
         }
     }
 
-    /// Number of tracing threads, as far as it is known.
+    /// Number of tracing threads, as far as known.
     pub fn threads(&self) -> usize {
         match self {
             Tracers::Here { server, .. } => server.threads(),
@@ -154,12 +154,12 @@ impl Tracers {
         }
     }
 
-    /// The cost of the present render's paths by region of the picture; `None` where others know it.
+    /// Cost map of the present render's paths; `None` for remote tracers.
     pub fn cost_map(&self) -> Option<CostMap> {
         self.server().map(Server::cost_map)
     }
 
-    /// How the tracers on other machines are.
+    /// Status of the remote tracers.
     pub fn status(&self) -> Vec<TracerStatus> {
         match self {
             Tracers::Here { .. } => Vec::new(),

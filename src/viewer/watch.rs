@@ -7,22 +7,22 @@ use std::time::{Duration, Instant};
 
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 
-/// A burst of changes is over when there was none for this long.
+/// A burst of changes has ended if no change followed for this long.
 const QUIET: Duration = Duration::from_millis(200);
 
-/// Hears of changes of files. Their folders are watched, because an editor may write a new file and give it the old name.
+/// Watches files for changes. It watches their directories, because an editor may write a new file and rename it to the old name.
 pub struct FileWatch {
-    /// `None` where the system cannot watch, which is told once.
+    /// `None` if the system does not support watching, which is reported once.
     watcher: Option<RecommendedWatcher>,
     events: Receiver<notify::Result<Event>>,
     files: BTreeSet<PathBuf>,
     folders: BTreeSet<PathBuf>,
-    /// The last change that nobody has heard of yet.
+    /// Time of the last change that has not been reported.
     last: Option<Instant>,
 }
 
 impl FileWatch {
-    /// A watch of nothing; the message says why where this system cannot watch.
+    /// A watch of no files, and a message if this system does not support watching.
     pub fn new() -> (Self, Option<String>) {
         let (send, events) = channel();
         let watcher = notify::recommended_watcher(send);
@@ -31,10 +31,10 @@ impl FileWatch {
         (Self { watcher: watcher.ok(), events, files, folders, last: None }, problem)
     }
 
-    /// Watches these files instead of those before; returns what cannot be watched.
+    /// Replaces the watched files; returns a message about those that cannot be watched.
     pub fn follow(&mut self, files: Vec<PathBuf>) -> Option<String> {
         let watcher = self.watcher.as_mut()?;
-        // A link is followed, and watched itself.
+        // For a symbolic link, both the link and its target are watched.
         let names = |file: &PathBuf| [named(file), file.canonicalize().ok()];
         self.files = files.iter().flat_map(names).flatten().collect();
         let folders: BTreeSet<PathBuf> =
@@ -52,12 +52,12 @@ impl FileWatch {
         problem
     }
 
-    /// The files that are watched, under all of their names.
+    /// The watched files, under all of their names.
     pub fn files(&self) -> impl Iterator<Item = PathBuf> {
         self.files.iter().cloned()
     }
 
-    /// True once after one of the files has changed and come to rest.
+    /// True once after a file has changed and no further change followed.
     pub fn has_changed(&mut self, now: Instant) -> bool {
         while let Ok(event) = self.events.try_recv() {
             let Ok(event) = event else { continue };
@@ -69,7 +69,7 @@ impl FileWatch {
     }
 }
 
-/// The file under its own name in the real folder.
+/// Path of the file with its directory canonicalised and its own name unresolved.
 fn named(file: &Path) -> Option<PathBuf> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Some(folder.canonicalize().ok()?.join(file.file_name()?))
@@ -79,7 +79,7 @@ fn named(file: &Path) -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    /// Waits for a change, `patience` at most.
+    /// Waits for a change, at most `patience`.
     fn changes(watch: &mut FileWatch, patience: Duration) -> bool {
         let start = Instant::now();
         while start.elapsed() < patience {

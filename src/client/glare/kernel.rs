@@ -9,7 +9,7 @@ use crate::image::Grid;
 /// Largest angle that the picture's width may fill, degrees: it is seen in a plane.
 pub const MAX_VIEW_ANGLE: f32 = 170.0;
 
-/// The light that a pixel scatters to every other one, for pictures of one extent.
+/// Point-spread function between pixels, for pictures of one size.
 ///
 /// Offsets reach over the whole picture both ways. The kernel is even in both directions, so one quadrant is kept.
 pub struct GlareKernel {
@@ -19,7 +19,7 @@ pub struct GlareKernel {
     /// `g`: 1 / the part of a pixel's light that stays in the picture; left upper quarter, the others are its mirror
     /// images.
     pub gain: Grid<[f32; 3]>,
-    /// Whether the channels differ.
+    /// Whether the channels differ (the halo is coloured).
     pub chromatic: bool,
 }
 
@@ -49,19 +49,19 @@ impl GlareKernel {
         Some(Self { quadrant, gain, chromatic: profile.is_chromatic() })
     }
 
-    /// Width and height of the pictures it is for, in pixels.
+    /// Size of the pictures that the kernel is for, in pixels.
     pub fn extent(&self) -> [usize; 2] {
         [self.quadrant.width(), self.quadrant.height()]
     }
 
-    /// `g` at a pixel.
+    /// Gain `g` at a pixel.
     pub fn gain_at(&self, x: usize, y: usize) -> [f32; 3] {
         let [width, height] = self.extent();
         self.gain.at(x.min(width - 1 - x), y.min(height - 1 - y))
     }
 }
 
-/// Integrates the profile over the pixels of a picture.
+/// Integrates the point-spread function over the pixels of a picture.
 struct PixelIntegrator<'a> {
     profile: &'a GlareProfile,
     /// Tangent of the angle that a pixel spans at the centre.
@@ -90,12 +90,12 @@ impl PixelIntegrator<'_> {
         }
     }
 
-    /// Into how many parts a pixel at this distance is divided along each side; 0 where its middle tells enough.
+    /// Subdivisions of a pixel at this distance along each side; 0 if its centre suffices.
     fn parts(&self, r: f64) -> usize {
         let tan = r * self.tangent;
         let degrees = tan.atan().to_degrees();
         let pixel = self.tangent.to_degrees() / (1.0 + tan * tan).sqrt();
-        // The power laws: parts must be small beside the distance.
+        // For the power laws, subdivisions must be small relative to the distance.
         let mut n = if r < 48.0 { (12.0 / r).ceil() } else { 0.0 };
         let nearest = degrees - 0.75 * pixel;
         if nearest < 0.1 {
@@ -111,18 +111,18 @@ impl PixelIntegrator<'_> {
         n as usize
     }
 
-    /// Light that stays in its own pixel: in polar coordinates, because the spike may be far narrower than a pixel.
+    /// Light that stays in the source pixel. In polar coordinates, because the central spike may be far narrower than a pixel.
     fn center(&self) -> [f64; 3] {
         const SECTORS: usize = 64;
         let ring = |r: f64| self.density(r).map(|v| v * r);
-        // Up to the circle within the pixel, in steps that grow with the distance: r = s (eᵘ − 1).
+        // Up to the inscribed circle, in steps that grow with the distance: r = s (eᵘ − 1).
         let s = 0.005f64.to_radians() / self.tangent;
         let top = (0.5 / s).ln_1p();
         let mut inside = integrate([0.0, top], 512, |u| {
             let grown = u.exp();
             ring(s * (grown - 1.0)).map(|v| v * s * grown)
         });
-        // On to the side of the pixel, at angles that grow from 0 to 45°.
+        // From the circle to the pixel's edge, at angles from 0 to 45°.
         let mut sum = [0.0; 3];
         let (mut last, half) = (0.5, std::f64::consts::FRAC_PI_4 / (2 * SECTORS) as f64);
         for sector in 0..SECTORS {
@@ -155,7 +155,7 @@ fn prefix_sums(quadrant: &Grid<[f32; 3]>) -> Option<Grid<[f32; 3]>> {
     Some(sums)
 }
 
-/// `g` of the left upper quarter, the middle row and column included.
+/// Gain `g` of the left upper quarter, including the middle row and column.
 fn gains(sums: &Grid<[f32; 3]>, whole: [f32; 3]) -> Option<Grid<[f32; 3]>> {
     let (width, height) = (sums.width(), sums.height());
     let mut gain = Grid::try_filled(width.div_ceil(2), height.div_ceil(2), [0.0f32; 3])?;

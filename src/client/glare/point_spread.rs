@@ -79,7 +79,7 @@ impl GlareProfile {
         !self.halo.is_empty()
     }
 
-    /// Angles between which the halo matters, degrees; nothing matters beyond.
+    /// Range of angles in which the halo contributes, degrees.
     pub fn halo_range(&self) -> Option<[f64; 2]> {
         self.is_chromatic()
             .then_some([HALO_RADIUS * 380.0 / HALO_NM - 0.7, HALO_RADIUS * 780.0 / HALO_NM + 0.7])
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn components_and_mixtures_are_normalised() {
         let whole = |f: &dyn Fn(f64) -> f64| {
-            // Steps that grow with the angle: dense where the spike is.
+            // Steps that grow with the angle, dense at the central spike.
             let steps = 200_000;
             let top = (90.0f64 / 0.001 + 1.0).ln();
             let at = |i: f64| 0.001 * ((top * i / steps as f64).exp() - 1.0);

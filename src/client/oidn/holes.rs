@@ -1,7 +1,7 @@
-//! Pixels without a sample get one that was made near by, of the same surface.
+//! Fills pixels without samples with the mean of a nearby pixel of the same surface.
 //!
-//! The network tells noise from detail by how it differs from pixel to pixel. Means over neighbours would be smooth between the noisy pixels
-//! and pass for detail, and so would copies of the nearest sample; copies from random places are as noisy as samples of their own.
+//! The network distinguishes noise from detail by pixel-to-pixel variation. Averages over neighbours would be smooth among noisy pixels and
+//! look like detail, as would copies of the nearest sample; copies from random places are as noisy as real samples.
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -9,20 +9,20 @@ use rayon::prelude::*;
 use crate::image::{Grid, push_pull};
 use crate::math::random::Random;
 
-/// Samples to choose from, about.
+/// Approximate number of candidate samples.
 const CHOICE: f32 = 30.0;
-/// The largest distance of a choice along each axis, pixels.
+/// Largest distance of a candidate along each axis, pixels.
 const REACH: f32 = 16.0;
-/// Places that are tried.
+/// Number of candidate positions tried.
 const TRIES: usize = 64;
-/// Squared differences of albedo and normal up to which two pixels show the same surface.
+/// Squared differences of albedo and normal below which two pixels count as the same surface.
 const ALIKE: [f32; 2] = [0.01, 0.1];
 
 /// Albedo and normal of every pixel.
 pub type OidnFeatures<'a> = [&'a [[f32; 3]]; 2];
 
-/// The means of `sums`, values with their weight; where that is 0, of a pixel near by that shows the same surface, and where none is found, the
-/// mean around. Zero where nothing is known at all; `None` without memory.
+/// The means of `sums` (values with their weight). Where the weight is 0: the mean of a nearby pixel of the same surface or, if there is
+/// none, of the surroundings; zero if those are empty too. `None` if memory runs out.
 pub(super) fn fill(sums: &Grid<Vec4>, features: OidnFeatures<'_>) -> Option<Grid<Vec3>> {
     let seen = sums.pixels().par_iter().filter(|sum| sum.w > 0.0).count();
     let around = if seen < sums.pixels().len() {
@@ -45,7 +45,7 @@ pub(super) fn fill(sums: &Grid<Vec4>, features: OidnFeatures<'_>) -> Option<Grid
     Some(filled)
 }
 
-/// A pixel with samples within `reach` that shows the same surface.
+/// A pixel with samples within `reach` on the same surface.
 fn neighbour(
     sums: &Grid<Vec4>,
     features: OidnFeatures<'_>,

@@ -14,7 +14,7 @@ use libloading::Library;
 
 use super::OidnError;
 
-/// The environment variable with the path of the library; where it is set nothing else is tried.
+/// Environment variable with the path of the library; if set, no other place is tried.
 pub const VARIABLE: &str = "OIDN_LIBRARY";
 
 /// The names by which the system's loader is asked for the library.
@@ -72,22 +72,22 @@ pub struct OidnLibrary {
     set_filter_int: SetInt,
     commit_filter: OfHandle,
     execute_filter: OfHandle,
-    /// Its threads outlive what they work for: it is never unloaded.
+    /// Never unloaded, because its threads outlive the filters.
     _library: ManuallyDrop<Library>,
 }
 
 static LIBRARY: LazyLock<Result<OidnLibrary, OidnError>> = LazyLock::new(find);
 
-/// The library. It is looked for once, on the first call, which takes a few milliseconds.
+/// The library, searched for on the first call, which takes a few milliseconds.
 ///
 /// # Errors
 ///
-/// When there is none that can be used.
+/// If no usable library is found.
 pub fn library() -> Result<&'static OidnLibrary, OidnError> {
     LIBRARY.as_ref().map_err(Clone::clone)
 }
 
-/// Loads the file that the environment names, or else what the system's loader finds.
+/// Loads the file named by the environment variable, or else the library found by the system's loader.
 fn find() -> Result<OidnLibrary, OidnError> {
     if let Some(path) = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()) {
         let place = || format!("{VARIABLE}={}", path.display());
@@ -104,7 +104,7 @@ fn find() -> Result<OidnLibrary, OidnError> {
 }
 
 impl OidnLibrary {
-    /// Loads a file, or what the system's loader finds by this name; says why it cannot be used.
+    /// Loads a library by path or by name; on failure says why it is unusable.
     fn load(file: &OsStr) -> Result<Self, String> {
         // SAFETY: the file is the one that the user names or installed as Open Image Denoise, whose initialisers have no conditions.
         let library = unsafe { Library::new(file) }.map_err(|error| error.to_string())?;
@@ -163,7 +163,7 @@ impl OidnLibrary {
         Ok(library)
     }
 
-    /// Its file; where the system does not tell, the name by which it was found.
+    /// Path of the library; if the system does not report it, the name by which it was found.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -173,7 +173,7 @@ impl OidnLibrary {
         self.version
     }
 
-    /// The first error since the last call, and its message. `device` is open, or null for errors without a device.
+    /// The first error since the last call, with its message. `device` is open, or null for errors without a device.
     fn error(&self, device: Handle) -> Option<(c_int, String)> {
         let mut message = std::ptr::null();
         // SAFETY: null and open devices are allowed, and `message` is there to be written to.
@@ -190,7 +190,7 @@ impl OidnLibrary {
     }
 }
 
-/// The file in the process's memory that has the name of the library.
+/// Path of the mapped file with the library's name.
 fn place_in_memory() -> Option<String> {
     let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
     let path =
@@ -209,11 +209,11 @@ pub struct OidnDevice {
 }
 
 impl OidnDevice {
-    /// Opens a device that works on this many threads and binds none of them to a core.
+    /// Opens a device with this many threads and without core affinity.
     ///
     /// # Errors
     ///
-    /// When there is no library, or the processor cannot run it.
+    /// When there is no library, or the CPU does not support it.
     pub fn open(threads: usize) -> Result<Rc<Self>, OidnError> {
         let library = library()?;
         // SAFETY: the call has no precondition; null is an error.
@@ -248,7 +248,7 @@ impl Drop for OidnDevice {
     }
 }
 
-/// What the library says of an error.
+/// Converts an error of the library.
 fn failed(error: Option<(c_int, String)>) -> OidnError {
     match error {
         Some((OUT_OF_MEMORY, _)) => OidnError::Memory,
@@ -256,21 +256,21 @@ fn failed(error: Option<(c_int, String)>) -> OidnError {
     }
 }
 
-/// The parameters of a filter, by their names in the library.
+/// Parameters of a filter, by their names in the library.
 pub struct FilterParameters<'a> {
-    /// Images; the first one is filtered in place.
+    /// Names of the images; the first one is filtered in place.
     pub images: &'a [&'static CStr],
-    /// What is true.
+    /// Boolean parameters to set to true.
     pub flags: &'a [&'static CStr],
-    /// A number.
+    /// Value of the parameter `quality`, if supported.
     pub quality: Option<i32>,
 }
 
-/// A filter of kind `RT` with images of its own, which it filters any number of times.
+/// A filter of type `RT` with its own images, for repeated use.
 pub struct RtFilter {
     device: Rc<OidnDevice>,
     handle: NonNull<c_void>,
-    /// Each was a box; the library reads and writes them while it executes.
+    /// Leaked boxes; the library reads and writes them in `execute`.
     images: Vec<NonNull<[[f32; 3]]>>,
 }
 

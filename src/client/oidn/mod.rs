@@ -1,11 +1,11 @@
 //! Noise filter for the display: Intel's Open Image Denoise, where its library is installed.
 //!
-//! It is a neural network for RGB pictures with albedo and normals beside them, and stays outside of this program: [`library`] looks for it
-//! when it is asked for, and nothing depends on it. What it is given is the mean of both halves before the film's filter, because it expects
-//! noise that is independent from pixel to pixel; pixels without a sample get one from near by ([`input`]). Features are filtered
-//! by a network of their own first, each alone, so that this one may trust them.
+//! OIDN is a neural network for RGB pictures with albedo and normals. It is not part of this program: [`library`] searches for it when
+//! requested, and nothing depends on it. Its input is the mean of both halves before the film's filter, because it expects noise that is
+//! independent between pixels; pixels without samples are filled from nearby ([`input`]). Features are first filtered by networks of their
+//! own, each alone, so that this one may treat them as noise-free.
 //!
-//! Its result is no estimate with an error that anybody states, and it does not converge to the picture without noise.
+//! Its result has no error estimate, and does not converge to the picture without noise.
 
 mod holes;
 mod library;
@@ -25,14 +25,14 @@ use crate::image::Grid;
 /// An error of Open Image Denoise.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum OidnError {
-    /// The system's loader does not find it.
+    /// The system's loader does not find the library.
     #[error("Open Image Denoise is not installed: none of {} can be loaded ({reason})", NAMES.join(", "))]
     Missing {
-        /// Why the first of them cannot be loaded.
+        /// Why the first candidate cannot be loaded.
         reason: String,
     },
 
-    /// The file that the environment names cannot be used.
+    /// The file named by the environment variable is unusable.
     #[error("Open Image Denoise cannot be loaded from {place}: {reason}")]
     Unusable {
         /// Variable and value.
@@ -50,17 +50,17 @@ pub enum OidnError {
     Failed(String),
 }
 
-/// How to get the library.
+/// Installation hint.
 pub const HOW_TO_GET: &str = "it comes with `pip install pyoidn`: set OIDN_LIBRARY to …/site-packages/pyoidn/oidn/lib/libOpenImageDenoise.so.2; \
     or unpack a release from openimagedenoise.org and set OIDN_LIBRARY to its lib/libOpenImageDenoise.so.2. Debian has no package (12 and 13)";
 
-/// Time against quality.
+/// Trade-off between time and quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OidnQuality {
     /// The best network.
     High,
-    /// The smaller network of versions since 2.2, in about half the time. Features are filtered from the second picture on, so that the first
-    /// one comes sooner.
+    /// The smaller network of versions since 2.2, in about half the time. Features are filtered from the second picture on, so that the
+    /// first one comes sooner.
     Balanced,
 }
 
@@ -75,7 +75,7 @@ impl OidnQuality {
     }
 }
 
-/// The filter for pictures of one size with the same features; device and network are kept from picture to picture.
+/// Filter for pictures of one size with the same features; device and network are reused between pictures.
 pub struct OidnFilter {
     size: [usize; 2],
     device: Rc<OidnDevice>,
@@ -84,27 +84,27 @@ pub struct OidnFilter {
     features: FeatureState,
 }
 
-/// Whether the features are as they were traced, or filtered.
+/// Whether the features are still unfiltered.
 #[derive(PartialEq)]
 enum FeatureState {
-    /// To be filtered before the next picture but one.
+    /// Unfiltered, and to be filtered after the next picture.
     New,
-    /// To be filtered before the next picture.
+    /// Unfiltered, and to be filtered before the next picture.
     Used,
     Filtered,
 }
 
-/// Places of the images of [`OidnFilter::picture`].
+/// Indices of the images of [`OidnFilter::picture`].
 const COLOR: usize = 0;
 const ALBEDO: usize = 1;
 const NORMAL: usize = 2;
 
 impl OidnFilter {
-    /// A filter for pictures of `size` pixels with the features of both halves. It works on `threads` threads.
+    /// A filter for pictures of `size` pixels with the features of both halves, on `threads` threads.
     ///
     /// # Errors
     ///
-    /// When there is no library, or no memory.
+    /// When there is no library, or memory runs out.
     pub fn new(
         size: [usize; 2],
         features: [&Grid<PixelFeatures>; 2],
@@ -131,7 +131,7 @@ impl OidnFilter {
         Ok(Self { size, device, quality: parameter, picture, features })
     }
 
-    /// Filters the features, each alone, when it is time.
+    /// Filters the features, each alone, when due.
     fn prefilter(&mut self) -> Result<(), OidnError> {
         if self.features == FeatureState::Used {
             for (image, name) in [(ALBEDO, c"albedo"), (NORMAL, c"normal")] {
@@ -153,7 +153,7 @@ impl OidnFilter {
     ///
     /// # Errors
     ///
-    /// When the library fails or there is no memory.
+    /// When the library fails or memory runs out.
     pub fn filtered(&mut self, halves: [&HalfPicture; 2]) -> Result<Filtered, OidnError> {
         let [width, height] = self.size;
         self.prefilter()?;
@@ -175,8 +175,8 @@ impl OidnFilter {
     }
 }
 
-/// The picture that the network is given, linear Rec.709 without negative values: the mean of all samples of both halves, XYZ, and where a
-/// pixel has none that of one near by with the same features. `None` without memory.
+/// Input of the network, linear Rec.709 without negative values: the mean of all samples of both halves (XYZ); pixels without samples are
+/// filled from a nearby one with the same features. `None` if memory runs out.
 pub fn input(halves: [&HalfPicture; 2], features: OidnFeatures<'_>) -> Option<Grid<Vec3>> {
     let from_xyz = Profile::srgb().from_xyz;
     let mut sums = Grid::try_filled(halves[0].width(), halves[0].height(), Vec4::ZERO)?;
@@ -191,7 +191,7 @@ pub fn input(halves: [&HalfPicture; 2], features: OidnFeatures<'_>) -> Option<Gr
     Some(picture)
 }
 
-/// An image for the library.
+/// A black image for the library.
 fn black([width, height]: [usize; 2]) -> Result<Grid<[f32; 3]>, OidnError> {
     Grid::try_filled(width, height, [0.0; 3]).ok_or(OidnError::Memory)
 }

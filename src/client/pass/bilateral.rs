@@ -17,11 +17,11 @@ pub struct BilateralPass {
     errors: ShaderVariants,
     /// Constants: whether the stream is summed, and the stage.
     stages: ShaderVariants,
-    /// Camera and light, made when they are filtered first.
+    /// Images of camera and light stream, created on first use.
     images: [Option<BilateralImages>; 2],
 }
 
-/// Sums and squared errors, each twice: a stage reads one and writes the other.
+/// Sums and squared errors, double-buffered: each stage reads one pair and writes the other.
 struct BilateralImages {
     sums: [Image; 2],
     errors: [Image; 2],
@@ -38,7 +38,7 @@ impl BilateralImages {
     }
 }
 
-/// Index of the image that the last stage writes.
+/// Index of the pair that the last stage writes.
 const RESULT: usize = STAGES as usize % 2;
 
 impl BilateralPass {
@@ -92,7 +92,7 @@ impl BilateralPass {
         Ok(())
     }
 
-    /// The filtered sums of the camera's or the light's stream, ready to be sampled.
+    /// Filtered sums of a stream, ready to be sampled.
     pub fn filtered(&self, summed: bool) -> Option<&Image> {
         self.images[usize::from(summed)].as_ref().map(|images| &images.sums[RESULT])
     }

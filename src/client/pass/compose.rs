@@ -1,4 +1,4 @@
-//! Composes the picture of several: regions that have samples of their own, and a mix of groups of lights.
+//! Composes a picture from layers: regions with additional samples, or a mix of light groups.
 
 use std::sync::Arc;
 
@@ -10,22 +10,22 @@ use crate::gpu::{
     Access, Attachment, Blend, Cmd, Gpu, GpuError, Image, LoadOp, Region, TexelFormat, Texture,
 };
 
-/// A picture that is part of another one.
+/// A layer of a composed picture.
 pub struct PictureLayer<'a> {
     /// Scene-linear XYZ, at the internal resolution of the whole picture.
     pub xyz: &'a mut Image,
-    /// Its first pixel there: a multiple of the internal resolution.
+    /// First pixel of the layer in the picture, a multiple of the internal resolution.
     pub origin: [u32; 2],
-    /// Its XYZ are multiplied by this.
+    /// Matrix applied to its XYZ.
     pub matrix: Mat3,
-    /// Rectangles of the picture, and the layer's part of what is shown there, from 0 to 1, beside what is there already. They begin and end
-    /// at multiples of the internal resolution, or at the edge of the picture. Of a sum every layer has 1 everywhere.
+    /// Rectangles of the picture with the layer's weight there, 0 to 1, relative to what is drawn already. They begin and end at multiples
+    /// of the internal resolution, or at the edge of the picture. In a sum every layer has weight 1 everywhere.
     pub shares: Vec<(Region, f32)>,
 }
 
 /// Draws layers into a picture before glare and tone curve.
 ///
-/// Reads: the layer. Writes: the rectangle of the picture that it covers.
+/// Reads: the layer. Writes: the rectangle of the picture it covers.
 pub struct ComposePass {
     over: ShaderVariants,
     add: ShaderVariants,
@@ -42,7 +42,7 @@ impl ComposePass {
         Self { over: pass(Blend::Over), add: pass(Blend::Add) }
     }
 
-    /// Draws the mean of what is there and of the layer, each with its share, into `target` of this internal resolution.
+    /// Blends the layer into `target`, of this internal resolution, by its weights.
     pub fn mean(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -53,7 +53,7 @@ impl ComposePass {
         draw(&mut self.over, cmd, layer, detail, target, LoadOp::Keep)
     }
 
-    /// Draws the sum of the layers into `target`, of which nothing else is left.
+    /// Writes the sum of the layers to `target`, replacing its contents.
     pub fn sum(
         &mut self,
         cmd: &mut Cmd<'_>,

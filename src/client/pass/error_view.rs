@@ -24,8 +24,7 @@ impl ErrorViewPass {
         }
     }
 
-    /// Draws the error of a stream; `summed` for the light stream. `push` is as the reconstruction gets it, but for the
-    /// levels of detail.
+    /// Draws the error of a stream; `summed` for the light stream. `push` is that of the reconstruction, except for the levels of detail.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,

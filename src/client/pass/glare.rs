@@ -15,7 +15,7 @@ use crate::gpu::{
 /// Largest number of stages of a transform.
 const STAGES: usize = 8;
 
-/// Adds the light that the observer's eye scatters. Nothing is made before the first [`record`](Self::record).
+/// Adds the light scattered in the observer's eye. Nothing is allocated before the first [`record`](Self::record).
 ///
 /// Reads and writes: the picture. Three passes: rows to frequencies, columns times kernel, rows back; one workgroup
 /// transforms one line in shared memory. Cost depends on the picture's extent alone.
@@ -35,7 +35,7 @@ struct GlareConvolution {
     shaders: Arc<GlareShaders>,
 }
 
-/// The shaders for transforms of these lengths.
+/// Shaders for transforms of these lengths.
 struct GlareShaders {
     halves: [usize; 2],
     rows: ComputePipeline,
@@ -47,12 +47,12 @@ struct GlareShaders {
 struct GlareTables {
     extent: [u32; 2],
     axes: [FourierAxis; 2],
-    /// Twiddle factors and places of the frequencies, of either axis.
+    /// Twiddle factors and frequency order, per axis.
     lines: [Buffer; 2],
     gain: Buffer,
-    /// Spectrum of each channel's kernel; a single one where they are equal.
+    /// Spectrum of each channel's kernel; a single one if they are equal.
     kernels: Vec<Buffer>,
-    /// Frequencies of each channel's rows.
+    /// Row frequencies of each channel.
     work: [Buffer; 3],
 }
 
@@ -62,14 +62,14 @@ impl GlarePass {
         Self { gpu: gpu.clone(), convolution: None, under_way: None }
     }
 
-    /// Adds glare to the picture, in place; `picture` was made by [`Image::storage`]. The convolution is made when the
-    /// picture's extent or `glare` changes, at once or in the background as `policy` says; until it is ready the picture
-    /// gets the glare of before, or none where its extent is another.
+    /// Adds glare to the picture, in place; `picture` was created by [`Image::storage`]. When its extent or `glare` changes, the
+    /// convolution is set up anew, at once or in the background according to `policy`. Until it is ready the picture gets the previous
+    /// glare, or none if the extent has changed.
     ///
     /// # Errors
     ///
-    /// [`ClientError::Memory`] and [`ClientError::Gpu`], among them [`GpuError::TooLarge`] where a line does not fit
-    /// into the memory that a workgroup shares, or a channel into a buffer.
+    /// [`ClientError::Memory`] and [`ClientError::Gpu`], including [`GpuError::TooLarge`] if a line exceeds the shared memory of a
+    /// workgroup, or a channel exceeds a buffer.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -85,17 +85,17 @@ impl GlarePass {
         Ok(())
     }
 
-    /// Whether a convolution is being made in the background.
+    /// Whether a convolution is being set up in the background.
     pub fn is_under_way(&self) -> bool {
         self.under_way.is_some()
     }
 
-    /// Whether a convolution that was made in the background is ready to be used.
+    /// Whether a convolution set up in the background is ready.
     pub fn is_ready(&self) -> bool {
         self.under_way.as_ref().is_some_and(|(_, task)| task.is_ready())
     }
 
-    /// Makes the convolution for `key`, or starts to make it.
+    /// Sets up the convolution for `key`, at once or in the background.
     fn make(&mut self, key: GlareKey, policy: BackgroundPolicy) -> Result<(), ClientError> {
         let block = policy == BackgroundPolicy::Block;
         let ready = |task: &BackgroundTask<_>| block || task.is_ready();
@@ -109,7 +109,7 @@ impl GlarePass {
             self.convolution = Some(GlareConvolution::new(&self.gpu, key, self.shaders())?);
             self.under_way = None;
         } else if self.under_way.as_ref().is_none_or(|(_, task)| task.is_ready()) {
-            // One at a time: while a slider moves, its intermediate values are skipped.
+            // One at a time: while a slider is dragged, intermediate values are skipped.
             let (device, shaders) = (self.gpu.clone(), self.shaders());
             match BackgroundTask::start(move || GlareConvolution::new(&device, key, shaders)) {
                 Some(task) => self.under_way = Some((key, task)),
@@ -125,7 +125,7 @@ impl GlarePass {
 }
 
 impl GlareConvolution {
-    /// `old` shaders are used again where the lengths are the same.
+    /// Reuses the shaders of `old` if the lengths are the same.
     fn new(gpu: &Arc<Gpu>, key: GlareKey, old: Option<Arc<GlareShaders>>) -> Result<Self, ClientError> {
         let tables = GlareTables::new(gpu, key.0, &key.1)?;
         let halves = [tables.axes[0].half, tables.axes[1].half];
@@ -222,8 +222,8 @@ impl GlareTables {
     }
 }
 
-/// The finest internal resolution, one of [`DETAILS`], at which this device can compute the glare of a picture of this extent; 1
-/// where it cannot at any. The workgroups of many devices share 32 KiB, the transform of a line of 4,096 texels.
+/// The finest internal resolution, one of [`DETAILS`], at which this device can compute the glare of a picture of this extent; 1 if it can
+/// at none. Many devices have 32 KiB of shared memory per workgroup, enough for a line of 4,096 texels.
 pub fn glare_detail(gpu: &Gpu, extent: [u32; 2]) -> u32 {
     static TOLD: Once = Once::new();
     let of = |detail: u32| extent.map(|n| FourierAxis::new(n.div_ceil(detail) as usize));
@@ -241,7 +241,7 @@ pub fn glare_detail(gpu: &Gpu, extent: [u32; 2]) -> u32 {
     detail
 }
 
-/// Whether a workgroup can transform a line of these lengths, and a buffer holds the frequencies of a channel.
+/// Whether shared memory suffices to transform a line, and a buffer for the frequencies of a channel.
 fn fits(gpu: &Gpu, axes: &[FourierAxis; 2]) -> bool {
     let most = gpu.shared_bytes() / size_of::<[f32; 2]>();
     let transforms = axes.iter().all(|axis| axis.half <= most && axis.radices.len() <= STAGES);
@@ -253,7 +253,7 @@ fn work_bytes([across, down]: &[FourierAxis; 2]) -> usize {
     (across.half + 1) * down.pixels.next_multiple_of(2) * size_of::<[f32; 2]>()
 }
 
-/// Twiddle factors, then the place of every frequency, as `include/fourier.glsl` reads them.
+/// Twiddle factors, followed by the position of every frequency, as `include/fourier.glsl` reads them.
 fn line_table(gpu: &Arc<Gpu>, axis: &FourierAxis) -> Result<Buffer, GpuError> {
     let mut data = axis.twiddles();
     let mut places = vec![[0.0f32; 2]; axis.half];

@@ -13,9 +13,9 @@
 //! | picture: XYZ and encoded | 16 + 4, or 8 for scRGB | with the first repaint |
 //! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so; the atlas on lavapipe only |
 //!
-//! Where the processor makes the sums, the device has no second floats and no batch. A film below
-//! 190² texels has several copies of the batch ([`FilmSpec::batch_slots`]). The window keeps the variance: its samples would be
-//! gone when someone asks for it. Glare has tables of its own and one complex number per channel and frequency.
+//! If the CPU computes the sums, the device has neither the second floats nor a batch. A film below 190² texels has several copies of the
+//! batch ([`FilmSpec::batch_slots`]). The window always accumulates the variance: it could not be computed later, because the samples are
+//! gone by then. Glare has tables of its own and one complex number per channel and frequency.
 
 use std::sync::Arc;
 
@@ -25,16 +25,16 @@ use crate::gpu::{
     Access, Attachment, Cmd, ComputePipeline, Gpu, GpuError, Image, StorageBinding, TexelFormat,
 };
 
-/// Sums of two floats per value, or of one, which [folds](crate::client::pass::fold) change in place.
+/// Sums of one or two floats per value, which [fold](crate::client::pass::fold) updates in place.
 pub struct AccumulatorImages {
     /// Rounded sums, with mip levels.
     sums: Image,
-    /// The rests that rounding left out; `None` for sums of one float, and where the sums are only copied to the device.
+    /// Rounding remainders (second floats); `None` for sums of one float, and if the sums are only copied to the device.
     rests: Option<Image>,
 }
 
 impl AccumulatorImages {
-    /// Images of this format; `rests` where sums have two floats.
+    /// Creates images of this format; with `rests` for sums of two floats.
     fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -49,8 +49,8 @@ impl AccumulatorImages {
         })
     }
 
-    /// Runs a compute shader for every texel that adds `batch` to the sums, and writes the `means` where they are wanted. The shader's
-    /// bindings are sums, rests, batch and means; one that is not read holds the sums.
+    /// Runs a compute shader for every texel that adds `batch` to the sums and, if present, writes the `means`. Bindings: sums, rests,
+    /// batch, means; a binding that the shader does not read holds the sums.
     pub fn fold(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -59,7 +59,7 @@ impl AccumulatorImages {
         batch: &mut Image,
         means: Option<&mut Image>,
     ) {
-        /// Texels of a workgroup: `local_size` of the shaders.
+        /// Workgroup size in texels: `local_size` of the shaders.
         const GROUP: [u32; 2] = [16, 8];
         let Self { sums, rests } = self;
         cmd.access_levels(sums, 0..1, Access::Storage);
@@ -81,45 +81,45 @@ impl AccumulatorImages {
         cmd.dispatch(pipeline, push, &bindings, [width.div_ceil(GROUP[0]), height.div_ceil(GROUP[1])]);
     }
 
-    /// The sums, rounded, and their mip levels.
+    /// Rounded sums, and their mip levels.
     pub fn sums(&self) -> &Image {
         &self.sums
     }
 
-    /// The same, to be drawn into or copied from.
+    /// Mutable [`sums`](Self::sums).
     pub fn sums_mut(&mut self) -> &mut Image {
         &mut self.sums
     }
 }
 
-/// The number of mip levels that are up to date.
+/// Number of valid mip levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MipState {
-    /// Levels of the colour, level 0 included, that hold averages of the current sums.
+    /// Valid levels of the colour, including level 0.
     pub color: u32,
-    /// Levels of the variance.
+    /// Valid levels of the variance.
     pub variance: u32,
 }
 
-/// The images of one stream, made when its first sample arrives.
+/// Images of one stream, created when its first sample arrives.
 pub struct StreamImages {
     /// Sums of X, Y, Z and W.
     pub color: AccumulatorImages,
-    /// Sums of squared deviations of luminance, if they are kept.
+    /// Sums of squared deviations of luminance, if accumulated.
     pub variance: Option<AccumulatorImages>,
-    /// Mip levels that are up to date.
+    /// Valid mip levels.
     pub mips: MipState,
-    /// All levels of the colour side by side; made when noise is masked first.
+    /// Atlas with all colour levels, created when noise masking first needs it.
     atlas: Option<Image>,
-    /// The atlas holds the current sums.
+    /// Whether the atlas holds the current sums.
     atlas_done: bool,
-    /// The sums hold nothing yet, not even zeros.
+    /// Whether the contents of the sums are undefined.
     undefined: bool,
 }
 
 impl StreamImages {
-    /// Images for this film; `name` is the stream's. `folded` is false where the device only gets copies of the sums, which need no
-    /// second float.
+    /// Images of the stream `name` for this film. `folded` is false if the device only receives copies of the sums, which need no second
+    /// floats.
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec, folded: bool) -> Result<Self, GpuError> {
         let extent = spec.padded_extent();
         let sums = |what: &str, format, rests| {
@@ -136,20 +136,20 @@ impl StreamImages {
         })
     }
 
-    /// Forgets the sums; the images stay.
+    /// Discards the sums; the images stay.
     pub fn forget(&mut self) {
         self.undefined = true;
         self.mips = MipState::default();
         self.atlas_done = false;
     }
 
-    /// Notes that the sums have changed: mip levels and atlas are out of date.
+    /// Invalidates mip levels and atlas after the sums have changed.
     pub fn changed(&mut self) {
         self.mips = MipState { color: 1, variance: 1 };
         self.atlas_done = false;
     }
 
-    /// Copies all levels of the colour into the atlas, unless that was done since the last change.
+    /// Copies all colour levels into the atlas, unless it is up to date.
     pub fn fill_atlas(&mut self, gpu: &Arc<Gpu>, cmd: &mut Cmd<'_>) -> Result<(), GpuError> {
         let sums = self.color.sums_mut();
         let full = sums.extent(0);
@@ -172,22 +172,22 @@ impl StreamImages {
         self.atlas.as_ref()
     }
 
-    /// The rounded sums of the variance; where there is none, or it is not read, those of the colour fill its binding.
+    /// Rounded sums of the variance; without variance those of the colour, as a placeholder for its binding.
     pub fn variance_sums(&self) -> &Image {
         self.variance.as_ref().unwrap_or(&self.color).sums()
     }
 
-    /// False until the sums were written for the first time, and after [`forget`](Self::forget).
+    /// Whether the sums have been written since they were created or [forgotten](Self::forget).
     pub fn is_defined(&self) -> bool {
         !self.undefined
     }
 
-    /// Notes that the sums were written as a whole.
+    /// Records that the sums were overwritten completely.
     pub fn written(&mut self) {
         self.undefined = false;
     }
 
-    /// Clears the sums to zero where they were never written or were forgotten.
+    /// Clears the sums to zero if they are undefined.
     pub fn define(&mut self, cmd: &mut Cmd<'_>) {
         if !std::mem::take(&mut self.undefined) {
             return;
@@ -205,8 +205,8 @@ impl StreamImages {
     }
 }
 
-/// Left top texel of a level in the atlas: level 0 at the left, the others below each other at its right. The same as
-/// `atlas_level` in `glsl/include/gather.glsl`.
+/// First texel of a level in the atlas: level 0 at the left, the others stacked at its right. Same as `atlas_level` in
+/// `glsl/include/gather.glsl`.
 fn atlas_origin(full: [u32; 2], level: u32) -> [u32; 2] {
     let high = full[1].next_power_of_two();
     if level == 0 { [0, 0] } else { [full[0], high - (high >> (level - 1)) + level] }
@@ -218,15 +218,15 @@ pub fn atlas_extent(full: [u32; 2], levels: u32) -> [u32; 2] {
     [full[0] + (full[0] / 2).max(1), full[1].max(last + 1)]
 }
 
-/// The images of one batch; both streams use them in turn.
+/// Images of one batch, used by both streams in turn.
 pub struct BatchImages {
     /// `Σ f [x, y, z, w]`.
     pub color: Image,
-    /// The images of the variance, if it is kept.
+    /// Images of the variance, if accumulated.
     pub deviations: Option<Deviations>,
 }
 
-/// The images of a batch's variance.
+/// Images of the variance of a batch.
 pub struct Deviations {
     /// `Σ f (Y − m₀)(Y − m₁)`.
     pub variance: Image,
@@ -235,7 +235,7 @@ pub struct Deviations {
 }
 
 impl BatchImages {
-    /// Images of this film's padded extent, those that are drawn into with all slots below each other.
+    /// Images of this film's padded extent; render targets have all batch slots stacked vertically.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let [width, height] = spec.padded_extent();
         let make = |name, format, height| Image::storage(gpu, name, format, [width, height]);
@@ -251,14 +251,14 @@ impl BatchImages {
     }
 }
 
-/// The images that a repaint writes.
+/// Images written by a repaint.
 pub struct PictureImages {
     extent: [u32; 2],
-    /// Scene-linear XYZ for each of [`DETAILS`], made when it is asked for first.
+    /// Scene-linear XYZ for each of [`DETAILS`], created on first use.
     xyz: [Option<Image>; DETAILS.len()],
-    /// Encoded R, G, B of full size, made when it is asked for first.
+    /// Encoded R, G, B at full size, created on first use.
     encoded: Option<Image>,
-    /// Which of [`DETAILS`] was asked for last.
+    /// Index in [`DETAILS`] of the last request.
     last: usize,
 }
 
@@ -268,24 +268,24 @@ impl PictureImages {
         Self { extent, xyz: [const { None }; DETAILS.len()], encoded: None, last: 0 }
     }
 
-    /// The encoded picture that was asked for last.
+    /// The encoded picture of the last request.
     pub fn painted(&mut self) -> Option<&mut Image> {
         self.encoded.as_mut()
     }
 
-    /// What was drawn last: scene-linear XYZ, picture pixels per texel of it and axis, and the encoded picture.
+    /// Images of the last repaint: scene-linear XYZ, picture pixels per texel of it and axis, and the encoded picture.
     pub fn shown(&mut self) -> Option<(&mut Image, u32, &mut Image)> {
         Some((self.xyz[self.last].as_mut()?, DETAILS[self.last], self.encoded.as_mut()?))
     }
 
-    /// Whether [`get`](Self::get) would make nothing for these effects.
+    /// Whether [`get`](Self::get) would create no image for these effects.
     pub fn holds(&self, effects: &Effects) -> bool {
         let format = effects.encoded_format();
         let xyz = DETAILS.into_iter().zip(&self.xyz).any(|(d, xyz)| d == effects.detail && xyz.is_some());
         xyz && self.encoded.as_ref().is_some_and(|image| image.format() == format)
     }
 
-    /// Scene-linear XYZ and the encoded picture for these effects; an encoded picture of another format is retired.
+    /// Scene-linear XYZ and encoded picture for these effects. An encoded picture of another format is retired.
     pub fn get(&mut self, gpu: &Arc<Gpu>, effects: &Effects) -> Result<(&mut Image, &mut Image), GpuError> {
         let at = DETAILS.iter().position(|d| *d == effects.detail).unwrap_or(0);
         self.last = at;
@@ -294,7 +294,7 @@ impl PictureImages {
             Some(image) => image,
             empty => {
                 let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
-                // Glare and reconstruction write it from compute shaders.
+                // Storage image, since glare and reconstruction write it from compute shaders.
                 empty.insert(Image::storage(gpu, "picture XYZ", TexelFormat::Rgba32F, coarse)?)
             }
         };

@@ -7,11 +7,11 @@ use crate::client::pass::images::{AccumulatorImages, StreamImages};
 use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, LoadOp, TexelFormat, Texture};
 
-/// Builds mip levels of a stream's sums, with the variance where noise is masked.
+/// Builds mip levels of a stream's sums, and of its variance if noise is masked.
 ///
 /// Reads and writes: the levels of `stream.color`, and of `stream.variance` if asked for.
 pub struct MipsPass {
-    /// Constants: number of inputs of an output along both axes, and whether there is a variance.
+    /// Constants: number of inputs per output along both axes, and whether there is a variance.
     pipelines: ShaderVariants,
 }
 
@@ -24,9 +24,9 @@ impl MipsPass {
         }
     }
 
-    /// Makes levels `0 .. levels` of the colour readable, and of the variance too if `variance`, which must then be kept.
+    /// Makes levels `0 .. levels` of the colour readable, and of the variance if `variance`, which the film must then accumulate.
     ///
-    /// Levels that are up to date are not built again; level 0 must hold the sums.
+    /// Levels that are up to date are not rebuilt; level 0 must hold the sums.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -50,7 +50,7 @@ impl MipsPass {
             }
             let attachment = |image| Attachment { image, level, load: LoadOp::Discard };
             let attachments: Vec<_> = images.iter().map(|image| attachment(&**image)).collect();
-            // Without variance its binding repeats the colour: every binding must hold an image.
+            // Without variance its binding repeats the colour, because every binding must be bound to an image.
             let textures = [0, images.len() - 1].map(|i| Texture::level(&*images[i], level - 1));
             let push = DownsamplePush { source: source.map(|n| n as i32) };
             cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &attachments);

@@ -58,25 +58,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::client::background::BackgroundTask;
 use crate::gpu::{Blend, Gpu, GpuError, GraphicsDesc, Pipeline, TexelFormat, Topology, VertexLayout};
 
-/// Whether a repaint goes without a pipeline that is not compiled yet, while another thread compiles it. At first it waits. All passes
-/// of a repaint share it.
+/// Whether a repaint is skipped while a pipeline is compiled on another thread, or blocks until it is compiled (the default). Shared by all
+/// passes of a repaint.
 #[derive(Clone, Debug, Default)]
 pub struct CompilePolicy(Arc<AtomicBool>);
 
 impl CompilePolicy {
-    /// Decides it for what is recorded from now on.
+    /// Sets the policy for everything recorded from now on.
     pub fn set_aside(&self, aside: bool) {
         self.0.store(aside, Ordering::Relaxed);
     }
 
-    /// Whether another thread is to compile.
+    /// Whether pipelines are compiled on another thread.
     pub fn is_aside(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// The pipelines of one shader: one for each set of specialization constants, made on first use; on another thread where the
-/// [`CompilePolicy`] says so.
+/// Pipelines of one shader, one per set of specialization constants, compiled on first use; on another thread if the [`CompilePolicy`] says
+/// so.
 pub struct Variants<P> {
     gpu: Arc<Gpu>,
     shader: &'static str,
@@ -84,7 +84,7 @@ pub struct Variants<P> {
     made: Vec<(Vec<u32>, Variant<P>)>,
 }
 
-/// A pipeline, or the thread that compiles it.
+/// A pipeline, or the thread compiling it.
 enum Variant<P> {
     Ready(P),
     UnderWay(BackgroundTask<Result<P, GpuError>>),
@@ -96,11 +96,11 @@ impl<P: Send + 'static> Variants<P> {
         Self { gpu: gpu.clone(), shader, policy: policy.clone(), made: Vec::new() }
     }
 
-    /// The pipeline with these constants, which `compile` makes.
+    /// The pipeline with these constants, created by `compile`.
     ///
     /// # Errors
     ///
-    /// Those of `compile`, and [`GpuError::Compiling`] while another thread runs it.
+    /// Those of `compile`, and [`GpuError::Compiling`] while another thread is compiling.
     pub fn get(
         &mut self,
         constants: &[u32],
@@ -120,7 +120,7 @@ impl<P: Send + 'static> Variants<P> {
             }
         };
         if matches!(&self.made[at].1, Variant::UnderWay(task) if waits || task.is_ready()) {
-            // After an error it is forgotten, and the next call tries again.
+            // After an error the variant is removed, so that the next call retries.
             let (_, variant) = self.made.swap_remove(at);
             let made = match variant {
                 Variant::UnderWay(task) => task.wait().unwrap_or_else(compile)?,
@@ -134,7 +134,7 @@ impl<P: Send + 'static> Variants<P> {
         }
     }
 
-    /// A new variant, which is compiled at once where the caller `waits` or the system gives no thread.
+    /// A new variant, compiled at once if the caller `waits` or no thread can be started.
     fn start(
         &self,
         compile: impl FnOnce() -> Result<P, GpuError> + Clone + Send + 'static,
@@ -154,7 +154,7 @@ impl<P: Send + 'static> Variants<P> {
     }
 }
 
-/// The pipelines of a fragment shader that runs once for every texel of its attachments.
+/// Pipelines of a fragment shader that runs once per texel of its attachments.
 pub struct ShaderVariants {
     variants: Variants<Pipeline>,
     push_bytes: usize,
@@ -163,25 +163,25 @@ pub struct ShaderVariants {
 }
 
 impl ShaderVariants {
-    /// Variants of this shader, with `push_bytes` of push constants and this number of textures. The caller waits until they are
-    /// compiled.
+    /// Variants of this shader, with `push_bytes` of push constants and this number of textures. By default the caller blocks until they
+    /// are compiled.
     pub fn new(gpu: &Arc<Gpu>, frag: &'static str, push_bytes: usize, textures: u32) -> Self {
         let variants = Variants::new(gpu, frag, &CompilePolicy::default());
         Self { variants, push_bytes, textures, blend: Blend::Replace }
     }
 
-    /// The same, whose texels are combined with what is there.
+    /// As `self`, blended with the contents of the attachments.
     pub fn blended(self, blend: Blend) -> Self {
         Self { blend, ..self }
     }
 
-    /// The same, compiled as this policy says.
+    /// As `self`, compiled according to this policy.
     pub fn compiled(mut self, policy: &CompilePolicy) -> Self {
         self.variants.policy = policy.clone();
         self
     }
 
-    /// The pipeline with these constants, which draws into attachments of these formats.
+    /// The pipeline with these constants for attachments of these formats.
     ///
     /// # Errors
     ///
@@ -196,7 +196,7 @@ impl ShaderVariants {
     }
 }
 
-/// A pipeline whose fragment shader runs once for every texel of its attachments, each of which is blended in its own way.
+/// A pipeline whose fragment shader runs once per texel of its attachments, each with its own blend mode.
 fn blended(
     gpu: &Arc<Gpu>,
     frag: (&str, &[u32]),

@@ -18,7 +18,7 @@ const TEXTURES: u32 = 8;
 /// Pixels of a workgroup of `reconstruct.comp` along each axis.
 const GROUP: u32 = 16;
 
-/// The part of the kernel that is compiled in for one stream; see `reconstruct.frag`.
+/// Part of the kernel compiled in for one stream; see `reconstruct.frag`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum KernelExtent {
     Absent = 0,
@@ -27,21 +27,20 @@ enum KernelExtent {
     TwoLevels = 3,
 }
 
-/// One stream as the pass reads it.
+/// Inputs of one stream.
 pub struct StreamInput<'a> {
-    /// Its sums, with the levels that [`levels_needed`] names.
+    /// Sums, with the mip levels named by [`levels_needed`].
     pub images: &'a StreamImages,
-    /// Its level of detail.
+    /// Level of detail of the stream.
     pub lod: StreamLod,
-    /// Its sums with the noise filtered, which are shown texel by texel; `None` where it was not filtered.
+    /// Bilaterally filtered sums, displayed texel by texel; `None` if not filtered.
     pub filtered: Option<&'a Image>,
 }
 
-/// Blurs both streams and writes scene-linear XYZ, in a fragment shader or, where the device
-/// [prefers](Gpu::prefers_compute) it and the levels are the same for the whole picture, in a compute shader, whose workgroups load a
-/// texel once for all their pixels.
+/// Blurs both streams and writes scene-linear XYZ. Uses a fragment shader or, if the device [prefers](Gpu::prefers_compute) it and the
+/// levels are uniform over the picture, a compute shader whose workgroups load each texel once into shared memory.
 ///
-/// Reads: all levels of `color` (and `variance` where noise is masked) of the streams that have samples.
+/// Reads: all levels of `color` (and of `variance` if noise is masked) of the streams with samples.
 /// Writes: `picture.xyz`.
 pub struct ReconstructPass {
     gpu: Arc<Gpu>,
@@ -59,9 +58,9 @@ impl ReconstructPass {
         Self { gpu: gpu.clone(), pipelines: pipelines.compiled(policy), tiled }
     }
 
-    /// Draws the picture from the camera's and the light's stream, of which at least one must be there.
+    /// Draws the picture from camera and light stream, at least one of which must be present.
     ///
-    /// `push.lod` and `push.variance_lod` are filled in here.
+    /// Fills in `push.lod` and `push.variance_lod`.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -82,7 +81,7 @@ impl ReconstructPass {
                 (push.lod[i], push.variance_lod[i]) = (stream.lod.base, stream.lod.variance);
             }
         }
-        // A binding that is not read holds an image that is: every binding must hold one.
+        // Every binding must be bound to an image, so bindings that the shader does not read repeat one that it does.
         let Some(any) = streams.iter().flatten().next() else {
             return Ok(());
         };
@@ -113,8 +112,8 @@ impl ReconstructPass {
     }
 }
 
-/// The textures of one stream: all levels of colour and variance, and the two levels around its level of detail (where noise is
-/// masked twice the atlas, or all levels).
+/// Textures of one stream: all levels of colour and variance, and the two levels around its level of detail (with noise masking, twice the
+/// atlas or all levels instead).
 fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
     let color = stream.images.color.sums();
     let all = Texture::all_levels(color);
@@ -127,7 +126,7 @@ fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
         return [all, variance, levels, levels];
     }
     let [near, far] = levels_around(stream);
-    // The variance is not read: its binding repeats the colour.
+    // The shader does not read the variance; its binding repeats the colour.
     [all, all, Texture::level(color, near), Texture::level(color, far)]
 }
 
@@ -137,9 +136,9 @@ fn levels_around(stream: &StreamInput<'_>) -> [u32; 2] {
     [near, (near + 1).min(stream.images.color.sums().levels() - 1)]
 }
 
-/// Whether the tiles of `reconstruct.comp` hold what the pixels of a workgroup read of this stream, `texels` of level 0 apart in a
-/// picture of this extent: from the first of them to the last less than `GROUP` texels of the first level, and half of that of the
-/// second. It is so where pixels are not larger than texels of the first level; a quarter of a texel is left for rounding.
+/// Whether the shared-memory tiles of `reconstruct.comp` hold all texels that the pixels of a workgroup read of this stream, in a picture
+/// of this extent with `texels` of level 0 per pixel: they span less than `GROUP` texels of the first level, and half of that of the
+/// second. This holds if pixels are not larger than texels of the first level; a quarter of a texel is reserved for rounding.
 fn fits_tiles(stream: &StreamInput<'_>, texels: [f32; 2], extent: [u32; 2]) -> bool {
     let color = stream.images.color.sums();
     levels_around(stream).into_iter().zip([GROUP, GROUP / 2]).all(|(level, most)| {
@@ -151,7 +150,7 @@ fn fits_tiles(stream: &StreamInput<'_>, texels: [f32; 2], extent: [u32; 2]) -> b
     })
 }
 
-/// Number of mip levels, level 0 included, that will be read of a stream.
+/// Number of mip levels of a stream that will be read, including level 0.
 pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u32 {
     let all = lod.max_level as u32 + 1;
     match kind {
@@ -162,7 +161,7 @@ pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u3
     }
 }
 
-/// The part of the kernel to compile in for one stream.
+/// Part of the kernel to compile in for one stream.
 fn kernel_extent(kind: Reconstruction, masking: bool, stream: Option<&StreamInput<'_>>) -> KernelExtent {
     match stream {
         None => KernelExtent::Absent,

@@ -1,4 +1,4 @@
-//! One repaint: mips, reconstruction, tone map, and the way back to the host.
+//! One repaint: mips, reconstruction, tone mapping, and readback.
 
 use std::sync::Arc;
 
@@ -27,9 +27,9 @@ use crate::image::Grid;
 /// Camera and light, each with its level of detail; `None` without samples.
 type Streams<'a> = [Option<(&'a mut StreamImages, StreamLod)>; 2];
 
-/// The sums that a repaint shows.
+/// Sums displayed by a repaint.
 pub struct FilmSums<'a> {
-    /// Their extent, which may be less than the picture's, and their filter.
+    /// Their extent, which may be smaller than the picture's, and their filter.
     pub spec: FilmSpec,
     /// Camera and light.
     pub streams: Streams<'a>,
@@ -39,7 +39,7 @@ pub struct FilmSums<'a> {
     pub inverse_scale: f32,
 }
 
-/// The passes from sums to picture and the images that they draw into; made with the first repaint.
+/// The passes from sums to picture and their images, created with the first repaint.
 pub struct Repaint {
     gpu: Arc<Gpu>,
     spec: FilmSpec,
@@ -51,18 +51,18 @@ pub struct Repaint {
     glare: GlarePass,
     tonemap: TonemapPass,
     picture: PictureImages,
-    /// Whether a repaint waits for tables that take long to make.
+    /// Whether a repaint blocks on tables that take long to compute.
     pub policy: BackgroundPolicy,
-    /// Whether the last repaint was to show glare.
+    /// Whether glare was on in the last repaint.
     shows_glare: bool,
     compiling: CompilePolicy,
-    /// Whether there was a repaint, and whether the last one waits for a pipeline.
+    /// Whether there was a repaint, and whether the last one was skipped for a pipeline being compiled.
     drawn: bool,
     gave_up: bool,
 }
 
 impl Repaint {
-    /// Makes passes for this film; images are made when they are drawn into first.
+    /// Creates the passes for this film; images are allocated on first use.
     pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Self {
         let compiling = CompilePolicy::default();
         Self {
@@ -101,7 +101,7 @@ impl Repaint {
         })
     }
 
-    /// Records regions, glare and encoding of this picture, scene-linear XYZ of the film's size, instead of that of the sums.
+    /// Records regions, glare and encoding of this picture (scene-linear XYZ, the film's size) instead of the reconstructed sums.
     pub fn paint_filtered(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -116,7 +116,7 @@ impl Repaint {
         })
     }
 
-    /// Records glare and encoding of the sum of these layers, of the same internal resolution.
+    /// Records glare and encoding of the sum of these layers, all at the same internal resolution.
     pub fn paint_sum(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -135,7 +135,7 @@ impl Repaint {
         })
     }
 
-    /// The encoded picture after `draw` has recorded it; the one of before while a pipeline is compiled on another thread.
+    /// The encoded picture after `draw` has recorded it; the previous one while a pipeline is compiled on another thread.
     fn attempt(
         &mut self,
         effects: &Effects,
@@ -153,12 +153,12 @@ impl Repaint {
         Ok(self.picture.get(&self.gpu, effects)?.1)
     }
 
-    /// Whether the last repaint left the picture of before, because a pipeline is still being compiled.
+    /// Whether the last repaint left the previous picture in place because a pipeline is being compiled.
     pub fn has_given_up(&self) -> bool {
         self.gave_up
     }
 
-    /// Records everything up to the picture before glare and tone curve, scene-linear XYZ.
+    /// Records everything up to the scene-linear picture (XYZ) before glare and tone curve.
     pub fn linear(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -172,7 +172,7 @@ impl Repaint {
         Ok(self.picture.get(&self.gpu, &effects)?.0)
     }
 
-    /// As [`linear`](Self::linear), with this picture instead of that of the sums.
+    /// As [`linear`](Self::linear), with this picture instead of the reconstructed sums.
     pub fn linear_filtered(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -185,7 +185,7 @@ impl Repaint {
         Ok(self.picture.get(&self.gpu, &effects)?.0)
     }
 
-    /// Records the copy of a filtered picture.
+    /// Records the upload of a denoised picture.
     fn upload(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -199,7 +199,7 @@ impl Repaint {
         Ok(())
     }
 
-    /// Draws the regions into the picture and encodes it, through glare where that is wanted.
+    /// Composes the regions into the picture, adds glare if enabled, and encodes it.
     fn finish(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -216,7 +216,7 @@ impl Repaint {
         Ok(self.tonemap.record(cmd, effects, settings, xyz, encoded)?)
     }
 
-    /// Records the glare of the picture, where it is wanted.
+    /// Records the glare of the picture, if enabled.
     fn scatter(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -231,18 +231,18 @@ impl Repaint {
         Ok(())
     }
 
-    /// Whether something is being made in the background for the next repaint.
+    /// Whether anything for the next repaint is being computed in the background.
     pub fn awaits_background(&self) -> bool {
         self.shows_glare && self.glare.is_under_way()
     }
 
-    /// Whether something that was made in the background is ready.
+    /// Whether anything computed in the background is ready.
     pub fn is_background_ready(&self) -> bool {
         self.shows_glare && self.glare.is_ready()
     }
 
-    /// The effects of a repaint at this internal resolution. Its pipelines are compiled on another thread where the caller does not
-    /// wait and there is a picture to be shown meanwhile.
+    /// Effects of a repaint at this internal resolution. Pipelines are compiled on another thread if the caller does not block and there is
+    /// a picture to show meanwhile.
     fn effects(&self, settings: &Settings, detail: u32) -> Effects {
         let in_time = if self.policy == BackgroundPolicy::BackgroundCoarse { 2 } else { 1 };
         let possible =
@@ -258,7 +258,7 @@ impl Repaint {
         self.picture.painted()
     }
 
-    /// What the last repaint shows within a rectangle; `None` before the first. Waits for the GPU.
+    /// Displayed texels of the last repaint within a rectangle; `None` before the first. Waits for the GPU.
     ///
     /// # Errors
     ///
@@ -282,12 +282,12 @@ impl Repaint {
         Ok(Some(ShownTexels { xyz, displayed }))
     }
 
-    /// The encoded picture in 8 bits, whatever the window shows.
+    /// The encoded picture in 8 bits, whatever the format of the window.
     ///
     /// # Errors
     ///
-    /// [`ClientError::Gpu`] when there is no memory or the device was lost, [`ClientError::NoVariance`] when the settings need
-    /// what the film does not keep.
+    /// [`ClientError::Gpu`] if memory runs out or the device is lost, [`ClientError::NoVariance`] if the settings need a variance that the
+    /// film does not accumulate.
     pub fn display(
         &mut self,
         sums: FilmSums<'_>,
@@ -344,12 +344,12 @@ impl Repaint {
         if variance && self.spec.variance.is_none() {
             return Err(ClientError::NoVariance);
         }
-        // Texels of the sums for each pixel that is drawn.
+        // Texels of the sums per drawn pixel.
         let texels = |picture: u32, sums: u32| effects.detail as f32 * (sums as f32 / picture as f32);
         let texels = [texels(self.spec.width, sums.spec.width), texels(self.spec.height, sums.spec.height)];
         for (images, lod) in sums.streams.iter_mut().flatten() {
             *lod = lod.coarsened(texels[0].min(texels[1]).round() as u32);
-            // Sums that were never written, because the batch that made the images could not be drawn.
+            // The sums may be undefined, if the batch that created the images could not be drawn.
             images.define(cmd);
             let levels = levels_needed(kind, variance, lod);
             self.mips.record(cmd, images, levels, variance)?;
@@ -366,7 +366,7 @@ impl Repaint {
             DisplayView::LightVariance => sums.streams[1].as_ref(),
         };
         let Some(max_level) = shown.map(|(_, lod)| lod.max_level) else {
-            // Black without samples.
+            // Without samples the picture is black.
             clear(cmd, target);
             return Ok(());
         };
@@ -410,18 +410,18 @@ impl Repaint {
     }
 }
 
-/// Makes a picture black.
+/// Clears a picture to black.
 fn clear(cmd: &mut Cmd<'_>, target: &mut Image) {
     cmd.access(target, Access::ColorWrite);
     cmd.rendering(&[Attachment::cleared(target)], |_| ());
 }
 
-/// The whole picture at this internal resolution.
+/// The whole picture, in texels of this internal resolution.
 fn region(spec: &FilmSpec, detail: u32) -> Region {
     Region { origin: [0, 0], extent: [spec.width, spec.height].map(|n| n.div_ceil(detail)) }
 }
 
-/// Means over squares of `detail` pixels, as texels of an image.
+/// Averages over squares of `detail` pixels, as texels of an image.
 fn coarse_texels(picture: &Grid<Vec3>, detail: usize) -> Vec<[f32; 4]> {
     let (width, height) = (picture.width(), picture.height());
     let texel = |x: usize, y: usize| {
@@ -434,16 +434,16 @@ fn coarse_texels(picture: &Grid<Vec3>, detail: usize) -> Vec<[f32; 4]> {
     (0..height).step_by(detail).flat_map(row).collect()
 }
 
-/// A rectangle of the picture that is shown, in rows from the top.
+/// A rectangle of the displayed picture, row-major from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShownTexels {
     /// Scene-linear X, Y, Z before the tone curve.
     pub xyz: Vec<[f32; 3]>,
-    /// What the display shows: R, G, B encoded as in 8 bits, 1 being the white of a diffuse surface, which an HDR display exceeds.
+    /// Displayed R, G, B, encoded as in 8 bits; 1 is diffuse white, which HDR displays exceed.
     pub displayed: Vec<[f32; 3]>,
 }
 
-/// The colours of an encoded picture.
+/// Decodes the texels of an encoded picture.
 fn decoded(format: TexelFormat, bytes: &[u8]) -> Vec<[f32; 3]> {
     let encoded = |nits: f32| (nits.max(0.0) / pq::DIFFUSE_WHITE).powf(1.0 / 2.2);
     let texel = |bytes: &[u8]| match format {
@@ -461,7 +461,7 @@ fn decoded(format: TexelFormat, bytes: &[u8]) -> Vec<[f32; 3]> {
     bytes.chunks_exact(format.bytes()).map(texel).collect()
 }
 
-/// The numbers that the GPU has written.
+/// Reinterprets bytes written by the GPU as floats.
 pub fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect()
 }

@@ -14,7 +14,7 @@ use crate::gpu::{
 pub struct Sprites<'a> {
     /// The batch.
     pub vertices: &'a VertexBatch,
-    /// 0 for the camera, 1 for light.
+    /// 0 for the camera stream, 1 for the light stream.
     pub stream: usize,
     /// The constants of `splat.vert`.
     pub push: SplatPush,
@@ -26,10 +26,9 @@ impl Sprites<'_> {
         self.draw_parts(cmd, pipeline, textures, target, &[(VertexPart::All, self.push)]);
     }
 
-    /// As [`draw`](Self::draw), for a pipeline whose output is linear in the samples: those of dense cells are drawn as they were
-    /// merged.
+    /// As [`draw`](Self::draw), for a pipeline that is linear in the samples, so that samples of dense cells are drawn merged.
     pub fn draw_merged(&self, cmd: &mut Cmd<'_>, pipeline: &Pipeline, target: &mut Image) {
-        // The positions of merged samples are texels already.
+        // Positions of merged samples are in texels already.
         let merged = SplatPush { picture: [1.0; 2], pad: 0.0, ..self.push };
         let parts = [(VertexPart::Single, self.push), (VertexPart::Merged, merged)];
         self.draw_parts(cmd, pipeline, &[], target, &parts);
@@ -78,7 +77,7 @@ impl SplatPass {
     }
 }
 
-/// The constants that all shaders of sprites begin with: filter and slots.
+/// Constants common to all sprite shaders: filter and slots.
 pub fn sprite_constants(spec: &FilmSpec) -> [u32; 2] {
     [spec.filter.constant(), spec.batch_slots()]
 }
@@ -104,7 +103,7 @@ pub fn sprite_pipeline(
             textures,
             attachments: &[(format, Blend::Add)],
             topology: if quads { Topology::Quads } else { Topology::Points },
-            // uv, and xyz with w.
+            // Attributes: uv, and xyz with w.
             vertex: VertexLayout { stride: STRIDE as u32, attributes: &[(2, 0), (4, 8)] },
         },
     )

@@ -12,13 +12,13 @@ use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, GpuError, Imag
 
 /// Tone curve, matrix, desaturation at constant luminance, transfer, dither and rounding.
 ///
-/// Reads: the reconstructed picture, interpolated where it is coarser; the profile's transfer and the blue-noise mask where
-/// they are wanted. Writes: the encoded picture.
+/// Reads: the reconstructed picture, interpolated if coarser; the profile's transfer table and the blue-noise mask if used. Writes: the
+/// encoded picture.
 pub struct TonemapPass {
     gpu: Arc<Gpu>,
     /// Constants: [`Effects::tonemap_constants`].
     pipelines: ShaderVariants,
-    /// The profile's transfer, and the image that holds it.
+    /// The profile's transfer table, and the image that holds it.
     transfer: Option<(TransferTable, Image)>,
     mask: Option<Image>,
 }
@@ -45,7 +45,7 @@ impl TonemapPass {
         let cmd = &mut cmd.scope("tonemap");
         cmd.access(xyz, Access::Sampled);
         cmd.access(encoded, Access::ColorWrite);
-        // A binding that is not read holds an image that is: every binding must hold one.
+        // Every binding must be bound to an image, so a table that is not read is replaced by the picture.
         let transfer = self.transfer.as_ref().filter(|_| effects.table).map_or(&*xyz, |(_, image)| image);
         let mask = self.mask.as_ref().unwrap_or(&*xyz);
         let textures = [&*xyz, transfer, mask].map(Texture::texels);
@@ -54,7 +54,7 @@ impl TonemapPass {
         Ok(())
     }
 
-    /// Brings the tables that are read to the device, once.
+    /// Uploads the tables that are read, once.
     fn upload(&mut self, cmd: &mut Cmd<'_>, effects: &Effects, settings: &Settings) -> Result<(), GpuError> {
         if let Some(table) = settings.profile.transfer.as_ref().filter(|_| effects.table)
             && self.transfer.as_ref().is_none_or(|(held, _)| held != table)
@@ -73,7 +73,7 @@ impl TonemapPass {
     }
 }
 
-/// An image with these texels, ready to be sampled.
+/// Creates an image with these texels, ready to be sampled.
 fn filled(
     gpu: &Arc<Gpu>,
     cmd: &mut Cmd<'_>,
@@ -87,7 +87,7 @@ fn filled(
     let cmd = &mut cmd.scope("upload");
     cmd.copy_from_buffer(&buffer, &mut image);
     cmd.access(&mut image, Access::Sampled);
-    // The buffer is retired: it lives until the frame has completed.
+    // Dropping the buffer retires it, so it lives until the frame has completed.
     Ok(image)
 }
 

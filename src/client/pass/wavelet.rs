@@ -1,4 +1,4 @@
-//! The noise filter for the display on the device, the passes of [`wavelet`](crate::client::wavelet).
+//! The wavelet noise filter of [`wavelet`](crate::client::wavelet) on the device.
 
 use std::sync::Arc;
 
@@ -15,10 +15,10 @@ use crate::gpu::{
 };
 use crate::image::Grid;
 
-/// The noise filter for pictures of one size with the same features.
+/// Wavelet noise filter for pictures of one size with the same features.
 ///
-/// A picture takes 20 draws, and reads and writes about 1300 bytes of the device's memory per pixel; the images take 220. The halves come
-/// from the host, and the filtered picture goes back to it.
+/// A picture takes 20 draws with about 1300 bytes of device memory traffic per pixel; the images take 220 bytes per pixel. The halves are
+/// uploaded, and the denoised picture is read back.
 pub struct WaveletPass {
     gpu: Arc<Gpu>,
     extent: [u32; 2],
@@ -36,40 +36,41 @@ struct WaveletShaders {
     separate: ShaderVariants,
     smooth: ShaderVariants,
     average: ShaderVariants,
-    /// The second constant is whether it is the first level.
+    /// The second constant selects the first level.
     shrink: ShaderVariants,
     finish: ShaderVariants,
 }
 
-/// What the passes read and write.
+/// Images read and written by the passes.
 struct WaveletImages {
     halves: [Image; 2],
-    /// Sums of both halves: of the present level, and of the next.
+    /// Sums of both halves: at the present level, and at the next.
     sums: [[Image; 2]; 2],
-    /// Bands, and at the end the filtered picture.
+    /// Band, and finally the denoised picture.
     band: Image,
     power: Image,
     means: Image,
-    /// The result so far, and the next.
+    /// The result so far, and the next (double-buffered).
     results: [Image; 2],
     aside: Image,
     finest: Image,
 }
 
-/// What one level is made with.
+/// Parameters of one level.
 #[derive(Clone, Copy)]
 struct WaveletLevel {
     level: usize,
-    /// Pixels of other features are not mixed.
+    /// Whether weights separate pixels of different features.
     features: bool,
 }
 
 impl WaveletPass {
-    /// A filter for pictures with these features, of both halves, in the memory of the `last` view's where that fits; waits for the device.
+    /// A filter for pictures with these features of both halves, reusing the memory of the `last` view's filter if it fits; waits for the
+    /// device.
     ///
     /// # Errors
     ///
-    /// [`ClientError::Memory`] without memory on the host, and [`ClientError::Gpu`].
+    /// [`ClientError::Memory`] if host memory runs out, and [`ClientError::Gpu`].
     pub fn after(
         last: Option<Self>,
         gpu: &Arc<Gpu>,
@@ -129,7 +130,7 @@ impl WaveletPass {
     ///
     /// # Errors
     ///
-    /// [`ClientError::Memory`] without memory on the host, and [`ClientError::Gpu`].
+    /// [`ClientError::Memory`] if host memory runs out, and [`ClientError::Gpu`].
     pub fn filtered(&mut self, halves: [&HalfPicture; 2]) -> Result<Filtered, ClientError> {
         for (buffer, half) in self.upload.iter_mut().zip(halves) {
             buffer.mapped_mut().copy_from_slice(bytemuck::cast_slice(half.pixels()));
@@ -158,7 +159,7 @@ impl WaveletPass {
             cmd.access(half, Access::Sampled);
         }
         images.separate(cmd, *extent, &mut shaders.separate)?;
-        // Across edges of features as well: there the bands of the filter are empty. Only the gain is used of it.
+        // Without feature weights, since across feature edges the bands of the filter are empty. Only the gain is used.
         let alike = WaveletLevel { level: 0, features: false };
         images.record_level(cmd, *extent, shaders, &weights[0], alike)?;
         std::mem::swap(&mut images.results[0], &mut images.finest);
@@ -216,7 +217,7 @@ impl WaveletImages {
         Ok(())
     }
 
-    /// One level, from `sums[0]` to `sums[1]`; `results[0]` is the result so far before and after.
+    /// One level, from `sums[0]` to `sums[1]`; the accumulated result is in `results[0]` before and after.
     fn record_level(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -239,7 +240,7 @@ impl WaveletImages {
         draw(cmd, average, push, &[Texture::texels(power), weights], &mut [means]);
 
         let shrink = shaders.shrink.get(&[features, u32::from(level == 0)], &[TexelFormat::Rgba32F])?;
-        // Not read at the first level, but every binding must hold an image that is ready.
+        // Not read at the first level, but every binding must be bound to an image that is ready.
         let before_or_band = if level == 0 { &*band } else { &*before };
         let [near_a, near_b] = coarser.each_ref().map(Texture::texels);
         let [means, band, before] = [&*means, &*band, before_or_band].map(Texture::texels);
@@ -248,7 +249,7 @@ impl WaveletImages {
         Ok(())
     }
 
-    /// Draws the filtered picture in place of the band. The sums are those of the coarsest level.
+    /// Writes the denoised picture over the band. The sums are those of the coarsest level.
     fn finish(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -268,7 +269,7 @@ fn push(extent: [u32; 2], level: usize) -> WaveletPush {
     WaveletPush { extent: extent.map(|n| n as i32), step: 1 << level, padding: 0 }
 }
 
-/// Draws into images, which may be sampled afterwards.
+/// Draws into images and makes them ready to be sampled.
 fn draw(
     cmd: &mut Cmd<'_>,
     pipeline: &Pipeline,

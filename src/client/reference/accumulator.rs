@@ -18,17 +18,17 @@ use crate::image::Grid;
 
 /// Sums of one stream over the padded film.
 pub struct Accumulator {
-    /// The next batch sets the sums to zero first.
+    /// The next batch initialises the sums to zero.
     cleared: bool,
     width: usize,
     hi: Vec<Vec4>,
     lo: Vec<Vec4>,
-    /// Empty where no variance is kept.
+    /// Empty if no variance is accumulated.
     variance_hi: Vec<f32>,
     variance_lo: Vec<f32>,
 }
 
-/// Buffers that are reused from band to band. Only what a band's sprites touch is defined.
+/// Scratch buffers reused between bands. Only texels touched by a band's sprites are defined.
 #[derive(Default)]
 struct BandScratch {
     runs: Vec<bool>,
@@ -42,7 +42,7 @@ struct BandScratch {
 struct AccumulatorBand<'a> {
     hi: &'a mut [Vec4],
     lo: &'a mut [Vec4],
-    /// Empty where no variance is kept.
+    /// Empty if no variance is accumulated.
     variance_hi: &'a mut [f32],
     variance_lo: &'a mut [f32],
 }
@@ -57,8 +57,8 @@ impl AccumulatorBand<'_> {
 }
 
 impl BandScratch {
-    /// Adds the sprites of a band to its sums. The variance is that of `sprites`. The colour is that of `colors`: the same sprites, but
-    /// those of dense cells merged, which adds nothing to other texels.
+    /// Adds the sprites of a band to its sums: the variance of `sprites`, and the colour of `colors`, which are the same sprites with those
+    /// of dense cells merged; merging touches no further texels.
     fn add(
         &mut self,
         p: VarianceParameters,
@@ -138,7 +138,7 @@ impl Accumulator {
         })
     }
 
-    /// Sums that were read from a film of this specification, with its overscan; their rests are zero.
+    /// Sums read from a film of this specification, including overscan; the remainders are zero.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -149,15 +149,15 @@ impl Accumulator {
         Ok(sums)
     }
 
-    /// The error for images of this film's size that did not fit.
+    /// The error for images of this film's size that do not fit into memory.
     pub fn out_of_memory(what: &'static str, spec: &FilmSpec) -> ClientError {
         let [width, height] = spec.padded_extent().map(u64::from);
         let bytes_per_texel = 2 * (size_of::<Vec4>() + size_of::<f32>()) as u64;
         ClientError::Memory { what, bytes: width * height * bytes_per_texel }
     }
 
-    /// What [exact sums](ExactTexel) come to, with colours in units of `luminance_scale`; runs in the current thread pool. To be read only:
-    /// nothing can be added to it. `None` without memory.
+    /// Read-only rounding of [exact sums](ExactTexel), with colours in units of `luminance_scale`; runs in the current thread pool. Nothing
+    /// can be added to the result. `None` if memory runs out.
     pub fn rounded(sums: &Grid<ExactTexel>, luminance_scale: f32) -> Option<Self> {
         let (width, height) = (sums.width(), sums.height());
         let mut hi = Grid::try_filled(width, height, Vec4::ZERO)?.into_pixels();
@@ -173,7 +173,7 @@ impl Accumulator {
         Some(Self { cleared: false, width, hi, lo: Vec::new(), variance_hi, variance_lo: Vec::new() })
     }
 
-    /// Forgets the sums. The next batch sets them to zero, band by band as it draws: until then they are not to be read.
+    /// Clears the sums lazily: the next batch initialises them band by band, and until then they must not be read.
     pub fn clear(&mut self) {
         self.cleared = true;
     }
@@ -183,7 +183,7 @@ impl Accumulator {
         self.cleared
     }
 
-    /// Adds one batch, for the colour as it is in `colors`; runs in the current thread pool.
+    /// Adds one batch, taking the colour from `colors`; runs in the current thread pool.
     pub fn add_batch(&mut self, p: VarianceParameters, bins: &Bins, colors: &Bins) {
         let (width, texels) = (self.width, self.width * BAND_ROWS);
         let cleared = std::mem::take(&mut self.cleared);
@@ -225,7 +225,7 @@ impl Accumulator {
         &self.hi
     }
 
-    /// The rounded variance sums, row by row of the padded film; empty where none are kept.
+    /// Rounded variance sums, row-major over the padded film; empty if none are accumulated.
     pub fn variance_sums(&self) -> &[f32] {
         &self.variance_hi
     }
@@ -240,7 +240,7 @@ impl Accumulator {
         self.hi.get(y as usize * self.width + x as usize).map(|v| v.to_array())
     }
 
-    /// The same of the variance.
+    /// Rounded variance sums without the outermost `pad` texels on every side, row-major.
     pub fn variance_rows(&self, pad: u32) -> Vec<f32> {
         self.crop(&self.variance_hi, pad).collect()
     }
@@ -273,8 +273,8 @@ mod tests {
     /// Samples of a batch that lie in a few cells.
     const CLUSTER: usize = 90;
 
-    /// Sparse batches, dense ones and some whose samples lie in a few cells, the first of them after a clear, give the bits of passes
-    /// over the whole film. One thread has all bands, so that buffers are reused.
+    /// Sparse batches, dense ones and some with all samples in a few cells, the first of them after a clear, yield the same bits as passes
+    /// over the whole film. One thread processes all bands, so that scratch buffers are reused.
     #[test]
     fn batches_equal_passes_over_the_whole_film() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
@@ -307,7 +307,7 @@ mod tests {
                 let (mut hi, mut lo) = (vec![Vec4::ZERO; width * rows], vec![Vec4::ZERO; width * rows]);
                 let (mut variance_hi, mut variance_lo) = (vec![0.0; width * rows], vec![0.0; width * rows]);
                 for count in counts {
-                    // Beyond the borders as well, or within two texels.
+                    // Positions extend beyond the borders, or lie within two texels.
                     let (size, first) = if count == CLUSTER { (0.01, 0.5) } else { (1.2, -0.1) };
                     let mut sample = |_| Sample {
                         uv: [0, 1].map(|_| random.f32() * size + first),

@@ -23,7 +23,7 @@ const LEAST_ERROR: f32 = 1e-6;
 /// Binomial coefficients: a spline.
 const TAPS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
 
-/// The sums of level 0 with their noise averaged; `None` without memory, or where the stream has no variance.
+/// Sums of level 0 with noise averaged; `None` if memory runs out, or if the stream has no variance.
 pub fn bilateral(p: &ReconstructParameters, stream: &StreamView<'_>) -> Option<Grid<Vec4>> {
     stream.variance?;
     let (width, height) = (stream.color[0].width(), stream.color[0].height());
@@ -54,8 +54,7 @@ pub fn bilateral(p: &ReconstructParameters, stream: &StreamView<'_>) -> Option<G
     Some(sums)
 }
 
-/// Squared standard error of a texel's displayed value, in units of the luminance scale, and the levels of blur that it asks
-/// for.
+/// Squared standard error of a texel's displayed value, in units of the luminance scale, and the additional levels of blur it requires.
 fn error_and_level(p: &ReconstructParameters, stream: &StreamView<'_>, at: [usize; 2]) -> [f32; 2] {
     let extent = p.spec.padded_extent();
     let uv = [0, 1].map(|i| (at[i] as f32 + 0.5) / extent[i] as f32);
@@ -107,11 +106,11 @@ impl BilateralStage<'_> {
                 // Difference in luminance, and in chromaticity at a quarter of the weight.
                 let d2 = d.y * d.y + 0.25 * ((d.x - d.y).powi(2) + (d.z - d.y).powi(2));
                 let mut w = tap_x * tap_y;
-                // An empty texel has no value: it takes from all neighbours and gives nothing.
+                // A texel without samples has no value: it accepts all neighbours, and contributes to none.
                 if self.summed || (here.w > 0.0 && there.w > 0.0) {
                     w *= (-d2 / (TOLERANCE * (error + error_there + LEAST_ERROR))).exp();
                 }
-                // False for NaN: values that overflowed.
+                // False for NaN, which results from overflow.
                 if w > 0.0 {
                     total += there * w;
                     weights += w;
@@ -132,7 +131,7 @@ impl BilateralStage<'_> {
 mod tests {
     use super::*;
 
-    /// One stage over values and squared errors of the X, Y and Z in a 5×5 neighbourhood: what its centre becomes.
+    /// One stage over values and squared errors of X, Y and Z in a 5×5 neighbourhood; returns value and error of its centre.
     fn centre(value: impl Fn(usize) -> f32, error: impl Fn(usize) -> f32) -> (f32, f32) {
         let grid = |at: &dyn Fn(usize) -> [f32; 2]| {
             let mut grid = Grid::try_filled(5, 5, [0.0; 2]).expect("memory");
@@ -161,7 +160,7 @@ mod tests {
         );
     }
 
-    /// A neighbour that differs counts by both errors: beside one that is exact as beside one that is as noisy.
+    /// A neighbour is judged by both errors: noise in either of the two pixels explains a difference.
     #[test]
     fn neighbours_count_by_both_errors() {
         let neighbour = 7;
@@ -176,7 +175,7 @@ mod tests {
         }
     }
 
-    /// Differences that nobody sees pass even among values without error.
+    /// Differences below visibility pass even between values without error.
     #[test]
     fn invisible_differences_pass() {
         let (value, _) = centre(|i| if i == 7 { 1.001 } else { 1.0 }, |_| 0.0);
@@ -185,7 +184,7 @@ mod tests {
         assert!((value - 1.0 - expected).abs() < 2e-7, "{value}: more by {expected} expected");
     }
 
-    /// Where values overflow no neighbour has a weight, and the texel stays as it is.
+    /// If values overflow no neighbour gets a weight, and the texel stays unchanged.
     #[test]
     fn nothing_comes_from_no_neighbours() {
         let (value, error) = centre(|_| f32::INFINITY, |_| 0.5);

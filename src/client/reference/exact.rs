@@ -1,8 +1,8 @@
-//! A film whose sums do not depend on the order of its samples: that of states on disk, of shards and of what is merged of them.
+//! A film whose sums do not depend on the order of samples, used for states on disk, shards and merged pictures.
 //!
-//! Each tap of each sample is rounded by itself, and then added in [fixed point](ExactSum). So the sums of a range of the sample
-//! sequence are those of its parts, whatever the parts and the order in which they are merged. A batch need not be folded, and
-//! neither threads nor bands leave a trace.
+//! Every tap of every sample is rounded individually and then added in [fixed point](ExactSum). Hence the sums over a range of the sample
+//! sequence equal the sum over its parts, whatever the parts and the order of merging. Batches need no fold, and threads and bands do not
+//! affect the result.
 
 use glam::Vec4;
 use rayon::prelude::*;
@@ -22,15 +22,15 @@ use crate::stream::{PathCounts, Sample};
 /// The sums of one texel: X, Y and Z in units of the luminance scale, weights, and squared luminance in units of that scale squared.
 pub type ExactTexel = [ExactSum; 5];
 
-/// A film with exact sums. Pictures of it are those of a [`ReferenceFilm`] with the same sums, rounded.
+/// A film with exact sums. Its pictures equal those of a [`ReferenceFilm`] with the same sums, rounded.
 pub struct ExactFilm {
-    /// Counts, threads, and the display of what the sums are when they are read.
+    /// Counts, threads, and display of the rounded sums.
     film: ReferenceFilm,
     luminance_scale: f32,
     streams: [ExactStream; 2],
 }
 
-/// The batch of one stream, and its sums over the padded film, whose memory is taken with the first sample.
+/// Batch of one stream, and its sums over the padded film, allocated with the first sample.
 #[derive(Default)]
 struct ExactStream {
     batch: Vec<Sample>,
@@ -39,15 +39,15 @@ struct ExactStream {
 }
 
 impl ExactFilm {
-    /// An empty film with `threads` threads of its own; 0 takes one per core. `luminance_scale`, a power of two, is the unit of colours: it
-    /// must not depend on which samples come first, as that of other films does.
+    /// An empty film with its own `threads` threads; 0 for one per core. `luminance_scale`, a power of two, is the unit of colours; unlike
+    /// in other films it must not depend on which samples come first.
     ///
     /// # Errors
     /// Those of [`ReferenceFilm::new`].
     pub fn new(spec: FilmSpec, threads: usize, luminance_scale: f32) -> Result<Self, ClientError> {
         let mut film = ReferenceFilm::new(spec, threads)?;
         film.state.set_scale(luminance_scale);
-        // Its sums in 64 bits have room for no more.
+        // The 64-bit sums have no room for larger batches.
         film.state.take_small_batches();
         Ok(Self { film, luminance_scale, streams: Default::default() })
     }
@@ -62,12 +62,12 @@ impl ExactFilm {
         self.luminance_scale
     }
 
-    /// The sums of the camera stream (0) or of the light stream (1); `None` before its first sample was drawn.
+    /// Sums of the camera stream (0) or the light stream (1); `None` before its first sample.
     pub fn sums(&self, stream: usize) -> Option<&Grid<ExactTexel>> {
         self.streams[stream].sums.as_ref()
     }
 
-    /// The same, to add those of another film to.
+    /// Mutable sums, to which another film's are added.
     ///
     /// # Errors
     /// [`ClientError::Memory`].
@@ -80,7 +80,7 @@ impl ExactFilm {
         self.film.state.add_counts(counts);
     }
 
-    /// Brings the display up to date with the sums.
+    /// Updates the displayed film from the sums.
     fn round(&mut self) -> Result<(), ClientError> {
         self.flush()?;
         let Self { film, luminance_scale, streams } = self;
@@ -110,7 +110,7 @@ impl ExactStream {
         self.sums.as_mut().ok_or(ClientError::Memory { what: "the exact sums of the film", bytes })
     }
 
-    /// Draws the batch in the current thread pool, and forgets it.
+    /// Rasterises the batch in the current thread pool, and empties it.
     fn raster(&mut self, state: &FilmState) -> Result<(), ClientError> {
         if self.batch.is_empty() {
             return Ok(());
@@ -132,22 +132,22 @@ impl ExactStream {
     }
 }
 
-/// Sums of one band over a batch, for samples of ordinary size: X, Y, Z, W and apart the squares, in units of 2^−[`UNIT_BITS`].
+/// Sums of one band over a batch, for samples of ordinary size: X, Y, Z, W and, separately, the squares, in units of 2^−[`UNIT_BITS`].
 #[derive(Default)]
 struct BandSums {
     colors: Vec<[i64; 4]>,
     squares: Vec<i64>,
 }
 
-/// The taps of ordinary samples are rounded to multiples of 2^−36 of the luminance scale, …
+/// Taps of ordinary samples are rounded to multiples of 2^−36 of the luminance scale.
 const UNIT_BITS: u32 = 36;
 
-/// … and none of their values reaches this. So the sum over a chunk of 2^16 samples fits into 64 bits.
+/// Upper bound on the values of ordinary samples, so that the sum over a chunk of 2^16 samples fits into 64 bits.
 const ORDINARY: f32 = 1024.0;
 
 const _: () = assert!(CHUNK_SAMPLES as f64 * ORDINARY as f64 * (1u64 << UNIT_BITS) as f64 <= i64::MAX as f64);
 
-/// Of a number below 2^51: what rounds it to an integer, which the last bits then hold.
+/// Magic number for numbers below 2^51: adding it rounds to an integer, held in the low bits of the mantissa.
 const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// The nearest integer.
@@ -176,7 +176,7 @@ impl BandSums {
         squares.resize(texels.len(), 0);
         let scales = Vec4::new(inverse_scale, inverse_scale, inverse_scale, 1.0);
         draw(spec.filter, band, sprites, |sprite, at, f| {
-            // Infinite, a tap of weight 0 would not be 0.
+            // Clamped, because an infinite value times a tap of weight 0 would be NaN.
             let color = (sprite.value * scales).min(Vec4::splat(f32::MAX));
             let square = ((color.y / color.w) * (color.y / color.w)).min(f32::MAX);
             if color.max_element() >= ORDINARY || square >= ORDINARY {
@@ -202,10 +202,10 @@ impl BandSums {
     }
 }
 
-/// Units in 1.
+/// Number of units in 1.
 const UNITS: f32 = (1u64 << UNIT_BITS) as f32;
 
-/// The same for a sample that is not ordinary.
+/// As [`splat`](BandSums::splat), for a sample that is not ordinary.
 #[cold]
 fn add_exactly(texels: &mut [ExactTexel], color: Vec4, square: f32, f: &[f32]) {
     let [x, y, z, w] = color.to_array();

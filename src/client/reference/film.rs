@@ -43,7 +43,7 @@ impl ReferenceFilm {
         Self::with_sums(FilmState::new(spec)?, HostSums::default(), threads)
     }
 
-    /// A film that has these samples already.
+    /// A film that already contains these samples.
     ///
     /// # Errors
     /// [`ClientError::Threads`].
@@ -56,7 +56,7 @@ impl ReferenceFilm {
         Ok(Self { state, pool, sums, glare: ReferenceGlare::default(), keep_batch: false })
     }
 
-    /// Takes over sums that were read from a film of the same specification, with its overscan.
+    /// Restores sums read from a film of the same specification, including its overscan.
     ///
     /// # Errors
     /// [`ClientError::Memory`].
@@ -68,7 +68,7 @@ impl ReferenceFilm {
         Ok(())
     }
 
-    /// A scene-linear picture in XYZ as a viewer shows it, `width`×`height` as it is: glare, tone curve and encoding in 8 bits.
+    /// Displays a scene-linear XYZ picture at its own size: glare, tone curve and encoding in 8 bits.
     ///
     /// # Errors
     /// [`ClientError::Memory`].
@@ -77,7 +77,7 @@ impl ReferenceFilm {
         Self::encode(picture, &settings, &mut ReferenceGlare::default())
     }
 
-    /// Rasterises the batch, unless it is to be kept.
+    /// Rasterises the batch, unless partial batches are to be kept.
     fn complete(&mut self) -> Result<(), ClientError> {
         if self.keep_batch { Ok(()) } else { self.flush() }
     }
@@ -177,7 +177,7 @@ impl Film for ReferenceFilm {
     }
 }
 
-/// Noise masking and reconstruction of camera and light; `None` without memory.
+/// Noise masking and reconstruction of both streams; `None` if memory runs out.
 fn masked(
     p: &ReconstructParameters,
     effects: &Effects,
@@ -200,7 +200,7 @@ fn masked(
     reconstruct(p, camera.as_ref(), light.as_ref())
 }
 
-/// The mip levels of one stream, built anew for each repaint.
+/// Mip levels of one stream, rebuilt for each repaint.
 struct Levels {
     color: Pyramid<Vec4>,
     variance: Option<Pyramid<f32>>,
@@ -226,7 +226,7 @@ impl Levels {
         Ok(Some(Self { color, variance }))
     }
 
-    /// The stream as the reconstruction reads it; `summed` for the light stream.
+    /// Input of the reconstruction; `summed` for the light stream.
     fn view(&self, lod: StreamLod, summed: bool) -> StreamView<'_> {
         StreamView { color: &self.color, variance: self.variance.as_deref(), lod, summed }
     }

@@ -16,7 +16,7 @@ use crate::image::Grid;
 /// becomes 0.
 pub const SCALE: f32 = 1.0 / (1 << 30) as f32;
 
-/// The glare of pictures of one extent; made anew when extent or settings change.
+/// Glare of pictures of one extent; set up anew when extent or settings change.
 #[derive(Default)]
 pub struct ReferenceGlare {
     made: Option<ReferenceConvolution>,
@@ -67,7 +67,7 @@ impl ReferenceConvolution {
         Some(result)
     }
 
-    /// Transforms rows by pairs, one as real and the other as imaginary part: `[y][kx]`.
+    /// Transforms pairs of rows, one as the real and the other as the imaginary part: `[y][kx]`.
     fn rows_forward(&self, picture: &Grid<Vec3>, channel: usize, by_row: &mut [Complex32]) {
         let (length, columns) = (self.axes[0].length(), self.axes[0].half + 1);
         let fft = FftPlanner::new().plan_fft_forward(length);
@@ -111,7 +111,7 @@ impl ReferenceConvolution {
         );
     }
 
-    /// Brings pairs of rows back into the picture.
+    /// Transforms pairs of rows back into the picture.
     fn rows_back(&self, by_column: &[Complex32], channel: usize, result: &mut Grid<Vec3>) {
         let (length, half, height) = (self.axes[0].length(), self.axes[0].half, self.axes[1].pixels);
         let fft = FftPlanner::new().plan_fft_inverse(length);

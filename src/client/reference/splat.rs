@@ -37,7 +37,7 @@ impl Sprite {
         spec.holds(p).then(|| Sprite { p, value: sprite_value(sample) })
     }
 
-    /// A [merged](crate::client::dense_cells) sample, which lies in padded texels.
+    /// A [merged](crate::client::dense_cells) sample, whose position is in padded texels.
     pub fn merged(sample: &Sample) -> Self {
         Sprite { p: sample.uv, value: sprite_value(sample) }
     }
@@ -107,11 +107,11 @@ pub fn splat_color(filter: SplatFilter, band: Band, sprites: &[Sprite], texels: 
     });
 }
 
-/// Texels in a row of the band that [`touched`] looks at together.
+/// Texels in a row that [`touched`] tests together.
 const RUN: usize = 16;
 
-/// Appends the texels of a band that these sprites touch, and some beside them, in order: all of it where they are dense, so that
-/// little time goes into finding them. `runs` is scratch.
+/// Appends the ranges of a band's texels touched by these sprites, in order and rounded up to runs; the whole band if they are dense, so
+/// that little time is spent on the search. `runs` is scratch memory.
 pub fn touched(
     filter: SplatFilter,
     band: Band,
@@ -172,7 +172,7 @@ fn draw_taps<const N: usize>(
         for (row, &fy) in (row..).zip(&y.weights[ky]) {
             let f: [f32; N] = std::array::from_fn(|k| x.weights[k] * fy);
             let at = row * band.width + column;
-            // Two calls, so that the common one is compiled for a fixed count.
+            // Two calls, so that the common case is compiled for a constant count.
             if kx.len() == N {
                 draw_row(sprite, at, &f);
             } else {
@@ -182,7 +182,7 @@ fn draw_taps<const N: usize>(
     }
 }
 
-/// The taps within `len` texels from `origin` on, and the place of the first of them.
+/// Clips the taps to `len` texels from `origin` on; returns the index of the first texel and the range of taps.
 #[inline]
 fn clip<const N: usize>(taps: &Taps, origin: usize, len: usize) -> (usize, Range<usize>) {
     let first = i64::from(taps.first) - origin as i64;

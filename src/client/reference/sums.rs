@@ -1,4 +1,4 @@
-//! The sums of both streams on the CPU: batches are drawn into them by the current thread pool.
+//! Sums of both streams on the CPU; batches are rasterised in the current thread pool.
 
 use crate::client::dense_cells::Merger;
 use crate::client::error::ClientError;
@@ -15,20 +15,20 @@ pub struct HostSums {
     streams: [HostStream; 2],
 }
 
-/// One stream: the samples of the batch, and the sums, whose memory is taken with the first sample.
+/// Batch of one stream, and its sums, allocated with the first sample.
 #[derive(Default)]
 struct HostStream {
     batch: Vec<Sample>,
     merger: Merger,
     /// All samples of the batch.
     bins: Bins,
-    /// The same with those of dense cells merged, where there are such cells.
+    /// The same samples with those of dense cells merged, if there are dense cells.
     merged: Bins,
     sums: Option<Accumulator>,
 }
 
 impl HostSums {
-    /// These sums of camera and light, to be read.
+    /// Read-only sums of camera and light stream.
     pub fn of(streams: [Option<Accumulator>; 2]) -> Self {
         Self { streams: streams.map(|sums| HostStream { sums, ..Default::default() }) }
     }
@@ -39,12 +39,12 @@ impl HostSums {
         self.streams[usize::from(sample.w < 0.0)].batch.push(sample);
     }
 
-    /// The sums of the camera stream (0) or of the light stream (1); `None` before its first sample was drawn.
+    /// Sums of the camera stream (0) or the light stream (1); `None` before its first sample.
     pub fn stream(&self, stream: usize) -> Option<&Accumulator> {
         self.streams[stream].sums.as_ref().filter(|sums| !sums.is_cleared())
     }
 
-    /// Forgets batches and sums; their memory stays.
+    /// Discards batches and sums; their memory is kept.
     pub fn clear(&mut self) {
         for stream in &mut self.streams {
             stream.batch.clear();
@@ -52,7 +52,7 @@ impl HostSums {
         }
     }
 
-    /// Puts sums that were read from a film of this specification, with its overscan, in the place of these.
+    /// Replaces the sums by ones read from a film of this specification, including its overscan.
     ///
     /// # Errors
     /// [`ClientError::Memory`].
@@ -67,7 +67,7 @@ impl HostSums {
         Ok(())
     }
 
-    /// Draws the batches and forgets their samples, in the order in which they came.
+    /// Rasterises the batches in order of arrival, and empties them.
     ///
     /// # Errors
     /// [`ClientError::Memory`]; the samples are lost, as on a device.

@@ -17,14 +17,14 @@ use crate::image::Grid;
 /// Below this argument `1 − exp(−t)` is taken from its series, which does not cancel.
 const SERIES_BELOW: f32 = 1e-2;
 
-/// Largest `X/Y` and `Z/Y` that are used: no real stimulus comes near them, and infinity would have no hue.
+/// Upper bound on `X/Y` and `Z/Y`: no real stimulus comes near it, and an infinite ratio would have no hue.
 const MAX_CHROMATICITY_RATIO: f32 = 1e4;
 
 /// Maps scene-linear colours to the display as these settings say.
 pub struct ToneMapper<'a> {
     settings: &'a Settings,
-    /// Matrix `P` to linear RGB from what the curve gives: XYZ after the paper's, whose white of luminance 1 maps to `(1, 1, 1)`,
-    /// Rec.709 after the others.
+    /// Matrix `P` from the output of the tone curve to linear RGB: from XYZ for the paper's curve, where white of luminance 1 maps to `(1,
+    /// 1, 1)`, and from Rec.709 for the others.
     from_xyz: Mat3,
 }
 
@@ -43,14 +43,14 @@ impl<'a> ToneMapper<'a> {
     /// Display-linear RGB of a pixel, 1 being diffuse white.
     pub fn linear(&self, xyz: Vec3) -> Vec3 {
         match self.settings.view {
-            // Greys that are shown without a curve.
+            // Error views are grey and shown without a tone curve.
             DisplayView::CameraVariance | DisplayView::LightVariance => Vec3::splat(xyz.y.clamp(0.0, 1.0)),
             DisplayView::FalseColor => zones::ZONE_COLORS[zones::zone(self.settings.exposure * xyz.y)].into(),
             DisplayView::Picture | DisplayView::Clipping => self.curved(xyz),
         }
     }
 
-    /// The same at a pixel of the picture, with stripes where it is clipped or black, if these are asked for.
+    /// As [`linear`](Self::linear), with stripes on clipped or black pixels in the clipping view.
     fn marked(&self, xyz: Vec3, [x, y]: [usize; 2]) -> Vec3 {
         let rgb = self.linear(xyz);
         let stripe = (x + y) >> 2 & 1 == 0;
@@ -83,7 +83,7 @@ impl<'a> ToneMapper<'a> {
         if !(xyz.y > 0.0 && t > 0.0) {
             return Vec3::ZERO;
         }
-        // X/Y first: Y'/Y overflows where Y is tiny.
+        // X/Y is computed first, because Y'/Y overflows for tiny Y.
         let ratio = |v: f32| if v > 0.0 { (v / xyz.y).min(MAX_CHROMATICITY_RATIO) } else { 0.0 };
         let color = Vec3::new(ratio(xyz.x), 1.0, ratio(xyz.z));
         if *curve == ToneCurve::Paper {
@@ -142,7 +142,7 @@ fn desaturate(rgb: Vec3, luminance: f32, ceiling: f32) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// The series and the exponential, about the place where one takes over from the other and far below it.
+    /// The series and the exponential agree near the switch and far below it.
     #[test]
     fn one_minus_exp_has_its_digits() {
         for i in 0..2000 {

@@ -29,20 +29,20 @@ pub fn two_float_mean(hi: Vec4, lo: Vec4) -> Option<(f32, f32)> {
         return None;
     }
     let mean = hi.y / hi.w;
-    // The remainder of the sum after `mean · weight`, exact in f64 as a fused multiply-add would be.
+    // The remainder of the sum after subtracting `mean · weight`, exact in f64 as a fused multiply-add would be.
     let left = f64::from(hi.y) - f64::from(mean) * f64::from(hi.w);
     Some((mean, (left as f32 + (lo.y - mean * lo.w)) / hi.w))
 }
 
 impl Means {
-    /// Makes room for the means of so many texels; those that are not set are unspecified.
+    /// Resizes to this many texels; unset ones are unspecified.
     pub fn resize(&mut self, texels: usize) {
         for means in [&mut self.old, &mut self.old_rest, &mut self.new, &mut self.new_rest] {
             means.resize(texels, 0.0);
         }
     }
 
-    /// Keeps the means of these texels of the accumulators as they are before the fold.
+    /// Stores the means of these texels before the fold.
     pub fn set_old(&mut self, texels: Range<usize>, hi: &[Vec4], lo: &[Vec4]) {
         fill(
             &mut self.old[texels.clone()],
@@ -52,8 +52,8 @@ impl Means {
         );
     }
 
-    /// Keeps the means after the fold. Where there was nothing before, the old mean is the new one; where
-    /// there is nothing yet, both are 0: taps of weight 0 meet such texels and must add 0.
+    /// Stores the means after the fold. If a texel had no samples before, its old mean is set to the new one; if it has none yet, both are
+    /// 0, because taps of weight 0 reach such texels and must add 0.
     pub fn set_new(&mut self, texels: Range<usize>, hi: &[Vec4], lo: &[Vec4]) {
         fill(
             &mut self.new[texels.clone()],
@@ -73,7 +73,7 @@ impl Means {
     }
 }
 
-/// Means of texels; NaN where there is no weight.
+/// Means of texels; NaN if the weight is zero.
 fn fill(mean: &mut [f32], rest: &mut [f32], hi: &[Vec4], lo: &[Vec4]) {
     for ((mean, rest), (&hi, &lo)) in mean.iter_mut().zip(rest).zip(hi.iter().zip(lo)) {
         (*mean, *rest) = two_float_mean(hi, lo).unwrap_or((f32::NAN, 0.0));

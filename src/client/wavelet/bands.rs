@@ -1,4 +1,4 @@
-//! The passes of a level, row by row, compiled for AVX2 beside the instructions that every processor has: the same arithmetic, the same bits.
+//! The passes of a level, row by row, compiled for AVX2 as well as for the baseline: same arithmetic, same bits.
 
 use rayon::prelude::*;
 
@@ -10,13 +10,13 @@ use super::rows::{
 /// A level of the transform.
 pub(super) struct Level<'a> {
     pub(super) weights: &'a PlanarRows,
-    /// Width and height of the picture.
+    /// Width and height of the picture, pixels.
     pub(super) size: [usize; 2],
-    /// Pixels between neighbours.
+    /// Pixels between neighbouring taps.
     pub(super) step: usize,
 }
 
-/// Compiles a function of a row for processors with AVX2 as well, and calls what fits the present one.
+/// Compiles a row function for AVX2 as well and dispatches to the version that the CPU supports.
 macro_rules! on_this_processor {
     ($name:ident => $body:ident($($argument:ident: $type:ty),*)) => {
         fn $name($($argument: $type),*) {
@@ -39,8 +39,8 @@ macro_rules! on_this_processor {
 on_this_processor!(weigh_row => weigh_pixels(features: &PlanarRows, width: usize, step: usize, y: usize, row: &mut [f32]));
 on_this_processor!(transform_strip => transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: &mut RowRing));
 
-/// The weights between pixels `step` apart: (1 − d/4)⁴ of the squared difference of their features in units of the tolerances, 0 out of the
-/// picture, and between pixels with different shares of lights.
+/// Weights between pixels `step` apart: (1 − d/4)⁴ of the squared feature difference d in units of the tolerances; 0 outside the picture,
+/// and between pixels with different shares of lights.
 pub(super) fn weigh(weights: &mut PlanarRows, features: &PlanarRows, width: usize, step: usize) {
     let rows = weights.inner_parallel().enumerate();
     rows.for_each(|(y, row)| weigh_row(features, width, step, y + BORDER, row));
@@ -65,7 +65,7 @@ fn weigh_pixels(features: &PlanarRows, width: usize, step: usize, y: usize, row:
     }
 }
 
-/// The features of a row, or so many pixels beside it.
+/// Features of a row, shifted by `dx` pixels.
 #[inline(always)]
 fn feature_rows(features: &PlanarRows, y: usize, dx: isize, width: usize) -> [&[f32]; FEATURES] {
     let mut rows: [&[f32]; FEATURES] = [&[]; FEATURES];
@@ -75,35 +75,35 @@ fn feature_rows(features: &PlanarRows, y: usize, dx: isize, width: usize) -> [&[
     rows
 }
 
-/// Where the outcome for a row of the picture goes.
+/// Output of a row of the picture.
 pub(super) enum RowOutput<'a> {
-    /// The smoothed sums, and the result, from which the band loses its noise.
+    /// Smoothed sums, and the result, from which the band's noise is subtracted.
     Smoothed { coarser: &'a mut [f32], result: &'a mut [f32] },
-    /// The gain of the band alone, without a border.
+    /// Only the gain of the band, without a border.
     Gain(&'a mut [f32]),
 }
 
-/// Rows of the picture that follow each other one step apart. Rows with another remainder modulo the step are never read for them.
+/// Rows of the picture that are one step apart. Rows with another remainder modulo the step are never read for them.
 struct Strip<'a> {
-    /// The first of them in the picture.
+    /// Index of the first row in the picture.
     first: usize,
     rows: Vec<RowOutput<'a>>,
 }
 
-/// The last three rows of a strip after each pass of a level, so that the next pass finds them in the cache of its core.
+/// Ring buffers with the last three rows of a strip after each pass of a level, so that the next pass finds them in the core's cache.
 struct RowRing {
     band: [AlignedFloats; 3],
     means: [AlignedFloats; 3],
     inverses: AlignedFloats,
-    /// Means over those means, and the gain that follows.
+    /// Means over the means, and the resulting gain.
     shrunk: AlignedFloats,
-    /// For rows around the strip, which other strips write.
+    /// Scratch for rows around the strip, whose results belong to other strips.
     coarser: AlignedFloats,
     result: AlignedFloats,
 }
 
 impl RowRing {
-    /// `None` without memory.
+    /// `None` if memory runs out.
     fn new(stride: usize) -> Option<Self> {
         let row = |channels| AlignedFloats::new(channels * stride);
         Some(Self {
@@ -117,10 +117,10 @@ impl RowRing {
     }
 }
 
-/// Rows that a strip should have at least: for each, two more rows on either side are smoothed and one is averaged.
+/// Least number of rows of a strip, since each strip also smooths two extra rows on either side and averages one.
 const STRIP_ROWS: usize = 16;
 
-/// One level of the transform. `outputs` are the rows of the picture from top to bottom. `None` without memory.
+/// One level of the transform. `outputs`: rows of the picture from top to bottom. `None` if memory runs out.
 pub(super) fn transform<'a>(
     level: &Level<'_>,
     sums: &PlanarRows,
@@ -152,12 +152,12 @@ fn transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: 
     let RowRing { band, means, inverses, shrunk, coarser: coarser_around, result: result_around } = ring;
     let count = rows.len() as isize;
     let slot = |row: isize| row.rem_euclid(3) as usize;
-    // A row of the picture with its border, unless it is outside.
+    // Index of a row including the border; `None` outside the picture.
     let place = |row: isize| {
         let y = first as isize + row * level.step as isize;
         (0..level.size[1] as isize).contains(&y).then(|| y as usize + BORDER)
     };
-    // Three rows that follow each other, the second of them `row`.
+    // Three consecutive rows of the strip, centred on `row`.
     macro_rules! around {
         ($ring:ident, $row:expr) => {
             [-1, 0, 1].map(|by| &*$ring[slot($row + by)])
@@ -193,16 +193,16 @@ fn transform_rows(level: &Level<'_>, sums: &PlanarRows, strip: Strip<'_>, ring: 
     }
 }
 
-/// What a row of [`smooth`] writes.
+/// Outputs of a row of [`smooth`].
 struct SmoothedRow<'a> {
     coarser: &'a mut [f32],
     band: &'a mut [f32],
     result: &'a mut [f32],
-    /// One over the sums of weights, and over the counts of both halves before and after.
+    /// Reciprocals of the sums of weights, and of the counts of both halves before and after smoothing.
     inverses: &'a mut [f32],
 }
 
-/// The smoothed sums of a row, and the band between them and those before. Where a half has nothing the result is what is around.
+/// Smoothed sums of a row, and the band: the difference to the sums before. If a half has no samples the result is the surrounding mean.
 #[inline(always)]
 fn smooth(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>) {
     let stride = sums.stride;
@@ -248,8 +248,8 @@ fn smooth(level: &Level<'_>, sums: &PlanarRows, y: usize, out: SmoothedRow<'_>) 
     }
 }
 
-/// A channel of a half in one row: sums, the counts of all channels, and one over those. Cut to one length, or its loops are not compiled for
-/// several pixels at once.
+/// A channel of a half in one row: sums, the common counts of all channels, and reciprocals of the counts. All slices have the same length,
+/// which the compiler needs to vectorise the loops.
 struct HalfRow<'a> {
     sums: &'a [f32],
     counts: &'a [f32],
@@ -257,7 +257,7 @@ struct HalfRow<'a> {
 }
 
 impl<'a> HalfRow<'a> {
-    /// Channel `c` of the half that begins with channel `half`.
+    /// Channel `c` of the half whose first channel is `half`.
     #[inline(always)]
     fn new(row: &'a [f32], stride: usize, half: usize, c: usize, inverses: &'a [f32]) -> Self {
         let width = inverses.len();
@@ -271,14 +271,14 @@ impl<'a> HalfRow<'a> {
     }
 }
 
-/// One over the counts.
+/// Reciprocals of the counts.
 #[inline(always)]
 fn invert(inverses: &mut [f32], counts: &[f32]) {
     inverses.iter_mut().zip(counts).for_each(|(inverse, count)| *inverse = 1.0 / count);
 }
 
-/// Means of pixels and their neighbours, each times its weight. `inverses` are one over the sums of the weights; the factors are those of the
-/// pixel itself and of the neighbours beside it, and those at its corners count once.
+/// Weighted means over pixels and their neighbours. `inverses`: reciprocals of the sums of weights. `factors`: of the pixel itself and of
+/// its edge neighbours; corner neighbours have factor 1.
 #[inline(always)]
 fn weighted_mean(
     out: &mut [f32],
@@ -299,7 +299,7 @@ fn weighted_mean(
     }
 }
 
-/// Rows of one length: only such loops are compiled for several pixels at once.
+/// Cuts rows to equal length, so that the compiler vectorises the loops.
 #[inline(always)]
 fn cut(mut rows: [&[f32]; 8], width: usize) -> [&[f32]; 8] {
     for row in &mut rows {
@@ -308,7 +308,7 @@ fn cut(mut rows: [&[f32]; 8], width: usize) -> [&[f32]; 8] {
     rows
 }
 
-/// One over the sums of the weights of pixels and their neighbours, with the factors of [`weighted_mean`].
+/// Reciprocals of the sums of weights over pixels and their neighbours, with the factors of [`weighted_mean`].
 #[inline(always)]
 fn inverse_weight_sums(out: &mut [f32], weights: [&[f32]; 8], [centre, beside]: [f32; 2]) {
     let width = out.len();
@@ -320,7 +320,7 @@ fn inverse_weight_sums(out: &mut [f32], weights: [&[f32]; 8], [centre, beside]: 
     }
 }
 
-/// Means of signal and noise of the band over 3×3 pixels of row `y`, the second of three.
+/// Means of the band's signal and noise over 3×3 pixels around row `y`, the second of three.
 #[inline(always)]
 fn average(level: &Level<'_>, band: [&[f32]; 3], y: usize, out: &mut [f32]) {
     let (width, stride) = (level.size[0], band[1].len() / BAND);
@@ -333,7 +333,7 @@ fn average(level: &Level<'_>, band: [&[f32]; 3], y: usize, out: &mut [f32]) {
     }
 }
 
-/// The same once more; returns the gain that follows.
+/// Averages the means once more; returns the resulting gain.
 #[inline(always)]
 fn shrink<'a>(level: &Level<'_>, means: [&[f32]; 3], y: usize, shrunk: &'a mut [f32]) -> &'a [f32] {
     let (width, stride) = (level.size[0], means[1].len() / MEANS);
@@ -351,7 +351,7 @@ fn shrink<'a>(level: &Level<'_>, means: [&[f32]; 3], y: usize, shrunk: &'a mut [
     gain
 }
 
-/// What the gain takes from the result.
+/// Subtracts from the result what the gain removes of the band.
 #[inline(always)]
 fn take_noise(gain: &[f32], band: &[f32], result: &mut [f32]) {
     let (width, stride) = (gain.len(), band.len() / BAND);

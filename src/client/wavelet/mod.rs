@@ -3,13 +3,13 @@
 //! Two halves of the samples, each of a randomisation of its own, share the signal and not the noise: the mean product of their wavelet
 //! coefficients is the power of the signal in a band, without a model of the noise. With S that mean and N the power of the noise in the mean
 //! of both, a band is multiplied by max(0, S − N) / (S + N): Wiener's gain, with the noise subtracted once more because S is itself noisy.
-//! Where the features of first hits change (albedo, normal, distance) the transform does not mix pixels, so that edges stay edges; and what
-//! features do not know, such as shadows and caustics, comes back because both halves contain it (paper [21], Suykens and Willems 2000; the
-//! à-trous scheme is that of Dammertz et al. 2010).
+//! If the features of first hits change (albedo, normal, distance) the transform does not mix pixels, so that edges are preserved. Detail
+//! that features do not show, such as shadows and caustics, is restored because both halves contain it (paper [21], Suykens and Willems
+//! 2000; the à-trous scheme is that of Dammertz et al. 2010).
 //!
-//! [`WaveletFilter`] is the filter on the processor, [`WaveletPass`](crate::client::pass::wavelet::WaveletPass) the same on a device.
+//! [`WaveletFilter`] runs on the CPU, [`WaveletPass`](crate::client::pass::wavelet::WaveletPass) on a device.
 //!
-//! Nothing is stored and no statistics are changed: the filter works on what is shown. With more samples N vanishes, and so does the filter.
+//! The filter changes only the displayed picture, not the sums or statistics. With more samples N vanishes, and so does its effect.
 
 mod bands;
 mod prepare;
@@ -27,10 +27,10 @@ use crate::image::Grid;
 /// Levels of the transform; level l has steps of 2^l pixels.
 pub const LEVELS: u32 = 5;
 
-/// One half: in every pixel the mean X, Y and Z of its samples, and their number, 0 where there is none.
+/// One half: per pixel the mean X, Y and Z of its samples, and their number, which may be 0.
 pub type HalfPicture = Grid<glam::Vec4>;
 
-/// What a camera ray meets first, in one pixel: zero where that is nothing.
+/// First-hit features of a pixel; zero without a hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelFeatures {
     /// Reflectance for red, green and blue light.
@@ -39,26 +39,26 @@ pub struct PixelFeatures {
     pub normal: Vec3,
     /// Distance from the camera, world units.
     pub distance: f32,
-    /// It is a light: nothing around it is as bright, nor are the pixels that its edge divides.
+    /// The hit is a light source. Neither its surroundings nor the pixels along its edge are as bright.
     pub emits: bool,
 }
 
-/// The error where there was no memory for a filter of pictures of this size.
+/// The error if memory does not suffice to filter pictures of this size.
 pub fn out_of_memory(size: [usize; 2]) -> ClientError {
     let bytes = 340 * (size[0] * size[1]) as u64;
     ClientError::Memory { what: "the noise filter", bytes }
 }
 
-/// Features with their tolerances as the device wants them, row by row: albedo and distance; normal and the share of lights; tolerances of
-/// albedo, normal and distance, and a number that is not used.
+/// Features and tolerances in the layout of the device, row-major: albedo and distance; normal and share of lights; tolerances of albedo,
+/// normal and distance, and an unused number.
 pub type FeatureTexels = [Vec<[f32; 4]>; 3];
 
-/// The features of both halves for the device; `None` without memory.
+/// Features of both halves in the layout of the device; `None` if memory runs out.
 pub fn feature_texels(halves: [&Grid<PixelFeatures>; 2]) -> Option<FeatureTexels> {
     let [width, height] = [halves[0].width(), halves[0].height()];
     let mut rows = PlanarRows::new(width, height, FEATURES)?;
     tolerances(halves, &mut rows);
-    // The channels of the rows, by texel.
+    // Channels of the rows, per texel component.
     let texels = [[0, 1, 2, 6], [3, 4, 5, 10], [7, 8, 9, 10]].map(|channels| {
         let row = |y: usize| rows.row(y + BORDER);
         let texel = move |i: usize| {
@@ -73,21 +73,21 @@ pub fn feature_texels(halves: [&Grid<PixelFeatures>; 2]) -> Option<FeatureTexels
     Some([albedo?, normal?, tolerances?])
 }
 
-/// A filtered picture.
+/// A denoised picture.
 pub struct Filtered {
     /// XYZ.
     pub picture: Grid<Vec3>,
-    /// What differs from pixel to pixel, edges of features among it: 0 where that is noise, 1 where the halves agree on it.
+    /// Pixel-to-pixel detail, including feature edges: 0 where it is noise, 1 where the halves agree on it.
     pub finest: Grid<f32>,
 }
 
-/// The filter for pictures of one size with the same features; its memory and the weights are kept from picture to picture.
+/// Filter for pictures of one size with the same features; memory and weights are reused between pictures.
 pub struct WaveletFilter {
     size: [usize; 2],
     features: PlanarRows,
     /// Weights of every level.
     weights: Vec<PlanarRows>,
-    /// Weights of the finest level without features.
+    /// Weights of the finest level ignoring features.
     alike: PlanarRows,
     sums: PlanarRows,
     coarser: PlanarRows,
@@ -95,13 +95,13 @@ pub struct WaveletFilter {
 }
 
 impl WaveletFilter {
-    /// A filter for pictures of `size` pixels, with the features of both halves; `None` without memory.
+    /// A filter for pictures of `size` pixels, with the features of both halves; `None` if memory runs out.
     pub fn new(size: [usize; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Self> {
         Self::after(None, size, features)
     }
 
-    /// The same in the memory of the filter of another view, if that has the same size: memory that is new costs more time than what is
-    /// computed.
+    /// As [`new`](Self::new), reusing the memory of another view's filter if that has the same size: fresh memory takes longer than the
+    /// computation.
     pub fn after(
         last: Option<Self>,
         size: [usize; 2],
@@ -137,13 +137,13 @@ impl WaveletFilter {
         })
     }
 
-    /// Filters a picture of this size; `None` without memory.
+    /// Denoises a picture of this size; `None` if memory runs out.
     pub fn filtered(&mut self, halves: [&HalfPicture; 2]) -> Option<Filtered> {
         let (size @ [width, height], Self { weights, alike, sums, coarser, result, .. }) = (self.size, self);
         let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
         let mut finest = Grid::try_filled(width, height, 0.0f32)?;
         separate_fireflies(halves, &mut picture, sums, result)?;
-        // The gain of the finest band is measured without features, because across their edges the bands of the filter are empty.
+        // The gain of the finest band ignores features, because across feature edges the bands of the filter are empty.
         let gains = finest.pixels_mut().chunks_exact_mut(width).map(RowOutput::Gain);
         transform(&Level { weights: alike, size, step: 1 }, sums, gains)?;
         for (level, weights) in weights.iter().enumerate() {
@@ -157,7 +157,8 @@ impl WaveletFilter {
             for (x, out) in out.iter_mut().enumerate() {
                 let mut filtered = Vec3::from_array([0, 1, 2].map(|c| row[c * result.stride + BORDER + x]));
                 if filtered.y < 0.0 {
-                    // Beside a bright sample a kept band may take more than there is. What is seen there, or what is around, is more likely.
+                    // Next to a bright sample, a band that is kept may make the result negative. The pixel's mean or that of its
+                    // surroundings is then more likely.
                     let around = mean_of_halves(sums.row(y + BORDER), BORDER + x);
                     let seen = halves.map(|half| half.at(x, y)).map(|half| half.truncate() * half.w);
                     let count: f32 = halves.iter().map(|half| half.at(x, y).w).sum();

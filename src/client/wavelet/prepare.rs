@@ -1,4 +1,4 @@
-//! What stands before the transform: what only one half has seen is set aside, and features get tolerances.
+//! Preprocessing: separates fireflies that only one half contains, and derives tolerances of the features.
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -7,24 +7,24 @@ use super::rows::{BORDER, FEATURES, LIGHTS, PlanarRows, RESULT, SUMS, TOLERANCES
 use super::{HalfPicture, PixelFeatures};
 use crate::image::Grid;
 
-/// What one half has seen alone is set aside above this many times the other half's largest luminance around.
+/// Luminance in one half above this multiple of the other half's maximum in the neighbourhood counts as a firefly.
 const FIREFLY: f32 = 8.0;
 
-/// The reach of that neighbourhood, pixels.
+/// Radius of that neighbourhood, pixels.
 const AROUND: usize = 2;
 
-/// Tolerances of albedo and normal, and of the distance relative to itself and to what it changes by from pixel to pixel.
+/// Tolerances of albedo, normal and distance; that of the distance is relative to the distance and to its change between pixels.
 const ALBEDO: f32 = 0.05;
 const NORMAL: f32 = 0.15;
 const DISTANCE: f32 = 0.02;
 const SLOPE: f32 = 2.0;
 
-/// The share of lights in a pixel whose neighbours see both lights and other surfaces. Pixels of another share are not mixed with it: a light
-/// is many times as bright as what is around it, and its edge is in between.
+/// Share of lights assigned to a pixel whose neighbours see both lights and other surfaces. Pixels of different shares are not mixed: a
+/// light is many times brighter than its surroundings, and its edge lies between.
 const EDGE_OF_LIGHT: f32 = 0.5;
 
-/// Writes the halves as sums, their mean as the first result, and half of what only one of them has seen to `aside`: it stays where it is and
-/// does not spread.
+/// Writes the halves as sums, their mean as the first result, and half of each firefly to `aside`, where it keeps its place and is not
+/// spread.
 pub(super) fn separate_fireflies(
     halves: [&HalfPicture; 2],
     aside: &mut Grid<Vec3>,
@@ -44,7 +44,7 @@ pub(super) fn separate_fireflies(
                 limits.iter_mut().zip(row).for_each(|(most, v)| *most = most.max(*v));
             }
         }
-        // What one half has seen is the limit of the other.
+        // The limits of each half come from the other half.
         let [limits_b, limits_a] = limits;
         let (mut sums, result) = (channels_mut::<SUMS>(sums), channels_mut::<RESULT>(result));
         let (a, b) = sums.split_at_mut(SUMS / 2);
@@ -73,7 +73,7 @@ pub(super) fn separate_fireflies(
     Some(())
 }
 
-/// Writes a row of a half as X, Y, Z, and their number; zero where that is nothing.
+/// Writes a row of a half as X, Y, Z and count; zero without samples.
 fn write_means(half: &[Vec4], row: &mut [&mut [f32]]) {
     let [x, y, z, n] = row else { return };
     let width = half.len();
@@ -86,7 +86,7 @@ fn write_means(half: &[Vec4], row: &mut [&mut [f32]]) {
     }
 }
 
-/// Replaces the limits of the luminance by the shares of the means that are within them.
+/// Replaces luminance limits by the fractions of the means that lie within them.
 fn limits_to_shares(a: &[&mut [f32]], b: &[&mut [f32]], limits_a: &mut [f32], limits_b: &mut [f32]) {
     let width = limits_a.len();
     let (y_a, n_a, y_b, n_b) = (&a[1][..width], &a[3][..width], &b[1][..width], &b[3][..width]);
@@ -98,7 +98,7 @@ fn limits_to_shares(a: &[&mut [f32]], b: &[&mut [f32]], limits_a: &mut [f32], li
     }
 }
 
-/// The largest luminance of a pixel and those up to [`AROUND`] pixels beside it.
+/// Largest luminance within [`AROUND`] pixels along the row.
 fn largest_across(half: &HalfPicture) -> Option<Grid<f32>> {
     let (width, height) = (half.width(), half.height());
     let mut largest = Grid::try_filled(width, height, 0.0f32)?;
@@ -114,7 +114,7 @@ fn largest_across(half: &HalfPicture) -> Option<Grid<f32>> {
     Some(largest)
 }
 
-/// The mean of both halves in column `x` of a row of sums; that of one where the other has nothing, and zero where there is neither.
+/// Mean of both halves in column `x` of a row of sums; that of one half if the other is empty, and zero if both are.
 #[inline(always)]
 pub(super) fn mean_of_halves(sums: &[f32], x: usize) -> Vec3 {
     let stride = sums.len() / SUMS;
@@ -128,10 +128,10 @@ pub(super) fn mean_of_halves(sums: &[f32], x: usize) -> Vec3 {
     }
 }
 
-/// Share of lights in what is no pixel of the picture: no pixel is mixed with it.
+/// Share of lights outside the picture, which no pixel has, so that nothing mixes with it.
 const OUTSIDE: f32 = -1.0;
 
-/// Features that all pixels of a picture have in common.
+/// Sets equal features in all pixels.
 pub(super) fn no_features(rows: &mut PlanarRows, width: usize) {
     rows.fill(LIGHTS, OUTSIDE);
     for row in rows.inner() {
@@ -141,7 +141,7 @@ pub(super) fn no_features(rows: &mut PlanarRows, width: usize) {
     }
 }
 
-/// Writes means of the features over both halves, with the tolerances of their differences.
+/// Writes the mean features of both halves, and the tolerances of their differences.
 pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2], rows: &mut PlanarRows) {
     let (width, height) = (halves[0].width(), halves[0].height());
     let stride = rows.stride;
@@ -150,7 +150,7 @@ pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2], rows: &mut PlanarRow
         let [a, b] = pair(x, y);
         0.5 * (a.distance + b.distance)
     };
-    // The smaller of the changes to either side: the larger one may be across an edge.
+    // The smaller change of the two sides, since the larger may be across an edge.
     let slope = |here: f32, before: Option<f32>, after: Option<f32>| {
         let change = |to: Option<f32>| to.map_or(f32::INFINITY, |to| (to - here).abs());
         let least = change(before).min(change(after));
@@ -158,7 +158,7 @@ pub(super) fn tolerances(halves: [&Grid<PixelFeatures>; 2], rows: &mut PlanarRow
     };
     rows.inner_parallel().enumerate().for_each(|(y, row)| {
         for x in 0..width {
-            // Variance of the mean, from the halves, over the pixel and its neighbours.
+            // Variance of the mean, estimated from the halves over the pixel and its neighbours.
             let (mut spread, mut lights, mut count) = ([0f32; 3], 0.0, 0.0);
             for y in y.saturating_sub(1)..(y + 2).min(height) {
                 for x in x.saturating_sub(1)..(x + 2).min(width) {

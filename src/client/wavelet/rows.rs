@@ -1,7 +1,7 @@
 //! Rows of several channels, and the neighbours of their pixels.
 //!
-//! Rows are `[height][channel][width]`, so that a row of all channels is one piece of memory, with a border that counts for nothing: zeros,
-//! except that no pixel of the picture has the same share of lights.
+//! Rows are `[height][channel][width]`, so that all channels of a row are contiguous, with a border that has no influence: zeros, and a
+//! share of lights that no pixel of the picture has.
 
 use std::ops::{Deref, DerefMut, Range};
 
@@ -9,38 +9,38 @@ use rayon::prelude::*;
 
 use super::LEVELS;
 
-/// Pixels around the picture that are read and count for nothing.
+/// Pixels of border around the picture, which are read and have no influence.
 pub(super) const BORDER: usize = 1 << (LEVELS - 1);
 
-/// Floats in a line of the cache; the row of a channel is padded to a multiple of these.
+/// Floats per cache line; the row of a channel is padded to a multiple.
 const FLOATS_PER_LINE: usize = 16;
 
-/// Channels of the two halves: sums X, Y, Z and counts, and again.
+/// Channels of the sums: X, Y, Z and count of each half.
 pub(super) const SUMS: usize = 8;
 /// Channels of features with their tolerances: albedo, normal, distance, three tolerances, share of lights.
 pub(super) const FEATURES: usize = 11;
-/// Those of tolerances, and that of the share of lights.
+/// Channels of the tolerances, and channel of the share of lights.
 pub(super) const TOLERANCES: Range<usize> = 7..10;
 pub(super) const LIGHTS: usize = 10;
-/// Weights to the neighbours to the right, below, below right, below left; those to the others are theirs.
+/// Weights to the neighbours right, below, below right and below left; weights to the other four are stored at those neighbours.
 pub(super) const WEIGHTS: usize = 4;
 /// Channels of the result: X, Y, Z.
 pub(super) const RESULT: usize = 3;
-/// The first channel of each half, and the one of its counts after that.
+/// First channel of each half; its counts are in the fourth.
 pub(super) const HALVES: [usize; 2] = [0, 4];
 pub(super) const COUNT: usize = 3;
 /// Channels of a band: the mean of both halves, the product of their luminances, the noise.
 pub(super) const BAND: usize = 5;
 /// The channel of the product in a band; the noise follows.
 pub(super) const SIGNAL: usize = 3;
-/// Channels of what is averaged over the pixels around: the product, the noise, and one over the sum of the weights.
+/// Channels of the local means: product, noise, and the reciprocal of the sum of weights.
 pub(super) const MEANS: usize = 3;
-/// Channels of the means over those, and the gain.
+/// Channels of the means over those means, and the gain.
 pub(super) const SHRUNK: usize = 3;
-/// Channels of a row of divisors: one over the sums of weights, and over the counts of both halves before and after.
+/// Channels of reciprocals: of the sums of weights, and of the counts of both halves before and after smoothing.
 pub(super) const INVERSES: usize = 5;
 
-/// Floats, zeros at first, from the beginning of a line of the cache on: aligned loads of eight do not straddle two lines.
+/// Zero-initialised floats, aligned to a cache line, so that vector loads do not straddle two lines.
 pub(super) struct AlignedFloats {
     lines: Vec<FloatLine>,
 }
@@ -50,7 +50,7 @@ pub(super) struct AlignedFloats {
 struct FloatLine([f32; FLOATS_PER_LINE]);
 
 impl AlignedFloats {
-    /// At least so many; `None` without memory.
+    /// At least `count` floats; `None` if memory runs out.
     pub(super) fn new(count: usize) -> Option<Self> {
         let (mut lines, count) = (Vec::new(), count.div_ceil(FLOATS_PER_LINE));
         lines.try_reserve_exact(count).ok()?;
@@ -76,16 +76,15 @@ impl DerefMut for AlignedFloats {
 /// Rows of several channels with a border.
 pub(super) struct PlanarRows {
     channels: usize,
-    /// Numbers in a row of one channel, with the border.
+    /// Floats in a row of one channel, including the border.
     pub(super) stride: usize,
-    /// Numbers from row to row: an odd number of cache lines, so that rows which are a power of 2 apart do not compete for the same places of the
-    /// cache.
+    /// Floats between rows: an odd number of cache lines, so that rows a power of two apart do not map to the same cache sets.
     length: usize,
     data: AlignedFloats,
 }
 
 impl PlanarRows {
-    /// Zeros; `None` without memory.
+    /// Zeros; `None` if memory runs out.
     pub(super) fn new(width: usize, height: usize, channels: usize) -> Option<Self> {
         let stride = 2 * BORDER + width.next_multiple_of(FLOATS_PER_LINE);
         let length = ((channels * stride).div_ceil(FLOATS_PER_LINE) | 1) * FLOATS_PER_LINE;
@@ -99,7 +98,7 @@ impl PlanarRows {
         &self.data[y * self.length..][..self.channels * self.stride]
     }
 
-    /// Gives a channel one value, in the border too.
+    /// Fills a channel with one value, including the border.
     pub(super) fn fill(&mut self, channel: usize, value: f32) {
         for row in self.data.chunks_exact_mut(self.length) {
             row[channel * self.stride..][..self.stride].fill(value);
@@ -113,7 +112,7 @@ impl PlanarRows {
         self.data[border..end].chunks_exact_mut(self.length).map(move |row| &mut row[..channels])
     }
 
-    /// The same for several threads.
+    /// As [`inner`](Self::inner), for several threads.
     pub(super) fn inner_parallel(&mut self) -> impl IndexedParallelIterator<Item = &mut [f32]> {
         let (border, end) = (BORDER * self.length, self.data.len() - BORDER * self.length);
         let channels = self.channels * self.stride;
@@ -121,7 +120,7 @@ impl PlanarRows {
     }
 }
 
-/// A channel of a row from the first pixel of the picture on, or from so many pixels beside it.
+/// A channel of a row from the first pixel of the picture on, shifted by `dx` pixels.
 #[inline(always)]
 pub(super) fn channel(row: &[f32], stride: usize, channel: usize, dx: isize) -> &[f32] {
     &row[(channel * stride + BORDER).wrapping_add_signed(dx)..]
@@ -138,7 +137,7 @@ pub(super) fn channels_mut<const N: usize>(row: &mut [f32]) -> [&mut [f32]; N] {
     channels
 }
 
-/// The neighbours: those beside a pixel, then those at its corners.
+/// Offsets of the eight neighbours: edge neighbours, then corner neighbours.
 pub(super) const NEIGHBOURS: [FilterTap; 8] = [
     FilterTap { dx: 1, dy: 0, weight: 0, theirs: false },
     FilterTap { dx: 0, dy: 1, weight: 1, theirs: false },
@@ -150,28 +149,28 @@ pub(super) const NEIGHBOURS: [FilterTap; 8] = [
     FilterTap { dx: 1, dy: -1, weight: 3, theirs: true },
 ];
 
-/// A neighbour: offset in steps.
+/// A neighbour: its offset in steps, and its weight.
 pub(super) struct FilterTap {
     pub(super) dx: isize,
     pub(super) dy: isize,
-    /// The channel of the weight.
+    /// Channel of the weight.
     pub(super) weight: usize,
-    /// The weight stands at the neighbour.
+    /// Whether the weight is stored at the neighbour.
     pub(super) theirs: bool,
 }
 
 /// The neighbours of the pixels of one row, in the order of [`NEIGHBOURS`].
 pub(super) struct RowNeighbours<'a> {
-    /// The row of each.
+    /// Row of each neighbour.
     rows: [&'a [f32]; 8],
-    /// Pixels to each.
+    /// Column offset of each neighbour, pixels.
     dx: [isize; 8],
-    /// The weights to each.
+    /// Weights to each neighbour.
     pub(super) weights: [&'a [f32]; 8],
 }
 
 impl<'a> RowNeighbours<'a> {
-    /// Those of row `y`, counted from the top of the border: `rows` are the row `step` above, itself, and the row `step` below.
+    /// Neighbours of row `y`, counted from the top of the border. `rows`: the row `step` above, the row itself, and the row `step` below.
     #[inline(always)]
     pub(super) fn new(rows: [&'a [f32]; 3], weights: &'a PlanarRows, y: usize, step: usize) -> Self {
         let mut all = Self { rows: [&[]; 8], dx: [0; 8], weights: [&[]; 8] };
@@ -186,7 +185,7 @@ impl<'a> RowNeighbours<'a> {
         all
     }
 
-    /// A channel of each.
+    /// A channel of each neighbour.
     #[inline(always)]
     pub(super) fn values(&self, stride: usize, of: usize) -> [&'a [f32]; 8] {
         let mut values: [&[f32]; 8] = [&[]; 8];

@@ -1,4 +1,4 @@
-//! What the user asks for, with the mouse, a key or a button of the panel.
+//! User actions, from the mouse, a key or a button of the panel.
 
 use std::path::PathBuf;
 
@@ -6,76 +6,76 @@ use crate::client::window::keys::CursorAction;
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::{GizmoMode, PanelTab, ParameterValue};
 
-/// One wish of the user. Positions are physical pixels of the window.
+/// A user action. Positions are physical pixels of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Moves the camera.
     Gesture(Gesture),
-    /// Ends a camera move: the next gesture is an entry of its own in the history.
+    /// Ends a camera move: the next gesture begins a new history entry.
     EndMove,
-    /// Selects the object that is seen here.
+    /// Selects the object at this position.
     Pick([f64; 2]),
-    /// Turns the camera to the point that is seen here.
+    /// Turns the camera to the surface point at this position.
     FocusAt([f64; 2]),
-    /// Focuses the lens at the distance of the point that is seen here.
+    /// Focuses the lens at the distance of the surface point at this position.
     FocusLensAt([f64; 2]),
-    /// Does this where the user clicks next.
+    /// Performs this at the next position that the user clicks.
     AskPlace(CursorAction),
-    /// Exposes the picture for the light that is seen here.
+    /// Sets the exposure from the light at this position.
     MeterAt([f64; 2]),
-    /// Changes the exposure by steps of a sixth of a stop.
+    /// Changes the exposure by this many steps of a sixth of a stop.
     Expose(f64),
-    /// Zooms the picture that is shown in or out by steps of the wheel; the place here stays where it is.
+    /// Zooms the displayed picture by steps of the wheel, about this position.
     ZoomAt([f64; 2], f64),
     /// Moves the magnified picture by pixels of the window.
     PanView([f64; 2]),
     /// Shows the whole picture.
     ResetView,
-    /// Shows a pixel of the picture as one of the window; the place here stays where it is.
+    /// Shows the picture at 1:1, keeping the point at this position in place.
     ShowPixels([f64; 2]),
-    /// Makes a picture of this size, in pixels.
+    /// Resizes the picture, in pixels.
     SetPictureSize([u32; 2]),
-    /// Makes a picture that fills the window without scaling.
+    /// Resizes the picture to fill the window at 1:1.
     FillWindow,
-    /// Shows the rectangle between these places, which is being dragged; none any more where there are none.
+    /// Shows the rectangle being dragged between these positions; `None` removes it.
     DragRegion(Option<[[f64; 2]; 2]>),
-    /// Traces the rectangle between these places and nothing else.
+    /// Restricts tracing to the rectangle between these positions.
     TraceRegion([[f64; 2]; 2]),
-    /// Lets the user drag a rectangle that is traced alone, or releases the one that is.
+    /// Asks the user to drag a region to be traced alone, or releases the traced region.
     ToggleRegion,
-    /// Selects nothing.
+    /// Clears the selection.
     Deselect,
-    /// Takes the last change or camera move back.
+    /// Undoes the last change or camera move.
     Undo,
-    /// Repeats the change that was taken back last.
+    /// Redoes the change that was undone last.
     Redo,
     /// Moves the camera back to where the scene file puts it.
     ResetCamera,
-    /// Lets the gizmo move, turn or scale.
+    /// Sets the mode of the gizmo.
     SetGizmo(GizmoMode),
-    /// Lets it do the next of these.
+    /// Switches the gizmo to the next mode.
     NextGizmo,
     /// Sets the field of view, in degrees.
     SetFov(f64),
     /// Changes a parameter of the selected object.
     Edit {
-        /// Place in [`Selection::parameters`](crate::client::window::panel::Selection::parameters).
+        /// Index in [`Selection::parameters`](crate::client::window::panel::Selection::parameters).
         index: usize,
         /// The new value.
         value: ParameterValue,
     },
-    /// Leaves an effect out of the picture, or takes it in again.
+    /// Switches an effect of the picture off or on.
     SetEffect {
         /// Name of the effect.
         name: &'static str,
-        /// Whether it takes part.
+        /// Whether the effect is on.
         on: bool,
     },
-    /// Measures what the effects of the tracer cost.
+    /// Measures the costs of the tracer's effects.
     MeasureCosts,
-    /// Lets the brightness follow the light of the scene, or fixes it where it is.
+    /// Switches auto-exposure on, or off at the present exposure.
     ToggleFollowLight,
-    /// Traces light by this method, or by the one that suits the scene.
+    /// Selects the integrator of this name; `None` for the automatic choice.
     SetMethod(Option<&'static str>),
     /// Saves the displayed picture.
     SavePng,
@@ -85,47 +85,47 @@ pub enum Action {
     SaveScene,
     /// Copies the command line that repeats this picture.
     CopyCommand,
-    /// Asks for a scene or a model to open.
+    /// Opens the dialog for a scene or model.
     OpenDialog,
     /// Opens this scene or model.
     Open(PathBuf),
-    /// Asks for a name under which to save.
+    /// Opens the dialog for a file name to save under.
     SaveDialog,
-    /// Saves under this name, which the user has chosen: by its ending the displayed picture, the sums or the scene.
+    /// Saves to this path; the extension selects the displayed picture, the sums or the scene.
     SaveAs(PathBuf),
-    /// Keeps the view under a number, 1 to 9.
+    /// Stores the view under a number, 1 to 9.
     KeepView(u8),
-    /// Goes to the view that is kept under a number.
+    /// Goes to the view stored under a number.
     GoToView(u8),
-    /// Traces the groups of lights, so that they can be mixed, or none of them any more.
+    /// Switches the tracing of light groups, for the light mix, on or off.
     ToggleLightMix,
-    /// Multiplies the light of a group.
+    /// Sets the factor of a light group.
     SetMix {
-        /// Its place.
+        /// Index of the group.
         group: usize,
         /// Factors on linear R, G, B.
         factor: [f32; 3],
     },
-    /// Shows a group of lights alone, or all of them again.
+    /// Shows one light group alone, or all of them again.
     SoloMix(usize),
-    /// Shows all lights as they are.
+    /// Resets all factors of the light mix to 1.
     ResetMix,
-    /// Whether lights keep their colours where their factors are sought.
+    /// Sets whether the fit of the light mix changes intensities only and keeps tints.
     KeepMixColors(bool),
-    /// Asks for a picture that the light mix is to look like.
+    /// Opens the dialog for an example picture of the light mix.
     MixDialog,
-    /// Finds the light mix that looks most like this picture.
+    /// Fits the light mix to this picture.
     MixLike(PathBuf),
-    /// Adds the place that is seen here as one whose colour is known.
+    /// Adds the pixel at this position as a colour target of the light mix.
     AddMixTarget([f64; 2]),
-    /// Chooses the colour of such a place, display-linear R, G, B.
+    /// Sets the colour of a target, display-linear R, G, B.
     SetMixTarget {
-        /// Its place in the list.
+        /// Index of the target.
         place: usize,
-        /// The colour.
+        /// Its new colour.
         color: [f32; 3],
     },
-    /// Forgets such a place.
+    /// Removes a target.
     ForgetMixTarget(usize),
     /// Keeps the present picture as a snapshot.
     KeepSnapshot,
@@ -133,19 +133,19 @@ pub enum Action {
     CompareDialog,
     /// Compares with this EXR file.
     CompareWith(PathBuf),
-    /// Forgets a snapshot.
+    /// Removes a snapshot.
     ForgetSnapshot(usize),
-    /// Shows the chosen snapshot, or the present picture again.
+    /// Shows the selected snapshot, or the present picture again.
     ToggleSnapshot,
-    /// Reads no samples, so that the tracer stops soon, until it is asked for again.
+    /// Pauses or resumes: while paused no samples are read, so that the tracer stops soon.
     TogglePause,
     /// Fills the screen with the window, or leaves it.
     ToggleFullscreen,
-    /// Makes all text larger or smaller by steps.
+    /// Scales all text by this many steps.
     ScaleText(i8),
     /// Brings a tab of the panel to the front.
     ShowTab(PanelTab),
-    /// Gives the keyboard to the panel.
+    /// Gives the keyboard focus to the panel.
     EnterPanel,
     /// Shows or hides the palette of commands.
     TogglePalette,
@@ -153,7 +153,7 @@ pub enum Action {
     TogglePanel,
     /// Shows or hides the list of keys.
     ToggleHelp,
-    /// Closes the list of keys, or selects nothing when it is closed.
+    /// Closes the list of keys; if it is closed already, clears the selection.
     Cancel,
     /// Closes the window.
     Quit,

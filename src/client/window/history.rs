@@ -1,30 +1,30 @@
-//! Undo and redo of everything the user changes, by the states before and after. A drag, or a run of wheel steps, is one entry.
+//! Undo and redo of all user changes, as snapshots of the state. A drag, or a run of wheel steps, is one entry.
 
 use std::collections::VecDeque;
 
-/// Most entries; beyond it the oldest is forgotten.
+/// Most entries; the oldest is dropped first.
 pub const LONGEST: usize = 2000;
 
-/// A state, and the change that has led to it.
+/// A state, and the name of the change that led to it.
 #[derive(Clone, Debug)]
 struct HistoryEntry<S> {
-    /// The change in words, such as `move of ball`; empty for the first state.
+    /// Name of the change, such as `move of ball`; empty for the first state.
     change: String,
     state: S,
 }
 
-/// The states that undo and redo walk through. Those that share much of their data should be cheap to clone.
+/// Undo history. States that share most of their data should be cheap to clone.
 #[derive(Clone, Debug)]
 pub struct UndoHistory<S> {
     entries: VecDeque<HistoryEntry<S>>,
-    /// Place of the present state in `entries`.
+    /// Index of the present state in `entries`.
     at: usize,
-    /// What the last entry is a change of, while further changes of it still extend the entry.
+    /// Subject of the last entry while it is open, that is, while further changes of this subject extend it.
     open: Option<String>,
 }
 
 impl<S: Clone + PartialEq> UndoHistory<S> {
-    /// Starts in this state.
+    /// A history that begins with this state.
     pub fn new(state: S) -> Self {
         Self { entries: [HistoryEntry { change: String::new(), state }].into(), at: 0, open: None }
     }
@@ -34,8 +34,8 @@ impl<S: Clone + PartialEq> UndoHistory<S> {
         &self.entries[self.at].state
     }
 
-    /// Changes the state by `change`, in words; returns false where it stays the same. Changes of one `subject` are one entry until
-    /// [`end`](Self::end). Changes that were undone are forgotten.
+    /// Changes the state; `change` is the name of the change. Returns false if the state stays the same. Until [`end`](Self::end), changes
+    /// of one `subject` share one entry. Undone changes are dropped.
     pub fn change(&mut self, subject: &str, change: &str, state: S) -> bool {
         if state == *self.state() {
             return false;
@@ -55,22 +55,22 @@ impl<S: Clone + PartialEq> UndoHistory<S> {
         true
     }
 
-    /// Ends the change: the next one is an entry of its own.
+    /// Closes the present entry: the next change begins a new one.
     pub fn end(&mut self) {
         self.open = None;
     }
 
-    /// The change that [`undo`](Self::undo) would take back.
+    /// Name of the change that [`undo`](Self::undo) would revert.
     pub fn undo_name(&self) -> Option<&str> {
         (self.at > 0).then(|| self.entries[self.at].change.as_str())
     }
 
-    /// The change that [`redo`](Self::redo) would repeat.
+    /// Name of the change that [`redo`](Self::redo) would repeat.
     pub fn redo_name(&self) -> Option<&str> {
         self.entries.get(self.at + 1).map(|entry| entry.change.as_str())
     }
 
-    /// Returns to the state before the last change, and names that; `None` at the beginning.
+    /// Returns to the previous state and names the reverted change; `None` at the beginning.
     pub fn undo(&mut self) -> Option<String> {
         self.open = None;
         let change = self.undo_name()?.to_owned();
@@ -78,7 +78,7 @@ impl<S: Clone + PartialEq> UndoHistory<S> {
         Some(change)
     }
 
-    /// Repeats the change that was undone last, and names it; `None` when there is none.
+    /// Repeats the change that was undone last and names it; `None` if there is none.
     pub fn redo(&mut self) -> Option<String> {
         self.open = None;
         let change = self.redo_name()?.to_owned();
@@ -86,7 +86,7 @@ impl<S: Clone + PartialEq> UndoHistory<S> {
         Some(change)
     }
 
-    /// The same history of states that are translated.
+    /// Converts all states with `translate`, keeping the entries.
     pub fn map(self, translate: impl FnMut(S) -> S) -> Self {
         let (mut translate, Self { entries, at, .. }) = (translate, self);
         let translated = |HistoryEntry { change, state }| HistoryEntry { change, state: translate(state) };
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(*history.state(), 1);
     }
 
-    /// An entry that was undone is not extended, and what changes nothing is no entry.
+    /// An undone entry is not extended, and a change without effect is no entry.
     #[test]
     fn undoing_ends_a_change() {
         let mut history = UndoHistory::new(0);

@@ -1,4 +1,4 @@
-//! Runs egui in a window: hands it the window's events, runs the panel when it is due, and keeps what is to be drawn.
+//! Runs egui in a window: passes events to it, runs the panel when due, and keeps its drawing.
 
 use std::time::{Duration, Instant};
 
@@ -10,16 +10,16 @@ use winit::window::Window;
 use crate::client::window::action::Action;
 use crate::client::window::panel::{self, LoadingData, PanelControls, PanelData};
 
-/// Longest time between two runs of the panel while it is visible.
+/// Longest interval between runs of the panel while it is visible.
 const REFRESH: Duration = Duration::from_millis(200);
 
-/// How long a message stands over the picture.
+/// How long a message is shown over the picture.
 const MESSAGE: Duration = Duration::from_secs(5);
 
-/// What egui wants drawn.
+/// Output of egui to draw.
 #[derive(Default)]
 pub struct PanelDrawing {
-    /// Changes of textures that have not been handed over yet.
+    /// Texture updates that have not been handed over yet.
     pub textures: egui::TexturesDelta,
     /// Triangles of the last run, in points.
     pub primitives: Vec<egui::ClippedPrimitive>,
@@ -28,32 +28,32 @@ pub struct PanelDrawing {
 }
 
 impl Drop for PanelDrawing {
-    /// Textures that were never handed over, because the window could not be drawn, are not missed.
+    /// egui reports textures that were dropped before they were handed over; that is expected if the window could not be drawn.
     fn drop(&mut self) {
         self.textures.clear();
     }
 }
 
-/// What a screen reader asks for, as an event of the loop.
+/// Event of the accessibility tree, sent to the event loop.
 pub use accesskit_winit::Event as ReaderEvent;
 
-/// egui in one window, which may not be open yet.
+/// egui in one window, which may not have been opened yet.
 pub struct EguiHost {
     context: egui::Context,
     /// `None` until the window is open.
     state: Option<egui_winit::State>,
     drawing: PanelDrawing,
-    /// The pointer, in points.
+    /// Pointer position in points.
     pointer: Option<egui::Pos2>,
-    /// Width of the window that the dock leaves to the picture, points.
+    /// Width that the dock leaves to the picture, points.
     picture_width: f32,
     /// Factor on the size of text.
     text_scale: f32,
-    /// egui must run again by then.
+    /// When egui must run next.
     due: Instant,
-    /// The last message for the user, and until when it stands over the picture; `None` is until the next one.
+    /// The last message to the user, and when it disappears; `None` means when the next one arrives.
     message: Option<(String, Option<Instant>)>,
-    /// The message was drawn in the last run.
+    /// Whether the message was drawn in the last run.
     message_drawn: bool,
 }
 
@@ -74,8 +74,8 @@ impl Default for EguiHost {
 }
 
 impl EguiHost {
-    /// Begins to work in this window, which is not visible yet. Screen readers are answered through `proxy`, and what they ask for
-    /// comes to [`hear_reader`](Self::hear_reader).
+    /// Attaches to this window, which is not visible yet. The accessibility tree is served through `proxy`; requests of screen readers
+    /// arrive at [`hear_reader`](Self::hear_reader).
     pub fn open(&mut self, window: &Window, events: &ActiveEventLoop, proxy: EventLoopProxy<ReaderEvent>) {
         let (context, id) = (self.context.clone(), egui::ViewportId::ROOT);
         context.options_mut(|options| options.zoom_with_keyboard = false);
@@ -86,7 +86,7 @@ impl EguiHost {
         self.refresh();
     }
 
-    /// Hears what a screen reader asks for.
+    /// Handles a request of a screen reader.
     pub fn hear_reader(&mut self, event: ReaderEvent) {
         match event.window_event {
             accesskit_winit::WindowEvent::InitialTreeRequested => self.context.enable_accesskit(),
@@ -100,7 +100,7 @@ impl EguiHost {
         self.refresh();
     }
 
-    /// Makes all text this much larger than usual.
+    /// Scales all text relative to the default size.
     pub fn scale_text(&mut self, factor: f32) {
         self.context.set_zoom_factor(factor);
         self.text_scale = factor;
@@ -112,9 +112,9 @@ impl EguiHost {
         window.scale_factor() as f32 * self.text_scale
     }
 
-    /// Gives an event to egui. Returns true when the panel has used it, so that the picture must not react. `active` is false
-    /// while the panel is hidden or the picture is dragged: egui then gets only the events that keep its state valid. While
-    /// something is open that is `modal`, such as a dialog, all keys are its.
+    /// Passes an event to egui. Returns true if the panel has consumed it, so that the picture must not react. `active` is false while the
+    /// panel is hidden or the picture is dragged: egui then receives only the events that keep its state valid. While a `modal` element
+    /// such as a dialog is open, it receives all keys.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent, active: bool, modal: bool) -> bool {
         if keeps_state(event) {
             let _ = self.handle(window, event);
@@ -145,7 +145,7 @@ impl EguiHost {
         if response.repaint {
             self.refresh();
         }
-        // egui answers for where the pointer was when it ran last, which may be long ago on a slow device.
+        // egui uses the pointer position of its last run, which may be long ago on a slow device.
         let pressed = matches!(event, WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. });
         response.consumed || (pressed && self.is_under_pointer())
     }
@@ -157,7 +157,7 @@ impl EguiHost {
             || self.pointer.is_some_and(|at| at.x >= self.picture_width)
     }
 
-    /// Puts text on the clipboard.
+    /// Copies text to the clipboard.
     pub fn copy(&mut self, text: String) {
         if let Some(state) = &mut self.state {
             state.set_clipboard_text(text);
@@ -170,7 +170,7 @@ impl EguiHost {
         self.refresh();
     }
 
-    /// Shows a message until the next one.
+    /// Shows a message until the next one arrives.
     pub fn pin(&mut self, text: String) {
         if self.message.as_ref().is_none_or(|(known, until)| *known != text || until.is_some()) {
             self.message = Some((text, None));
@@ -178,18 +178,18 @@ impl EguiHost {
         }
     }
 
-    /// The message that stands over the picture now.
+    /// The message shown over the picture now.
     pub fn message(&self, now: Instant) -> Option<&str> {
         let stands = |until: &Option<Instant>| until.is_none_or(|until| now < until);
         self.message.as_ref().filter(|(_, until)| stands(until)).map(|(text, _)| text.as_str())
     }
 
-    /// Whether a message is to be drawn, or was drawn last time and is to be removed.
+    /// Whether a message must be drawn, or was drawn last time and must be removed.
     pub fn has_message(&self) -> bool {
         self.message_drawn || self.message(Instant::now()).is_some()
     }
 
-    /// Asks for the panel to be drawn anew.
+    /// Requests a run of the panel.
     pub fn refresh(&mut self) {
         self.due = Instant::now();
     }
@@ -199,7 +199,7 @@ impl EguiHost {
         self.due
     }
 
-    /// Runs the panel; returns the actions that the user asks for.
+    /// Runs the panel; returns the user's actions.
     pub fn run(&mut self, window: &Window, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
         self.message_drawn = data.message.is_some();
         let mut actions = Vec::new();
@@ -209,7 +209,7 @@ impl EguiHost {
         actions
     }
 
-    /// Runs what stands in the window while a scene is loaded.
+    /// Runs the loading screen.
     pub fn run_loading(&mut self, window: &Window, data: &LoadingData) {
         self.draw(window, |ui| panel::show_loading(ui, data));
     }
@@ -231,14 +231,14 @@ impl EguiHost {
         &mut self.drawing
     }
 
-    /// Physical pixels per point of what is drawn; 1 before anything is.
+    /// Physical pixels per point of the drawing; 1 before the first.
     pub fn drawing_scale(&self) -> f32 {
         let scale = self.drawing.pixels_per_point;
         if scale > 0.0 { scale } else { 1.0 }
     }
 }
 
-/// Events that egui must hear even when they do not concern the panel: what it knows of keys and scale must not grow old.
+/// Whether egui must receive the event even if it does not concern the panel, so that its state of keys and scale stays valid.
 fn keeps_state(event: &WindowEvent) -> bool {
     matches!(
         event,
@@ -247,7 +247,7 @@ fn keeps_state(event: &WindowEvent) -> bool {
             | WindowEvent::Focused(_)
             | WindowEvent::ThemeChanged(_)
             | WindowEvent::CursorLeft { .. }
-            // A press on the picture is heard by both; without its end egui would hold the button for ever.
+            // A press on the picture reaches both; without the release egui would consider the button held.
             | WindowEvent::MouseInput { state: ElementState::Released, .. }
     )
 }

@@ -13,21 +13,21 @@ use crate::client::window::navigation::Gesture;
 
 /// Physical pixels that the cursor may move between press and release of a click.
 const CLICK: f64 = 4.0;
-/// Longest time between the clicks of a double click.
+/// Longest interval between the clicks of a double click.
 const DOUBLE_CLICK: Duration = Duration::from_millis(400);
-/// Steps of the wheel, or of a key, after a rest of this long begin a new entry of the history.
+/// A step of the wheel or of a key after a pause of this length begins a new history entry.
 const STEP_REST: Duration = Duration::from_millis(500);
-/// Physical pixels of a touchpad's scrolling that are as much as one step of a wheel.
+/// Touchpad scrolling, in physical pixels, that equals one step of the wheel.
 const PIXELS_PER_STEP: f64 = 40.0;
-/// Flying speed at the start, in distances to the target per second.
+/// Initial flying speed, in distances to the target per second.
 const SPEED: f64 = 0.8;
-/// Bounds of the flying speed.
+/// Range of the flying speed.
 const SPEEDS: (f64, f64) = (1e-3, 1e3);
 /// Factor on the flying speed while Shift is held.
 const SHIFT_SPEED: f64 = 4.0;
 /// Factor on the flying speed per step of the wheel.
 const WHEEL_SPEED: f64 = 1.25;
-/// Longest time that one tick flies, seconds: a stall must not throw the camera away.
+/// Upper bound on the time step of flying, seconds, so that a stall does not throw the camera away.
 const LONGEST_TICK: f64 = 0.1;
 
 /// An event of mouse or keyboard as plain data. Positions are physical pixels.
@@ -41,30 +41,30 @@ pub enum InputEvent {
     Button(MouseButton, bool),
     /// Steps of the wheel, or touchpad pixels ÷ `PIXELS_PER_STEP`; positive is away from the user.
     Wheel(f64),
-    /// The same sideways, as some systems turn the wheel with Shift.
+    /// As `Wheel`, sideways: some systems send this for the wheel with Shift.
     SideWheel(f64),
-    /// A key went down or up (not its repetitions): its place, and the layout's character.
+    /// A key went down or up (without repetitions): its physical key, and the layout's character.
     Key(Option<KeyCode>, Option<char>, bool),
     /// Whether Ctrl and Shift are held.
     Modifiers(bool, bool),
-    /// The window has lost the keyboard.
+    /// The window has lost the keyboard focus.
     FocusLost,
-    /// The size of the picture's area of the window, and that of the whole picture as it is shown there.
+    /// Size of the picture's area in the window, and displayed size of the whole picture.
     Size(DVec2, DVec2),
 }
 
-/// A mouse button that is held.
+/// A held mouse button.
 #[derive(Clone, Copy, Debug)]
 struct Press {
     button: MouseButton,
     from: DVec2,
-    /// Shift was held when the button went down.
+    /// Whether Shift was held when the button went down.
     shift: bool,
-    /// Ctrl was.
+    /// Whether Ctrl was held when the button went down.
     ctrl: bool,
-    /// A rectangle is dragged.
+    /// Whether a region is being dragged.
     region: bool,
-    /// The cursor has moved too far for a click.
+    /// Whether the cursor has moved too far for a click.
     dragging: bool,
 }
 
@@ -73,23 +73,23 @@ struct Press {
 pub struct InputState {
     /// Size of the picture's area of the window.
     area: DVec2,
-    /// Size of the whole picture as it is shown there: what moves the camera are fractions of it.
+    /// Displayed size of the whole picture; camera moves are fractions of it.
     picture: DVec2,
     cursor: Option<DVec2>,
     press: Option<Press>,
     last_click: Option<(Instant, DVec2)>,
-    /// Last step of the wheel, or of a key that moves the camera.
+    /// Time of the last step of the wheel, or of a key that moves the camera.
     last_step: Option<Instant>,
     ctrl: bool,
     shift: bool,
-    /// Keys of [`FLYING`] that are held.
+    /// Which keys of [`FLYING`] are held.
     held: [bool; FLYING.len()],
     speed: f64,
-    /// The next drag of the left button is a rectangle.
+    /// Whether the next drag with the left button selects a region.
     asks_region: bool,
 }
 
-/// Keys that fly, each with its direction: camera right, up, forward.
+/// Keys for flying, with directions in camera space: right, up, forward.
 const FLYING: [(KeyCode, DVec3); 6] = [
     (KeyCode::KeyW, DVec3::Z),
     (KeyCode::KeyS, DVec3::NEG_Z),
@@ -100,7 +100,7 @@ const FLYING: [(KeyCode, DVec3); 6] = [
 ];
 
 impl InputState {
-    /// Nothing is held, in a window whose picture has an area of this size in physical pixels.
+    /// Nothing held; `size`: area of the picture in physical pixels.
     pub fn new(size: [u32; 2]) -> Self {
         Self {
             area: DVec2::from(size.map(f64::from)),
@@ -117,8 +117,7 @@ impl InputState {
         }
     }
 
-    /// Interprets an event of the window. An event that the panel has `captured` starts nothing here, but a release still ends
-    /// what was started.
+    /// Handles a window event. An event `captured` by the panel starts nothing here, but a release still ends what was started.
     pub fn on_window_event(&mut self, event: &WindowEvent, captured: bool) -> Vec<Action> {
         let Some(signal) = translate(event) else { return Vec::new() };
         let starts = matches!(
@@ -131,12 +130,12 @@ impl InputState {
         if captured && starts { Vec::new() } else { self.take(signal, Instant::now()) }
     }
 
-    /// Interprets an event that happened `now`.
+    /// Handles an event that happened at `now`.
     pub fn take(&mut self, signal: InputEvent, now: Instant) -> Vec<Action> {
         match signal {
             InputEvent::Cursor(at) => self.cursor_to(at),
             InputEvent::CursorLeft => {
-                // While a button is held the window system keeps reporting the cursor.
+                // While a button is held the window system keeps reporting the cursor, even outside the window.
                 if self.press.is_none() {
                     self.cursor = None;
                 }
@@ -169,7 +168,7 @@ impl InputState {
         }
     }
 
-    /// The flight of the last `dt` seconds, while the right button and a key are held.
+    /// Flying motion of the last `dt` seconds, while the right button and a flying key are held.
     pub fn tick(&mut self, dt: f64) -> Option<Gesture> {
         if !self.is_flying() || dt.is_nan() || dt <= 0.0 {
             return None;
@@ -179,7 +178,7 @@ impl InputState {
         if direction == DVec3::ZERO {
             return None;
         }
-        // From now on this is a drag: the release ends a move and is no click.
+        // The press now counts as a drag: its release ends a move and is not a click.
         if let Some(press) = &mut self.press {
             press.dragging = true;
         }
@@ -187,12 +186,12 @@ impl InputState {
         Some(Gesture::Fly(direction * (self.speed * faster * dt.min(LONGEST_TICK))))
     }
 
-    /// [`InputState::tick`] must be called for every frame: a flying key is held.
+    /// Whether a flying key is held, so that [`InputState::tick`] must be called every frame.
     pub fn is_moving(&self) -> bool {
         self.is_flying() && self.held.contains(&true)
     }
 
-    /// A button went down over the picture and is still held: the panel should not react.
+    /// Whether a button pressed over the picture is still held, so that the panel must not react.
     pub fn is_dragging(&self) -> bool {
         self.press.is_some()
     }
@@ -202,18 +201,18 @@ impl InputState {
         self.cursor
     }
 
-    /// Whether the next drag of the left button is a rectangle.
+    /// Sets whether the next drag with the left button selects a region.
     pub fn ask_region(&mut self, asks: bool) {
         self.asks_region = asks;
     }
 
-    /// Drags no rectangle any more, whatever is held.
+    /// Cancels the dragging of a region, even if the button is held.
     pub fn cancel_region(&mut self) {
         self.asks_region = false;
         self.press.take_if(|press| press.region);
     }
 
-    /// Whether the next drag of the left button is a rectangle.
+    /// Whether the next drag with the left button selects a region.
     pub fn asks_region(&self) -> bool {
         self.asks_region
     }
@@ -235,7 +234,7 @@ impl InputState {
     fn cursor_to(&mut self, at: DVec2) -> Vec<Action> {
         let before = self.cursor.replace(at);
         let (Some(press), Some(before)) = (&mut self.press, before) else { return Vec::new() };
-        // The first step of a drag makes up for what the threshold has swallowed.
+        // The first motion of a drag includes the distance swallowed by the click threshold.
         let from = if press.dragging { before } else { press.from };
         press.dragging |= at.distance(press.from) > CLICK;
         let by = (at - from) / self.picture;
@@ -257,7 +256,7 @@ impl InputState {
 
     fn press(&mut self, button: MouseButton) -> Vec<Action> {
         let known = matches!(button, MouseButton::Left | MouseButton::Middle | MouseButton::Right);
-        // The first button decides; a press without a cursor can only be a touch that we do not know.
+        // The first button decides. A press without a cursor position can only be an unsupported touch.
         if let (true, None, Some(from)) = (known, self.press, self.cursor) {
             let (shift, ctrl) = (self.shift, self.ctrl);
             let region = button == MouseButton::Left && (self.asks_region || shift && ctrl);
@@ -307,7 +306,7 @@ impl InputState {
         }
     }
 
-    /// One step of a run of steps; after a rest a new entry of the history begins.
+    /// A step of the wheel or of a key; after a pause a new history entry begins.
     fn step(&mut self, gesture: Gesture, now: Instant) -> Vec<Action> {
         let last = self.last_step.replace(now);
         let rested = last.is_none_or(|last| now.saturating_duration_since(last) > STEP_REST);
@@ -317,7 +316,7 @@ impl InputState {
     fn key(&mut self, code: Option<KeyCode>, text: Option<char>, pressed: bool, now: Instant) -> Vec<Action> {
         let flying = self.is_flying();
         if let Some(place) = FLYING.iter().position(|(key, _)| Some(*key) == code) {
-            // Also before the right button goes down: it flies from then on.
+            // Recorded even before the right button is pressed, since the camera flies from then on.
             self.held[place] = pressed;
         }
         if !pressed {
@@ -338,7 +337,7 @@ impl InputState {
     }
 }
 
-/// Translates an event of winit; `None` for events that do not concern mouse or keyboard.
+/// Translates a winit event; `None` if it does not concern mouse or keyboard.
 fn translate(event: &WindowEvent) -> Option<InputEvent> {
     Some(match event {
         WindowEvent::CursorMoved { position, .. } => InputEvent::Cursor(DVec2::new(position.x, position.y)),

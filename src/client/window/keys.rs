@@ -1,5 +1,4 @@
-//! What keys and mouse buttons do: one table, which maps keys to actions and from which the window's list of keys and its palette
-//! of commands are drawn.
+//! Key and mouse bindings: one table, used to dispatch keys and to draw the list of keys and the command palette.
 
 use winit::keyboard::KeyCode;
 
@@ -7,56 +6,56 @@ use crate::client::window::action::Action;
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::PanelTab;
 
-/// Degrees by which a key or a step of the wheel changes the field of view.
+/// Degrees per key press or wheel step when changing the field of view.
 pub const FOV_STEP: f64 = 2.0;
 
-/// The key press that a line of the table reacts to.
+/// Key press that triggers a binding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trigger {
-    /// A character of the keyboard's layout, without Ctrl; letters in either case. Not while the right button is held.
+    /// A character of the keyboard layout, without Ctrl, in either case. Ignored while the right button is held.
     Char(char),
-    /// A character with Ctrl; `true` demands Shift as well.
+    /// A character with Ctrl; `true` requires Shift as well.
     Ctrl(char, bool),
-    /// A key by its place on the keyboard. Not while the right button is held.
+    /// A physical key. Ignored while the right button is held.
     Key(KeyCode),
 }
 
-/// What a line of the table does.
+/// Action of a binding.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BoundAction {
     /// Performs this action.
     Action(Action),
-    /// Does something at the place under the cursor.
+    /// Performs an action at the cursor.
     AtCursor(CursorAction),
-    /// Keeps the view under the number that was pressed.
+    /// Stores the view under the pressed number.
     KeepView,
-    /// Goes to the view that is kept under the number that was pressed.
+    /// Goes to the view stored under the pressed number.
     GoToView,
     /// Describes mouse buttons and held keys, which [`input`](crate::client::window::input) interprets.
     Described,
 }
 
-/// What can be done at the place under the cursor.
+/// Actions at the cursor position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CursorAction {
-    /// Turns the camera there.
+    /// Turns the camera to the point.
     Focus,
-    /// Focuses the lens at its distance.
+    /// Focuses the lens at the point's distance.
     FocusLens,
-    /// Exposes the picture for the light there.
+    /// Sets the exposure from the light at the pixel.
     Meter,
-    /// Adds it as a place whose colour the light mix shall meet.
+    /// Adds the pixel as a colour target of the light mix.
     MixTarget,
     /// Zooms the picture in by a step.
     ZoomIn,
     /// Zooms it out by a step.
     ZoomOut,
-    /// Shows a pixel of it as one of the window.
+    /// Shows the picture at 1:1.
     ShowPixels,
 }
 
 impl CursorAction {
-    /// What it asks for at a position of the window.
+    /// The action at a position of the window.
     pub fn at(self, at: [f64; 2]) -> Action {
         match self {
             Self::Focus => Action::FocusAt(at),
@@ -70,20 +69,20 @@ impl CursorAction {
     }
 }
 
-/// One line of the table.
+/// One binding of the table.
 #[derive(Clone, Debug)]
 pub struct KeyBinding {
-    /// Keys as the user reads them; empty for a command that has none.
+    /// Keys as displayed to the user; empty for a command without a key.
     pub keys: &'static str,
-    /// What they do, as the user reads it.
+    /// Description for the user.
     pub meaning: &'static str,
-    /// Key presses that fire it; none for a line that only describes.
+    /// Key presses that trigger it; empty for a binding that is only displayed.
     pub triggers: &'static [Trigger],
-    /// What it does.
+    /// The action.
     pub action: BoundAction,
 }
 
-/// Lines of one subject.
+/// Bindings of one subject.
 #[derive(Clone, Copy, Debug)]
 pub struct KeyGroup {
     /// The subject.
@@ -114,14 +113,14 @@ const fn at_cursor(
     KeyBinding { keys, meaning, triggers, action: BoundAction::AtCursor(action) }
 }
 
-/// A command without a key, for the palette alone.
+/// A command without a key, listed in the palette only.
 const fn command(meaning: &'static str, action: Action) -> KeyBinding {
     KeyBinding { keys: "", meaning, triggers: &[], action: BoundAction::Action(action) }
 }
 
 use Trigger::{Char, Ctrl, Key};
 
-/// All lines.
+/// All bindings.
 pub const GROUPS: &[KeyGroup] = &[
     KeyGroup { title: "Camera", bindings: CAMERA },
     KeyGroup { title: "Changes", bindings: CHANGES },
@@ -242,7 +241,7 @@ const WINDOW: &[KeyBinding] = &[
     key("Ctrl+Q", "quit", &[Ctrl('q', false)], Action::Quit),
 ];
 
-/// What is held while a key is pressed.
+/// Modifiers held while a key is pressed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Held {
     /// Ctrl.
@@ -253,7 +252,7 @@ pub struct Held {
     pub flying: bool,
 }
 
-/// Looks up a key that was pressed: its place, and the character that the keyboard's layout gives it.
+/// Looks up a pressed key: physical key, and character of the keyboard layout.
 pub fn lookup(code: Option<KeyCode>, text: Option<char>, held: Held) -> Option<&'static BoundAction> {
     let text = text.and_then(|c| c.to_lowercase().next());
     let plain = !held.ctrl && !held.flying;

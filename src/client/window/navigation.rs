@@ -12,10 +12,10 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 /// Least and greatest field of view that a gesture reaches, degrees.
 pub const FOV: (f64, f64) = (1.0, 175.0);
 
-/// Angle to the poles that orbiting and looking keep, radians: beyond, the picture would turn over.
+/// Least angle to the poles when orbiting and looking, radians; beyond, the picture would turn over.
 const POLE: f64 = 0.5 * PI / 180.0;
 
-/// What remains of the distance after one step of the wheel.
+/// Factor on the distance per step of the wheel.
 const DOLLY: f64 = 0.9;
 
 /// Least distance between eye and target, relative to the greatest coordinate: far above the rounding of `f64`.
@@ -32,7 +32,7 @@ pub struct Pose {
     pub up: DVec3,
     /// Field of view in degrees, along the axis that the scene file measures it.
     pub fov: f64,
-    /// The file's camera shows the world in a mirror (its transform has a negative determinant).
+    /// Whether the file's camera is mirrored (its transform has a negative determinant).
     pub mirrored: bool,
 }
 
@@ -166,7 +166,7 @@ impl Pose {
         Self { fov: (self.fov + by).clamp(least, greatest), ..*self }
     }
 
-    /// A point right above or below is looked at from the pole's distance, with the heading of before.
+    /// A point right above or below is viewed at the pole's limit angle, keeping the previous heading.
     fn focus(&self, point: DVec3) -> Self {
         let next = Self { target: point, ..*self };
         let forward = (point - self.eye).normalize_or_zero();

@@ -12,11 +12,11 @@ use crate::gpu::{ForeignRenderer, FrameNumber, Gpu, GpuError, GpuFrame, Renderer
 
 type EguiRenderer = Renderer<GpuAllocator>;
 
-/// Draws what egui has tessellated into the acquired image of a swapchain.
+/// Draws the tessellated output of egui into the acquired swapchain image.
 ///
-/// It keeps the textures too: they outlive windows that are hidden, change their format or lose their surface, and lost
-/// devices. The panel goes on with whatever swapchain it is given, and egui need not send anything again. Drawing waits for
-/// the GPU only where a texture has changed, which is rare after the first frames.
+/// It also keeps the textures, which outlive hidden windows, format changes, lost surfaces and lost devices: drawing continues with any
+/// swapchain, and egui need not send anything again. Drawing waits for the GPU only if a texture has changed, which is rare after the first
+/// frames.
 pub struct PanelRenderer {
     gpu: Arc<Gpu>,
     renderer: Option<ForeignRenderer<EguiRenderer>>,
@@ -37,13 +37,13 @@ impl PanelRenderer {
         Ok(Self { gpu: swapchain.gpu().clone(), renderer, textures: BTreeMap::new(), freed: Vec::new() })
     }
 
-    /// Draws over the acquired image, after [`Swapchain::draw`], once in a frame. Without an acquired image it only takes the
-    /// textures, which must not be lost.
+    /// Draws over the acquired image, after [`Swapchain::draw`], once per frame. Without an acquired image it only stores texture updates,
+    /// which must not be lost.
     ///
     /// # Errors
     ///
-    /// [`GpuError`] naming the call; [`GpuError::Panel`] for triangles with a texture that egui has not delivered. The next call makes
-    /// pipelines and textures anew.
+    /// [`GpuError`] naming the call; [`GpuError::Panel`] for triangles with an unknown texture. The next call recreates pipelines and
+    /// textures.
     pub fn draw(
         &mut self,
         swapchain: &mut Swapchain,
@@ -82,7 +82,7 @@ impl PanelRenderer {
                 egui.free_texture(id).map_err(panel_error)?;
             }
             for (id, (texture, known)) in textures.iter_mut().filter(|(_, (_, known))| !known) {
-                // Whole textures only: the renderer forgets what is around a part (it transitions from UNDEFINED).
+                // Only whole textures are uploaded: a partial update would discard the rest (the renderer transitions from UNDEFINED).
                 egui.set_texture(queue, pool, *id, texture).map_err(panel_error)?;
                 *known = true;
             }
@@ -97,7 +97,7 @@ impl PanelRenderer {
         })
     }
 
-    /// Leaves the device of earlier frames if this swapchain has another.
+    /// Releases the resources of the previous device if this swapchain has another.
     fn follow(&mut self, swapchain: &Swapchain) {
         if !Arc::ptr_eq(&self.gpu, swapchain.gpu()) {
             self.renderer = None;
@@ -108,7 +108,7 @@ impl PanelRenderer {
         }
     }
 
-    /// Takes egui's changes of its textures.
+    /// Applies egui's texture updates.
     fn take(&mut self, mut delta: TexturesDelta, frame: FrameNumber) {
         for (id, parts) in delta.set.drain() {
             for part in parts {
@@ -122,7 +122,7 @@ impl PanelRenderer {
             }
             self.freed.retain(|(_, freed)| *freed != id);
         }
-        // They are still used by this frame: egui frees them after it.
+        // Still used by this frame; freed after it.
         self.freed.extend(delta.free.drain().map(|id| (frame, id)));
         self.textures.retain(|id, _| self.freed.iter().all(|(last, freed)| freed != id || *last == frame));
     }
@@ -139,7 +139,7 @@ fn renderer(parts: RendererParts) -> Result<EguiRenderer, GpuError> {
     Renderer::with_gpu_allocator(parts.allocator, parts.device, mode, options).map_err(panel_error)
 }
 
-/// The renderer's error as one of ours.
+/// Converts the renderer's error.
 fn panel_error(error: RendererError) -> GpuError {
     match error {
         RendererError::Vulkan(result) => GpuError::Call { call: "drawing the panel".into(), result },
@@ -150,7 +150,7 @@ fn panel_error(error: RendererError) -> GpuError {
     }
 }
 
-/// Writes a part of a texture into the whole; what lies outside is left out.
+/// Copies a partial update into the whole texture, clipped.
 fn paste(whole: &mut ImageDelta, part: &ImageDelta) {
     let ImageData::Color(source) = &part.image;
     let ImageData::Color(target) = &mut whole.image;

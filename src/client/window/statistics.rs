@@ -1,4 +1,4 @@
-//! The last values of a series, with exact percentiles.
+//! The most recent values of a series, with exact percentiles.
 
 use std::collections::VecDeque;
 
@@ -21,7 +21,7 @@ impl RecentValues {
         Self { values: VecDeque::with_capacity(capacity), capacity }
     }
 
-    /// Adds a value, and drops the oldest where there is no room. A NaN is ignored.
+    /// Adds a value; drops the oldest if full. NaN is ignored.
     pub fn push(&mut self, value: f32) {
         if value.is_nan() {
             return;
@@ -42,7 +42,7 @@ impl RecentValues {
         self.values.back().copied()
     }
 
-    /// The percentiles `q` by nearest rank; zeros without values.
+    /// Nearest-rank percentiles at the quantiles `q`; zeros without values.
     pub fn percentiles<const N: usize>(&self, q: [f64; N]) -> [f32; N] {
         let mut sorted: Vec<f32> = self.iter().collect();
         sorted.sort_unstable_by(f32::total_cmp);

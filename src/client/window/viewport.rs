@@ -1,7 +1,7 @@
-//! Where the picture lies in the window: its area beside the panel, and which part of the picture is shown there how large.
+//! Placement of the picture in the window: its area beside the panel, and the visible part of the picture with its zoom.
 //!
-//! The area begins at the window's left top corner. The picture has a size of its own: at first the whole of it fills the area as far as
-//! its shape lets it, in the middle. Resizing the window, zooming and panning change only what is shown: no sample is traced or drawn anew.
+//! The area begins at the window's left top corner. The picture size is independent of it: initially the whole picture is fitted to the
+//! area and centred. Resizing the window, zooming and panning change only what is displayed; no sample is traced or rasterised again.
 
 use glam::{DVec2, UVec2};
 
@@ -13,10 +13,10 @@ pub const MOST_ZOOM: f64 = 64.0;
 /// Factor on the zoom per step of the wheel.
 const ZOOM_STEP: f64 = 1.25;
 
-/// From this zoom on a grid separates the pixels.
+/// Zoom from which on a grid separates the pixels.
 pub const GRID_ZOOM: f64 = 8.0;
 
-/// From this zoom on pixels are seen one by one: they have hard edges, whatever their size.
+/// Zoom from which on pixels have hard edges, whatever their size.
 const HARD_ZOOM: f64 = 4.0;
 
 /// The area of the picture in the window, and the part of the picture that it shows. Positions are physical pixels.
@@ -26,9 +26,9 @@ pub struct Viewport {
     area: UVec2,
     /// Size of the picture.
     picture: UVec2,
-    /// Window pixels per picture pixel that were chosen; `None` for as many as let the whole picture fill the area.
+    /// Selected zoom in window pixels per picture pixel; `None` fits the whole picture to the area.
     zoom: Option<f64>,
-    /// The point of the picture at the left top corner of the area.
+    /// Picture position at the left top corner of the area.
     origin: DVec2,
 }
 
@@ -39,8 +39,8 @@ impl Viewport {
         Self { area: size, picture: size, zoom: None, origin: DVec2::ZERO }
     }
 
-    /// The area and the picture have these sizes now; the point in the middle of the area stays there, and so does the zoom unless the
-    /// whole picture is shown.
+    /// Sets the sizes of area and picture. The picture point in the middle of the area stays there, and so does the zoom unless the picture
+    /// is fitted.
     pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
         let (area, picture) = (UVec2::from(area).max(UVec2::ONE), UVec2::from(picture).max(UVec2::ONE));
         if (area, picture) == (self.area, self.picture) {
@@ -53,12 +53,12 @@ impl Viewport {
         self.keep_inside();
     }
 
-    /// The zoom at which the whole picture fills the area.
+    /// Zoom at which the picture fits the area.
     fn fit(&self) -> f64 {
         (self.area.as_dvec2() / self.picture.as_dvec2()).min_element()
     }
 
-    /// Smallest zoom: the picture fits the area, or is as large as it is.
+    /// Smallest zoom: the fitted one, or 1:1 if that is smaller.
     fn least_zoom(&self) -> f64 {
         self.fit().min(1.0)
     }
@@ -87,33 +87,33 @@ impl Viewport {
         self.zoom.unwrap_or(self.fit())
     }
 
-    /// Whether the whole picture fills the area.
+    /// Whether the picture is fitted to the area.
     pub fn is_whole(&self) -> bool {
         self.zoom.is_none()
     }
 
-    /// Whether a position of the window lies in the area, and the picture is seen there.
+    /// Whether a window position lies in the area and on the picture.
     pub fn contains(&self, at: DVec2) -> bool {
         let is_within = |at: DVec2, size: DVec2| at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
         is_within(at, self.area()) && is_within(self.to_picture(at), self.picture())
     }
 
-    /// The place in the picture that is shown at a position of the window.
+    /// Converts a window position to a picture position.
     pub fn to_picture(&self, at: DVec2) -> DVec2 {
         self.origin + at / self.zoom()
     }
 
-    /// The position of the window where a place in the picture is shown.
+    /// Converts a picture position to a window position.
     pub fn to_window(&self, place: DVec2) -> DVec2 {
         (place - self.origin) * self.zoom()
     }
 
-    /// Zooms in by steps of the wheel, out by negative ones; the place at `at` stays there. Returns whether anything changed.
+    /// Zooms in by steps of the wheel (out if negative) about `at`. Returns whether anything changed.
     pub fn zoom_at(&mut self, at: DVec2, steps: f64) -> bool {
         let (now, fit) = (self.zoom(), self.fit());
         let zoom = now * ZOOM_STEP.powf(steps);
-        // The whole picture is not passed by. Pixels have whole sizes where that is near; the small steps of a touchpad would never
-        // leave those.
+        // Zooming stops at the fitted picture instead of passing it, and snaps to nearby whole pixel sizes; small touchpad steps could
+        // otherwise never leave those.
         let passes_fit = (now < fit && fit < zoom) || (zoom < fit && fit < now);
         let is_near = zoom > 1.0 && steps.abs() >= 1.0 && (zoom - zoom.round()).abs() < 0.06 * zoom;
         self.zoom_to(
@@ -128,7 +128,7 @@ impl Viewport {
         )
     }
 
-    /// Shows a pixel of the picture as one of the window; the place at `at` stays there. Returns whether anything changed.
+    /// Shows the picture at 1:1, keeping the point at `at` in place. Returns whether anything changed.
     pub fn show_pixels(&mut self, at: DVec2) -> bool {
         self.zoom_to(at, 1.0)
     }
@@ -142,7 +142,7 @@ impl Viewport {
         *self != before
     }
 
-    /// Moves the picture by this many pixels of the window; returns whether anything changed.
+    /// Pans by window pixels; returns whether anything changed.
     pub fn pan(&mut self, by: DVec2) -> bool {
         let before = *self;
         self.origin -= by / self.zoom();
@@ -150,7 +150,7 @@ impl Viewport {
         *self != before
     }
 
-    /// Shows the whole picture; returns whether anything changed.
+    /// Fits the whole picture; returns whether anything changed.
     pub fn reset(&mut self) -> bool {
         let before = *self;
         self.zoom = None;
@@ -158,7 +158,7 @@ impl Viewport {
         *self != before
     }
 
-    /// Where the picture is larger than the area, its edge is not drawn into it; where it is smaller, it lies in the middle.
+    /// Clamps the origin: a picture larger than the area covers it, a smaller one is centred.
     fn keep_inside(&mut self) {
         let (shown, picture) = (self.area() / self.zoom(), self.picture());
         for i in 0..2 {
@@ -170,7 +170,7 @@ impl Viewport {
         }
     }
 
-    /// How texels between pixels of the window are found: pixels of whole sizes, and those that are seen one by one, keep hard edges.
+    /// Interpolation between texels: nearest for whole pixel sizes and magnified pixels, so that they keep hard edges.
     pub fn filter(&self) -> CopyFilter {
         let zoom = self.zoom();
         match zoom >= HARD_ZOOM || zoom == zoom.round() {
@@ -179,8 +179,7 @@ impl Viewport {
         }
     }
 
-    /// The copies that show the picture in a window of this extent: pixels of the picture that are wholly visible, and those that
-    /// the edges cut.
+    /// Copy regions that show the picture in a window of this extent: fully visible pixels, and those cut by the edges.
     pub fn copies(&self, extent: [u32; 2]) -> Vec<CopyRegion> {
         let end = self.area.min(UVec2::from(extent));
         let axes: [Vec<AxisCopy>; 2] =
@@ -197,14 +196,14 @@ impl Viewport {
 /// The copies along one axis into the pixels 0 … `end` of the window, of a picture with `scale` window pixels per pixel.
 fn along(origin: f64, scale: f64, picture: u32, end: f64) -> Vec<AxisCopy> {
     let (from, last) = (origin.max(0.0), f64::from(picture).min(origin + end / scale));
-    // Rounding cuts no pixel.
+    // Rounding errors must not cut a pixel.
     let last = if (last - last.round()).abs() < 1e-6 { last.round() } else { last };
     let place = |pixel: f64| ((pixel - origin) * scale).round().clamp(0.0, end) as i32;
-    // The wholly visible ones, between those that are cut.
+    // Fully visible pixels, between those that are cut.
     let (first, after) = (from.ceil(), last.floor());
     let spans = match first <= after {
         true => vec![(from.floor(), first), (first, after), (after, last.ceil())],
-        // Less than a pixel.
+        // Less than one pixel is visible.
         false => vec![(from.floor(), last.ceil())],
     };
     let spans = spans.into_iter().filter(|(from, to)| to > from);
@@ -213,7 +212,7 @@ fn along(origin: f64, scale: f64, picture: u32, end: f64) -> Vec<AxisCopy> {
     copies.filter(|copy| copy.to[1] > copy.to[0]).collect()
 }
 
-/// One axis of a copy: from these pixels of the picture to these of the window.
+/// One axis of a copy: source pixels of the picture, and target pixels of the window.
 struct AxisCopy {
     from: [i32; 2],
     to: [i32; 2],
@@ -223,7 +222,7 @@ struct AxisCopy {
 mod tests {
     use super::*;
 
-    /// The pixel of the picture that the copies bring to every pixel of the window.
+    /// The picture pixel that the copies bring to every window pixel.
     fn shown(view: &Viewport, extent: [u32; 2]) -> Vec<Option<[i32; 2]>> {
         let [width, height] = extent.map(|n| n as usize);
         let mut seen = vec![None; width * height];
@@ -247,12 +246,12 @@ mod tests {
     fn the_whole_picture_is_one_copy_without_scaling() {
         let view = Viewport::new([40, 30]);
         assert_eq!(view.copies([40, 30]), [CopyRegion { from: [[0, 0], [40, 30]], to: [[0, 0], [40, 30]] }]);
-        // Beside a panel, and in a window that is still too small.
+        // Beside a panel, and in a window smaller than the area.
         assert_eq!(view.copies([90, 30]), view.copies([40, 30]));
         assert_eq!(view.copies([20, 30])[0].from, [[0, 0], [20, 30]]);
     }
 
-    /// Every pixel of the area shows the pixel of the picture that `to_picture` names, at any zoom and place.
+    /// Every pixel of the area shows the picture pixel given by `to_picture`, at any zoom and origin.
     #[test]
     fn copies_agree_with_the_mapping() {
         let mut view = Viewport::new([40, 30]);
@@ -266,7 +265,7 @@ mod tests {
                 let place = view.to_picture(middle);
                 let pixel = pixel.unwrap_or_else(|| panic!("{middle} is not drawn: {view:?}"));
                 for axis in 0..2 {
-                    // Sizes of pixels that are no whole numbers are rounded.
+                    // Non-integer pixel sizes are rounded.
                     let away = place[axis] - f64::from(pixel[axis]) - 0.5;
                     assert!(away.abs() < 0.5 + 1.0 / view.zoom(), "{middle}: {pixel:?}, {place}, {view:?}");
                 }
@@ -295,8 +294,7 @@ mod tests {
         assert!(shown(&view, [10, 10]).iter().all(Option::is_some), "{view:?}");
     }
 
-    /// The whole picture fills an area of any size and shape as far as its own shape lets it, in the middle, and its pixels are where
-    /// the mapping says.
+    /// The whole picture is fitted to an area of any size and shape and centred, and its pixels are where the mapping says.
     #[test]
     fn the_whole_picture_fills_the_area() {
         let mut view = Viewport::new([40, 30]);
@@ -323,7 +321,7 @@ mod tests {
         assert_eq!(view, Viewport::new([40, 30]));
     }
 
-    /// Zooming out of a picture that is smaller than the area leads past the whole picture to its own pixels, and not beyond.
+    /// Zooming out of a picture smaller than the area passes the fitted size and ends at 1:1.
     #[test]
     fn a_small_picture_can_be_shown_as_it_is() {
         let mut view = Viewport::new([40, 30]);
@@ -340,7 +338,7 @@ mod tests {
         );
         assert!(!view.zoom_at(middle, -1.0), "{view:?}");
         assert!(view.reset() && view.is_whole());
-        // A large one is made smaller.
+        // A large picture is reduced.
         view.set_sizes([100, 100], [400, 300]);
         assert_eq!(view.zoom(), 0.25);
         assert!(!view.zoom_at(middle, -1.0) && view.zoom_at(middle, 20.0));

@@ -1,4 +1,4 @@
-//! `pointillist bench --bytes`: the bytes that passes move and images take by design, at the sizes that people look at.
+//! `pointillist bench --bytes`: memory traffic of passes and size of images by design, at common picture sizes.
 
 use serde::Serialize;
 
@@ -9,37 +9,37 @@ use crate::render::figures::human;
 /// Width and height of the pictures.
 const SIZES: [[u32; 2]; 3] = [[512, 512], [1920, 1080], [3840, 2160]];
 
-/// Samples of a stream that arrive in a frame while the camera moves: those of 4 million per second.
+/// Samples of a stream per frame while the camera moves: 4 million per second.
 const MOVING_SAMPLES: u64 = 65_536;
 
-/// The bytes of one stream at several sizes. The names of the fields are the keys in JSON.
+/// Bytes of one stream at several picture sizes. Field names are JSON keys.
 #[derive(Debug, Serialize)]
 pub struct BytesReport {
     model: &'static str,
     sizes: Vec<SizeBytes>,
 }
 
-/// The bytes of one stream.
+/// Bytes of one stream at one picture size.
 #[derive(Debug, Serialize)]
 struct SizeBytes {
     width: u32,
     height: u32,
     /// Samples of a full batch.
     batch_samples: usize,
-    /// Bytes that a full batch of one stream moves, and a repaint with as many samples as pixels, by pass.
+    /// Bytes moved by a full batch of one stream and by a repaint at one sample per pixel, by pass.
     passes: Vec<(&'static str, f64)>,
     /// Bytes of a frame of a moving picture, by pass.
     moving_passes: Vec<(&'static str, f64)>,
-    /// Bytes of the passes that cost as much whatever the number of samples, per million samples.
+    /// Bytes per million samples of the passes whose cost does not depend on the number of samples.
     folded_per_million_samples: f64,
-    /// The same with vertices and sprites.
+    /// As `folded_per_million_samples`, plus vertices and sprites.
     per_million_samples: f64,
     /// Bytes of a frame of a moving picture.
     moving_frame: f64,
 }
 
 impl BytesReport {
-    /// The bytes of films with this filter, with noise masking where the settings have it.
+    /// Traffic of films with this filter; with noise masking if the settings enable it.
     pub fn new(filter: SplatFilter, settings: &Settings) -> Self {
         let (variance, sums) = (Some(VarianceForm::Product), Summation::TwoFloat);
         let film = |[width, height]: [u32; 2]| FilmSpec { width, height, filter, variance, sums };
@@ -47,7 +47,7 @@ impl BytesReport {
         Self { model: MODEL, sizes: SIZES.map(of).into() }
     }
 
-    /// The report as a table.
+    /// Formats the report as a table.
     pub fn table(&self) -> String {
         let mut out = format!("MB of one stream by design: {MODEL}\n{:<34}", "");
         let row = |name: &str, of: &dyn Fn(&SizeBytes) -> String| {
@@ -84,7 +84,7 @@ impl SizeBytes {
         };
         let batch = ["splat", "fold", "variance"];
         let millions = still.samples * 1e-6;
-        // The fold of the variance is part of the variance.
+        // The fold of the variance is included in the variance.
         let all: Vec<_> = PASSES.into_iter().filter(|pass| *pass != "variance fold").collect();
         Self {
             width: film.width,
@@ -104,8 +104,8 @@ mod tests {
     use super::*;
     use crate::client::memory::film_memory;
 
-    /// What the design promises for a picture of 4K: at most .4 GB per million samples besides sprites, .6 GB for a frame of a moving
-    /// picture, and 389 MB of memory for the sums of a stream.
+    /// Design targets for a 4K picture: at most .4 GB per million samples besides sprites, .6 GB for a frame of a moving picture, and 389
+    /// MB of memory for the sums of a stream.
     #[test]
     fn a_picture_of_4k_moves_little() {
         let report = BytesReport::new(SplatFilter::Gaussian, &Settings { vm: 1.0, ..Settings::default() });

@@ -1,4 +1,4 @@
-//! The frames that are measured.
+//! The measured frames of a benchmark.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,48 +19,48 @@ use crate::server::{Priority, Server};
 use crate::stream::{DrainOrder, Epoch, Lanes};
 use crate::tracer::{Camera, Scene};
 
-/// Frames that are not counted: pipelines are made, memory is touched, the lanes fill.
+/// Number of uncounted frames at the start, while pipelines are compiled, memory is touched and the lanes fill.
 pub const WARM_UP: u32 = 8;
 
-/// Frames that are not counted, and then frames that are, at least, however slow the device is.
+/// Least number of uncounted frames, and of counted frames, however slow the device is.
 const FEWEST: u32 = 3;
 
-/// Most time a frame waits for samples.
+/// Longest wait of a frame for samples.
 const PATIENCE: Duration = Duration::from_millis(16);
 
-/// What was measured of every pass.
+/// Measurements of every pass.
 #[derive(Debug, Default)]
 pub struct PassTimes {
-    /// Milliseconds of each pass, one entry per frame in which it ran; by the order of first use.
+    /// Milliseconds of each pass, one entry per frame in which it ran; in order of first use.
     pub passes: Vec<(&'static str, Vec<f64>)>,
-    /// Milliseconds from one frame's begin to the next, host's clock.
+    /// Milliseconds between beginnings of consecutive frames, by the host's clock.
     pub frames: Vec<f64>,
     pub runs: BTreeMap<&'static str, u64>,
-    /// Samples on the film during the measured frames, and paths traced for them.
+    /// Samples added to the film during the measured frames.
     pub samples: u64,
-    /// Paths of them.
+    /// Paths traced for these samples.
     pub paths: u64,
     pub wall: Duration,
     pub threads: usize,
-    /// Scopes without timestamps, and rows that were lost.
+    /// Scopes without timestamps, and lost rows.
     pub untimed: u64,
-    /// What was on the device at the end.
+    /// Resources on the device at the end.
     pub inventory: Inventory,
 }
 
-/// The state of the loop over frames.
+/// State of the frame loop.
 struct Loop<'a> {
     gpu: &'a Arc<Gpu>,
     film: VulkanFilm,
     lanes: Lanes,
     settings: &'a Settings,
-    /// The yardstick: two images of the picture's size.
+    /// Two images of the picture's size, copied as the yardstick.
     copy: [Image; 2],
     capture: Option<TimingCapture>,
     measured: PassTimes,
-    /// The first frame that counts, once it is known.
+    /// Index of the first counted frame, once known.
     first: u32,
-    /// Last frame number of the device for each frame of the loop that has not been read yet.
+    /// Last frame number of the device, for each frame of the loop that has not been read yet.
     ends: BTreeMap<u64, u32>,
     /// Milliseconds by frame of the loop and pass.
     sums: BTreeMap<(u32, &'static str), f64>,
@@ -68,22 +68,22 @@ struct Loop<'a> {
 
 const EPOCH: Epoch = Epoch(1);
 
-/// The frames that are to be run.
+/// Parameters of a measurement.
 pub struct BenchJob<'a> {
     pub gpu: &'a Arc<Gpu>,
     pub run: &'a RunSpec,
     pub scene: Arc<Scene>,
     pub camera: Camera,
     pub threads: usize,
-    /// How it is shown.
+    /// Display settings.
     pub settings: &'a Settings,
-    /// Frames after the warm-up.
+    /// Number of frames after the warm-up.
     pub frames: u32,
-    /// After this time fewer frames are enough.
+    /// Time limit, after which fewer frames suffice.
     pub at_most: Duration,
 }
 
-/// Runs the warm-up and the frames of a job; Ctrl-C ends early.
+/// Runs the warm-up and the frames of a job; Ctrl-C ends it early.
 pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<PassTimes> {
     let BenchJob { gpu, run, scene, camera, threads, settings, frames, at_most } = job;
     let film = VulkanFilm::new(gpu.clone(), run.film).into_diagnostic()?;
@@ -142,7 +142,7 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
         after.camera_samples + after.light_samples - before.camera_samples - before.light_samples;
     this.measured.paths = after.paths() - before.paths();
     server.term();
-    // When an empty frame has completed, so have all before.
+    // When an empty frame has completed, so have all earlier ones.
     gpu.wait(gpu.begin().into_diagnostic()?.submit().into_diagnostic()?).into_diagnostic()?;
     this.read()?;
     if let Some(capture) = this.capture.take() {
@@ -170,7 +170,7 @@ impl Loop<'_> {
         self.film.paint(cmd, self.settings, 1, &mut []).into_diagnostic()?;
         let [source, target] = &mut self.copy;
         if number == 0 {
-            // Memory that was never written may not be there.
+            // Memory that was never written might not be backed by physical pages.
             cmd.access(source, Access::ColorWrite);
             cmd.rendering(&[Attachment::cleared(source)], |_| ());
         }
@@ -180,7 +180,7 @@ impl Loop<'_> {
         note(&mut self.capture, "paint", start)
     }
 
-    /// Takes the rows of completed frames and adds each to its frame and pass.
+    /// Takes the rows of completed frames and sums them by frame and pass.
     fn read(&mut self) -> Result<()> {
         let taken = self.gpu.take_rows();
         if let Some(capture) = &mut self.capture {
@@ -199,14 +199,14 @@ impl Loop<'_> {
                 }
             }
         }
-        // Frames arrive in order: what lies before the last one read is complete.
+        // Frames complete in order, so all before the last one read are complete.
         if let Some(last) = frames.last() {
             self.ends = self.ends.split_off(&last.frame);
         }
         Ok(())
     }
 
-    /// Moves the sums to their passes, ascending.
+    /// Moves the sums to the lists of their passes, sorted.
     fn sorted(mut self) -> PassTimes {
         for (name, times) in &mut self.measured.passes {
             times.extend(self.sums.iter().filter(|((_, n), _)| n == name).map(|(_, t)| *t));

@@ -1,4 +1,4 @@
-//! What a target error costs in machines and time, from a short render and the curve that is fitted to its error.
+//! Machines and time to an error target, extrapolated from a short render and the curve fitted to its error.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -22,57 +22,57 @@ use crate::tracer::{Camera, Scene};
 /// Numbers of machines in the table.
 const MACHINES: [u32; 6] = [1, 4, 16, 64, 256, 1024];
 
-/// Seconds per pixel and stream to write the state of a part, and to merge it (`tools/farm/README.md`, two cores of an AMD EPYC).
+/// Seconds per pixel and stream to write a part's state, and to merge it (`tools/farm/README.md`, two cores of an AMD EPYC).
 const STATE: f64 = 0.5e-6;
 const MERGE: f64 = 0.2e-6;
 
-/// Machines and time to an error. The names of the fields are the keys in JSON.
+/// Machines and time to an error target. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
 pub struct Budget {
-    /// The relative error that is wanted.
+    /// Relative error target.
     target: f64,
-    /// Share of the picture that it is wanted for.
+    /// Quantile of the picture that the target refers to.
     at: &'static str,
-    /// Seconds of the trial, and the error at its end, if it was known by then.
+    /// Seconds of the trial, and the error at its end, if known.
     trial: f64,
     error: Option<f64>,
-    /// What is known of light that the trial has not found.
+    /// Notes on light that the trial may have missed.
     late: Vec<String>,
-    /// Seconds that every machine needs to read and prepare the scene and to write its state.
+    /// Seconds that every machine needs to load and prepare the scene and to write its state.
     setup: f64,
-    /// Seconds that it takes to merge the state of each machine with the others, one after the other.
+    /// Seconds to merge the state of one machine; states are merged one after another.
     merge: f64,
-    /// Seconds of rendering on one machine; absent where they cannot be told.
+    /// Seconds of rendering on one machine; absent if unknown.
     alone: Option<Interval>,
-    /// Seconds on several machines such as this one.
+    /// Seconds on several machines like this one.
     machines: Vec<MachineTime>,
 }
 
-/// Seconds on so many machines.
+/// Time on a number of machines.
 #[derive(Clone, Debug, Serialize)]
 struct MachineTime {
     machines: u32,
     seconds: Interval,
 }
 
-/// What is rendered for the trial.
+/// Inputs of the trial render.
 pub struct TrialSubject<'a> {
     pub run: &'a RunSpec,
     pub scene: &'a Arc<Scene>,
     pub camera: &'a Camera,
     pub threads: usize,
-    /// Seconds that it took to read and prepare the scene.
+    /// Seconds to load and prepare the scene.
     pub setup: f64,
 }
 
-/// What each machine needs for the part of a picture of so many texels besides rendering, where scene and device take `setup` seconds.
+/// Cost per machine, besides rendering, of a part of a picture with this many texels; `setup`: seconds for scene and device.
 pub fn farm_cost(setup: f64, texels: f64, has_two_streams: bool) -> FarmCost {
     let streams = if has_two_streams { 2.0 } else { 1.0 };
     FarmCost { setup: setup + STATE * texels * streams, merge: MERGE * texels * streams }
 }
 
 impl Budget {
-    /// Renders for `time` and tells from the error so far.
+    /// Renders for `time` and extrapolates from the error.
     ///
     /// # Errors
     ///
@@ -132,7 +132,7 @@ impl Budget {
         })
     }
 
-    /// The table in words.
+    /// Formats the table.
     pub fn words(&self) -> String {
         let (target, trial) = (round_percent(self.target), duration(self.trial));
         let now = self.error.map_or("not known yet".to_owned(), percent);

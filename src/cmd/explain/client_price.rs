@@ -1,4 +1,4 @@
-//! What each effect of the client costs: its passes on the device, and the noise filter on the processor.
+//! Costs of the client's effects: passes on the device, and the noise filter on the CPU.
 
 use std::time::Instant;
 
@@ -19,29 +19,29 @@ use crate::stream::{CHUNK, PathCounts, Sample};
 use crate::study::Replicates;
 use crate::tracer::{Camera, Scene};
 
-/// Pictures that are filtered, to measure it.
+/// Number of pictures denoised for a measurement.
 const FILTERED: usize = 7;
 
-/// Frames that show what effects of the client cost.
+/// Frames for measuring the costs of the client's effects.
 pub struct ClientFrames<'a> {
     settings: &'a Settings,
     kind: IntegratorKind,
 }
 
 impl<'a> ClientFrames<'a> {
-    /// Of a run by this method that is shown with these settings.
+    /// Frames of a run by this method, displayed with these settings.
     pub fn new(settings: &'a Settings, kind: IntegratorKind) -> Self {
         Self { settings, kind }
     }
 
-    /// Number of times that frames are measured for `plan`.
+    /// Number of measurements for `plan`.
     pub fn steps(&self, plan: &[PlannedEffect]) -> usize {
         1 + plan.iter().filter(|entry| self.other(entry).is_some()).count()
     }
 
-    /// Measures time and memory of the client's effects, each of which goes to `list` at once. `measure` runs frames with these settings by
-    /// this method; it is called once as asked for, and once for every effect that is switched to see the difference. Returns the resources of
-    /// the first run, if it came to its end.
+    /// Measures time and memory of the client's effects and reports each to `list` at once. `measure` runs frames with given settings and
+    /// method; it is called once for the requested ones, and once for every effect that is toggled to measure the difference. Returns the
+    /// resources of the first run, if it was completed.
     pub fn charge(
         &self,
         plan: &mut [PlannedEffect],
@@ -52,7 +52,7 @@ impl<'a> ClientFrames<'a> {
             list.begin(what);
             let measured = measure(settings, kind)?;
             list.done();
-            // Ctrl-C cuts frames short.
+            // Ctrl-C ends frames early.
             Ok(Some(measured).filter(|_| !list.is_over()))
         };
         let Some(base) = measure("frames", self.settings, self.kind)? else { return Ok(None) };
@@ -87,7 +87,7 @@ impl<'a> ClientFrames<'a> {
         Ok(Some(base.inventory))
     }
 
-    /// The settings and the method that show the difference which an effect makes, if it takes other ones.
+    /// Settings and method with the effect toggled, if that requires other ones.
     fn other(&self, entry: &PlannedEffect) -> Option<(Settings, IntegratorKind)> {
         let ClientEffect { changes, can_switch, .. } = entry.client.as_ref()?;
         let switched = |effect: &str, on| {
@@ -98,7 +98,7 @@ impl<'a> ClientFrames<'a> {
         match entry.name {
             name if is_of_processor(name) => None,
             "light-stream" if !entry.on => Some((self.settings.clone(), IntegratorKind::Bidirectional)),
-            // The variance comes with what reads it.
+            // The variance is accumulated only with an effect that reads it.
             "variance" if !entry.on => switched("masking", true),
             name if *can_switch && (!entry.on || !changes.is_empty()) => switched(name, !entry.on),
             _ => None,
@@ -106,12 +106,12 @@ impl<'a> ClientFrames<'a> {
     }
 }
 
-/// True for effects that take no time of the device.
+/// Whether the effect takes no GPU time.
 fn is_of_processor(name: &str) -> bool {
     ["noise-filter", "reprojection"].contains(&name)
 }
 
-/// Measures the noise filter, which works on the processor: a picture, and what it traces once per view.
+/// Measures the noise filter, which runs on the CPU: time per picture, and for the feature buffers once per view.
 pub fn charge_filter(
     plan: &mut [PlannedEffect],
     list: &PriceList,
@@ -158,15 +158,15 @@ pub fn charge_filter(
     list.priced(entry);
 }
 
-/// Median milliseconds per frame of the passes that `is` accepts, without passes inside other passes.
+/// Median milliseconds per frame of the passes accepted by `is`, without nested passes.
 fn time_of(measured: &PassTimes, is: impl Fn(&str) -> bool) -> f64 {
     let median = |times: &[f64]| times.get(times.len() / 2).copied().unwrap_or(0.0);
-    // The fold of the variance is part of its pass.
+    // The fold of the variance is nested in its pass.
     let counts = |name: &str| !is_yardstick(name) && name != "variance fold" && is(name);
     measured.passes.iter().filter(|(name, _)| counts(name)).map(|(_, times)| median(times)).sum()
 }
 
-/// True for passes and images of the yardstick, which are no part of the picture.
+/// Whether a pass or image belongs to the yardstick and not to the picture.
 pub fn is_yardstick(name: &str) -> bool {
     name.starts_with("copy")
 }

@@ -1,4 +1,4 @@
-//! Prices as they are measured: a line on standard output for each.
+//! Prints prices as they are measured, one line each.
 
 use std::cell::{Cell, RefCell};
 use std::path::Path;
@@ -9,20 +9,20 @@ use crate::render::figures::print;
 use crate::render::process;
 use crate::render::progress::Steps;
 
-/// The list that grows by a line with every price, above a progress bar.
+/// List of prices that grows during the measurement, above a progress bar.
 pub struct PriceList {
     steps: Steps,
-    /// Nothing is printed, or nobody reads any more.
+    /// Printing is off, or the reader has closed the pipe.
     silent: Cell<bool>,
-    /// The prices do not go into a file, so that nobody wants them when nobody reads.
+    /// Prices are only printed, so that measuring can end when the pipe is closed.
     only_printed: bool,
     unread: Cell<bool>,
-    /// Effects of this side that have no price.
+    /// Effects of the present side without a price.
     free: RefCell<Vec<&'static str>>,
 }
 
 impl PriceList {
-    /// A list of so many measurements, whose figures go to `json` as well; it is not printed if that is standard output.
+    /// A list of `steps` measurements, also written to `json`; not printed if that is standard output.
     pub fn new(steps: usize, json: Option<&Path>) -> Self {
         Self {
             steps: Steps::new(steps as u64),
@@ -33,7 +33,7 @@ impl PriceList {
         }
     }
 
-    /// Prints the title of the prices of one side.
+    /// Prints the heading of one side's prices.
     pub fn title(&self, side: EffectSide) {
         self.print(match side {
             EffectSide::Tracer => {
@@ -45,7 +45,7 @@ impl PriceList {
         });
     }
 
-    /// Names what is measured now.
+    /// Names the measurement in progress.
     pub fn begin(&self, what: impl Into<String>) {
         self.steps.begin(what);
     }
@@ -66,7 +66,7 @@ impl PriceList {
         }
     }
 
-    /// Prints which effects have no price, and `why`.
+    /// Prints the effects without a price, and `why`.
     pub fn without_price(&self, why: &str) {
         let free = self.free.take();
         if !free.is_empty() && !self.is_over() {
@@ -74,7 +74,7 @@ impl PriceList {
         }
     }
 
-    /// Prints these words while the bar is away.
+    /// Prints text with the progress bar hidden.
     pub fn print(&self, words: &str) {
         if !self.silent.get() && !self.steps.suspend(|| print(words, "the prices")) {
             self.silent.set(true);
@@ -82,14 +82,14 @@ impl PriceList {
         }
     }
 
-    /// Whether the rest is not wanted any more.
+    /// Whether the remaining measurements are no longer wanted.
     pub fn is_over(&self) -> bool {
         self.unread.get() || process::is_interrupted()
     }
 }
 
 fn words(cost: &Cost) -> String {
-    // Nothing is not less than nothing.
+    // Adding 0.0 turns −0 into 0.
     let share = cost.share.map(|s| format!("{:5.1} %", (1e3 * s).round() * 0.1 + 0.0));
     let ms = cost.milliseconds.map(|ms| format!("{ms:.2} ms"));
     let bytes = cost.bytes.filter(|b| *b > 0).map(|b| format!("{:.1} MB", b as f64 * 1e-6));

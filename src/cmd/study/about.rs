@@ -1,4 +1,4 @@
-//! What a study is about: its scene, its methods, its machine, and the parts that are still missing.
+//! Subject of a study: scene, methods, machine, and the parts still missing.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -20,7 +20,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::study::data::{AutoChoice, DroppedMethod, Machine, Study};
 use crate::study::measurement::Measurement;
 
-/// Lets `auto` choose, and keeps what it chooses with the time that this takes.
+/// Runs the automatic choice of the method, and stores the result with the time it took.
 pub fn choose(renderer: &mut StudyRenderer, folder: &mut StudyFolder) -> Result<ChoiceReport> {
     let mut run = renderer.run(IntegratorKind::Auto, 1);
     let start = Instant::now();
@@ -33,7 +33,7 @@ pub fn choose(renderer: &mut StudyRenderer, folder: &mut StudyFolder) -> Result<
     Ok(choice)
 }
 
-/// The methods to compare: those that are asked for, or all that can show the picture. Why others are left out is kept.
+/// Methods to compare: the requested ones, or all that can render the picture. The reasons for leaving out others are stored.
 pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<IntegratorKind>> {
     use IntegratorKind::{Auto, Bidirectional, Depth, Light, Path, Photon, Vcm};
     miette::ensure!(
@@ -42,14 +42,14 @@ pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<Integ
     );
     let choice = session.choice.clone();
     let mut methods: Vec<IntegratorKind> = Vec::new();
-    // `auto` is measured as the method that it chooses.
+    // `auto` is measured as the method it chooses.
     for kind in args.methods.iter().map(|kind| if *kind == Auto { choice.kind } else { *kind }) {
         if !methods.contains(&kind) {
             methods.push(kind);
         }
     }
     if methods.iter().all(|kind| kind.has_photons()) && !methods.is_empty() && args.against.is_none() {
-        // Methods that blur cannot tell by how much.
+        // Methods with photons cannot estimate their own bias, so an unbiased one is included.
         methods.push(Bidirectional);
     }
     if !methods.is_empty() {
@@ -69,7 +69,7 @@ pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<Integ
         let dropped = DroppedMethod { method: kind.name().to_string(), reason: reason.to_string() };
         session.folder.keep(Measurement::Dropped(dropped))?;
     }
-    // The order counts where nothing has been measured yet.
+    // Determines the order before anything has been measured.
     let time = |kind: &IntegratorKind| {
         let tried = choice.candidates.iter().find(|tried| tried.method == kind.name());
         tried.and_then(|tried| tried.relative_time).unwrap_or(f64::INFINITY)
@@ -78,7 +78,7 @@ pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<Integ
     Ok(methods)
 }
 
-/// The options that name the scene, as other subcommands take them.
+/// Options of the scene, in the form of the other subcommands.
 pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneOptions {
     SceneOptions {
         defines: args.defines.clone(),
@@ -93,11 +93,11 @@ pub fn source(args: &StudyArgs, scene: PathBuf) -> SceneOptions {
     }
 }
 
-/// A study with its scene, its machine and its missing parts.
+/// Description of a study: scene, machine and missing parts.
 pub fn about(args: &StudyArgs, renderer: &StudyRenderer, folder: &StudyFolder) -> Study {
     let there = |knob: StudySection| match knob {
         StudySection::Methods => folder.has(|m| matches!(m, Measurement::Run(_))),
-        // Of these parts it is measured last.
+        // Within the section this part is measured last.
         StudySection::Effects => folder.has(|m| matches!(m, Measurement::Unused { .. })),
         StudySection::Options => options::is_complete(folder),
         StudySection::Display => display::is_complete(folder),
@@ -123,7 +123,7 @@ pub fn command() -> String {
     std::iter::once("pointillist".to_string()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Everything besides the scene that a number depends on.
+/// Machine properties that measurements depend on.
 fn machine(renderer: &StudyRenderer) -> Machine {
     let device = &renderer.run.device;
     let driver =

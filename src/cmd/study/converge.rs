@@ -1,8 +1,8 @@
-//! Parts 1 and 2: renders the methods by successive halving. All of them get short renders; those that are surely slower get no more, and
-//! the time that is left goes to the best two.
+//! Parts 1 and 2: compares the methods by successive halving. All get short renders; those that are significantly slower get no more, and
+//! the remaining time goes to the best two.
 //!
-//! Trials come first: small pictures of the same view, whose errors are known at many more samples per pixel in the same time
-//! ([`time_model`](crate::study::time_model)). Pictures of full size follow, which are what is shown and judged.
+//! Trials come first: small pictures of the same view, which reach many more samples per pixel in the same time, so that their errors are
+//! known ([`time_model`](crate::study::time_model)). Full-size pictures follow, which are displayed and judged.
 
 use std::fmt::Display;
 use std::time::{Duration, Instant};
@@ -27,42 +27,42 @@ use crate::study::measurement::{FIGURES, Measurement, RenderMeasurement};
 use crate::study::method_curve::prices;
 use crate::study::time_model::{SizeTransfer, at_least, is_hopeless};
 
-/// Share of the time for trials.
+/// Fraction of the time for trials.
 const TRIALS: f64 = 0.6;
 
-/// Seconds of the first trial, and of the first picture of full size.
+/// Seconds of the first trial, and of the first full-size picture.
 const FIRST: [f64; 2] = [0.3, 1.0];
 
-/// Ratio of the times of two rounds.
+/// Ratio of the durations of consecutive rounds.
 const LONGER: f64 = 3.0;
 
-/// Share of the time for first pictures of every method.
+/// Fraction of the time for the first pictures of every method.
 const PREVIEWS: f64 = 0.15;
 
-/// Samples per pixel that a picture of full size should have, so that its error is known.
+/// Least samples per pixel of a full-size picture, so that its error is known.
 const LEAST_SAMPLES: f64 = 1.3;
 
 /// Seconds of the longest render.
 const LONGEST: f64 = 600.0;
 
-/// The errors that the answer names.
+/// Error targets named in the answer.
 const ASKED: [f64; 2] = [0.05, 0.01];
 
-/// Methods that the last rounds are for.
+/// Number of methods in the last rounds.
 const LAST: usize = 2;
 
-/// Seconds per pixel that judging a picture of full size takes at the end, about.
+/// Approximate seconds per pixel for judging a full-size picture at the end.
 const JUDGING: f64 = 1.5e-6;
 
-/// A study's methods and its time.
+/// The methods of a study and its time.
 struct Contest<'a> {
     session: &'a mut StudySession,
     budget: &'a TimeBudget,
-    /// Methods that are still measured.
+    /// Methods still measured.
     alive: Vec<IntegratorKind>,
-    /// Seconds on top of a render's own, of a trial and of a picture of full size.
+    /// Overhead in seconds besides the render itself, of a trial and of a full-size picture.
     overhead: [f64; 2],
-    /// Pictures of full size that will be judged at the end.
+    /// Number of full-size pictures to judge at the end.
     pictures: usize,
 }
 
@@ -79,7 +79,7 @@ pub fn converge(session: &mut StudySession, methods: Vec<IntegratorKind>, budget
 }
 
 impl Contest<'_> {
-    /// Seconds that are left for renders.
+    /// Seconds left for renders.
     fn left(&self) -> f64 {
         let texels = self.session.renderer.texels();
         self.budget.left() - self.pictures as f64 * JUDGING * texels
@@ -89,7 +89,7 @@ impl Contest<'_> {
         process::is_interrupted() || self.left() <= 0.0
     }
 
-    /// The pictures after 1/30 and 1/3 s, as far as a small part of the time allows.
+    /// Pictures after 1/30 and 1/3 s, as far as a small part of the time allows.
     fn previews(&mut self) -> Result<()> {
         let film = self.session.renderer.run.film;
         let texels = self.session.renderer.texels();
@@ -108,7 +108,7 @@ impl Contest<'_> {
     fn trials(&mut self) -> Result<()> {
         let Some(film) = self.session.renderer.trial else { return Ok(()) };
         let end = (1.0 - TRIALS) * self.left();
-        // Long enough for some samples per pixel at the speed so far.
+        // Long enough for some samples per pixel at the speed measured so far.
         let [width, height] = film.padded_extent().map(f64::from);
         let mut seconds = FIRST[0].max(self.seconds_for(LEAST_SAMPLES, width * height).min(3.0));
         while !self.is_over() && seconds <= LONGEST {
@@ -125,7 +125,7 @@ impl Contest<'_> {
         Ok(())
     }
 
-    /// Rounds of pictures of full size; the last one takes the time that is left.
+    /// Rounds of full-size pictures; the last one takes the remaining time.
     fn pictures(&mut self) -> Result<()> {
         let film = self.session.renderer.run.film;
         let mut seconds = FIRST[1].max(self.seconds_for(LEAST_SAMPLES, self.session.renderer.texels()));
@@ -136,12 +136,12 @@ impl Contest<'_> {
             let judging = JUDGING * self.session.renderer.texels();
             let fits =
                 |n: usize, share: f64| n as f64 * (seconds + self.overhead[1] + judging) <= share * left;
-            // All of them only if that leaves time for the best.
+            // All methods only if that leaves time for the best.
             let number = (1..=wanted.len()).rev().find(|&n| fits(n, if n > LAST { 0.4 } else { 1.0 }));
             let Some(number) = number.filter(|n| *n >= LAST.min(wanted.len()) || last == 0.0) else {
                 let both = LAST.min(wanted.len());
                 let rest = left / both as f64 - self.overhead[1] - judging;
-                // What is left is worth a picture if it is not much shorter than the last.
+                // The remaining time is used for a picture if it is not much shorter than the last.
                 if rest >= 0.7 * last && rest > 0.2 {
                     self.round(&wanted[..both], film, rest)?;
                 }
@@ -154,7 +154,7 @@ impl Contest<'_> {
         Ok(())
     }
 
-    /// Seconds in which the fastest method has so many samples per pixel of a picture of so many texels; 0 where no speed is known.
+    /// Seconds in which the fastest method reaches this many samples per pixel in a picture of this many texels; 0 if no speed is known.
     fn seconds_for(&self, samples: f64, texels: f64) -> f64 {
         let rates = self
             .runs()
@@ -164,7 +164,7 @@ impl Contest<'_> {
         if rate > 0.0 { samples * texels / rate } else { 0.0 }
     }
 
-    /// Renders each of these methods once, unless that has been done.
+    /// Renders each of these methods once, unless done already.
     fn round(&mut self, methods: &[IntegratorKind], film: FilmSpec, seconds: f64) -> Result<()> {
         for &kind in methods {
             let is_trial = film != self.session.renderer.run.film;
@@ -187,7 +187,7 @@ impl Contest<'_> {
     }
 
     fn render(&mut self, kind: IntegratorKind, film: FilmSpec, seconds: f64) -> Result<()> {
-        // No two renders of a method have one seed.
+        // Every render of a method gets a different seed.
         let seed = 1 + self.runs().filter(|run| run.method == kind.name()).count() as u32;
         let StudySession { renderer, folder, judge, .. } = &mut *self.session;
         let run = RunSpec { film, ..renderer.run(kind, seed) };
@@ -209,7 +209,7 @@ impl Contest<'_> {
         runs(&self.session.folder)
     }
 
-    /// Times to errors of every method that is still measured.
+    /// Times to the error targets of every method still measured.
     fn standings(&self) -> Vec<(IntegratorKind, Vec<TimeToError>)> {
         let runs: Vec<&RenderMeasurement> = self.runs().filter(|run| !run.peer).collect();
         let methods = by_method(&runs);
@@ -223,12 +223,12 @@ impl Contest<'_> {
         self.alive.iter().map(of).collect()
     }
 
-    /// The methods that are still measured, fastest first. Those of which no error is known yet follow the fastest: on a busy machine a
-    /// short render may have had too few samples.
+    /// The methods still measured, fastest first. Methods without a known error follow the fastest: on a busy machine a short render may
+    /// have too few samples.
     fn ranked(&self) -> Vec<IntegratorKind> {
         let time = |prices: &[TimeToError]| {
             let known = prices.iter().filter_map(|price| price.seconds).map(|seconds| seconds.expected());
-            // Times to several errors agree about who is fastest, but not all methods have all.
+            // Times to different targets rank methods alike, but not all methods have all of them.
             let (sum, count) = known.fold((0.0, 0.0), |(sum, n), value| (sum + value.ln(), n + 1.0));
             (count > 0.0).then_some(sum / count)
         };
@@ -244,7 +244,7 @@ impl Contest<'_> {
         ranked
     }
 
-    /// Ends the measurement of methods that are surely slower than another, to either of the errors that the answer names.
+    /// Drops methods that are significantly slower than another to either error target.
     fn drop_hopeless(&mut self) -> Result<()> {
         let standings = self.standings();
         let mut dropped = Vec::new();
@@ -281,14 +281,14 @@ pub fn runs(folder: &StudyFolder) -> impl Iterator<Item = &RenderMeasurement> {
     })
 }
 
-/// Paths per second of a method, by its longest render so far; 0 before it has any.
+/// Paths per second of a method in its longest render so far; 0 if there is none.
 pub fn speed(folder: &StudyFolder, method: IntegratorKind) -> f64 {
     let own = runs(folder).filter(|run| !run.peer && run.method == method.name() && run.seconds > 0.0);
     let longest = own.max_by(|a, b| a.seconds.total_cmp(&b.seconds));
     longest.map_or(0.0, |run| run.paths as f64 / run.seconds)
 }
 
-/// Measures the errors of pictures of other programs.
+/// Measures the errors of pictures by other programs.
 pub fn peers(session: &mut StudySession, peers: &[Peer]) -> Result<()> {
     let StudySession { renderer, folder, judge, .. } = session;
     for peer in peers {
@@ -310,7 +310,7 @@ pub fn peers(session: &mut StudySession, peers: &[Peer]) -> Result<()> {
     Ok(())
 }
 
-/// Makes pixels black that are not finite and counts them.
+/// Sets non-finite pixels to black and counts them.
 fn blacken(rgb: &mut Grid<[f32; 3]>) -> usize {
     let bad = rgb.pixels_mut().iter_mut().filter(|rgb| !rgb.iter().all(|c| c.is_finite()));
     bad.map(|rgb| *rgb = [0.0; 3]).count()

@@ -1,4 +1,4 @@
-//! Part 4: the cost of each display setting on the device, and its effect on the picture.
+//! Part 4: GPU cost of each display setting, and its effect on the picture.
 
 use std::time::{Duration, Instant};
 
@@ -21,10 +21,10 @@ use crate::study::Interval;
 use crate::study::data::DisplayPrice;
 use crate::study::measurement::Measurement;
 
-/// Samples per pixel of the pictures that are judged: the paper's Figure 2, and some more.
+/// Samples per pixel of the judged pictures: the paper's Figure 2, and a higher one.
 const SAMPLES: [f64; 2] = [0.1, 4.0];
 
-/// Frames whose passes are timed.
+/// Number of frames whose passes are timed.
 const FRAMES: u32 = 16;
 
 /// Radii and windows of the reconstruction, `(name, 2R, E)`: the paper's values, then R and E varied.
@@ -41,7 +41,7 @@ const KERNELS: [(&str, u32, u32); 7] = [
 /// Passes of a batch of samples; all others belong to a repaint.
 const BATCH: [&str; 3] = ["splat", "fold", "variance"];
 
-/// A setting of one knob: the complete display settings and film, and its price before it is measured.
+/// One value of a setting: complete display settings and film, and its price, initially unmeasured.
 struct DisplaySetting {
     settings: Settings,
     spec: FilmSpec,
@@ -52,7 +52,7 @@ pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     let run = session.chosen();
     let StudySession { renderer, folder, judge, .. } = session;
     let Some(reference) = judge.shown(renderer).cloned() else { return Ok(()) };
-    // The longest setting so far: there is no time for another one like it at the end.
+    // Longest measurement so far, which decides whether there is time for another.
     let mut longest = 0.0f64;
     let speed = converge::speed(folder, run.integrator);
     for samples in SAMPLES {
@@ -64,14 +64,14 @@ pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
                 continue;
             }
             let start = Instant::now();
-            // A picture of more samples takes longer, too.
+            // A picture of more samples takes longer.
             let traced = if speed > 0.0 { paths as f64 / speed } else { 4e-6 * paths as f64 };
             let expected = longest.max(if film == Some(setting.spec) { 0.1 } else { 1.0 + traced });
             if process::is_interrupted() || budget.left() < expected {
                 return Ok(());
             }
             let run = RunSpec { film: setting.spec, ..run.clone() };
-            // Settings that read variances and splat filters need a film of their own.
+            // Settings that need the variance, and splat filters, need another film.
             if film != Some(setting.spec) {
                 if renderer.trace(&run, RenderLimit::Paths(paths))?.driven.interrupted {
                     return Ok(());
@@ -98,13 +98,13 @@ pub fn display(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     Ok(())
 }
 
-/// True if the last setting has been judged at the last number of samples.
+/// Whether the last setting was judged at the last number of samples.
 pub fn is_complete(folder: &StudyFolder) -> bool {
     let last = |price: &DisplayPrice| price.setting == "box" && price.samples_per_pixel == SAMPLES[1];
     folder.has(|m| matches!(m, Measurement::Display(price) if last(price)))
 }
 
-/// All settings; each varies one of the usual ones.
+/// All settings; each differs from the defaults in one value.
 fn settings(renderer: &StudyRenderer) -> Vec<DisplaySetting> {
     let usual = Settings { vm: 0.0, glare: None, ..renderer.settings.clone() };
     let plain = FilmSpec { variance: None, ..renderer.run.film };
@@ -153,7 +153,7 @@ fn settings(renderer: &StudyRenderer) -> Vec<DisplaySetting> {
     all
 }
 
-/// Milliseconds on the device, per repaint or per million samples; `None` where there is no device with clocks.
+/// GPU milliseconds per repaint or per million samples; `None` without a device with timestamps.
 fn time(renderer: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Result<Option<Interval>> {
     let Some(gpu) = renderer.device.gpu() else { return Ok(None) };
     let run = RunSpec { film: setting.spec, ..run.clone() };
@@ -181,13 +181,13 @@ fn time(renderer: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Re
 }
 
 impl DisplaySetting {
-    /// True for a price of this setting.
+    /// Whether a price belongs to this setting.
     fn is_of(&self, price: &DisplayPrice) -> bool {
         (&price.knob, &price.setting) == (&self.price.knob, &self.price.setting)
     }
 }
 
-/// The time that was measured at the first number of samples.
+/// Time measured at the first number of samples.
 fn earlier(folder: &StudyFolder, setting: &DisplaySetting) -> Option<Interval> {
     folder.measurements.iter().rev().find_map(|measured| match measured {
         Measurement::Display(price) if setting.is_of(price) => price.milliseconds,

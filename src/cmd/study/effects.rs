@@ -1,4 +1,4 @@
-//! Part 3: the cost of each of the tracer's effects in time and noise, and what the picture loses without it.
+//! Part 3: cost of each of the tracer's effects in time and noise, and the change of the picture without it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,17 +19,17 @@ use crate::study::measurement::Measurement;
 use crate::tracer::effects::{self, Effect};
 use crate::tracer::{Camera, Scene};
 
-/// Turns between the specialised and the general code.
+/// Number of alternations between specialised and general code.
 const TURNS: usize = 9;
 
-/// Seconds of a picture without an effect: at least, and at most.
+/// Least and greatest seconds of a picture without an effect.
 const PICTURE: [f64; 2] = [0.3, 10.0];
 
-/// Seconds on top of a picture's own, for preparing the scene and judging, besides a part of the time to load it.
+/// Overhead in seconds per picture, for preparing the scene and judging, plus part of the loading time.
 const OVERHEAD: f64 = 0.5;
 
-/// Measures every effect that can be left out or added, as far as the time allows: the time of those that are on first, then what the
-/// picture loses without them, then those that are off.
+/// Measures every effect that can be removed or added, as far as the time allows: first the time of those that are on, then the change of
+/// the picture without them, then those that are off.
 pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     let run = session.chosen();
     let StudySession { renderer, folder, .. } = session;
@@ -39,7 +39,7 @@ pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     let plan = effect_plan::plan(&renderer.desc, &run, &renderer.settings);
     let (on, off): (Vec<_>, Vec<_>) =
         plan.iter().filter(|entry| entry.effect.is_some()).partition(|entry| entry.on);
-    // Two runners, each for all turns and once to warm up; scenes are prepared anew where geometry changes.
+    // Two runners, each for all alternations and one warm-up; scenes are prepared anew if geometry changes.
     let effort = |n: usize, share: f64| {
         let seconds =
             |effort: effect_price::Effort| 2.0 * (effort.turns + 1) as f64 * effort.turn.as_secs_f64();
@@ -59,7 +59,7 @@ pub fn effects(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     for entry in &off {
         timed(renderer, folder, &run, entry, effort_off, budget)?;
     }
-    // The general code needs the scene prepared once more.
+    // The general code needs another preparation of the scene.
     if budget.left() > 1.0 + 1.5 * renderer.load_seconds { unused(renderer, folder, &run) } else { Ok(()) }
 }
 
@@ -70,7 +70,7 @@ fn known(name: &str, folder: &StudyFolder) -> Option<EffectPrice> {
     })
 }
 
-/// Measures the time of an effect, unless that is known or the time is over.
+/// Measures the time of an effect, unless known or out of time.
 fn timed(
     renderer: &StudyRenderer,
     folder: &mut StudyFolder,
@@ -97,7 +97,7 @@ fn timed(
     folder.keep(Measurement::Effect(EffectPrice { name, on: entry.on, reason, time, ..Default::default() }))
 }
 
-/// Measures what the picture loses without each effect, those that cost most first, until half of the time is over.
+/// Measures the change of the picture without each effect, most expensive first, until half of the time is used.
 fn pictures_without(
     session: &mut StudySession,
     run: &RunSpec,
@@ -114,7 +114,7 @@ fn pictures_without(
     let time = |price: &EffectPrice| price.time.map_or(0.0, |time| time.value);
     wanted.sort_by(|a, b| time(&b.1).total_cmp(&time(&a.1)));
     let Some(reference) = judge.shown(renderer).cloned() else { return Ok(()) };
-    // Half a share for the picture with everything, one for each without something.
+    // Half a share for the picture with all effects, one for each without one.
     let overhead = OVERHEAD + renderer.load_seconds.min(2.0);
     let seconds =
         (0.8 * budget.left() / (wanted.len() as f64 + 1.0) - overhead).clamp(PICTURE[0], PICTURE[1]);
@@ -148,7 +148,7 @@ fn pictures_without(
     Ok(())
 }
 
-/// The scene without an effect, rendered; `None` where it cannot be left out.
+/// Renders the scene without an effect; `None` if it cannot be left out.
 fn leave_out(
     renderer: &mut StudyRenderer,
     run: &RunSpec,
@@ -166,7 +166,7 @@ fn leave_out(
     renderer.trace_other(&run, scene, camera, limit).map(Some)
 }
 
-/// Measures what leaving out unused effects saves: the specialised against the general code, in turn.
+/// Measures what specialisation saves: code without the unused effects against general code, alternately.
 fn unused(renderer: &StudyRenderer, folder: &mut StudyFolder, run: &RunSpec) -> Result<()> {
     let general = Arc::new(load::prepare(Scene::prepare_general, &renderer.desc, renderer.scene.kernel())?);
     let mut desc = renderer.desc.clone();

@@ -1,5 +1,5 @@
-//! The folder of a study: its measurements, line by line, and the files that are made from them; and the pages of many folders,
-//! `pointillist study --collect`.
+//! Directory of a study: its measurements, one per line, and the files generated from them; and the pages of many studies, `pointillist
+//! study --collect`.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::study::data::Study;
 use crate::study::measurement::Measurement;
 use crate::study::pages;
 
-/// The first line of a folder: what its measurements belong to. Measurements of anything else are refused.
+/// First line of the file: the subject of the measurements. Measurements of another subject are rejected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct FolderHeader {
     format: u32,
@@ -34,7 +34,7 @@ pub const FORMAT: u32 = 2;
 pub struct StudyFolder {
     path: PathBuf,
     file: std::fs::File,
-    /// The measurements of this run and of those before.
+    /// Measurements of this run and of earlier ones.
     pub measurements: Vec<Measurement>,
     grown: bool,
 }
@@ -42,7 +42,7 @@ pub struct StudyFolder {
 const LINES: &str = "measurements.jsonl";
 
 impl StudyFolder {
-    /// Opens a folder, or creates it; one that holds the study of something else is refused.
+    /// Opens or creates a directory; one with the study of another subject is rejected.
     pub fn open(path: &Path, renderer: &StudyRenderer) -> Result<Self> {
         let cannot = |what: &str| format!("cannot {what} {}", path.display());
         std::fs::create_dir_all(path).into_diagnostic().wrap_err_with(|| cannot("make the folder"))?;
@@ -62,7 +62,7 @@ impl StudyFolder {
                 path.display()
             );
         }
-        // A last line without an end was cut when the run ended.
+        // An incomplete last line was cut off when an earlier run was interrupted.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let read: Vec<Option<Measurement>> =
             parts.filter(|line| line.ends_with('\n')).map(|line| serde_json::from_str(line).ok()).collect();
@@ -85,7 +85,7 @@ impl StudyFolder {
         self.path.join(name)
     }
 
-    /// Writes a measurement at once.
+    /// Writes a measurement immediately.
     pub fn keep(&mut self, measured: Measurement) -> Result<()> {
         let line = serde_json::to_string(&measured).into_diagnostic()? + "\n";
         let written = self.file.write_all(line.as_bytes()).into_diagnostic();
@@ -99,12 +99,12 @@ impl StudyFolder {
         self.measurements.iter().any(kind)
     }
 
-    /// True if this run has added something.
+    /// Whether this run has added measurements.
     pub fn has_grown(&self) -> bool {
         self.grown
     }
 
-    /// Writes page, table, JSON and charts. When one cannot be written, the others are all the same.
+    /// Writes page, table, JSON and charts. If one cannot be written, the others still are.
     pub fn publish(&self, study: &Study) -> Result<()> {
         let json = serde_json::to_string_pretty(study).into_diagnostic()? + "\n";
         let texts =
@@ -115,8 +115,8 @@ impl StudyFolder {
     }
 }
 
-/// Adds a measurement in the place of an earlier one of the same. Another file as the reference discards what was measured against the
-/// last one.
+/// Adds a measurement, replacing an earlier one of the same kind. If the reference file changes, measurements against the previous one are
+/// discarded.
 fn take(all: &mut Vec<Measurement>, new: Measurement) {
     let same = |old: &Measurement| match (old, &new) {
         (Measurement::Reference(_), Measurement::Reference(_))
@@ -189,7 +189,7 @@ pub fn collect(folder: &Path, output: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Names of the folders and their studies, in the order of the names.
+/// Directory names and their studies, in the order of the names.
 fn read_studies(folder: &Path) -> Result<Vec<(String, Study)>> {
     let cannot = || format!("cannot read {}", folder.display());
     let mut found: Vec<PathBuf> = std::fs::read_dir(folder)

@@ -1,4 +1,4 @@
-//! The errors of a study's pictures, against a reference that is made of all of them or given.
+//! Errors of a study's pictures against a reference, which is pooled from all of them or given.
 
 use std::path::Path;
 
@@ -19,44 +19,44 @@ use crate::study::measurement::{FIGURES, Measurement, REGIONS, RenderMeasurement
 use crate::study::pool::{LACKING, NoisyPixel, PooledPicture, ReferencePool, error_against, own_error};
 use crate::study::{ErrorField, Interval, TileSubset};
 
-/// A picture's difference to the reference tells its error where it is larger than the reference's own by this factor. Below, its
-/// replicates tell more.
+/// The difference of a picture to the reference is used as its error if it exceeds the reference's own error by this factor. Below, the
+/// estimate from its replicates is more precise.
 const CLEAR: f64 = 2.0;
 
-/// Least samples per pixel of a picture whose linear error counts.
+/// Least samples per pixel of a picture whose linear error is used.
 const LEAST_SAMPLES: f64 = 1.0;
 
 /// Least seconds of a picture whose error map is kept; the page shows the longest.
 const SHOWN: f64 = 0.3;
 
-/// Bytes of pictures that are kept to be judged again at the end.
+/// Memory limit, in bytes, of pictures kept to be judged again at the end.
 const STASH: usize = 1 << 30;
 
 /// Judges the pictures of a study.
 pub struct Judge {
-    /// References of the picture and of its trials.
+    /// Pooled references of full-size pictures and of trials.
     pub pools: Pools,
     /// The given reference.
     given: Option<Grid<[f32; 3]>>,
-    /// The reference as displayed, once it is final or given.
+    /// The reference as displayed, once final or given.
     shown: Option<Grid<[f32; 3]>>,
     stash: Vec<Judged>,
 }
 
-/// A picture that may be judged again against a better reference.
+/// A picture to be judged again against a better reference.
 struct Judged {
     run: RenderMeasurement,
     rgb: Grid<[f32; 3]>,
     is_complete: bool,
     replicates: Vec<ReplicatePixel>,
-    /// The error as the render stated it.
+    /// Error estimated during its render.
     stated: Option<ErrorEstimate>,
     shown: Option<DisplayImage>,
     filtered: Option<DisplayImage>,
 }
 
 impl Judge {
-    /// A judge with the given reference, or with the pictures that earlier runs have left in the folder.
+    /// A judge with the given reference, or with the pooled pictures of earlier runs in the directory.
     pub fn open(renderer: &StudyRenderer, folder: &mut StudyFolder, given: Option<&Path>) -> Result<Self> {
         let pools = Pools::open(renderer, folder);
         let mut judge = Self { pools, given: None, shown: None, stash: Vec::new() };
@@ -65,7 +65,7 @@ impl Judge {
             let other =
                 |m: &Measurement| matches!(m, Measurement::Reference(known) if known.file != pools::FILE);
             if folder.has(other) {
-                // What was measured against a given reference does not count any more.
+                // Measurements against a previously given reference are no longer valid.
                 let own = ReferenceImage { file: pools::FILE.to_string(), ..ReferenceImage::default() };
                 folder.keep(Measurement::Reference(own))?;
             }
@@ -88,13 +88,13 @@ impl Judge {
         Ok(judge)
     }
 
-    /// A judge that has seen nothing.
+    /// A judge without any pictures.
     #[cfg(test)]
     pub fn without_reference(renderer: &StudyRenderer) -> Self {
         Self { pools: Pools::empty(renderer), given: None, shown: None, stash: Vec::new() }
     }
 
-    /// The displayed reference, as linear sRGB; `None` before there is one.
+    /// Displayed reference, linear sRGB; `None` before there is one.
     pub fn shown(&mut self, renderer: &StudyRenderer) -> Option<&Grid<[f32; 3]>> {
         if self.shown.is_none() {
             self.shown = displayed(&self.pools.full, renderer);
@@ -102,7 +102,7 @@ impl Judge {
         self.shown.as_ref()
     }
 
-    /// The same for pictures of this film.
+    /// Displayed reference for pictures of this film.
     pub fn shown_on(&mut self, renderer: &StudyRenderer, film: &FilmSpec) -> Option<Grid<[f32; 3]>> {
         match *film == renderer.run.film {
             true => self.shown(renderer).cloned(),
@@ -110,8 +110,8 @@ impl Judge {
         }
     }
 
-    /// Measures a render against the reference so far, and adds it to the pool if its method is unbiased. Its picture is kept to be judged
-    /// again by [`finish`](Self::finish).
+    /// Measures a render against the present reference, and adds it to the pool if its method is unbiased. Keeps its picture for
+    /// [`finish`](Self::finish).
     pub fn take(
         &mut self,
         renderer: &mut StudyRenderer,
@@ -146,8 +146,8 @@ impl Judge {
         Ok(run)
     }
 
-    /// Judges all pictures again, now that the reference is final, and adds what is seen of them: FLIP, the displayed picture. Stops early
-    /// when `left` seconds are over; the figures of the other pictures are those against the reference that they had.
+    /// Judges all pictures again against the final reference, and adds display metrics: FLIP, the displayed picture. Stops after `left`
+    /// seconds; the remaining pictures keep their figures against the earlier reference.
     pub fn finish(
         &mut self,
         renderer: &mut StudyRenderer,
@@ -166,7 +166,7 @@ impl Judge {
         }
         let mut had: Vec<(String, f64)> = Vec::new();
         let mut stash = std::mem::take(&mut self.stash);
-        // The longest first: they are shown, and time may end.
+        // The longest first, since they are displayed and time may run out.
         stash.sort_by(|a, b| b.run.budget.total_cmp(&a.run.budget));
         for judged in &mut stash {
             if left() < 0.0 {
@@ -194,7 +194,7 @@ impl Judge {
         Ok(())
     }
 
-    /// What the final reference is.
+    /// Describes the final reference.
     fn describe(&self) -> Option<ReferenceImage> {
         let pool = &self.pools.full;
         let pixels = pool.reference(None)?;
@@ -211,7 +211,7 @@ impl Judge {
         })
     }
 
-    /// The figures of a picture that depend on the reference.
+    /// Computes the figures of a picture that depend on the reference.
     fn judge(&self, judged: &mut Judged) -> Result<()> {
         if !judged.is_complete {
             return Ok(());
@@ -245,7 +245,7 @@ impl Judge {
         let (stated, found) = (estimate(&noise), estimate(&against));
         let clear = found.is_some_and(|found| found.relative[1].value >= CLEAR * own[1]);
         let trusts = !run.biased && missing <= LACKING && !clear;
-        // A reference of less precise pictures tells nothing of a better one that blurs; that states its own blur.
+        // A less precise reference cannot judge a more precise biased picture, which states its own bias.
         let is_hidden = run.biased && !clear;
         let figures = match (trusts, is_hidden) {
             (true, _) => stated.or(found),
@@ -253,11 +253,11 @@ impl Judge {
             _ => found,
         };
         let reference = Grid::from_rows(size[0], size[1], rgb).unwrap_or_default();
-        // The error of the reference itself is subtracted, but never more than half.
+        // The reference's own error is subtracted, but at most half.
         let trimmed = rel_mse(&judged.rgb, &reference).into_diagnostic()?.trimmed;
         let run = &mut judged.run;
         let is_known = |found: &ErrorEstimate| (0..3).all(|i| found.relative[i].value >= CLEAR * own[i]);
-        // How far a given reference is off is not known.
+        // The error of a given reference is unknown.
         run.truth = found
             .filter(|found| given.is_none() && is_known(found))
             .map(|found| found.relative.map(|error| error.value));
@@ -274,7 +274,7 @@ impl Judge {
         Ok(())
     }
 
-    /// The relative error and relMSE of any picture against the final reference of its size.
+    /// Relative error and relMSE of a picture against the final reference of its size.
     pub fn error_of(&self, rgb: &Grid<[f32; 3]>) -> Option<[Interval; 2]> {
         let exact = |rgb: &[f32; 3]| NoisyPixel { mean: *rgb, ..NoisyPixel::default() };
         let size = [rgb.width(), rgb.height()];
@@ -317,11 +317,11 @@ impl Judge {
             filtered: None,
         };
         self.judge(&mut judged)?;
-        // Nothing tells the noise of another program's picture from its bias.
+        // The noise of another program's picture cannot be separated from its bias.
         Ok(RenderMeasurement { biased: false, noise: None, ..judged.run })
     }
 
-    /// What is known of a render without a reference.
+    /// The figures of a render that need no reference.
     fn recorded(
         &self,
         renderer: &StudyRenderer,
@@ -368,7 +368,7 @@ impl Judged {
     }
 }
 
-/// The reference of a pool as displayed, linear sRGB.
+/// Reference of a pool as displayed, linear sRGB.
 fn displayed(pool: &ReferencePool, renderer: &StudyRenderer) -> Option<Grid<[f32; 3]>> {
     let rgb = pool.reference(None)?.into_iter().map(|pixel| pixel.mean).collect();
     let [width, height] = pool.size();

@@ -1,4 +1,4 @@
-//! `pointillist study`: what accuracy costs in time, on one scene and this machine.
+//! `pointillist study`: accuracy against time, for one scene on this machine.
 
 mod about;
 mod converge;
@@ -33,11 +33,11 @@ use judge::Judge;
 use renderer::StudyRenderer;
 use session::{PARTS, StudySession, TimeBudget, wanted};
 
-/// A study of fewer seconds gives this share of them to the methods.
+/// A study of fewer seconds gives [`BRIEF_SHARE`] of them to the methods.
 const BRIEF: f64 = 45.0;
 const BRIEF_SHARE: f64 = 0.8;
 
-/// Seconds that are kept for page, tables and charts.
+/// Seconds reserved for page, tables and charts.
 const PUBLISHING: f64 = 0.5;
 
 /// Runs the subcommand.
@@ -82,7 +82,7 @@ pub fn study(args: &StudyArgs) -> Result<()> {
     outcome
 }
 
-/// Measures one part after another; each takes its share of what is left.
+/// Measures one part after another; each takes its fraction of the remaining time.
 fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     let methods = about::methods(args, session)?;
     let last = PARTS.iter().rposition(|(knob, ..)| wanted(args, *knob));
@@ -92,7 +92,7 @@ fn measure(args: &StudyArgs, session: &mut StudySession, budget: &TimeBudget) ->
         }
         let share = match knob {
             _ if Some(i) == last => 1.0,
-            // Nothing is worth as much as the answer.
+            // In a brief study the answer has priority.
             StudySection::Methods if budget.seconds < BRIEF => BRIEF_SHARE,
             _ => share,
         };

@@ -1,4 +1,4 @@
-//! Part 5: the cost and the benefit of more exact arithmetic.
+//! Part 5: cost and benefit of more precise arithmetic.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -12,13 +12,13 @@ use crate::study::Interval;
 use crate::study::data::NumericPrice;
 use crate::study::measurement::Measurement;
 
-/// Values in a sum, about as many as one pixel receives in an hour of a fast tracer.
+/// Number of terms per sum, about what one pixel receives in an hour of a fast tracer.
 const TERMS: usize = 1 << 20;
 
-/// Sums that are compared.
+/// Number of sums compared.
 const SUMS: usize = 9;
 
-/// Seconds that it takes, about.
+/// Approximate duration in seconds.
 const SECONDS: f64 = 1.0;
 
 pub fn numeric(StudySession { renderer, folder, .. }: &mut StudySession, budget: &TimeBudget) -> Result<()> {
@@ -68,7 +68,7 @@ pub fn numeric(StudySession { renderer, folder, .. }: &mut StudySession, budget:
     keep("sums of the variance", forms, variances, "variance of 2^20 luminances of this scene")
 }
 
-/// Time of the exact form over that of the cheap one, in turn; error of the cheap one over that of the exact one.
+/// Time of the exact form over that of the cheap one, measured alternately; error of the cheap one over that of the exact one.
 fn compare(
     values: &[f32],
     truth: f64,
@@ -83,11 +83,11 @@ fn compare(
     let (mut times, mut errors) = (Vec::new(), Vec::new());
     let mut order = values.to_vec();
     for turn in 0..SUMS {
-        // The same values in another order: rounding is another.
+        // The same values in another order round differently.
         order.rotate_left(values.len() / SUMS + turn);
         let (a, b) = (time(cheap, &order), time(exact, &order));
         times.push(b.0 / a.0);
-        // An error of 0 is one that doubles do not see.
+        // An error of 0 is below the precision of the double reference.
         errors.push((a.1.max(1e-12) / b.1.max(1e-12)).ln());
     }
     let error = Interval::of_mean(&errors).unwrap_or_default().map(f64::exp);

@@ -1,4 +1,4 @@
-//! Part 3, continued: options of `render` against a render without them, by the same method in the same time.
+//! Part 3, continued: options of `render` against a render without them, with the same method and time.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,47 +18,47 @@ use crate::study::Interval;
 use crate::study::data::OptionPrice;
 use crate::study::measurement::Measurement;
 
-/// Seconds of each render: at least, and at most.
+/// Least and greatest seconds of each render.
 const SECONDS: [f64; 2] = [0.5, 10.0];
 
-/// Seconds on top, for film and judging, and more of them per pixel.
+/// Overhead in seconds for film and judging: constant, and per pixel.
 const OVERHEAD: [f64; 2] = [0.3, 3e-6];
 
-/// Least samples per pixel: an adaptive render has a pilot of four.
+/// Least samples per pixel; the pilot of an adaptive render takes four.
 const LEAST_SAMPLES: f64 = 8.0;
 
-/// The threshold of `--reweight-fireflies` without a value.
+/// Default threshold of `--reweight-fireflies`.
 const KAPPA: f32 = 1.0;
 
-/// The options, the last of which is measured last.
+/// The options, in order of measurement.
 const NAMES: [&str; 4] = ["--adaptive", "--denoise", "--reweight-fireflies", "--light-groups"];
 
-/// True if all options have been measured.
+/// Whether all options have been measured.
 pub fn is_complete(folder: &StudyFolder) -> bool {
     folder.has(|m| matches!(m, Measurement::Option(price) if price.name == NAMES[3]))
 }
 
-/// What one render shows.
+/// Figures of one render.
 struct Shown {
-    /// The error that its replicates state, for options that only distribute samples differently.
+    /// Error estimated from its replicates, for options that only redistribute samples.
     stated: Option<Interval>,
-    /// The error against the reference, for options that add bias.
+    /// Error against the reference, for options that add bias.
     against: Option<Interval>,
     flip: f64,
     paths: f64,
 }
 
-/// Measures the options that go with the method, as far as the time allows.
+/// Measures the options that the method supports, as far as the time allows.
 pub fn options(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     if is_complete(&session.folder) {
         return Ok(());
     }
-    // A trial has many samples per pixel soon, which is where the options differ.
+    // A trial soon reaches many samples per pixel, at which the options differ.
     let film = session.renderer.trial.unwrap_or(session.renderer.run.film);
     let run = RunSpec { seed: SEED, film, ..session.chosen() };
     let texels: f64 = film.padded_extent().map(f64::from).iter().product();
     let overhead = OVERHEAD[0] + OVERHEAD[1] * texels;
-    // One render without options, and one with each but the noise filter, which takes the first again.
+    // One render without options, and one with each except the noise filter, which is applied to the first.
     let seconds = (budget.left() / NAMES.len() as f64 - overhead).min(SECONDS[1]);
     let rates = crate::cmd::study::converge::runs(&session.folder);
     let rates = rates.filter(|m| m.method == run.integrator.name() && m.seconds > 0.1);
@@ -143,7 +143,7 @@ fn shown(session: &mut StudySession, traced: &StudyRender, reference: &Grid<[f32
     })
 }
 
-/// Paths in the same time with a picture for each emitter; `None` in a scene without emitters.
+/// Number of paths in the same time with a picture for each emitter; `None` in a scene without emitters.
 fn grouped(renderer: &mut StudyRenderer, run: &RunSpec, limit: RenderLimit) -> Result<Option<f64>> {
     let emitters = emitters(&renderer.desc);
     if emitters.is_empty() {
@@ -154,5 +154,5 @@ fn grouped(renderer: &mut StudyRenderer, run: &RunSpec, limit: RenderLimit) -> R
     renderer.trace_grouped(run, scene, groups, limit).map(|traced| Some(traced.data.counts.paths() as f64))
 }
 
-/// Seed of these renders: no run of the methods has it.
+/// Seed of these renders, different from all runs of the methods.
 const SEED: u32 = 0x0a71;

@@ -1,4 +1,4 @@
-//! Pictures of a study: as they are displayed, and small enough for a page.
+//! Pictures for the page of a study: displayed, and reduced in size.
 
 use crate::client::{DisplayImage, Settings};
 use crate::color::{Profile, palette, srgb};
@@ -9,14 +9,14 @@ use crate::image::{Grid, data_uri};
 /// Longest side on the page, pixels.
 const SIDE: usize = 320;
 
-/// Display-linear sRGB of a displayed picture; nothing if pixels are missing.
+/// Display-linear sRGB of a displayed picture; empty if pixels are missing.
 pub fn linear(shown: &DisplayImage, settings: &Settings) -> Grid<[f32; 3]> {
     let decode: Vec<f32> = (0..256).map(|i| (i as f32 / 255.0).powf(settings.gamma)).collect();
     let pixels = shown.rgb.iter().map(|rgb| rgb.map(|c| decode[usize::from(c)])).collect();
     Grid::from_rows(shown.width as usize, shown.height as usize, pixels).unwrap_or_default()
 }
 
-/// A display-linear picture for the page; `None` if it has no pixels.
+/// Data URI of a display-linear picture; `None` if it has no pixels.
 pub fn uri(linear: &Grid<[f32; 3]>) -> Option<String> {
     let small = shrink(linear);
     let encode = |c: f32| if c.is_finite() { srgb::encode_8bit(c) } else { 0 };
@@ -25,7 +25,7 @@ pub fn uri(linear: &Grid<[f32; 3]>) -> Option<String> {
     data_uri::jpeg(side(small.width())?, side(small.height())?, &rgb)
 }
 
-/// Mean FLIP between two display-linear pictures and its map for the page; an error of 1 for pictures of different sizes.
+/// Mean FLIP between two display-linear pictures, and its map as data URI; an error of 1 for pictures of different sizes.
 pub fn difference(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> (f64, Option<String>) {
     let Ok(seen) = flip(picture, reference, PIXELS_PER_DEGREE) else { return (1.0, None) };
     let spread: Vec<[f32; 3]> = seen.map.pixels().iter().map(|&e| [e; 3]).collect();
@@ -39,7 +39,7 @@ pub fn difference(picture: &Grid<[f32; 3]>, reference: &Grid<[f32; 3]>) -> (f64,
     (seen.mean, map)
 }
 
-/// Means over squares of pixels, so that the longest side fits.
+/// Downsamples by averaging squares of pixels, so that the longest side fits.
 fn shrink(picture: &Grid<[f32; 3]>) -> Grid<[f32; 3]> {
     let step = picture.width().max(picture.height()).div_ceil(SIDE).max(1);
     let (width, height) = (picture.width() / step, picture.height() / step);

@@ -1,5 +1,5 @@
-//! The pooled pictures of a study on disk, so that a second run goes on with them: `reference.exr` has the reference as its main
-//! layer, and mean and variance of each method's pictures as further layers; `trials.exr` has those of the trials.
+//! Pooled pictures of a study on disk, so that a second run continues with them: `reference.exr` has the reference as its main layer, and
+//! mean and variance of each method's pictures as further layers; `trials.exr` has those of the trials.
 
 use miette::{IntoDiagnostic, Result};
 
@@ -10,10 +10,10 @@ use crate::image::Attribute;
 use crate::image::exr::{self, Layers};
 use crate::study::pool::{NoisyPixel, ReferencePool};
 
-/// The reference.
+/// File of the reference.
 pub const FILE: &str = "reference.exr";
 
-/// The pictures of trials.
+/// File of the trials' pools.
 const TRIALS: &str = "trials.exr";
 
 /// The attribute with the samples per pixel of each method: `path=12.5 bidirectional=3`.
@@ -21,11 +21,11 @@ const SAMPLES: &str = "pooledSamples";
 
 const CHANNELS: [&str; 7] = ["R", "G", "B", "varianceR", "varianceG", "varianceB", "varianceY"];
 
-/// The pools of a study.
+/// Pools of a study.
 pub struct Pools {
-    /// Of the picture.
+    /// Pool of the full-size pictures.
     pub full: ReferencePool,
-    /// Of its trials.
+    /// Pool of the trials.
     pub trial: ReferencePool,
 }
 
@@ -37,10 +37,10 @@ impl Pools {
         Self { full: pool(film), trial: pool(renderer.trial.as_ref().unwrap_or(film)) }
     }
 
-    /// The pools that earlier runs have left in the folder; empty ones if there are none that can be read.
+    /// The pools of earlier runs in the directory; empty ones if none can be read.
     pub fn open(renderer: &StudyRenderer, folder: &StudyFolder) -> Self {
         let mut pools = Self::empty(renderer);
-        // Without measurements there is nothing that they would go with.
+        // Pools without measurements are ignored.
         if !folder.measurements.is_empty() {
             load(&mut pools.full, folder, FILE);
             load(&mut pools.trial, folder, TRIALS);
@@ -48,13 +48,13 @@ impl Pools {
         pools
     }
 
-    /// The pool of the trials, or of the picture.
+    /// The pool of the trials, or of the full-size pictures.
     pub fn of(&mut self, is_trial: bool) -> &mut ReferencePool {
         if is_trial { &mut self.trial } else { &mut self.full }
     }
 }
 
-/// Adds what a file holds; a file that is missing or damaged holds nothing.
+/// Adds the contents of a file, if it can be read.
 fn load(pool: &mut ReferencePool, folder: &StudyFolder, name: &str) {
     let [width, height] = pool.size();
     let Ok(layers) = exr::read(&folder.file(name)) else { return };

@@ -1,4 +1,4 @@
-//! Renders the pictures of a study: one scene, one device and one set of threads, which stay warm from picture to picture.
+//! Renders the pictures of a study: one scene, one device and one set of threads, reused for all pictures.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -37,93 +37,93 @@ use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Replicates};
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
 
-/// Renders of at least this time have witnesses.
+/// Renders of at least this duration use witness paths.
 const WITNESSED: Duration = Duration::from_secs(1);
 
-/// How long a picture is traced.
+/// Limit of a render.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderLimit {
     Time(Duration),
     Paths(u64),
 }
 
-/// Pixels of a trial, at least and at most: enough tiles for a quantile, and few enough that many samples per pixel take little time.
+/// Range of a trial's pixel count: enough tiles for a quantile, and few enough to reach many samples per pixel quickly.
 const TRIAL_PIXELS: [f64; 2] = [12_000.0, 40_000.0];
 
-/// Pixels of a trial for each second of the study's budget, within these bounds.
+/// Pixels of a trial per second of the study's budget, within these bounds.
 const PIXELS_PER_SECOND: f64 = 400.0;
 
-/// A picture with fewer times the pixels of a trial is its own trial.
+/// A picture with fewer than this many times the pixels of a trial is its own trial.
 const WORTH_A_TRIAL: f64 = 2.5;
 
-/// A prepared scene and all that renders it.
+/// A prepared scene, with everything to render it.
 pub struct StudyRenderer {
-    /// The specification of all runs, which differ in method and seed.
+    /// Specification of all runs, which differ in method and seed.
     pub run: RunSpec,
-    /// A smaller film of the same view, for trials; `None` where the picture is small itself.
+    /// A smaller film of the same view, for trials; `None` if the picture itself is small.
     pub trial: Option<FilmSpec>,
     pub scene: Arc<Scene>,
     pub camera: Camera,
     pub desc: SceneDesc,
-    /// How pictures are shown.
+    /// Display settings.
     pub settings: Settings,
-    /// The device that rasterises them.
+    /// Rasterisation device.
     pub device: Device,
     /// Tracing threads.
     pub threads: usize,
     /// Seconds to load and prepare the scene.
     pub load_seconds: f64,
     film: StudyFilm,
-    /// The film before, which may be wanted again.
+    /// The previous film, which may be used again.
     spare: Option<StudyFilm>,
-    /// The noise filter of the view, and the size that it is for.
+    /// Noise filter of the view, and the film it is for.
     filter: Option<(FilmSpec, ViewFilter)>,
     server: Server,
     lanes: Lanes,
     epoch: Epoch,
 }
 
-/// A film and what it was made for.
+/// A film with its specification.
 struct StudyFilm {
     spec: FilmSpec,
     kappa: Option<f32>,
     client: Box<dyn Film>,
 }
 
-/// A picture and the record of its render.
+/// A rendered picture with its statistics.
 pub struct StudyRender {
-    /// Linear Rec.709, unblurred.
+    /// Linear Rec.709, without reconstruction blur.
     pub rgb: Grid<[f32; 3]>,
-    /// Every pixel has samples.
+    /// Whether every pixel has samples.
     pub is_complete: bool,
-    /// The sums.
+    /// Sums of the film.
     pub data: FilmData,
     /// Time and end of the render.
     pub driven: DriveOutcome,
     pub stats: Stats,
-    /// The error that its replicates state; empty for an undivided run.
+    /// Error status from its replicates; empty for an undivided run.
     pub state: Arc<ErrorStatus>,
-    /// Its predictions and their outcomes.
+    /// Predictions with their outcomes.
     pub predictions: Vec<PredictionOutcome>,
-    /// Mean and difference of its replicates; empty for an undivided run.
+    /// Mean and difference of its replicates per pixel; empty for an undivided run.
     pub pixels: Vec<ReplicatePixel>,
-    /// The sums of its replicates; `None` for an undivided run.
+    /// Sums of its replicates; `None` for an undivided run.
     replicates: Option<Replicates>,
 }
 
 impl StudyRender {
-    /// The error that its replicates state, if it is known.
+    /// Error estimated from its replicates, if known.
     pub fn estimate(&self) -> Option<ErrorEstimate> {
         self.state.checkpoints.last().map(|_| self.state.estimate)
     }
 
-    /// The mean luminance of the picture by each replicate.
+    /// Mean luminance of each replicate.
     pub fn brightness(&self) -> Vec<MeanLuminance> {
         self.replicates.iter().flat_map(Replicates::mean_luminances).flatten().collect()
     }
 }
 
-/// The processor's name, as far as the system tells.
+/// Name of the CPU, as reported by the system.
 pub fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
@@ -165,12 +165,12 @@ impl StudyRenderer {
         })
     }
 
-    /// Pixels of the film, overscan included.
+    /// Texels of the film, including overscan.
     pub fn texels(&self) -> f64 {
         texels(&self.run.film)
     }
 
-    /// The specification of a run by `kind` with this seed.
+    /// Specification of a run by method `kind` with this seed.
     pub fn run(&self, kind: IntegratorKind, seed: u32) -> RunSpec {
         RunSpec { integrator: kind, seed, ..self.run.clone() }
     }
@@ -191,7 +191,7 @@ impl StudyRenderer {
         self.trace_with(run, scene, camera, limit, None)
     }
 
-    /// Renders a scene of groups of lights, with a picture for each.
+    /// Renders a scene with light groups, with a picture for each.
     pub fn trace_grouped(
         &mut self,
         run: &RunSpec,
@@ -224,7 +224,7 @@ impl StudyRenderer {
             false => vec![RenderStage::even(goal.indices, time)],
         };
         let observer = run.replicated.then(|| Observer::start(run, None, Backpressure::Wait)).transpose()?;
-        // What a user gets states its error with witnesses; in less time they would cost too much of it.
+        // The error that a user is shown includes witness paths; in shorter renders they would take too much of the time.
         let has_witnesses = time.is_some_and(|time| time >= WITNESSED);
         let witnesses = has_witnesses.then(|| method::witnesses(run, &scene, &camera)).flatten();
         if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
@@ -300,8 +300,7 @@ impl StudyRenderer {
         Ok(StudyRender { rgb, is_complete, data, driven, stats, state, predictions, pixels, replicates })
     }
 
-    /// A picture of this scene as it is displayed through the noise filter, and its linear pixels; `None` for an undivided run, and without
-    /// memory.
+    /// The displayed denoised picture of this scene, and its linear pixels; `None` for an undivided run, and if memory runs out.
     pub fn filtered(
         &mut self,
         film: &FilmSpec,
@@ -323,7 +322,7 @@ impl StudyRenderer {
         Ok(Some((picture.display(&self.settings)?, linear)))
     }
 
-    /// Makes the film the one that is used now, empty or as it was left.
+    /// Makes this film current, empty or as it was left.
     fn use_film(&mut self, spec: FilmSpec, kappa: Option<f32>) -> Result<()> {
         let fits = |film: &StudyFilm| film.spec == spec && film.kappa == kappa;
         if fits(&self.film) {
@@ -348,7 +347,7 @@ fn texels(film: &FilmSpec) -> f64 {
     width * height
 }
 
-/// The film of a trial: the same view in fewer pixels.
+/// Film of a trial: the same view with fewer pixels.
 fn trial(film: FilmSpec, budget: f64) -> Option<FilmSpec> {
     let [width, height] = [film.width, film.height].map(f64::from);
     let pixels = (PIXELS_PER_SECOND * budget).clamp(TRIAL_PIXELS[0], TRIAL_PIXELS[1]);

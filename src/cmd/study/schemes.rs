@@ -1,4 +1,4 @@
-//! The cost of knowing the error: pictures with and without replicates, of equally many samples.
+//! Cost of the error estimate: pictures with and without replicates, of equal sample counts.
 
 use miette::Result;
 
@@ -21,7 +21,7 @@ pub fn schemes(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     if folder.has(|m| matches!(m, Measurement::Scheme(_))) {
         return Ok(());
     }
-    // Three pairs at least, at the speed of the method so far.
+    // At least three pairs, at the speed of the method so far.
     let speed = speed(folder, run.integrator);
     if speed <= 0.0 || budget.left() < 6.5 * SAMPLES * renderer.texels() / speed {
         return Ok(());

@@ -15,7 +15,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::study::data::Study;
 use crate::study::{analysis, pages};
 
-/// Parts in their order, with shares of what is left of the budget, and what is missing without them.
+/// Parts in order, with their fractions of the remaining budget, and a note on what is missing without them.
 pub const PARTS: [(StudySection, f64, &str); 6] = [
     (StudySection::Methods, 0.65, "convergence, prices, pictures, predictions, stability: --knobs methods"),
     (StudySection::Effects, 0.5, "effects: --knobs effects"),
@@ -30,11 +30,11 @@ pub struct StudySession {
     pub renderer: StudyRenderer,
     pub folder: StudyFolder,
     pub judge: Judge,
-    /// What `--integrator auto` chooses, and all that it has tried.
+    /// Result of `--integrator auto`, with all methods it has tried.
     pub choice: ChoiceReport,
 }
 
-/// The time that a part of the study may take.
+/// Time limit of a part of the study.
 pub struct TimeBudget {
     pub start: Instant,
     pub seconds: f64,
@@ -42,12 +42,12 @@ pub struct TimeBudget {
 }
 
 impl TimeBudget {
-    /// Seconds that are left; negative afterwards.
+    /// Seconds left; negative once exceeded.
     pub fn left(&self) -> f64 {
         self.seconds - self.start.elapsed().as_secs_f64()
     }
 
-    /// Tells the user what is being measured.
+    /// Reports to the user what is being measured.
     pub fn say(&self, text: &str) {
         if !self.quiet {
             tell(&format!("  {text}"));
@@ -55,7 +55,7 @@ impl TimeBudget {
     }
 }
 
-/// True if a part is asked for.
+/// Whether a part is requested.
 pub fn wanted(args: &StudyArgs, knob: StudySection) -> bool {
     args.knobs.is_empty() || args.knobs.contains(&knob)
 }

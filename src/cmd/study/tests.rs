@@ -1,4 +1,4 @@
-//! The audit of brightness, from real renders to the sentence that people read.
+//! The audit of brightness, from real renders to the sentence shown to the user.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ fn renderer(scene: &Path) -> StudyRenderer {
     StudyRenderer::new(&args, &about::source(&args, scene.to_path_buf())).unwrap()
 }
 
-/// What a study says that has measured path tracing in this scene, and bidirectional path tracing in the other.
+/// A study that has measured path tracing in this scene, and bidirectional path tracing in the other.
 fn studied(renderer: &mut StudyRenderer, other: &Arc<Scene>) -> Study {
     let mut judge = Judge::without_reference(renderer);
     let mut measured = Vec::new();
@@ -45,8 +45,8 @@ fn studied(renderer: &mut StudyRenderer, other: &Arc<Scene>) -> Study {
     analysis::study(Study::default(), &measured)
 }
 
-/// Light that is brighter by a factor of 1.002 in the renders of one method is found where there is little noise, and equal light raises no
-/// alarm, with little noise or much.
+/// A brightness factor of 1.002 planted in the renders of one method is detected if noise is low, and equal brightness raises no alarm at
+/// low or high noise.
 #[test]
 fn a_planted_factor_is_found_and_clean_renders_are_not_accused() {
     for scene in ["scenes/cornell.xml", "scenes/furnace.xml"] {

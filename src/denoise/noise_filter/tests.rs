@@ -23,7 +23,7 @@ fn cornell_box() -> EpochView {
     EpochView { scene, camera: Camera::of(&desc).unwrap() }
 }
 
-/// A filter of the Cornell box that has been given so many samples per pixel, with noise, and has filtered them.
+/// A filter of the Cornell box that was given this many noisy samples per pixel and has denoised them.
 fn filtered(per_pixel: u64, wants_error: bool) -> NoiseFilter {
     let mut filter = NoiseFilter::start(1).unwrap();
     filter.begin(FILM, cornell_box(), wants_error, None);
@@ -39,7 +39,7 @@ fn filtered(per_pixel: u64, wants_error: bool) -> NoiseFilter {
         filter.samples(chunk * CHUNK, PathCounts { camera: CHUNK, light: 0 }, &block);
     }
     filter.prepare(Denoise::Wavelet);
-    // The second picture comes after what the thread tells of the first.
+    // The first answer is about the error, the second is the picture.
     for _ in 0..2 {
         filter.filter(Denoise::Wavelet, samples, None);
         filter.wait();
@@ -51,17 +51,17 @@ fn filtered(per_pixel: u64, wants_error: bool) -> NoiseFilter {
 fn the_error_of_the_filtered_picture_is_estimated_where_it_is_wanted() {
     let mut known = filtered(16, true);
     let error = known.error(Denoise::Wavelet).expect("there are samples enough").relative[0].value;
-    // Without the filter it is .289 over the root of 16.
+    // Without the filter the error is 0.289/√16.
     assert!(error > 0.0 && error < 0.072, "{error}");
     assert!(known.error(Denoise::Oidn).is_none());
-    // Another film has another picture.
+    // Another film begins without a picture.
     known.begin(FILM, cornell_box(), true, None);
     assert!(known.error(Denoise::Wavelet).is_none());
     assert!(filtered(16, false).error(Denoise::Wavelet).is_none(), "nobody wants it");
     assert!(filtered(2, true).error(Denoise::Wavelet).is_none(), "there are too few samples");
 }
 
-/// A view of which the last one shows too little waits for its samples, and its filter is used as if there had been none before.
+/// If the last view shows too little of the present one, samples are waited for, and the filter works as without an earlier view.
 #[test]
 fn a_view_that_shows_too_little_is_not_a_failure() {
     let mut filter = NoiseFilter::start(1).unwrap();
@@ -75,7 +75,7 @@ fn a_view_that_shows_too_little_is_not_a_failure() {
     assert!(filter.take(answer(true)).is_none());
     assert!(!filter.is_reprojecting() && filter.reprojections() == 0 && filter.shown().is_none());
     assert!(filter.reprojection == took && filter.failed.is_empty());
-    // A filter that found no memory has failed.
+    // A filter that ran out of memory counts as failed.
     filter.take(answer(false));
     assert!(filter.failed == [kind]);
 }

@@ -1,4 +1,4 @@
-//! A camera that moves in real scenes: how far the picture is from that of many samples, with and without the last one.
+//! A moving camera in real scenes: error against a converged picture, with and without reprojection.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
@@ -29,7 +29,7 @@ const FILM: FilmSpec = FilmSpec {
     sums: Summation::TwoFloat,
 };
 
-/// Samples of a chunk.
+/// Sink that collects the samples of a chunk.
 #[derive(Default)]
 struct Collected(Vec<Sample>);
 
@@ -43,11 +43,11 @@ impl SampleSink for Collected {
     }
 }
 
-/// A scene with a camera, the sums of its samples, and what the first rays have met.
+/// A scene with a camera, the sums of its samples, and the first hits of its rays.
 struct Seen {
     replicates: Replicates,
     surfaces: Arc<ViewSurfaces>,
-    /// The same by a quarter of the rays.
+    /// First hits of a quarter of the rays.
     coarse: Arc<ViewSurfaces>,
     filter: ViewFilter,
     tracer: Replicated<PathTracer>,
@@ -55,7 +55,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// The scene from its own camera, turned by `degrees` about the vertical.
+    /// The scene from its own camera, turned by `degrees` about the vertical axis.
     fn new(desc: &SceneDesc, scene: &Arc<Scene>, degrees: f64, seed: u32) -> Self {
         let mut desc = desc.clone();
         desc.camera.to_world *= DAffine3::from_rotation_y(degrees.to_radians());
@@ -127,7 +127,7 @@ fn scene(name: &str) -> (SceneDesc, Arc<Scene>) {
     (desc, scene)
 }
 
-/// Root of the mean squared difference as displayed: 1 − e^−v, gamma 2.2.
+/// Root mean squared difference of displayed values: 1 − e^−v, gamma 2.2.
 fn difference(picture: &FilteredPicture, reference: &FilteredPicture) -> f64 {
     let shown = |v: f32| f64::from(1.0 - (-v.max(0.0)).exp()).powf(1.0 / 2.2);
     let pixels = picture.xyz().pixels().iter().zip(reference.xyz().pixels());
@@ -138,7 +138,7 @@ fn difference(picture: &FilteredPicture, reference: &FilteredPicture) -> f64 {
     (squares / f64::from(3 * SIDE * SIDE)).sqrt()
 }
 
-/// The mean picture of both halves as it is.
+/// Undenoised mean picture of both halves.
 fn plain(halves: &HalfMeans) -> FilteredPicture {
     let mut picture = Grid::try_filled(SIDE as usize, SIDE as usize, Vec3::ZERO).unwrap();
     for (i, out) in picture.pixels_mut().iter_mut().enumerate() {
@@ -149,7 +149,7 @@ fn plain(halves: &HalfMeans) -> FilteredPicture {
     picture.into()
 }
 
-/// What a cut leaves is too little to be shown alone.
+/// After a cut too little is known to be displayed without samples.
 #[test]
 fn a_cut_begins_anew() {
     let (desc, scene) = scene("cornell.xml");
@@ -163,14 +163,14 @@ fn a_cut_begins_anew() {
     }
 }
 
-/// The two sides of a surface look different: of a wall that was seen from the front nothing is known where it is seen from behind.
+/// The sides of a surface may look different: a wall seen from the front is unknown when seen from behind.
 #[test]
 fn the_other_side_of_a_surface_is_not_known() {
     let (mut desc, scene) = scene("cornell.xml");
     let mut before = Seen::new(&desc, &scene, 0.0, 0);
     before.trace_to(1.0);
     let known = before.known();
-    // Around the middle of the box, from where one of the walls is seen from outside.
+    // The camera orbits the centre of the box to where a wall is seen from outside.
     let to_middle = DAffine3::from_translation(DVec3::new(0.0, 2.75, 0.0));
     let turn = DAffine3::from_rotation_y(40f64.to_radians());
     desc.camera.to_world = to_middle * turn * to_middle.inverse() * desc.camera.to_world;
@@ -188,7 +188,7 @@ fn the_other_side_of_a_surface_is_not_known() {
     assert!(behind > SIDE * SIDE / 10, "{behind} pixels show a wall from behind");
 }
 
-/// The same view again shows the same picture, where no mirror is.
+/// Reprojecting to the same view reproduces the picture, except in mirrors.
 #[test]
 fn a_camera_at_rest_keeps_the_picture() {
     let (desc, scene) = scene("cornell.xml");
@@ -199,12 +199,12 @@ fn a_camera_at_rest_keeps_the_picture() {
     let same = again.picture.pixels().iter().zip(known.picture.xyz().pixels());
     let off = same.filter(|(a, b)| a.distance(**b) > 1e-3 * (1.0 + b.length())).count();
     let unknown = again.worth.pixels().iter().filter(|worth| **worth == 0.0).count();
-    // At edges the ray of a pixel may have met another surface than its centre shows.
+    // At edges the ray of a pixel may have hit another surface than its centre ray.
     assert!(off < (SIDE * SIDE / 50) as usize, "{off} pixels differ");
     assert!(unknown < (SIDE * SIDE / 200) as usize, "{unknown} pixels are unknown");
 }
 
-/// With few samples of the new view the last picture is nearer to the truth than the filter alone; with many it does no harm.
+/// With few samples of the new view, reprojection is nearer to the truth than denoising alone; with many it does no harm.
 #[test]
 fn a_camera_that_turns_keeps_what_was_known() {
     for name in ["cornell.xml", "cornell_spheres.xml", "veach_plates.xml"] {

@@ -1,4 +1,4 @@
-//! Renders come and go faster than anybody can look.
+//! Renders that begin and end faster than the observer processes them.
 
 use std::path::PathBuf;
 
@@ -99,7 +99,7 @@ fn sixty_renders_in_a_second_leave_nothing_behind() {
         assert!(observer.waiting() <= 40 * BLOCK_SAMPLES, "{}", observer.waiting());
         std::thread::sleep(Duration::from_millis(2));
     }
-    // A render that lasts is watched, from its first block on.
+    // A render that lasts is observed from its first block on.
     observer.begin(&run(16, 16), None);
     (0..8).for_each(|i| give(&observer, &chunk(i)));
     let (state, _) = observer.end();
@@ -117,7 +117,7 @@ fn what_waits_is_bounded() {
         assert!(observer.waiting() <= MOST);
     }
     observer.end();
-    // Backpressure a render nothing is left out: it waits.
+    // With [`Backpressure::Wait`] no block is dropped.
     let observer = Observer::start(&small, None, Backpressure::Wait).expect("a thread");
     (0..blocks as u64).for_each(|i| give(&observer, &chunk(i % 2)));
     let (state, _) = observer.end();

@@ -1,4 +1,4 @@
-//! The lens of the camera: its radius and its focus.
+//! Lens radius and focus of the camera.
 
 use glam::DVec3;
 use miette::{Result, miette};
@@ -8,10 +8,10 @@ use crate::client::window::panel::ParameterValue;
 
 use crate::viewer::editor::{EditedValue, SceneEditor};
 
-/// The widest lens that a slider offers, as a share of the distance to the target.
+/// Largest lens radius on the slider, as a fraction of the distance to the target.
 const WIDEST: f64 = 0.05;
 
-/// The focus that a slider offers, in distances to the target.
+/// Range of the focus slider, as multiples of the distance to the target.
 const FOCUS: [f64; 2] = [0.02, 10.0];
 
 impl SceneEditor {
@@ -20,14 +20,14 @@ impl SceneEditor {
         self.state().aperture.unwrap_or(self.original().camera.aperture_radius)
     }
 
-    /// The values of the lens; none for a camera of parallel rays.
+    /// Lens parameters; none for an orthographic camera.
     pub(super) fn lens_values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
         let mut values = Vec::new();
         if self.original().camera.orthographic {
             return values;
         }
         let (distance, aperture) = (self.pose().distance(), self.aperture());
-        // Bounds that stay where they are while the focus moves.
+        // Bounds that stay constant while the focus changes.
         let reach = self.home.distance();
         let value = ParameterValue::Number { value: aperture, min: 0.0, max: (WIDEST * reach).max(aperture) };
         values.push(("radius of the lens".to_owned(), EditedValue::Aperture, value));
@@ -40,11 +40,11 @@ impl SceneEditor {
         values
     }
 
-    /// Focuses the lens at the distance of a place in world space, without turning the camera; returns whether that changes anything.
+    /// Focuses the lens at the distance of a world-space point without turning the camera; returns whether anything changed.
     ///
     /// # Errors
     ///
-    /// Without a lens: it says what to do.
+    /// For a pinhole camera; the message says what to do.
     pub fn focus_at(&mut self, place: DVec3) -> Result<bool> {
         if self.aperture() <= 0.0 || self.original().camera.orthographic {
             return Err(miette!(

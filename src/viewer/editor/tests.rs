@@ -21,7 +21,7 @@ fn shape_follows_the_axis() {
     assert!((shape(FovAxis::Diagonal, wide).length() - 1.0).abs() < 1e-12);
 }
 
-/// A camera of parallel rays turns, moves and zooms, and is saved as what it is.
+/// An orthographic camera orbits, pans and zooms, and is saved as orthographic.
 #[test]
 fn parallel_rays_stay_parallel() {
     let text = "<scene version=\"3.0.0\"><sensor type=\"orthographic\"><transform name=\"to_world\"><scale x=\"2\" y=\"3\" z=\"0.5\"/>\
@@ -49,14 +49,14 @@ fn parallel_rays_stay_parallel() {
         assert!(user.gesture(gesture, [200, 100]), "{gesture:?}");
         assert!(user.camera([200, 100]).is_ok(), "{gesture:?}");
     }
-    // What is panned by a tenth of the width moves by a tenth of what is seen.
+    // Panning by a tenth of the width moves the view by a tenth of the visible extent.
     while user.undo().is_some() {}
     user.gesture(Gesture::Pan(DVec2::new(0.1, 0.0)), [200, 100]);
     let moved = user.camera_desc().to_world.translation.distance(home.translation);
     assert!((moved - 0.4).abs() < 1e-9, "{moved}");
 }
 
-/// A lens stays focused as in the file until the camera moves, and then on the target; a pinhole has no focus.
+/// A lens keeps the file's focus until the camera moves, then focuses on the target; a pinhole has no focus.
 #[test]
 fn a_lens_focuses_on_the_target() {
     let focus_after = |sensor: &str, point: DVec3| {
@@ -75,7 +75,7 @@ fn a_lens_focuses_on_the_target() {
     assert_eq!(focus_after("<sensor type=\"perspective\"/>", DVec3::new(1.0, 2.0, 2.0)), (0.0, 0.0));
 }
 
-/// Something of every kind that can be edited.
+/// A scene with an object of every editable kind.
 const SCENE: &str = r#"<scene version="3.0.0">
     <sensor type="perspective"><transform name="to_world"><lookat origin="0, 1, 6" target="0, 0.5, 0" up="0, 1, 0"/></transform></sensor>
     <bsdf type="diffuse" id="wall"><rgb name="reflectance" value="0.8, 0.3, 0.2"/></bsdf>
@@ -105,7 +105,7 @@ fn editor() -> SceneEditor {
     SceneEditor::new(desc, scene).expect("a camera")
 }
 
-/// Waits for the scene of the last change.
+/// Waits until the scene of the last change is prepared.
 fn settle(editor: &mut SceneEditor) {
     while editor.is_preparing() {
         editor.follow().expect("the scene can be prepared");
@@ -123,7 +123,7 @@ impl SampleSink for Bits {
     fn light(&mut self, _: [f32; 2], _: Xyz) {}
 }
 
-/// The first samples of a scene, to the bit.
+/// The first samples of a scene, as bit patterns.
 fn samples(scene: Arc<Scene>, camera: Camera, desc: &SceneDesc) -> Vec<[u32; 3]> {
     let context = RenderContext::new(scene, camera, &desc.integrator, 3, UvWindow::PICTURE);
     let (tracer, mut all) = (PathTracer::from(context), Bits::default());
@@ -131,7 +131,7 @@ fn samples(scene: Arc<Scene>, camera: Camera, desc: &SceneDesc) -> Vec<[u32; 3]>
     all.0
 }
 
-/// What is traced now, to the bit.
+/// The first samples of the scene being traced, as bit patterns.
 fn traced(editor: &SceneEditor) -> Vec<[u32; 3]> {
     samples(editor.scene(), editor.camera([64, 48]).expect("a camera"), editor.desc())
 }
@@ -153,7 +153,7 @@ fn other(value: ParameterValue, random: &mut Random) -> ParameterValue {
     }
 }
 
-/// One change of a random kind; a third of them goes on with the one before.
+/// Applies one random change; a third of them continue the previous history entry.
 fn change_at_random(user: &mut SceneEditor, random: &mut Random) {
     let count = |n: usize, random: &mut Random| ((n as f64 * random.f64()) as usize).min(n - 1);
     if random.f64() < 0.67 {
@@ -192,8 +192,8 @@ fn depth(mut history: UndoHistory<EditorState>) -> usize {
     std::iter::from_fn(|| history.undo()).count()
 }
 
-/// After a thousand random changes and as many undone, scene, description, edits and samples are those of the file; done again they are
-/// those of the last change, and what is prepared step by step is the scene of the description.
+/// After a thousand random changes and as many undos, scene, description, edits and samples equal those of the file. Redone, they equal
+/// those of the last change, and the incrementally prepared scene equals one prepared from the description.
 #[test]
 fn a_thousand_changes_are_undone() {
     let (mut user, mut random) = (editor(), Random(42));
@@ -240,7 +240,7 @@ fn a_thousand_changes_are_undone() {
     );
 }
 
-/// A drag is one entry with a name, a lens opens, and the pivot goes where it is told.
+/// A drag is one named history entry, a lens can be opened, and the pivot moves where it is set.
 #[test]
 fn objects_and_lens_are_edited() {
     let mut user = editor();
@@ -281,7 +281,7 @@ fn objects_and_lens_are_edited() {
     assert_eq!(undone, ["distance in focus", "radius of the lens", "move of `ball`"]);
 }
 
-/// While scenes take long to prepare, edits come faster than they are traced: the last one is traced in the end, and none is waited for.
+/// While scenes take long to prepare, edits arrive faster than scenes are ready: the last edit is traced in the end, and no call blocks.
 #[test]
 fn the_last_of_many_edits_is_traced() {
     let mut user = editor();
@@ -300,7 +300,7 @@ fn the_last_of_many_edits_is_traced() {
     assert_eq!(user.edits().values, [(Target::ToWorld(1), NewValue::Transform(wanted))]);
 }
 
-/// A scene that is read again keeps history and edits of what it still has.
+/// A reloaded scene keeps the history and the edits of objects that still exist.
 #[test]
 fn history_survives_another_reading() {
     let mut old = editor();

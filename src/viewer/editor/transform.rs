@@ -1,4 +1,4 @@
-//! Moving, turning and scaling objects: what a gizmo over the picture, and the position in the panel, ask for.
+//! Translation, rotation and scaling of objects, as the gizmo and the position field of the panel request them.
 
 use glam::{DAffine3, DMat3, DVec3};
 use miette::Result;
@@ -7,25 +7,25 @@ use crate::scene::edit::{NewValue, Target, shape_name};
 
 use crate::viewer::editor::{SceneEditor, SelectedShape};
 
-/// A transform that the user drags.
+/// A transform in progress, dragged by the user.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TransformDrag {
     shape: u32,
-    /// Object space to world space at its start.
+    /// Object-to-world transform at the start of the drag.
     start: DAffine3,
-    /// The centre of the shape then.
+    /// Centre of the shape at the start of the drag.
     pub(super) pivot: DVec3,
 }
 
 impl SceneEditor {
-    /// The centre of the selected shape, world space: what it turns about.
+    /// Centre of the selected shape in world space, which is the pivot of rotation and scale.
     pub fn selected_pivot(&self) -> Option<DVec3> {
         let SelectedShape { shape, bounds } = self.selected?;
         let [low, high] = bounds?;
         Some(self.to_world(shape)?.transform_point3(0.5 * (low + high)))
     }
 
-    /// The transform of a shape as it was changed last: object space to world space.
+    /// Object-to-world transform of a shape with its last edit applied.
     fn to_world(&self, shape: u32) -> Option<DAffine3> {
         let file = self.original().shapes.get(shape as usize)?.to_world;
         match self.state().edits.get(Target::ToWorld(shape)) {
@@ -34,7 +34,7 @@ impl SceneEditor {
         }
     }
 
-    /// Begins to move, turn or scale a shape, which becomes the selected one; returns whether there is anything of it. The drag ends with
+    /// Begins to transform a shape and selects it; returns whether the shape has any extent. The drag ends with
     /// [`end_change`](Self::end_change).
     pub fn begin_transform(&mut self, shape: u32) -> bool {
         self.select(Some(shape));
@@ -43,12 +43,12 @@ impl SceneEditor {
         self.drag.is_some()
     }
 
-    /// Moves, turns or scales the shape by `by`, in world space, from where it was when [`begin_transform`](Self::begin_transform) was
-    /// called. All until [`end_change`](Self::end_change) is one entry of the history. Returns whether another scene is traced now.
+    /// Applies `by`, in world space, to the shape's transform at the time of [`begin_transform`](Self::begin_transform). All calls until
+    /// [`end_change`](Self::end_change) share one history entry. Returns whether another scene is traced now.
     ///
     /// # Errors
     ///
-    /// When the transform has no inverse; nothing is changed then.
+    /// When the transform is singular; nothing changes then.
     pub fn set_transform(&mut self, by: DAffine3) -> Result<bool> {
         let Some(TransformDrag { shape, start, .. }) = self.drag else { return Ok(false) };
         let rigid = (by.matrix3.transpose() * by.matrix3).abs_diff_eq(DMat3::IDENTITY, 1e-9);
@@ -65,7 +65,7 @@ impl SceneEditor {
         )
     }
 
-    /// Where a point of world space is in a picture of this size, in pixels, perhaps beyond its edges; `None` behind the camera.
+    /// Projects a world-space point into a picture of this size, in pixels, possibly outside its edges; `None` behind the camera.
     pub fn project(&self, point: DVec3, size: [u32; 2]) -> Option<[f64; 2]> {
         let uv = self.camera(size).ok()?.screen_position(self.original().space.point(point))?;
         Some([uv.x * f64::from(size[0]), uv.y * f64::from(size[1])])

@@ -1,4 +1,4 @@
-//! A copy of the sums in memory, which outlives the device that they are on.
+//! A copy of the film's sums in main memory, which survives the loss of the device.
 
 use std::time::{Duration, Instant};
 
@@ -6,34 +6,34 @@ use crate::client::film::VulkanFilm;
 use crate::client::{ClientError, Film, FilmData};
 use crate::job::Job;
 
-/// Least time between two copies: a tenth of a second of the bus at 4K.
+/// Shortest interval between two copies; one takes a tenth of a second of bus time at 4K.
 const INTERVAL: Duration = Duration::from_secs(10);
 
-/// A copy is made when the samples have grown by this factor since the last.
+/// A copy is made once the number of samples has grown by this factor since the last.
 const GROWTH: f64 = 1.25;
 
-/// The last copy of the sums of an epoch, and the next one on its way.
+/// The last copy of an epoch's sums, and the copy in progress.
 #[derive(Default)]
 pub struct SumsBackup {
     data: Option<FilmData>,
     pending: Option<Job<Result<FilmData, ClientError>>>,
     begun: Option<Instant>,
-    /// Samples in the copy that was begun last.
+    /// Samples in the copy begun last.
     samples: u64,
 }
 
 impl SumsBackup {
-    /// Forgets the copies: another epoch, or another film.
+    /// Discards all copies for another epoch or film.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Begins another copy of a film that has more samples than are `kept`, when it is due, and takes over one that has arrived. A copy
-    /// that fails is left out: the next one may not.
+    /// Begins another copy when it is due and the film has more samples than are `kept`; takes over a finished one. A failed copy is
+    /// skipped, since the next may succeed.
     ///
     /// # Errors
     ///
-    /// Those of drawing the batch.
+    /// Those of rasterising the batch.
     pub fn update(&mut self, film: &mut VulkanFilm, kept: usize, now: Instant) -> Result<(), ClientError> {
         self.arrive();
         let samples = film.counts().samples();
@@ -43,13 +43,13 @@ impl SumsBackup {
             return Ok(());
         }
         let copy = film.begin_backup()?;
-        // Without a thread there is no copy.
+        // If no thread can be started, there is no copy.
         self.pending = Job::start("a copy of the sums", move |_| copy.wait()).ok();
         (self.begun, self.samples) = (Some(now), samples);
         Ok(())
     }
 
-    /// Takes over a copy that is there.
+    /// Takes over a finished copy.
     fn arrive(&mut self) {
         if let Some(copy) = Job::take(&mut self.pending) {
             let copy = copy.inspect_err(|panic| tracing::error!("{panic}"));
@@ -74,8 +74,7 @@ mod tests {
     use crate::gpu::{DeviceChoice, Gpu};
     use crate::stream::Sample;
 
-    /// Copies are made when they are due, and the last one is that of all samples until then; one that has no more than are kept is of
-    /// no use.
+    /// Copies are made when due and contain all samples until then; a copy with no more samples than are retained is not used.
     #[test]
     fn copies_follow_the_film() {
         let gpu = Gpu::new(&DeviceChoice::Best).expect("a driver (Debian: mesa-vulkan-drivers)");

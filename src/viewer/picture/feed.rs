@@ -1,4 +1,4 @@
-//! How samples come to the film of the window: kept ones first, then those in the lanes.
+//! Feeds samples to the film of the window: retained ones first, then those in the lanes.
 
 use std::time::{Duration, Instant};
 
@@ -11,17 +11,17 @@ use crate::viewer::picture::LivePicture;
 use crate::viewer::screen::Screen;
 use crate::viewer::session::RenderSession;
 
-/// After an edit the loop waits this long for the first samples before it reads messages again.
+/// Longest wait for the first samples after an edit, before messages are read again.
 const FIRST_SAMPLES_WAIT: Duration = Duration::from_millis(4);
 
-/// Samples that are read at once while the sums are coarse: all of them must be kept.
+/// Most samples read at once while the sums are coarse, since all of them must be retained.
 const COARSE_PART: usize = 8 * BLOCK_SAMPLES;
 
-/// Samples that make a first picture: a high level of detail shows the scene from few.
+/// Number of samples that suffice for a first picture: at a high level of detail it shows the scene.
 const FIRST_SAMPLES: u64 = 512;
 
 impl LivePicture {
-    /// Reads samples of a frame that began at `begin`. After an edit it waits a moment for the first ones.
+    /// Reads the samples of a frame that began at `begin`. After an edit it blocks shortly for the first ones.
     pub fn read_samples(
         &mut self,
         session: &mut RenderSession,
@@ -38,11 +38,11 @@ impl LivePicture {
             session.hear_server();
             self.read(session, budget)?;
         }
-        // In order of index a film that is lost is made anew.
+        // In index order a lost film is rebuilt from the first index instead.
         if session.run_spec().deterministic { Ok(()) } else { self.back_up(begin) }
     }
 
-    /// Gives the film `budget` samples: kept ones first where it is behind, then those in the lanes.
+    /// Adds `budget` samples to the film: retained ones first if it is behind, then those in the lanes.
     fn read(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
         let (begin, before) = (Instant::now(), self.rasterised);
         let outcome = self.take(session, budget);
@@ -65,14 +65,14 @@ impl LivePicture {
             return writer.finish();
         }
         if session.is_in_region() {
-            // Its film is gone: these samples are no one's.
+            // The region's film is gone, so its samples are dropped.
             session.drain(left.max(BLOCK_SAMPLES), |_| ());
             return Ok(());
         }
         let observer = self.observer.as_ref();
         let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| self.kept.caught_up());
         let Some(film) = film else {
-            // Without a film samples are kept as long as there is room; then workers park.
+            // Without a film, samples are retained while there is room; then the workers block.
             self.read_ahead(session, budget);
             return Ok(());
         };
@@ -94,7 +94,7 @@ impl LivePicture {
         writer.finish()
     }
 
-    /// Adds the kept samples up again at full resolution, where the sums are coarse.
+    /// If the sums are coarse, adds the retained samples again at full resolution.
     pub fn sharpen(&mut self) -> Result<(), ClientError> {
         let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|film| film.is_coarse());
         let Some(film) = film else { return Ok(()) };
@@ -110,12 +110,12 @@ impl LivePicture {
         outcome
     }
 
-    /// Gives the film the kept samples that it lacks, `budget` at most, and reads no others.
+    /// Adds up to `budget` retained samples that the film lacks, and reads no others.
     pub fn read_kept(&mut self, budget: usize) -> Result<(), ClientError> {
         self.feed(budget).map(drop)
     }
 
-    /// Gives the film kept samples where it is behind; returns what is left of the budget.
+    /// Adds retained samples if the film is behind; returns the rest of the budget.
     fn feed(&mut self, budget: usize) -> Result<usize, ClientError> {
         let observer = self.observer.as_ref();
         let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else { return Ok(budget) };
@@ -132,7 +132,7 @@ impl LivePicture {
         Ok(left)
     }
 
-    /// Keeps samples from the lanes for later, so that the tracer need not wait for a film that is behind.
+    /// Moves samples from the lanes to the store, so that the tracer is not blocked by a film that is behind.
     fn read_ahead(&mut self, session: &mut RenderSession, budget: usize) {
         let mut left = budget;
         while left > 0 && self.kept.has_room() {
@@ -144,7 +144,7 @@ impl LivePicture {
         }
     }
 
-    /// Reads the last samples of a render that was stopped, for `time` at most. On an error the kept samples remain.
+    /// Reads the last samples of a stopped render, for at most `time`. On an error the retained samples remain.
     pub fn read_rest(&mut self, session: &mut RenderSession, time: Duration) -> Result<(), ClientError> {
         let start = Instant::now();
         while !session.is_through() && start.elapsed() < time || !self.kept.caught_up() {
@@ -160,8 +160,8 @@ impl LivePicture {
         Ok(())
     }
 
-    /// A film without a device: that of `taken` or of a device that was lost, where its sums are in memory; or one with the last copy of
-    /// the sums; or one that is filled with the samples that are kept.
+    /// A film without a device: that of `taken` or of a lost device if its sums are in memory, or else one restored from the last copy of
+    /// the sums, or else one filled from the retained samples.
     pub fn film_without_device(
         &mut self,
         spec: FilmSpec,

@@ -1,4 +1,4 @@
-//! When the picture is repainted and from what, and how it comes to the window.
+//! When and from what the picture is repainted, and how it is presented.
 
 use std::time::{Duration, Instant};
 
@@ -14,18 +14,18 @@ use crate::viewer::picture::{LastRepaint, LivePicture, Painted, ShownFrame};
 use crate::viewer::screen::{Canvas, PictureParts, PictureSource};
 use crate::viewer::session::RenderSession;
 
-/// The picture of another view is waited for until so long after an edit, before one of the first samples is shown.
+/// After an edit, how long to wait for a reprojection of the last picture before one of the first samples is shown instead.
 const FIRST_WAIT: Duration = Duration::from_millis(40);
 
-/// The same, before the picture after that.
+/// The same, for the second picture.
 const NEXT_WAIT: Duration = Duration::from_millis(150);
 
-/// Paths without any sample, and time since the edit, after which the picture is shown black.
+/// Number of paths without any sample, and time since the edit, after which a black picture is shown.
 const BLACK_PATHS: u64 = 4096;
 const BLACK_AFTER: Duration = Duration::from_millis(500);
 
 impl LivePicture {
-    /// Decides what this frame does.
+    /// Plans the frame.
     pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
         if let Some(screen) = &mut self.screen {
             screen.begin_frame();
@@ -33,10 +33,10 @@ impl LivePicture {
         }
         let run = session.run_spec();
         let mut filter = self.look_at_filter(run, settings);
-        // Until the first filtered picture the others go on.
+        // Noisy pictures are shown until the first denoised one.
         let mut filtered = self.filtered_frame(run, settings).map(|frame| frame.samples);
         let mut is_fresh = self.filter.is_fresh();
-        // Regions that are traced no more are filtered once from all that they have.
+        // Released regions are denoised once more, from all of their samples.
         for region in self.regions.released_mut() {
             let is_ready = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
             if is_ready && region.filtered(settings) != Some(region.samples()) {
@@ -68,7 +68,7 @@ impl LivePicture {
             shown_detail: last.detail,
             due: !waits && self.unseen || self.repaint || is_fresh,
             waiting: session.fill().0 * BLOCK_SAMPLES,
-            // In order of index only full batches are rasterised.
+            // In index order only full batches are rasterised.
             batched: if run.deterministic { 0 } else { self.film().map_or(0, VulkanFilm::waiting) },
             capacity: self.film().map_or(0, VulkanFilm::batch_capacity),
             coarse: self.is_coarse(),
@@ -77,7 +77,7 @@ impl LivePicture {
         };
         let mut plan = self.pacer.plan(&situation);
         if filter && !situation.due {
-            // The picture comes when it is filtered; the first and the last one as soon as they can.
+            // A repaint follows each denoised picture; the first and the last are denoised as soon as possible.
             let soon = filtered.is_none() || !self.running && filtered != Some(samples);
             let due = filtered.is_some() && std::mem::take(&mut plan.repaint);
             match self.regions.traced_mut() {
@@ -98,17 +98,17 @@ impl LivePicture {
         self.show || (!self.hidden && (plan.repaint || panel_is_due))
     }
 
-    /// Asks for an image of the window to draw into.
+    /// Asks for a swapchain image to draw into.
     pub fn acquire(&mut self) -> Result<Canvas, ClientError> {
         let Some(screen) = &mut self.screen else { return Ok(Canvas::Hidden) };
         let canvas = screen.acquire()?;
         self.hidden = canvas == Canvas::Hidden;
-        // What was to be shown still is, whatever becomes of the last frame.
+        // A pending redraw stays pending if no image is available.
         self.show |= matches!(canvas, Canvas::Later(_));
         Ok(canvas)
     }
 
-    /// Asks for a last repaint once the render has ended and the film has all of its samples.
+    /// Requests a last repaint once the render has ended and the film has all of its samples.
     pub fn hear_end(&mut self, session: &RenderSession) {
         if session.is_through() && self.kept.caught_up() && std::mem::take(&mut self.running) {
             self.repaint = true;
@@ -116,19 +116,19 @@ impl LivePicture {
         }
     }
 
-    /// Whether there is something to show: a picture of the present epoch, or the last one of the one before.
+    /// Whether there is a picture to show, of the present epoch or the last one of the previous.
     pub fn has_picture(&mut self) -> bool {
         self.film_mut().is_some_and(|film| film.painted().is_some()) || self.is_known()
     }
 
-    /// Whether the film shows the present epoch: it has samples, or enough paths have found none that it is black.
+    /// Whether the film shows the present epoch: it has samples, or enough paths without one that it counts as black.
     fn is_known(&self) -> bool {
         let is_black = self.counts().paths() >= BLACK_PATHS && self.since_edit() >= BLACK_AFTER;
         self.samples() > 0 || is_black
     }
 
-    /// Repaints the picture if the plan says so or it was asked for, draws the panel over it and swaps. The frame `began` with
-    /// the run of the panel.
+    /// Repaints if the plan or a request says so, draws the panel over the picture and presents. The frame `began` with the run of the
+    /// panel.
     pub fn show(
         &mut self,
         session: &RenderSession,
@@ -139,7 +139,7 @@ impl LivePicture {
         began: Instant,
     ) -> Result<ShownFrame, ClientError> {
         let samples = self.samples();
-        // In order of index only whole batches are rasterised, so that the sums are those of a headless render.
+        // In index order only whole batches are rasterised, so that the sums equal those of a headless render.
         let partial = !session.run_spec().deterministic || session.is_complete();
         let ready = if partial {
             self.is_known()
@@ -148,14 +148,14 @@ impl LivePicture {
         };
         let repaint = plan.repaint || self.repaint;
         if repaint && settings.reconstruction == Reconstruction::None {
-            // Texels are shown as they are: those of coarse sums are not the picture's, however few samples there are.
+            // In the view of single texels, coarse sums would show texels that are not the picture's, however few samples there are.
             self.sharpen()?;
         }
         let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
         if partial && ready && repaint && !is_filtered {
             self.flush()?;
         } else if repaint {
-            // The sums of the parts are never those of whole batches alone.
+            // Sums of regions and groups are never restricted to whole batches.
             self.rasterise(VulkanFilm::settle)?;
         }
         let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| is_filtered);
@@ -181,7 +181,7 @@ impl LivePicture {
             None => FrameNumber::default(),
         };
         self.show = false;
-        // The picture of before was shown once more: this one is still due.
+        // The previous picture was shown again: this repaint is still due.
         let detail = detail.filter(|_| !self.film().is_some_and(VulkanFilm::has_given_up));
         if let Some(detail) = detail {
             let film = session.run_spec().film;

@@ -1,4 +1,4 @@
-//! What leaves the window: pictures for files and for tev, with their regions and the mix of lights.
+//! Pictures for files and for tev, with their regions and the light mix.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ use crate::viewer::picture::regions::{Regions, per_pixel};
 use crate::viewer::screen::Screen;
 use crate::viewer::session::RenderSession;
 
-/// The film of a picture together with its regions, or with the mix of its lights, for what is saved.
+/// The film combined with its regions or light mix, to be saved.
 pub struct ComposedFilm<'a> {
     pub film: &'a mut VulkanFilm,
     pub regions: &'a mut Regions,
@@ -31,7 +31,7 @@ pub struct ComposedFilm<'a> {
 }
 
 impl ComposedFilm<'_> {
-    /// Whether more than the film is shown.
+    /// Whether regions or a mix are combined with the film.
     fn is_composed(&self, settings: &Settings) -> bool {
         !settings.view.is_error() && (!self.regions.is_empty() || self.mix.is_mixing())
     }
@@ -103,7 +103,7 @@ impl Film for ComposedFilm<'_> {
 }
 
 impl LivePicture {
-    /// The picture of all samples so far through the filter, if these settings show it so; waits for it.
+    /// Denoises all samples so far, if these settings show the denoised picture; blocks until done.
     pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
         if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {
             return None;
@@ -114,11 +114,11 @@ impl LivePicture {
         self.filter_now();
         self.filter.wait();
         let picture = self.filter.take()?;
-        // A device that cannot give the regions cannot give the film either, and that is told.
+        // If the device cannot provide the regions it cannot provide the film either, which is reported there.
         self.composed(picture, settings).ok()
     }
 
-    /// A filtered picture with the regions in it.
+    /// Combines a denoised picture with its regions.
     fn composed(
         &mut self,
         picture: FilteredPicture,
@@ -131,13 +131,13 @@ impl LivePicture {
         Ok(xyz.into())
     }
 
-    /// The filter through which the picture is shown.
+    /// The noise filter of the displayed picture.
     pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
         let filtered = self.filtered_frame(run, settings).and_then(|frame| frame.filtered.as_ref());
         filtered.map_or(Denoise::Off, |_| settings.denoise)
     }
 
-    /// What the picture is composed of beside the samples of all of it, for its files.
+    /// Regions or light mix of the picture, for the metadata of its files.
     pub fn composition(&self) -> Vec<(&'static str, String)> {
         let mix = Some(self.mix.options()).filter(|options| !options.is_empty());
         let regions = Some(self.regions.in_words()).filter(|words| !words.is_empty());
@@ -145,7 +145,7 @@ impl LivePicture {
         notes.into_iter().filter_map(|(name, note)| Some((name, note?))).collect()
     }
 
-    /// Takes the picture as it is now, to be written by another thread.
+    /// Takes a snapshot of the picture, to be written by another thread.
     pub fn snapshot(
         &mut self,
         path: &Path,
@@ -167,7 +167,7 @@ impl LivePicture {
                 "samples were lost to an error of the device: change something, then save"
             ));
         }
-        // In order of index the sums must stay those of whole batches until the last one.
+        // In index order the sums must stay those of whole batches until the render is complete.
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
         let mut film = ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
         let snapshot = PendingSnapshot::take(path, &mut film, settings, filtered);
@@ -179,12 +179,12 @@ impl LivePicture {
             }
             (snapshot, _) => snapshot,
         };
-        // The window's own picture may have another encoding.
+        // The display may have left another encoding in the film's picture than the window's.
         self.repaint = true;
         snapshot
     }
 
-    /// Shows the film in tev, unless it is empty.
+    /// Sends the film to tev, unless it is empty.
     pub fn send_to_tev(
         &mut self,
         tev: &mut TevLink,
@@ -201,7 +201,7 @@ impl LivePicture {
         sent
     }
 
-    /// Takes the film out of the window, for the files written at the end; `None` also where the device fails: the kept samples remain.
+    /// Takes the film out of the window, for the files written at the end. `None` also on a device error; the retained samples remain.
     pub fn take_film(&mut self) -> Option<VulkanFilm> {
         self.sharpen().ok()?;
         self.screen.as_mut().and_then(Screen::take_film)

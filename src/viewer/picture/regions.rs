@@ -1,11 +1,12 @@
-//! Regions of the picture that were given samples of their own.
+//! Regions of the picture with additional samples.
 //!
-//! While a region is traced, the tracer sees nothing but it: a camera with that crop window, another randomisation, a film, a noise
-//! filter and an observer of the error of its own. The film of the whole picture gets no sample meanwhile, so that what lies outside
-//! stays as it is bit for bit, and what it has inside is neither lost nor biased. Shown, saved and stated is, inside, the mean of both
-//! pictures, and of those of other regions where they overlap, each with the share of its paths per pixel: all are estimates of the same
-//! picture, and shares depend on no sample's value. Photon mapping, which is biased at first, begins a region with a map of its own, and
-//! so with a larger bias than the picture around it has by then. Particle tracing has no regions: its paths do not know the camera.
+//! While a region is traced, nothing else is: the region has a camera with its crop window, another randomisation, and its own film, noise
+//! filter and error observer. The film of the whole picture receives no samples meanwhile, so the picture outside the region stays
+//! bit-identical, and the samples inside it are neither lost nor biased. Inside a region, the displayed, saved and analysed picture is the
+//! weighted mean of both pictures, and of those of overlapping regions, with weights proportional to their paths per pixel: all are
+//! estimates of the same picture, and the weights do not depend on sample values. Photon mapping is biased at first and begins a region
+//! with a new photon map, hence with a larger bias than the picture around it. Particle tracing has no regions: its paths do not depend
+//! on the camera.
 
 use std::time::{Duration, Instant};
 
@@ -32,27 +33,27 @@ use crate::viewer::picture::LivePicture;
 use crate::viewer::session::RenderSession;
 use crate::viewer::window_filter::WindowFilter;
 
-/// Regions that a picture has at most: each has images on the device.
+/// Most regions of a picture, since each has images on the device.
 const MOST_REGIONS: usize = 8;
 
-/// Regions begin and end at multiples of this, which is the coarsest internal resolution of a repaint.
+/// Grid of region borders in pixels: the coarsest internal resolution of a repaint.
 const GRAIN: u32 = 4;
 
-/// Pixels of the shorter side of a region at least.
+/// Shortest side of a region, pixels.
 const LEAST: u32 = 8;
 
-/// Regions have seeds that differ from that of the picture by multiples of this.
+/// Seeds of regions differ from that of the picture by multiples of this.
 const REGION_SEED: u32 = 0x3c6e_f35f;
 
-/// A region, and the samples of its own.
+/// A region and its samples.
 pub struct RegionRender {
-    /// Where it lies in the picture, pixels.
+    /// Rectangle in pixels of the picture.
     pub rectangle: Region,
-    /// How it is traced: as the whole picture, but for size and seed, and in order of arrival.
+    /// As the run of the whole picture, except for size, seed, and samples in order of arrival.
     run: RunSpec,
     film: VulkanFilm,
     filter: WindowFilter,
-    /// States the error of what is shown of it.
+    /// Estimates the error of the displayed picture in the region.
     observer: Option<Observer>,
     began: Instant,
 }
@@ -61,11 +62,11 @@ pub struct RegionRender {
 #[derive(Default)]
 pub struct Regions {
     list: Vec<RegionRender>,
-    /// The last one is being traced.
+    /// Whether the last region is being traced.
     is_traced: bool,
 }
 
-/// The rectangle of a picture of this size, in whole [`GRAIN`]s, between two places in pixels.
+/// Rectangle, in whole [`GRAIN`]s, spanned by two positions in pixels of a picture of this size.
 pub fn rectangle_between(a: DVec2, b: DVec2, size: [u32; 2]) -> Region {
     let (low, high) = (a.min(b), a.max(b));
     let grain = f64::from(GRAIN);
@@ -79,7 +80,7 @@ pub fn rectangle_between(a: DVec2, b: DVec2, size: [u32; 2]) -> Region {
 }
 
 impl RegionRender {
-    /// The part of the picture's camera that sees the region.
+    /// The picture's camera with the region as its crop window.
     fn camera(&self, whole: Camera, size: [u32; 2]) -> Camera {
         let size = DVec2::from(size.map(f64::from));
         let [corner, part] =
@@ -93,7 +94,7 @@ impl RegionRender {
         counts.camera_samples + counts.light_samples
     }
 
-    /// Takes over a picture that was filtered; returns whether the next one is to be shown through the filter.
+    /// Takes over a denoised picture; returns whether the next repaint shows the denoised picture.
     pub fn look_at_filter(&mut self, settings: &Settings, pacer: &mut Pacer, spent: &mut Duration) -> bool {
         self.filter.prepare_for(&self.run, settings);
         if let Some(time) = self.filter.poll() {
@@ -103,17 +104,17 @@ impl RegionRender {
         self.filter.is_ready(&self.run, settings, self.samples())
     }
 
-    /// The number of samples in the filtered picture, if there is one.
+    /// Number of samples in the denoised picture, if there is one.
     pub fn filtered(&self, settings: &Settings) -> Option<u64> {
         self.filter.shown(&self.run, settings).map(|frame| frame.samples)
     }
 
-    /// The filter of its picture.
+    /// The noise filter of the region.
     pub fn filter(&mut self) -> &mut WindowFilter {
         &mut self.filter
     }
 
-    /// Begins to filter the samples so far, unless it is filtering.
+    /// Begins to denoise the samples so far, unless a filter run is in progress.
     pub fn filter_now(&mut self) {
         if self.filter.is_busy() {
             return;
@@ -123,22 +124,22 @@ impl RegionRender {
         self.filter.filter(samples, data.and_then(Result::ok));
     }
 
-    /// The film, the observer and the filter that its samples go to.
+    /// Consumers of the region's samples: film, observer and filter.
     pub fn feed(&mut self) -> (&mut VulkanFilm, Option<&Observer>, &WindowFilter) {
         (&mut self.film, self.observer.as_ref(), &self.filter)
     }
 
-    /// States its error.
+    /// Error observer of the region.
     pub fn observer(&self) -> Option<&Observer> {
         self.observer.as_ref()
     }
 
-    /// As [`observer`](Self::observer), to be changed.
+    /// Mutable [`observer`](Self::observer).
     pub fn observer_mut(&mut self) -> Option<&mut Observer> {
         self.observer.as_mut()
     }
 
-    /// The picture of its own samples alone, scene-linear XYZ before glare and tone curve, as these settings show it.
+    /// Picture of the region's own samples alone, scene-linear XYZ before glare and tone curve.
     fn linear(&mut self, settings: &Settings) -> Result<Grid<Vec3>, ClientError> {
         if let Some(frame) = self.filter.shown(&self.run, settings) {
             return Ok(frame.shown.xyz().clone());
@@ -151,17 +152,17 @@ impl RegionRender {
     }
 }
 
-/// Paths per pixel of a film, of those that begin within the picture.
+/// Paths per pixel of a film, counting paths that start within the picture.
 pub fn per_pixel(film: &VulkanFilm) -> f64 {
     let spec @ FilmSpec { width, height, .. } = *film.spec();
     film.counts().paths() as f64 * spec.coverage() / (f64::from(width) * f64::from(height))
 }
 
-/// A rectangle that has a part of the samples of what is shown there.
+/// A rectangle, and the weight of a region's samples in the picture displayed there, 0 to 1.
 type Share = (Region, f32);
 
-/// The parts of a rectangle with `own` paths per pixel in what is shown there: `whole` paths per pixel are everywhere, and each of the `others`
-/// has some within a rectangle. Those whose share is 0 are left out.
+/// Splits a rectangle with `own` paths per pixel into parts of constant weight: `whole` paths per pixel cover everything, and each of
+/// `others` covers a rectangle. Parts with weight 0 are left out.
 fn shares(rectangle: Region, own: f64, whole: f64, others: &[(Region, f64)]) -> Vec<Share> {
     let end = |region: &Region, axis: usize| region.origin[axis] + region.extent[axis];
     let cuts = |axis: usize| {
@@ -195,12 +196,12 @@ impl Regions {
         self.list.last().filter(|_| self.is_traced)
     }
 
-    /// As [`traced`](Self::traced), to be changed.
+    /// Mutable [`traced`](Self::traced).
     pub fn traced_mut(&mut self) -> Option<&mut RegionRender> {
         self.list.last_mut().filter(|_| self.is_traced)
     }
 
-    /// Forgets all of them: another view, or another film. Threads that still filter or add up are waited for by another one.
+    /// Discards all regions for another view or film. A background thread waits for filters and sums still at work.
     pub fn clear(&mut self) {
         let busy: Vec<_> = self.list.drain(..).map(|region| (region.filter, region.observer)).collect();
         self.is_traced = false;
@@ -212,7 +213,7 @@ impl Regions {
         }
     }
 
-    /// Those that are traced no more.
+    /// Regions that are no longer traced.
     pub fn released_mut(&mut self) -> impl Iterator<Item = &mut RegionRender> {
         let count = self.list.len() - usize::from(self.is_traced);
         self.list[..count].iter_mut()
@@ -223,12 +224,12 @@ impl Regions {
         self.list.iter_mut()
     }
 
-    /// Whether the film of one of them has lost samples to an error.
+    /// Whether the film of a region has lost samples to an error.
     pub fn are_damaged(&self) -> bool {
         self.list.iter().any(|region| region.film.is_damaged())
     }
 
-    /// The parts that each region has in what is shown beside a picture of this number of paths per pixel.
+    /// Weights of each region in the displayed picture; `whole`: paths per pixel of the whole picture.
     fn shares(&self, whole: f64, settings: &Settings) -> Vec<Vec<Share>> {
         let mut others = Vec::new();
         let mut of_all = Vec::new();
@@ -236,7 +237,7 @@ impl Regions {
             let own = per_pixel(&region.film);
             let mut parts = shares(region.rectangle, own, whole, &others);
             if settings.view.is_error() {
-                // There is no mean of variances: the one is shown that has more samples.
+                // Variances cannot be averaged: the picture with more samples is shown.
                 parts.retain_mut(|(_, share)| std::mem::replace(share, 1.0) >= 0.5);
             }
             of_all.push(parts);
@@ -245,14 +246,14 @@ impl Regions {
         of_all
     }
 
-    /// What the panel shows of the one that is being traced.
+    /// Panel data of the traced region.
     pub fn drawing(&self) -> Option<RegionDrawing> {
         let region = self.traced()?;
         let Region { origin, extent } = region.rectangle;
         Some(RegionDrawing { origin, extent, is_traced: true, per_pixel: per_pixel(&region.film) })
     }
 
-    /// Where they lie, and how many samples of their own they have.
+    /// Positions and sample counts of all regions, for file metadata.
     pub fn in_words(&self) -> String {
         let words = |region: &RegionRender| {
             let Region { origin: [x, y], extent: [width, height] } = region.rectangle;
@@ -261,12 +262,12 @@ impl Regions {
         self.list.iter().map(words).collect::<Vec<_>>().join("; ")
     }
 
-    /// Whether there are none.
+    /// Whether there are no regions.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// The sum of the weights of their camera samples at a pixel of the picture.
+    /// Sum of the weights of the regions' camera samples at a pixel of the picture.
     pub fn weight_at(&mut self, pixel: [u32; 2]) -> f32 {
         let within = |region: &RegionRender| {
             let Region { origin, extent } = region.rectangle;
@@ -279,23 +280,23 @@ impl Regions {
         self.list.iter_mut().filter(|region| within(region)).map(weight).sum()
     }
 
-    /// Whether the device has drawn all of their samples.
+    /// Whether the device has rasterised all samples of the regions.
     pub fn are_drawn(&self, gpu: &Gpu) -> bool {
         self.list.iter().all(|region| gpu.has_completed(region.film.rasterised()))
     }
 
-    /// Rasterises what waits.
+    /// Rasterises the waiting samples of all regions.
     pub fn flush(&mut self) -> Result<(), ClientError> {
         self.list.iter_mut().try_for_each(|region| region.film.flush())
     }
 
-    /// Samples that the processor has drawn since the last call, and how long that took.
+    /// Samples rasterised by the CPU since the last call, and the time that took.
     pub fn take_host_time(&mut self) -> (u64, Duration) {
         let times = self.list.iter_mut().map(|region| region.film.take_host_time());
         times.fold((0, Duration::ZERO), |(samples, time), (more, took)| (samples + more, time + took))
     }
 
-    /// Records the pictures of those that have samples, to be drawn into a picture of `whole` paths per pixel.
+    /// Records the reconstruction of all regions with samples, to be composed into a picture of `whole` paths per pixel.
     pub fn record(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -320,7 +321,7 @@ impl Regions {
         Ok(images)
     }
 
-    /// Mixes them into a picture of `whole` paths per pixel, scene-linear XYZ before glare and tone curve.
+    /// Blends the regions into a picture of `whole` paths per pixel, scene-linear XYZ before glare and tone curve.
     pub fn mix_into(
         &mut self,
         picture: &mut Grid<Vec3>,
@@ -346,7 +347,7 @@ impl Regions {
         Ok(())
     }
 
-    /// Mixes their sums into those of a picture of `whole` paths per pixel.
+    /// Blends the regions' sums into those of a picture of `whole` paths per pixel.
     pub fn mix_into_sums(&mut self, data: &mut FilmData, whole: f64) -> Result<(), ClientError> {
         let shares = self.shares(whole, &Settings::default());
         for (shares, region) in shares.into_iter().zip(&mut self.list) {
@@ -365,7 +366,7 @@ impl LivePicture {
         self.regions.traced().map(|region| region.rectangle)
     }
 
-    /// States the error of what is being traced: a region, or the whole picture.
+    /// Error observer of what is being traced: a region, or the whole picture.
     pub fn present_observer(&self) -> Option<&Observer> {
         match self.regions.traced() {
             Some(region) => region.observer(),
@@ -373,7 +374,7 @@ impl LivePicture {
         }
     }
 
-    /// The render stood still for so long, after a pause: that time does not count.
+    /// Excludes a pause of this length from the times of the observers.
     pub fn stood_still(&mut self, time: Duration) {
         if let Some(region) = self.regions.traced_mut() {
             region.began += time;
@@ -382,11 +383,11 @@ impl LivePicture {
         self.observer.iter_mut().for_each(|observer| observer.stood_still(time));
     }
 
-    /// Traces this rectangle of the picture and nothing else.
+    /// Restricts tracing to this rectangle of the picture.
     ///
     /// # Errors
     ///
-    /// Where it is too small, has no room on the device, or cannot be traced.
+    /// If the rectangle is too small, device memory does not suffice, or the method cannot trace regions.
     pub fn begin_region(
         &mut self,
         rectangle: Region,
@@ -448,7 +449,7 @@ impl LivePicture {
         region.filter.start_anew(&region.run, view, settings, device);
         session.trace_region(editor, &region.run, camera)?;
         if let Some((whole, own)) = self.observer.as_ref().zip(region.observer.as_ref()) {
-            // What the last region has found comes first.
+            // The samples of the last region are accounted for first.
             match self.regions.list.last().and_then(|last| last.observer.as_ref()).filter(|_| last) {
                 Some(last) => last.ask_for(rectangle, whole, own),
                 None => whole.share_shown(rectangle, own),
@@ -460,8 +461,8 @@ impl LivePicture {
         Ok(())
     }
 
-    /// Releases the region that is traced: what was found of it stays in the picture, and the render goes on with the whole of it. Returns
-    /// whether there was one.
+    /// Releases the traced region: its samples stay in the picture, and the render continues with the whole picture. Returns whether a
+    /// region was traced.
     pub fn end_region(&mut self, session: &mut RenderSession, editor: &SceneEditor) -> Result<bool> {
         let Some(region) = self.regions.traced() else { return Ok(false) };
         let lasted = region.began.elapsed();
@@ -485,7 +486,7 @@ mod tests {
         Region { origin: [x, y], extent: [width, height] }
     }
 
-    /// Where regions overlap each has the share of its paths in the mean of all, drawn one after the other.
+    /// Overlapping regions are weighted by their paths in the mean of all, composed one after the other.
     #[test]
     fn overlapping_regions_have_the_shares_of_their_paths() {
         let regions =

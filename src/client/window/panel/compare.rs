@@ -1,4 +1,4 @@
-//! The tab of comparisons: snapshots and other pictures, and how the chosen one is shown beside the present one.
+//! The tab of comparisons: snapshots and reference pictures, and how the selected one is shown.
 
 use std::sync::Arc;
 
@@ -16,17 +16,17 @@ pub const THUMBNAIL: [u32; 2] = [96, 54];
 /// Width of the handle that moves the split, points.
 const HANDLE: f32 = 9.0;
 
-/// How the chosen picture is shown.
+/// Mode of comparison.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CompareMode {
-    /// In the place of the present one.
+    /// The selected picture in place of the present one.
     #[default]
     Whole,
-    /// At the left of a line that the user moves.
+    /// The selected picture at the left of a movable line.
     Split,
     /// The relative difference of luminance.
     Difference,
-    /// What an eye would notice.
+    /// Perceptual difference (FLIP).
     Flip,
 }
 
@@ -39,16 +39,16 @@ impl CompareMode {
     ];
 }
 
-/// What the user has chosen to compare with.
+/// User settings of the comparison.
 #[derive(Clone, Debug)]
 pub struct CompareControls {
     /// Whether the comparison is shown.
     pub is_shown: bool,
-    /// How.
+    /// Mode of comparison.
     pub mode: CompareMode,
-    /// The picture: its place in the list.
+    /// Index of the selected picture in the list.
     pub chosen: usize,
-    /// Where the line of the split stands, 0 at the left edge of the picture and 1 at its right.
+    /// Position of the split line: 0 at the left edge of the picture, 1 at the right.
     pub split: f32,
 }
 
@@ -67,25 +67,25 @@ pub struct SmallPicture {
     pub rgb: Vec<[u8; 3]>,
 }
 
-/// One line of the list.
+/// A line of the list of pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SnapshotRow {
     /// Its name.
     pub name: String,
-    /// Samples, time and error when it was kept; where a file has none of these, its size.
+    /// Samples, time and error of a snapshot; for a file without these, its size.
     pub words: String,
     /// A small picture of it.
     pub thumbnail: Arc<SmallPicture>,
 }
 
-/// What the comparison shows.
+/// Data of the comparison.
 #[derive(Clone, Debug, Default)]
 pub struct ComparisonData {
     /// The pictures that can be chosen.
     pub rows: Vec<SnapshotRow>,
-    /// The chosen one as it is displayed with the present settings, where it is drawn over the present one.
+    /// The selected picture, displayed with the present settings, if it is drawn over the present one.
     pub picture: Option<Arc<SmallPicture>>,
-    /// The difference in figures, or why there is none.
+    /// The difference as numbers, or why there is none.
     pub summary: String,
 }
 
@@ -122,7 +122,7 @@ pub(super) fn show(
             }
         });
     });
-    // The line is there without words too, so that nothing moves away from the pointer.
+    // The line is reserved even when empty, so that the layout does not jump.
     ui.colored_label(style::ACCENT, if controls.is_shown { data.summary.as_str() } else { "" });
     for (i, row) in data.rows.iter().enumerate() {
         ui.horizontal(|ui| {
@@ -146,10 +146,10 @@ pub(super) fn show(
     }
 }
 
-/// A picture, and its texture.
+/// A picture, and its cached texture.
 type KeptTexture = (Arc<SmallPicture>, TextureHandle);
 
-/// The texture of a small picture, made anew when the picture is another one.
+/// Texture of a small picture, recreated when the picture changes.
 fn texture(ctx: &Context, id: Id, picture: &Arc<SmallPicture>) -> TextureHandle {
     let kept = ctx.data(|data| data.get_temp::<KeptTexture>(id));
     if let Some((known, texture)) = kept
@@ -167,7 +167,7 @@ fn thumbnail(ctx: &Context, place: usize, picture: &Arc<SmallPicture>) -> Textur
     texture(ctx, Id::new(("thumbnail", place)), picture)
 }
 
-/// Draws the chosen picture over the present one, with the line between them where there is one.
+/// Draws the selected picture over the present one, with the split line if there is one.
 pub(super) fn draw(
     ctx: &Context,
     picture: PictureArea,
@@ -175,7 +175,7 @@ pub(super) fn draw(
     controls: &mut CompareControls,
 ) {
     let Some(other) = data.picture.as_ref().filter(|_| controls.is_shown) else {
-        // This frees the texture.
+        // Removing the entry frees the texture.
         return ctx.data_mut(|data| data.remove::<KeptTexture>(Id::new("compared picture")));
     };
     let whole = picture.whole();
@@ -210,7 +210,7 @@ pub(super) fn draw(
     }
 }
 
-/// The handle over the picture that moves the line; returns where the line is.
+/// Draggable handle of the split line; returns the line's position.
 fn handle(ctx: &Context, picture: PictureArea, controls: &mut CompareControls) -> f32 {
     let (whole, area) = (picture.whole(), picture.area);
     let x = |split: f32| (whole.left() + split * whole.width()).clamp(area.left(), area.right());

@@ -1,4 +1,4 @@
-//! The display controls. A value that the user does not touch stays bit for bit what it was.
+//! The display controls. Values that the user does not touch keep their bits.
 
 use std::ops::RangeInclusive;
 
@@ -10,7 +10,7 @@ use crate::client::settings::{Adaptation, ColorOutput, Denoise, Glare, OptionNam
 use crate::client::window::panel::{MapChoice, PanelControls, style};
 use crate::color::Profile;
 
-/// Draws the controls; a double click on a label sets its default again.
+/// Draws the controls; a double click on a label resets its default.
 pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     let PanelControls { settings, filter, own_profile, map, auto_exposure, .. } = controls;
     let default = Settings::default();
@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     *auto_exposure &= settings.exposure == exposure;
 }
 
-/// Chooses the noise filter. One that is not installed is grey, and says so under the pointer.
+/// Selects the noise filter. An unavailable one is grey, with the reason in its tooltip.
 fn noise_filter(ui: &mut Ui, denoise: &mut Denoise) {
     let hint = "Takes noise out of the picture that is shown; sums and stated error stay as they are";
     let kinds: Vec<_> = Denoise::value_variants().iter().map(|kind| (kind.label(), *kind)).collect();
@@ -86,7 +86,7 @@ fn tone(
     }
 }
 
-/// Chooses the peak of the display among usual ones. One from the command line stays until another is chosen.
+/// Selects the peak luminance of the display from a list. A value from the command line is kept until another is selected.
 fn peak(ui: &mut Ui, peak: &mut u32, default: u32) {
     let mut known = vec![400, 600, 1000, 1500, 2000, 4000];
     known.push(*peak);
@@ -103,7 +103,7 @@ fn peak(ui: &mut Ui, peak: &mut u32, default: u32) {
     );
 }
 
-/// Chooses a profile by name. A profile from a file stays until another is chosen.
+/// Selects a profile by name. A profile from a file is kept until another is selected.
 fn profile(ui: &mut Ui, profile: &mut Profile, own: Option<&Profile>) {
     let present = profile.name.clone();
     let mut name = present.as_str();
@@ -117,7 +117,7 @@ fn profile(ui: &mut Ui, profile: &mut Profile, own: Option<&Profile>) {
     }
 }
 
-/// Text of a control in the left column, and the hint that stands under the pointer.
+/// Label of a control, and its tooltip.
 type Label<'a> = (&'a str, &'a str);
 
 /// Draws a label, which senses double clicks.
@@ -149,7 +149,7 @@ fn choice<T: PartialEq + Clone>(
     choice_if(ui, name, value, default, kinds, |_| None);
 }
 
-/// Chooses one of several values, some of which cannot be had: `lacking` says why.
+/// Selects one of several values, some of which are unavailable: `lacking` gives the reason.
 fn choice_if<T: PartialEq + Clone>(
     ui: &mut Ui,
     name: Label<'_>,
@@ -189,7 +189,7 @@ fn slide(ui: &mut Ui, name: Label<'_>, value: &mut f32, default: f32, range: Ran
         let (least, greatest) = (*range.start(), *range.end());
         let slider = Slider::new(&mut next, range).clamping(SliderClamping::Edits).max_decimals(3);
         let slider = slider.logarithmic(least == 0.0 || greatest / least > 150.0).smallest_positive(0.01);
-        // Widgets may round what they show; only a change by the user counts.
+        // Widgets may round the displayed value; only a change by the user is stored.
         let response = ui.add(slider);
         if response.double_clicked() {
             *value = default;

@@ -1,4 +1,4 @@
-//! The dialog that asks for a file: a scene to open, a name to save under, a picture to compare with.
+//! The file dialog: a scene to open, a name to save under, a picture to compare with.
 
 use std::path::Path;
 
@@ -7,13 +7,13 @@ use egui_file_dialog::{DialogState, FileDialog};
 
 use crate::client::window::action::Action;
 
-/// Endings of what can be opened.
+/// File extensions that can be opened.
 const SCENES: [&str; 9] = ["xml", "gltf", "glb", "usd", "usda", "usdc", "usdz", "obj", "ply"];
 
-/// Endings of pictures that the light mix may look like.
+/// File extensions of example pictures for the light mix.
 const IMAGES: [&str; 10] = ["png", "exr", "jpg", "jpeg", "hdr", "pfm", "bmp", "tga", "webp", "ktx2"];
 
-/// What a file is asked for.
+/// Purpose of the dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
     Open,
@@ -22,7 +22,7 @@ enum Purpose {
     Mix,
 }
 
-/// The dialog, while it is open.
+/// The file dialog and its purpose while open.
 #[derive(Debug, Default)]
 pub struct FileChooser {
     open: Option<(Purpose, FileDialog)>,
@@ -74,7 +74,7 @@ impl FileChooser {
         self.open = Some((purpose, dialog));
     }
 
-    /// Draws it where it is open; returns what the file that was chosen is for.
+    /// Draws the dialog if open; returns the action for the chosen file.
     pub(super) fn show(&mut self, ctx: &Context) -> Option<Action> {
         let (purpose, dialog) = self.open.as_mut()?;
         dialog.update(ctx);

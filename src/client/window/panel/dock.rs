@@ -1,4 +1,4 @@
-//! The dock beside the picture: a bar of buttons that are always there, and tabs below it, which can be dragged apart.
+//! The dock beside the picture: a bar of buttons, and tabs below, which can be rearranged.
 
 use egui::{Align2, Button, Context, Frame, Margin, Panel, Rect, ScrollArea, Ui, Vec2, WidgetText};
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tree, UiResponse};
@@ -37,7 +37,7 @@ impl PanelTab {
     pub const ALL: [Self; 6] =
         [Self::Render, Self::Look, Self::Scene, Self::Inspect, Self::Compare, Self::Files];
 
-    /// What stands on it.
+    /// Title of the tab.
     pub fn title(self) -> &'static str {
         match self {
             Self::Render => "Render",
@@ -50,12 +50,12 @@ impl PanelTab {
     }
 }
 
-/// How the dock stands in the window.
+/// Layout of the dock.
 #[derive(Clone, Debug)]
 pub struct PanelLayout {
     /// Whether there is a dock.
     pub is_open: bool,
-    /// Its width in points, as the user has dragged it.
+    /// Width in points, as set by the user.
     pub width: f32,
     /// Factor on the size of all text.
     pub font_scale: f32,
@@ -64,7 +64,7 @@ pub struct PanelLayout {
 }
 
 impl PanelLayout {
-    /// A dock with all tabs in one row.
+    /// A dock with all tabs in one group.
     pub fn new(is_open: bool) -> Self {
         let tabs = Tree::new_tabs("tabs", PanelTab::ALL.to_vec());
         Self { is_open, width: WIDTH, font_scale: 1.0, tabs }
@@ -75,14 +75,14 @@ impl PanelLayout {
         self.tabs.make_active(|_, tile| matches!(tile, Tile::Pane(pane) if *pane == tab));
     }
 
-    /// Whether a tab is seen.
+    /// Whether a tab is visible.
     pub fn shows(&self, tab: PanelTab) -> bool {
         let mut panes = self.tabs.active_tiles().into_iter();
         self.is_open
             && panes.any(|id| matches!(self.tabs.tiles.get(id), Some(Tile::Pane(pane)) if *pane == tab))
     }
 
-    /// The width that the dock takes of a window of this width, points; 0 where there is none.
+    /// Width that the dock takes of a window of this width, points; 0 if closed.
     pub fn width_in(&self, window: f32) -> f32 {
         let room = window - LEAST_PICTURE;
         if self.is_open && room >= LEAST_WIDTH { self.width.clamp(LEAST_WIDTH, room) } else { 0.0 }
@@ -116,7 +116,7 @@ pub(super) fn show(
     Rect::from_min_max(window.min, egui::pos2(dock.left(), window.bottom()))
 }
 
-/// The buttons that everyone looks for.
+/// Draws the bar of the most important buttons.
 fn bar(ui: &mut Ui, data: &PanelData, enters: &mut bool, actions: &mut Vec<Action>) {
     let names = |verb: &str, change: &Option<String>, keys: &str| match change {
         Some(change) => format!("{verb} {change}  {keys}"),
@@ -167,7 +167,7 @@ impl Behavior<PanelTab> for TabContents<'_> {
     fn pane_ui(&mut self, ui: &mut Ui, _: TileId, tab: &mut PanelTab) -> UiResponse {
         Frame::new().inner_margin(Margin::same(8)).show(ui, |ui| {
             ScrollArea::vertical().id_salt(tab.title()).auto_shrink(false).show(ui, |ui| {
-                // Room for the scroll bar, which floats over the contents.
+                // Leaves room for the scroll bar, which overlays the contents.
                 ui.set_max_width(ui.available_width() - 8.0);
                 tabs::show(ui, *tab, self.data, self.controls, self.actions);
             });
@@ -192,7 +192,7 @@ impl Behavior<PanelTab> for TabContents<'_> {
     }
 }
 
-/// Draws a small sheet at an edge of the picture's area, over the picture; `contents` is told the room that there is.
+/// Draws a small sheet at an edge of the picture's area; `contents` receives the available size.
 pub(super) fn corner(
     ctx: &Context,
     area: Rect,

@@ -1,4 +1,4 @@
-//! The error of the picture: now, its curve so far, and when it will reach the target.
+//! The error of the picture: present value, curve, and predicted time to the target.
 
 use egui::{ComboBox, RichText, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, PlotPoints, PlotUi, Points};
@@ -9,7 +9,7 @@ use crate::client::window::panel::{ErrorSummary, TARGETS, UnfoundSummary, still_
 /// Height of the plot, points.
 const HEIGHT: f32 = 132.0;
 
-/// Times that have a label on the axis, in seconds.
+/// Labelled times on the axis, in seconds.
 const TIMES: [(f64, &str); 14] = [
     (1e-3, "1 ms"),
     (1e-2, "10 ms"),
@@ -27,10 +27,10 @@ const TIMES: [(f64, &str); 14] = [
     (864e6, "10 kd"),
 ];
 
-/// Colour of the curve of the picture that is compared with.
+/// Colour of the reference picture's curve.
 const COMPARED: egui::Color32 = egui::Color32::from_rgb(110, 170, 220);
 
-/// Draws the section; the user chooses the target, and may choose another method than the `present` one.
+/// Draws the section, with controls for the target and for switching from the `present` method.
 pub(super) fn show(
     ui: &mut Ui,
     error: Option<&ErrorSummary>,
@@ -53,7 +53,7 @@ pub(super) fn show(
             }
         });
     });
-    // The line is there before the first checkpoint too, so that nothing moves away from the pointer.
+    // The line is reserved even before the first checkpoint, so that the layout does not jump.
     let message = if error.quantiles.is_some() { error.message.as_str() } else { "" };
     ui.colored_label(style::ACCENT, message);
     if let Some(UnfoundSummary { text, method }) = &error.unfound {
@@ -144,13 +144,13 @@ fn logs(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
     points.iter().filter(usable).map(|point| point.map(f64::log10))
 }
 
-/// The ranges of the axes before the first checkpoint, as logarithms.
+/// Default axis ranges before the first checkpoint, as logarithms.
 fn empty(target: f64) -> [[f64; 2]; 2] {
     let least = target.clamp(1e-4, 0.1).log10();
     [[-0.1, 2.1], [least - 0.12, least.max(-2.0) + 1.6]]
 }
 
-/// The ranges of the axes, as logarithms; `None` without a checkpoint.
+/// Axis ranges, as logarithms; `None` without a checkpoint.
 fn bounds(error: &ErrorSummary, target: f64) -> Option<[[f64; 2]; 2]> {
     let due = error.prediction.map(|[_, _, high]| [high, target]);
     let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
@@ -165,14 +165,14 @@ fn bounds(error: &ErrorSummary, target: f64) -> Option<[[f64; 2]; 2]> {
     (x[1] >= x[0]).then(|| [[x[0] - 0.08, (x[1] + 0.1).max(x[0] + 0.5)], [y[0] - 0.12, y[1] + 0.12]])
 }
 
-/// Places grid lines at times that have a name, and between them where there is room.
+/// Grid lines at the labelled times, and between them if there is room.
 fn times(input: GridInput) -> Vec<GridMark> {
     let named = TIMES.iter().map(|(seconds, _)| (seconds.log10(), 1.0));
     let between = [0.2, 0.5, 2.0, 5.0, 20.0, 120.0, 300.0, 1200.0, 7200.0, 18_000.0];
     within(input, named.chain(between.map(|seconds: f64| (seconds.log10(), 0.31))))
 }
 
-/// Places grid lines at powers of ten, and at twice and five times those.
+/// Grid lines at 1, 2 and 5 times powers of ten.
 fn errors(input: GridInput) -> Vec<GridMark> {
     let decades = (-7..=2).flat_map(|decade| {
         [(1.0, 1.0), (2.0f64, 0.31), (5.0, 0.31)].map(|(step, size)| (f64::from(decade) + step.log10(), size))
@@ -186,7 +186,7 @@ fn within(input: GridInput, marks: impl Iterator<Item = (f64, f64)>) -> Vec<Grid
     inside.map(|(value, step_size)| GridMark { value, step_size }).collect()
 }
 
-/// A time, given its logarithm.
+/// Formats a time given as a logarithm.
 fn time_name(log: f64) -> String {
     let named = TIMES.iter().find(|(seconds, _)| (seconds.log10() - log).abs() < 1e-6);
     let seconds = 10f64.powf(log);
@@ -198,7 +198,7 @@ fn time_name(log: f64) -> String {
     }
 }
 
-/// An error, given its logarithm.
+/// Formats an error given as a logarithm.
 fn error_name(log: f64) -> String {
     format!("{} %", trimmed(100.0 * 10f64.powf(log), 5))
 }

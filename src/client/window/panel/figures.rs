@@ -10,10 +10,10 @@ use crate::client::window::action::Action;
 use crate::client::window::panel::{PanelData, still_plot, style};
 use crate::client::window::statistics::FRAMES;
 
-/// Least time between two changes of the figures, seconds.
+/// Shortest interval between updates of the displayed numbers, seconds.
 const SETTLE: f64 = 0.1;
 
-/// The data as it is shown now: taken over anew at most ten times a second.
+/// The displayed data, updated at most ten times a second so that numbers can be read.
 pub(super) fn settled(ctx: &egui::Context, data: &PanelData) -> Arc<PanelData> {
     let (id, now) = (Id::new("settled figures"), ctx.input(|input| input.time));
     let kept = ctx.data(|memory| memory.get_temp::<(f64, Arc<PanelData>)>(id));
@@ -88,7 +88,7 @@ fn value_row(ui: &mut Ui, name: &str, value: String) {
     ui.end_row();
 }
 
-/// The method, and those that can be chosen instead.
+/// Selects the method.
 fn method(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     ui.colored_label(style::DIM, "Light transport");
     let automatic = format!("automatic: {}", data.method);
@@ -106,7 +106,7 @@ fn method(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     ui.end_row();
 }
 
-/// What keeps the picture from getting better faster.
+/// Which side limits convergence: tracer or display.
 fn limit(data: &PanelData) -> String {
     let (used, size) = data.ring;
     if data.is_paused {
@@ -173,7 +173,7 @@ pub(super) fn frame_times(ui: &mut Ui, data: &PanelData) {
 /// Writes a count or rate with three significant digits and a decimal prefix.
 fn count(value: f64) -> String {
     let steps = [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k")];
-    // 999.7 k would be written as 1000 k: the next prefix begins where rounding reaches it.
+    // 999.7 k would be written as 1000 k, so the next prefix begins where rounding reaches it.
     match steps.iter().find(|(step, _)| value >= 0.9995 * step) {
         Some((step, prefix)) => format!("{} {prefix}", significant(value / step)),
         None => format!("{value:.0}"),

@@ -1,4 +1,4 @@
-//! The gizmo over the selected object: handles along the axes of the world that move, turn or scale it.
+//! The gizmo over the selected object: handles along the world axes that move, rotate or scale it.
 
 use egui::{Color32, Context, LayerId, Shape, Stroke, StrokeKind, Ui, vec2};
 use glam::DVec2;
@@ -6,15 +6,15 @@ use glam::DVec2;
 use crate::client::window::action::Action;
 use crate::client::window::panel::{PictureArea, style};
 
-/// What the gizmo does.
+/// Mode of the gizmo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GizmoMode {
     /// Moves the object.
     #[default]
     Move,
-    /// Turns it.
+    /// Rotates the object.
     Turn,
-    /// Scales it.
+    /// Scales the object.
     Scale,
 }
 
@@ -35,22 +35,22 @@ impl GizmoMode {
 /// A part of the gizmo that can be dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GizmoHandle {
-    /// Along or about an axis of the world: 0, 1, 2 for x, y, z.
+    /// Along or about a world axis: 0, 1, 2 for x, y, z.
     Axis(usize),
-    /// In the plane of the picture, about its normal, or in all directions alike.
+    /// Move: in the picture plane; turn: about its normal; scale: uniformly.
     Center,
 }
 
-/// The gizmo as it is drawn. Places are pixels of the picture.
+/// Geometry of the gizmo. Positions are pixels of the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GizmoDrawing {
     /// What it does.
     pub mode: GizmoMode,
     /// The centre of the object.
     pub pivot: [f64; 2],
-    /// The lines of every axis.
+    /// Line vertices of each axis.
     pub axes: [Vec<[f64; 2]>; 3],
-    /// The part that is dragged, or lies under the pointer.
+    /// The handle being dragged or under the pointer.
     pub hot: Option<GizmoHandle>,
 }
 
@@ -71,7 +71,7 @@ pub(super) fn draw(ctx: &Context, picture: PictureArea, gizmo: &GizmoDrawing) {
     for (axis, line) in gizmo.axes.iter().enumerate() {
         let color = color(GizmoHandle::Axis(axis), AXES[axis]);
         let points: Vec<_> = line.iter().map(point).collect();
-        // Dark beneath, so that it is seen on any picture.
+        // A dark outline beneath keeps it visible on any picture.
         painter.add(Shape::line(points.clone(), Stroke::new(4.0, Color32::from_black_alpha(110))));
         painter.add(Shape::line(points.clone(), Stroke::new(2.0, color)));
         let Some(end) = points.last().filter(|_| gizmo.mode != GizmoMode::Turn) else { continue };
@@ -88,7 +88,7 @@ pub(super) fn draw(ctx: &Context, picture: PictureArea, gizmo: &GizmoDrawing) {
     painter.rect_stroke(center, 0.0, Stroke::new(1.5, color), StrokeKind::Middle);
 }
 
-/// Draws the choice of what the gizmo does.
+/// Draws the buttons that select the mode.
 pub(super) fn choice(ui: &mut Ui, mode: GizmoMode, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         for (choice, name) in GizmoMode::ALL {

@@ -8,7 +8,7 @@ use glam::DVec2;
 
 use crate::client::window::panel::{PictureArea, still_plot, style, trimmed};
 
-/// Pixels that the loupe shows on every side of the one in its middle.
+/// Pixels that the loupe shows on each side of the central one.
 pub const LOUPE: u32 = 5;
 
 /// Size of a pixel in the loupe, points.
@@ -17,66 +17,66 @@ const LOUPE_PIXEL: f32 = 11.0;
 /// Bins of a spectrum.
 pub const SPECTRUM_BINS: usize = 30;
 
-/// First and last wavelength of a spectrum, nm. Beyond, the eye sees next to nothing, and paths seldom have such wavelengths.
+/// Range of wavelengths of a spectrum, nm. Outside, the eye sees next to nothing, and paths rarely have such wavelengths.
 pub const WAVELENGTHS: [f64; 2] = [400.0, 700.0];
 
-/// What is shown at one pixel.
+/// Values at one pixel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PixelReading {
     /// The pixel.
     pub pixel: [u32; 2],
     /// Scene-linear X, Y, Z before the tone curve.
     pub xyz: [f32; 3],
-    /// Its exposed luminance in stops around the middle grey; `None` for none.
+    /// Exposed luminance in stops relative to middle grey; `None` for black.
     pub stops: Option<f32>,
-    /// What the display gets, 0 … 1.
+    /// Displayed R, G, B, 0 … 1.
     pub displayed: [f32; 3],
-    /// Weight of the camera samples at this pixel: their number where the filter is a box.
+    /// Sum of weights of the camera samples; their number if the splat filter is a box.
     pub samples: f64,
-    /// Relative error of the 8×8 pixels around it, once that is known.
+    /// Relative error of the surrounding 8×8 pixels, once known.
     pub error: Option<f64>,
     /// Level of detail of camera and light stream, `None` without samples.
     pub lods: [Option<f32>; 2],
-    /// The object that is seen there; `None` for the environment.
+    /// Visible object; `None` for the environment.
     pub object: Option<String>,
     /// Its material.
     pub material: Option<String>,
-    /// Its distance from the camera, in units of the scene.
+    /// Distance from the camera, in scene units.
     pub distance: Option<f64>,
-    /// Displayed colours of the square around it, (2 · [`LOUPE`] + 1)² in rows; `None` outside the picture.
+    /// Displayed colours of the surrounding square, (2 · [`LOUPE`] + 1)², row-major; `None` outside the picture.
     pub loupe: Vec<Option<[u8; 3]>>,
 }
 
-/// The paths that have made a pixel.
+/// Paths that contributed to a pixel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PixelPaths {
     /// The pixel.
     pub pixel: [u32; 2],
-    /// Paths from the camera through it whose samples are kept.
+    /// Number of camera paths through the pixel whose samples are retained.
     pub known: u64,
-    /// How many of them were traced again.
+    /// Number of these that were traced again.
     pub traced: usize,
-    /// How many of these have found light.
+    /// Number of traced paths that found light.
     pub lit: usize,
-    /// What is missing, and why; empty where nothing is.
+    /// Note on missing paths, with the reason; empty if none are missing.
     pub note: &'static str,
-    /// Mean spectral radiance in [`SPECTRUM_BINS`] bins over [`WAVELENGTHS`], relative to a radiance 1 of Y = 1; empty where the scene has
-    /// no colour.
+    /// Mean spectral radiance in [`SPECTRUM_BINS`] bins over [`WAVELENGTHS`], relative to the radiance 1 with Y = 1; empty in a scene
+    /// without colour.
     pub spectrum: Vec<f64>,
-    /// The brightest paths as lines.
+    /// Line segments of the brightest paths.
     pub segments: Vec<PathSegment>,
 }
 
-/// What a line of a path is.
+/// Kind of a path segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SegmentKind {
-    /// A segment of a path from the camera.
+    /// A segment of a camera path.
     Path,
-    /// A connection to a light, or to a path that comes from one.
+    /// A connection to a light, or to a light path.
     Light,
 }
 
-/// A line of a path, between places in pixels of the picture; they may lie outside.
+/// A segment of a path. Positions are pixels of the picture, possibly outside of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathSegment {
     /// One end.
@@ -145,7 +145,7 @@ fn significant(value: f32) -> String {
     }
 }
 
-/// The pixels around the pointer, each as a square.
+/// Draws the pixels around the pointer as squares.
 fn loupe(ui: &mut Ui, pixels: &[Option<[u8; 3]>]) {
     let side = 2 * LOUPE as usize + 1;
     if pixels.len() != side * side {

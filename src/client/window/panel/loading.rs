@@ -1,24 +1,24 @@
-//! What stands in the window while its first scene is loaded.
+//! The loading screen of the window before its first scene.
 
 use egui::{Align2, Area, Id, ProgressBar, RichText, Ui};
 
 use super::style;
 
-/// How far the loading is.
+/// Loading progress.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadingData {
     /// The scene.
     pub name: String,
-    /// What is done now, such as the file that is read.
+    /// Present step, such as the file being read.
     pub what: String,
-    /// Files that were read, and how many the scene is known to name.
+    /// Number of files read, and number of files known to be referenced by the scene.
     pub files: [usize; 2],
 }
 
 /// Width of the text and the bar, points.
 const WIDTH: f32 = 320.0;
 
-/// Draws the name of the scene, a bar, and what is done now, in the middle of the window.
+/// Draws scene name, progress bar and present step in the middle of the window.
 pub fn show_loading(ui: &mut Ui, data: &LoadingData) {
     let ctx = ui.ctx().clone();
     style::apply(&ctx);

@@ -12,7 +12,7 @@ use crate::client::zones;
 /// Bins of the displayed colours.
 pub const DISPLAY_BINS: usize = 64;
 
-/// Stops around the middle grey that the histogram of luminance shows.
+/// Range of the luminance histogram, in stops relative to middle grey.
 pub const STOPS: [f32; 2] = [-10.0, 8.0];
 
 /// Bins per stop.
@@ -21,16 +21,16 @@ pub const BINS_PER_STOP: usize = 4;
 /// Height of a histogram, points.
 const HEIGHT: f32 = 56.0;
 
-/// How the luminances and the displayed colours of the picture are distributed: shares of the pixels.
+/// Histograms of luminance and displayed colours, as fractions of the pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Histogram {
-    /// Exposed luminance before the tone curve, by stops around the middle grey ([`STOPS`], [`BINS_PER_STOP`]).
+    /// Exposed luminance before the tone curve, in stops relative to middle grey ([`STOPS`], [`BINS_PER_STOP`]).
     pub luminance: Vec<f32>,
-    /// Displayed R, G, B, from 0 to the brightest ([`DISPLAY_BINS`]).
+    /// Displayed R, G, B, from 0 to the maximum ([`DISPLAY_BINS`]).
     pub displayed: [Vec<f32>; 3],
-    /// Share that is displayed with a channel at its brightest.
+    /// Fraction of pixels with a channel at its maximum.
     pub clipped: f32,
-    /// Share that is displayed as black.
+    /// Fraction of pixels displayed as black.
     pub black: f32,
 }
 
@@ -84,7 +84,7 @@ fn plot(ui: &mut Ui, bars: &[(&Vec<f32>, Color32)], actions: &mut Vec<Action>) -
     let (place, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
     let painter = ui.painter().with_clip_rect(place);
     painter.rect_filled(place, 0.0, ui.visuals().extreme_bg_color);
-    // The root, so that small shares are seen beside large ones.
+    // Square root, so that small bins stay visible beside large ones.
     let top = bars.iter().flat_map(|(shares, _)| shares.iter()).copied().fold(1e-6, f32::max).sqrt();
     for (shares, color) in bars {
         let width = place.width() / shares.len().max(1) as f32;
@@ -96,7 +96,7 @@ fn plot(ui: &mut Ui, bars: &[(&Vec<f32>, Color32)], actions: &mut Vec<Action>) -
         }
     }
     if response.on_hover_text("Wheel: brightness").hovered() {
-        // The wheel belongs to the histogram, not to what scrolls around it.
+        // The histogram consumes the wheel, so that the surrounding area does not scroll.
         let turned = ui.input_mut(|input| std::mem::take(&mut input.smooth_scroll_delta)).y;
         if turned != 0.0 {
             actions.push(Action::Expose(f64::from(turned) / WHEEL));
@@ -105,7 +105,7 @@ fn plot(ui: &mut Ui, bars: &[(&Vec<f32>, Color32)], actions: &mut Vec<Action>) -
     place
 }
 
-/// Points of scrolling that are one step of the wheel.
+/// Scroll distance in points that equals one step of the wheel.
 const WHEEL: f64 = 40.0;
 
 /// The colours of the zones, each with its stops.

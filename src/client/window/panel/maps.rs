@@ -21,7 +21,7 @@ const BAR: Vec2 = vec2(200.0, 10.0);
 pub(super) fn show(ctx: &Context, picture: PictureArea, overlay: &PictureOverlay) {
     match overlay {
         PictureOverlay::None => {
-            // This frees the texture.
+            // Removing the entry frees the texture.
             ctx.data_mut(|data| data.remove::<Drawn>(Id::new("map")));
         }
         PictureOverlay::Map(map) => {
@@ -41,7 +41,7 @@ fn upper_right(ctx: &Context, picture: PictureArea, contents: impl FnOnce(&mut U
     });
 }
 
-/// The map that was drawn last, and its texture.
+/// The last drawn map, and its texture.
 type Drawn = (Arc<FalseColorMap>, TextureHandle);
 
 /// Draws the map itself.
@@ -67,7 +67,7 @@ fn cover(ctx: &Context, picture: PictureArea, map: &Arc<FalseColorMap>) {
     painter.image(texture.id(), place, whole, tint);
 }
 
-/// Errors belong to single cells; costs are samples of a smooth function, so they are interpolated.
+/// Errors belong to single cells and are not interpolated; costs are samples of a smooth function, so they are.
 fn options(kind: MapChoice) -> TextureOptions {
     if kind == MapChoice::Cost { TextureOptions::LINEAR } else { TextureOptions::NEAREST }
 }
@@ -118,7 +118,7 @@ fn legend(ui: &mut Ui, picture: PictureArea, map: &FalseColorMap) {
     }
 }
 
-/// The range of shares of the time that regions take, without the lowest and highest 2 %, which may be chance.
+/// Range of the regions' shares of time, without the lowest and highest 2 %, which may be noise.
 fn range(shares: &[f64]) -> Option<String> {
     let mut known: Vec<f64> = shares.iter().copied().filter(|share| *share > 0.0).collect();
     known.sort_by(f64::total_cmp);

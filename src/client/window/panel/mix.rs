@@ -1,4 +1,4 @@
-//! The light mix: intensity and colour of each group of lights, and places whose colour is known.
+//! The light mix: intensity and tint of each light group, and colour targets.
 
 use egui::{Button, Slider, SliderClamping, Ui};
 
@@ -9,34 +9,34 @@ use crate::client::window::panel::style;
 /// The light mix of the viewer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightMixData {
-    /// Groups are traced.
+    /// Whether light groups are traced.
     pub is_on: bool,
-    /// What it would be made of and take, or why there is none.
+    /// Description of the groups and their memory, or why there are none.
     pub summary: String,
     /// The groups.
     pub groups: Vec<MixGroupRow>,
-    /// The one that is shown alone.
+    /// The group shown alone (solo).
     pub solo: Option<usize>,
-    /// Places whose colour is known.
+    /// Colour targets.
     pub targets: Vec<MixTargetRow>,
-    /// Lights keep their colours where factors are sought.
+    /// Whether the fit changes intensities only and keeps tints.
     pub keeps_colors: bool,
 }
 
-/// A group of lights.
+/// A light group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MixGroupRow {
     /// Its name.
     pub name: String,
     /// The names of its lights.
     pub emitters: Vec<String>,
-    /// Factor on its light.
+    /// Intensity factor.
     pub intensity: f32,
-    /// Factors on linear R, G, B beside that, of which the largest is 1.
+    /// Additional factors on linear R, G, B; the largest is 1.
     pub tint: [f32; 3],
 }
 
-/// A place whose colour is known.
+/// A colour target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixTargetRow {
     /// The pixel.
@@ -48,12 +48,12 @@ pub struct MixTargetRow {
 /// Largest intensity of the slider.
 const MOST: f32 = 64.0;
 
-/// Whether these are two colours: the button rounds what it is given, which is no change.
+/// Whether two colours differ by more than the rounding of the colour button.
 fn differs(a: [f32; 3], b: [f32; 3]) -> bool {
     a.iter().zip(b).any(|(a, b)| (a - b).abs() >= ROUNDED)
 }
 
-/// Differences of a component that the colour button makes by rounding to 8 bits.
+/// Change of a component by the colour button's rounding to 8 bits.
 const ROUNDED: f32 = 5e-3;
 
 /// Draws the section.

@@ -40,16 +40,16 @@ use crate::client::settings::{Settings, SplatFilter};
 use crate::client::window::action::Action;
 use crate::color::Profile;
 
-/// What the user changes in the panel.
+/// Controls that the user changes in the panel.
 #[derive(Debug)]
 pub struct PanelControls {
     /// Display settings; a change of them never restarts the server.
     pub settings: Settings,
-    /// The exposure follows the light of the scene, until the user chooses one.
+    /// Auto-exposure, until the user sets an exposure.
     pub auto_exposure: bool,
-    /// Splat filter; a change of it starts the film anew from the kept samples.
+    /// Splat filter; a change refills the film from the retained samples.
     pub filter: SplatFilter,
-    /// The profile that was read from a file, so that it can be chosen again after another one.
+    /// Profile read from a file, kept so that it can be selected again.
     pub own_profile: Option<Profile>,
     /// The dock: whether it is open, how wide, which tabs.
     pub layout: PanelLayout,
@@ -59,22 +59,22 @@ pub struct PanelControls {
     pub palette: CommandPalette,
     /// The dialog that asks for a file.
     pub dialog: FileChooser,
-    /// The keyboard is given to the panel with the next run.
+    /// Whether the panel takes the keyboard focus with the next run.
     pub enters: bool,
     /// The comparison with another picture.
     pub compare: CompareControls,
-    /// The map that is shown over the picture.
+    /// The map shown over the picture.
     pub map: MapChoice,
-    /// Target error: the relative error that 95 % of the picture shall stay below.
+    /// Error target: relative error that 95 % of the picture shall stay below.
     pub target: f64,
 }
 
-/// Distance of what stands over the picture from the edges, points.
+/// Distance of overlays from the edges of the picture area, points.
 const GAP: f32 = 8.0;
 
-/// Draws the panel; returns the actions that the user asks for, in order.
+/// Draws the panel; returns the user's actions, in order.
 ///
-/// Figures change at most ten times a second, so that they can be read; everything else is as fresh as `data`.
+/// Numbers change at most ten times a second, so that they can be read; everything else is as recent as `data`.
 pub fn show(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
     let ctx = ui.ctx().clone();
     style::apply(&ctx);
@@ -96,7 +96,7 @@ pub fn show(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<
     actions
 }
 
-/// A plot of this height, in points, with bounds of its own that the pointer does not move.
+/// A plot of this height, in points, with fixed bounds that the pointer does not move.
 fn still_plot(id: &str, height: f32) -> Plot<'static> {
     Plot::new(id)
         .height(height)

@@ -1,4 +1,4 @@
-//! What is drawn over the picture itself, pixel by pixel in its place.
+//! Overlays on the picture, aligned with its pixels.
 
 use egui::{Align2, Color32, Context, FontId, LayerId, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use glam::DVec2;
@@ -9,36 +9,36 @@ use crate::client::window::panel::{
 };
 use crate::client::window::viewport::GRID_ZOOM;
 
-/// Where the picture is drawn.
+/// Position of the picture in the window.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureArea {
     /// The part of the window beside the dock, points.
     pub area: Rect,
-    /// Which part of the picture it shows.
+    /// The part of the picture shown in it.
     pub view: PictureView,
 }
 
 impl PictureArea {
-    /// The point of the window where a place in the picture is shown, in pixels of the picture.
+    /// Window position, in points, of a position in pixels of the picture.
     pub fn point(&self, place: DVec2) -> Pos2 {
         let at = self.view.viewport.to_window(place) / f64::from(self.view.pixels_per_point);
         self.area.min + vec2(at.x as f32, at.y as f32)
     }
 
-    /// The place in the picture that is shown at a point of the window.
+    /// Position in pixels of the picture for a window position in points.
     pub fn place(&self, point: Pos2) -> DVec2 {
         let at = (point - self.area.min) * self.view.pixels_per_point;
         self.view.viewport.to_picture(DVec2::new(f64::from(at.x), f64::from(at.y)))
     }
 
-    /// The rectangle of the window where the whole picture lies; it may be larger than the area.
+    /// Window rectangle of the whole picture, which may exceed the area.
     pub fn whole(&self) -> Rect {
         let size = self.view.viewport.picture();
         Rect::from_min_max(self.point(DVec2::ZERO), self.point(size))
     }
 }
 
-/// Draws it.
+/// Draws all overlays.
 pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, controls: &mut PanelControls) {
     compare::draw(ctx, picture, &data.comparison, &mut controls.compare);
     if let Some(lines) = &data.outline {
@@ -64,7 +64,7 @@ pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, contro
     }
 }
 
-/// The outline of the selected object, dark beneath so that it is seen on any picture.
+/// Outline of the selected object, with a dark line beneath so that it is visible on any picture.
 fn outline(ctx: &Context, picture: PictureArea, lines: &[[[f32; 2]; 2]]) {
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
     let point = |[x, y]: [f32; 2]| picture.point(DVec2::new(f64::from(x), f64::from(y)));
@@ -96,7 +96,7 @@ fn frame(ctx: &Context, picture: PictureArea, region: RegionDrawing) {
     }
 }
 
-/// Lines between the pixels.
+/// Grid lines between magnified pixels.
 fn grid(ctx: &Context, picture: PictureArea) {
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
     let size = picture.view.viewport.picture();

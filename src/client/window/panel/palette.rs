@@ -1,4 +1,4 @@
-//! The palette of commands: every line of the table of keys that is a command, found by parts of its words.
+//! The command palette: every binding of the key table that is a command, searched by words.
 
 use egui::{Align2, Context, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, Window};
 
@@ -9,17 +9,17 @@ use crate::client::window::panel::style;
 /// Width of the palette, points.
 const WIDTH: f32 = 340.0;
 
-/// Commands that are seen at once.
+/// Visible rows.
 const ROWS: f32 = 12.0;
 
-/// The palette: what was typed, and which command is chosen.
+/// State of the palette: query, and selected command.
 #[derive(Clone, Debug, Default)]
 pub struct CommandPalette {
     /// Whether it is shown.
     pub is_open: bool,
-    /// What was typed so far.
+    /// Text typed so far.
     query: String,
-    /// The chosen one among the commands that match.
+    /// Index of the selected command among the matches.
     chosen: usize,
 }
 
@@ -37,7 +37,7 @@ struct Match {
     action: Action,
 }
 
-/// The commands of a line of the table.
+/// Commands of a binding.
 fn commands(binding: &KeyBinding) -> Vec<Match> {
     let one = |action| vec![Match { meaning: capitalised(binding.meaning), keys: binding.keys, action }];
     let views = |action: fn(u8) -> Action, words: &str| {
@@ -53,7 +53,7 @@ fn commands(binding: &KeyBinding) -> Vec<Match> {
     }
 }
 
-/// The commands that match what was typed, the best first.
+/// Commands that match the query, best first.
 fn matches(query: &str) -> Vec<Match> {
     let all = GROUPS.iter().flat_map(|group| group.bindings).flat_map(commands);
     let mut found: Vec<_> =
@@ -62,8 +62,7 @@ fn matches(query: &str) -> Vec<Match> {
     found.into_iter().map(|(_, command)| command).collect()
 }
 
-/// How well a command matches, smaller is better: every word of the query begins a word of it, or stands within it; `None` where one does
-/// not.
+/// Rank of a command, smaller is better: every word of the query must begin a word of the command or occur within one; `None` otherwise.
 fn rank(meaning: &str, query: &str) -> Option<usize> {
     let meaning = meaning.to_lowercase();
     let word = |word: &str| {
@@ -73,7 +72,7 @@ fn rank(meaning: &str, query: &str) -> Option<usize> {
     query.to_lowercase().split_whitespace().try_fold(0, |sum, w| Some(sum + word(w)?))
 }
 
-/// Draws the palette where it is open; returns the action that was chosen.
+/// Draws the palette if open; returns the chosen action.
 pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action> {
     if !palette.is_open {
         return None;
@@ -88,7 +87,7 @@ pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action
     }
     palette.chosen = palette.chosen.min(found.len().saturating_sub(1));
     let (enter, escape) = (pressed(Key::Enter), pressed(Key::Escape));
-    // The key that has opened it closes it.
+    // The key that opens the palette also closes it.
     let closes = escape || ctx.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::K));
     let mut action = found.get(palette.chosen).filter(|_| enter).map(|command| command.action.clone());
     let window =

@@ -1,4 +1,4 @@
-//! Sections of the panel that ask for actions: selected object, effects, camera and files; and the list of keys.
+//! Sections of the panel that request actions: selected object, effects, camera and files; and the list of keys.
 
 use std::ops::Range;
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::client::window::panel::{
     style,
 };
 
-/// Draws the selected object's values, and asks for an edit for every change.
+/// Draws the selected object's parameters; every change requests an edit.
 pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         ui.colored_label(style::ACCENT, &selection.name);
@@ -30,7 +30,7 @@ pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Ac
     parameters(ui, selection, 0..selection.lens_from, actions);
 }
 
-/// Draws some of the parameters, each with its label.
+/// Draws a range of the parameters with their labels.
 fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
     for (index, parameter) in selection.parameters.iter().enumerate().take(some.end).skip(some.start) {
         ui.horizontal(|ui| {
@@ -56,7 +56,7 @@ fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
         }
         ParameterValue::Color(mut rgb) => {
             let response = ui.color_edit_button_rgb(&mut rgb);
-            // The button rounds what it is given: only what can be seen is a change.
+            // The button rounds its value, so only a visible difference counts as a change.
             let near = |(a, b): (&f32, &f32)| (a - b).abs() < 1e-3;
             let same = matches!(value, ParameterValue::Color(before) if before.iter().zip(&rgb).all(near));
             let next = ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0)));
@@ -82,8 +82,8 @@ fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
 /// Largest side of a picture, pixels, as of `--size`.
 const LARGEST_SIDE: u32 = 16384;
 
-/// Draws the size of the picture, which can be changed, and how large it is shown. What is typed or dragged counts once neither side is
-/// changed any more, so that both are one change; Escape drops it.
+/// Draws the picture size, which can be edited, and its zoom. Typed or dragged values take effect once neither side is being edited, so
+/// that both sides change at once; Escape discards them.
 pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     let id = ui.id().with("picture size");
     let mut size = ui.data(|memory| memory.get_temp(id)).unwrap_or(data.extent);
@@ -101,7 +101,8 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
             );
             is_edited |= field.dragged() || field.has_focus();
         }
-        // Between the two nothing has the keyboard for a moment. A field takes over what was typed after Escape, too, a pass later.
+        // When the focus moves between the two fields, neither has it for one pass. After Escape, too, a field takes over what was typed,
+        // one pass later.
         let (goes_on, gives_up) = ui.input(|input| (input.key_pressed(Key::Tab), input.key_pressed(Key::Escape)));
         let given_up = id.with("given up");
         let has_given_up = ui.data_mut(|memory| memory.remove_temp::<()>(given_up)).is_some() || gives_up;
@@ -127,7 +128,7 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
     });
 }
 
-/// Draws what is said of the region that is traced alone, or how to trace one.
+/// Draws information about the traced region, or how to trace one.
 pub(super) fn region(ui: &mut Ui, region: Option<RegionDrawing>, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let (name, hint) = match region {
@@ -146,7 +147,7 @@ pub(super) fn region(ui: &mut Ui, region: Option<RegionDrawing>, actions: &mut V
     }
 }
 
-/// Draws one line for each effect, with a switch and, once measured, its cost; the reason stands under the pointer.
+/// Draws one line per effect, with a switch and, once measured, its cost; the tooltip gives the reason.
 pub(super) fn effects(ui: &mut Ui, effects: &[EffectRow], costs: CostState, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let idle = costs != CostState::Measuring;
@@ -191,7 +192,7 @@ pub(super) fn effects(ui: &mut Ui, effects: &[EffectRow], costs: CostState, acti
     }
 }
 
-/// Lists values that were rejected; a click on one copies the command that shows it again.
+/// Lists rejected values; a click copies the command that reproduces one.
 pub(super) fn rejected(ui: &mut Ui, list: &RejectedList) {
     for row in &list.rows {
         let label = egui::Label::new(egui::RichText::new(&row.what).color(style::ACCENT)).wrap();
@@ -202,7 +203,7 @@ pub(super) fn rejected(ui: &mut Ui, list: &RejectedList) {
     }
 }
 
-/// Names the effects that are forced off, below the switches, so that no switch moves away from the pointer.
+/// Names the effects that are forced off, below the switches, so that the layout of the switches does not jump.
 pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
     if !names.is_empty() {
         ui.colored_label(style::ACCENT, format!("without {}", names.join(", ")));
@@ -248,7 +249,7 @@ pub(super) fn camera(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     button_row(ui, &buttons, actions);
 }
 
-/// Draws the buttons that write files under names of their own.
+/// Draws the buttons that write files.
 pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     let files = [
         ("PNG", "Saves the picture as it is shown, without the panel  P", Action::SavePng),
@@ -291,7 +292,7 @@ pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     }
 }
 
-/// Draws buttons, each with its hint and what it asks for.
+/// Draws a row of buttons, each with tooltip and action.
 fn button_row(ui: &mut Ui, buttons: &[(&str, &str, Action)], actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         for (text, hint, action) in buttons {

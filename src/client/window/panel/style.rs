@@ -1,16 +1,16 @@
-//! The panel's look: greys without a tint, so that they do not sway the judgement of colours, and one accent; no shadows, no
-//! rounded corners worth a triangle, no animation: on a device that is the CPU every pixel of the panel costs.
+//! The panel's look: neutral greys, so that they do not bias the judgement of colours, and one accent. No shadows, no visibly rounded
+//! corners, no animation: on a device that is the CPU every pixel of the panel costs time.
 
 use egui::style::WidgetVisuals;
 use egui::{Color32, CornerRadius, FontFamily, FontId, Shadow, Stroke, TextStyle};
 
-/// The only colour: what is set, warned of, or over budget.
+/// Accent colour of active elements, warnings, and values over budget.
 pub const ACCENT: Color32 = Color32::from_rgb(232, 168, 76);
 /// Text of labels.
 pub const DIM: Color32 = Color32::from_gray(165);
 /// Text of figures.
 pub const BRIGHT: Color32 = Color32::from_gray(230);
-/// Behind everything, over the picture.
+/// Background of the panel, over the picture.
 pub const BACK: Color32 = Color32::from_rgba_premultiplied(20, 20, 20, 226);
 
 /// Sets the style, once for a context.

@@ -1,4 +1,4 @@
-//! What stands on each tab of the dock, section by section.
+//! Contents of each tab of the dock, section by section.
 
 use egui::{CollapsingHeader, RichText, Ui};
 
@@ -64,7 +64,7 @@ fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
 
 /// Draws a section that folds.
 fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
-    // What follows a colon may change while the section stays open.
+    // The identifier is the part before a colon, since the rest may change while the section stays open.
     let name = title.split(':').next();
     CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())
         .id_salt(name)
