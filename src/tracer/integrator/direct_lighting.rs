@@ -309,7 +309,7 @@ impl<C: LightCredits> PathState<C> {
     }
 
     /// Scatters at `vertex` into the direction of `s`, and returns it in world space; `None` ends the path ([`Walk::scatter`]).
-    #[inline(always)]
+    #[inline]
     pub(super) fn scatter<B: Scattering>(
         &mut self,
         vertex: &SurfaceVertex<B>,
