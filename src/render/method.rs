@@ -14,7 +14,7 @@ use crate::scene::desc::{IntegratorDesc, IntegratorKind};
 use crate::server::{RenderJob, Server};
 use crate::stream::control::Epoch;
 use crate::stream::{PathCounts, UvWindow};
-use crate::study::error::TILE;
+use crate::study::error_tile::TILE;
 use crate::study::format::percent;
 use crate::study::witness::Witnesses;
 use crate::study::{LateLight, MissingLight};

@@ -19,7 +19,8 @@ use crate::scene::desc::IntegratorKind;
 use crate::server::{Priority, unpoisoned};
 use crate::stream::{PathCounts, Sample};
 use crate::study::blur::BlurSchedule;
-use crate::study::error::{OtherSamples, ReplicatePixel};
+use crate::study::error::OtherSamples;
+use crate::study::error_tile::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::witness::Witnesses;
 use crate::study::{

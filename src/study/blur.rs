@@ -11,7 +11,7 @@
 //! finer than all discs so far does not shrink, and is not seen.
 
 use crate::stream::{PathCounts, REPLICATES, replicate};
-use crate::study::error::{FLOOR, TILE};
+use crate::study::error_tile::{FLOOR, TILE};
 use crate::study::interval::Z90;
 use crate::study::noisy::Noisy;
 use crate::study::replicates::{ReplicateSums, Replicates};

@@ -16,7 +16,8 @@
 //! spread as the noise of the unfiltered picture is, but where they clearly say otherwise (James and Stein 1961).
 
 use crate::image::compare::luminance;
-use crate::study::error::{ErrorEstimate, FLOOR, QUANTILES, TILE};
+use crate::study::error::{ErrorEstimate, QUANTILES};
+use crate::study::error_tile::{FLOOR, TILE};
 use crate::study::interval::Interval;
 use crate::study::noisy::Noisy;
 

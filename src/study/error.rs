@@ -15,12 +15,11 @@ use crate::image::compare::luminance;
 use crate::math::bits::mix;
 use crate::study::blur::Blur;
 use crate::study::error_tile::{
-    BrightPixel, ErrorTile, PixelError, QuarterSums, is_far_above, place_bright, quarter_of,
+    BrightPixel, ErrorTile, FLOOR, PixelError, QuarterSums, ReplicatePixel, TILE, is_far_above, place_bright,
+    quarter_of,
 };
 use crate::study::interval::{Interval, Z90, student_95};
 use crate::study::unfound::UnfoundLight;
-
-pub use crate::study::error_tile::{FLOOR, TILE};
 
 /// Share of the pixels that both replicates must have reached before an error is stated.
 const MIN_COVERAGE: f64 = 0.9;
@@ -44,19 +43,6 @@ const UNMET: f64 = 3.0;
 
 /// The light of the largest samples is spread over so many tiles to each side.
 const SPREAD: usize = 2;
-
-/// Mean and difference of the replicates in one pixel, linear Rec.709.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ReplicatePixel {
-    /// Mean of the replicates, weighted by their samples.
-    pub mean: [f32; 3],
-    /// First replicate minus second.
-    pub difference: [f32; 3],
-    /// The squared difference times this is the variance of the mean: the product of both weights, 1/4 for equal ones.
-    pub factor: f32,
-    /// Both replicates have samples here.
-    pub seen: bool,
-}
 
 /// What other samples than those of a render show of a rectangle of its picture, or of all of it.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,18 @@
 //! Sums over the tiles of a picture, of which its [error](crate::study::error) is made, and the luminance that relMSE divides by.
 
+/// Mean and difference of the replicates in one pixel, linear Rec.709.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReplicatePixel {
+    /// Mean of the replicates, weighted by their samples.
+    pub mean: [f32; 3],
+    /// First replicate minus second.
+    pub difference: [f32; 3],
+    /// The squared difference times this is the variance of the mean: the product of both weights, 1/4 for equal ones.
+    pub factor: f32,
+    /// Both replicates have samples here.
+    pub seen: bool,
+}
+
 /// Errors are relative to a tile's mean luminance plus this share of the picture's, so that black tiles have a relative error
 /// too.
 pub const FLOOR: f64 = 0.01;

@@ -5,7 +5,7 @@
 //! square is larger than the square of their mean.
 
 use crate::stream::Highlight;
-use crate::study::error::TILE;
+use crate::study::error_tile::TILE;
 use crate::study::picture_tile::PictureTile;
 
 /// The highlights that one tile lacks.

@@ -1,6 +1,6 @@
 //! The largest samples of each tile of a picture: how much of its light they carry, and where that light belongs.
 
-use crate::study::error::TILE;
+use crate::study::error_tile::TILE;
 
 /// Samples that are kept of each tile.
 pub const KEPT: usize = 8;

@@ -80,7 +80,7 @@ pub mod curve;
 pub mod data;
 pub mod denoised;
 pub mod error;
-mod error_tile;
+pub mod error_tile;
 pub mod exact_replicates;
 pub mod format;
 pub mod highlights;

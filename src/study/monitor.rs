@@ -4,7 +4,8 @@ use crate::stream::{PathCounts, Sample};
 use crate::study::apart::SamplesApart;
 use crate::study::blur::{BlurSchedule, BlurWatch};
 use crate::study::curve::{Checkpoint, PowerLaw};
-use crate::study::error::{ErrorEstimate, OtherSamples, ReplicatePixel, TileSubset};
+use crate::study::error::{ErrorEstimate, OtherSamples, TileSubset};
+use crate::study::error_tile::ReplicatePixel;
 use crate::study::exact_replicates::ExactReplicates;
 use crate::study::late::LateLight;
 use crate::study::prediction::{

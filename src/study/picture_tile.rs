@@ -3,7 +3,7 @@
 use std::ops::AddAssign;
 
 use crate::image::compare::luminance;
-use crate::study::error::{ReplicatePixel, TILE};
+use crate::study::error_tile::{ReplicatePixel, TILE};
 use crate::study::largest::{KEPT, LargestSamples};
 use crate::study::summed_areas::Subtract;
 

@@ -9,8 +9,9 @@
 //! the pool of the other methods shows significantly more light in a part of the picture, the method is left out ([`PoolPart::missing`]).
 
 use crate::image::compare::luminance;
-use crate::study::error::{ErrorField, ReplicatePixel, TileSubset};
+use crate::study::error::{ErrorField, TileSubset};
 use crate::study::error_tile::PixelError;
+use crate::study::error_tile::ReplicatePixel;
 
 /// Columns and rows of the blocks in which the light of methods is compared.
 const BLOCKS: usize = 8;

@@ -7,7 +7,8 @@ use std::ops::Range;
 
 use crate::color::{Profile, Xyz};
 use crate::stream::{PathCounts, REPLICATES, Sample, replicate};
-use crate::study::error::{ErrorField, ReplicatePixel};
+use crate::study::error::ErrorField;
+use crate::study::error_tile::ReplicatePixel;
 use crate::study::largest::{LargestSamples, LargestShares};
 use crate::study::smooth::SmoothingKernel;
 

@@ -25,7 +25,7 @@
 use std::fmt;
 
 use crate::stream::Witnessed;
-use crate::study::error::{ReplicatePixel, TILE};
+use crate::study::error_tile::{ReplicatePixel, TILE};
 use crate::study::highlights::lacked_highlights;
 use crate::study::largest::LargestSamples;
 use crate::study::picture_tile::PictureTile;

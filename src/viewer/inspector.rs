@@ -20,7 +20,7 @@ use crate::render::method;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{SampleSink, UvWindow};
-use crate::study::error::TILE;
+use crate::study::error_tile::TILE;
 use crate::tracer::camera::CameraLines;
 use crate::tracer::integrator::{BidirectionalTracer, DepthTracer, PathTracer, RenderContext, Replicated};
 use crate::tracer::record::{PathEvent, recorded};

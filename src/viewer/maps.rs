@@ -11,7 +11,7 @@ use crate::render::observer::Observer;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{COST_CELLS, CostMap};
-use crate::study::error::TILE;
+use crate::study::error_tile::TILE;
 use crate::study::format::{duration, percent, remaining, round_percent};
 use crate::study::prediction::predicted_curve;
 use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Interval};

@@ -3,7 +3,7 @@
 use pointillist::color::Xyz;
 use pointillist::math::bits::mix;
 use pointillist::stream::{CHUNK, PathCounts, Sample};
-use pointillist::study::error::ReplicatePixel;
+use pointillist::study::error_tile::ReplicatePixel;
 use pointillist::study::{ErrorField, ErrorMonitor, Replicates, TileSubset};
 
 use crate::Row;

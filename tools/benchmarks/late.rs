@@ -12,7 +12,7 @@ use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::desc::SceneDesc;
 use pointillist::scene::load;
 use pointillist::stream::UvWindow;
-use pointillist::study::error::TILE;
+use pointillist::study::error_tile::TILE;
 use pointillist::study::largest::LargestShares;
 use pointillist::study::late::LateLight;
 use pointillist::study::{ErrorField, ErrorMonitor, TileSubset};

@@ -23,7 +23,7 @@ use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::load;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
 use pointillist::study::blur::BlurSchedule;
-use pointillist::study::error::TILE;
+use pointillist::study::error_tile::TILE;
 use pointillist::study::interval::Z90;
 use pointillist::study::{ErrorField, ErrorMonitor, Interval, TileSubset};
 use pointillist::tracer::integrator::{

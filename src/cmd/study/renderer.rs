@@ -31,7 +31,7 @@ use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::brightness::MeanLuminance;
-use crate::study::error::ReplicatePixel;
+use crate::study::error_tile::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Replicates};
 use crate::tracer::screen::ScreenSampling;

@@ -10,48 +10,8 @@ use ash::vk;
 
 use crate::gpu::device::faults::{CallFaults, DeviceCall};
 use crate::gpu::device::gpu::Gpu;
+use crate::gpu::device::physical::PipelineOrigin;
 use crate::gpu::error::{GpuError, Named};
-
-/// The device and the driver that compiled pipelines are good for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(in crate::gpu) struct PipelineOrigin {
-    vendor: u32,
-    device: u32,
-    driver: u32,
-    uuid: [u8; vk::UUID_SIZE],
-}
-
-impl PipelineOrigin {
-    pub fn new(properties: &vk::PhysicalDeviceProperties) -> Self {
-        Self {
-            vendor: properties.vendor_id,
-            device: properties.device_id,
-            driver: properties.driver_version,
-            uuid: properties.pipeline_cache_uuid,
-        }
-    }
-
-    /// Checks the header that Vulkan prescribes for the data of a cache (`VkPipelineCacheHeaderVersionOne`). Drivers are
-    /// to refuse what is not theirs, but not all of them survive it.
-    fn check(&self, data: &[u8]) -> Result<(), &'static str> {
-        /// Length, version, vendor and device of four bytes each, then the UUID.
-        const HEADER: usize = 16 + vk::UUID_SIZE;
-        let header = data.get(..HEADER).ok_or("they are too short")?;
-        let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| header[4 * i + byte]));
-        let version = vk::PipelineCacheHeaderVersion::ONE.as_raw() as u32;
-        let length = word(0) as usize;
-        if length != HEADER || word(1) != version {
-            return Err("their header is damaged");
-        }
-        if word(2) != self.vendor || word(3) != self.device {
-            return Err("another device has compiled them");
-        }
-        if header[16..] != self.uuid {
-            return Err("another driver has compiled them");
-        }
-        Ok(())
-    }
-}
 
 /// The driver's cache of compiled pipelines.
 #[derive(Default)]

@@ -4,12 +4,10 @@ use std::ffi::CStr;
 
 use ash::{ext, khr, vk};
 
-use crate::gpu::device::cache::PipelineOrigin;
 use crate::gpu::device::heaps::{LocalMemory, MemorySource};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock;
-use crate::gpu::window::offers::WindowOffers;
 
 /// The user's choice of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -111,6 +109,56 @@ pub fn devices_with_memory() -> Result<Vec<(DeviceInfo, LocalMemory)>, GpuError>
         (device.info, source.read())
     };
     Ok(enumerate(&instance)?.into_iter().map(with_memory).collect())
+}
+
+/// The device and the driver that compiled pipelines are good for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(in crate::gpu) struct PipelineOrigin {
+    pub vendor: u32,
+    pub device: u32,
+    pub driver: u32,
+    pub uuid: [u8; vk::UUID_SIZE],
+}
+
+impl PipelineOrigin {
+    pub fn new(properties: &vk::PhysicalDeviceProperties) -> Self {
+        Self {
+            vendor: properties.vendor_id,
+            device: properties.device_id,
+            driver: properties.driver_version,
+            uuid: properties.pipeline_cache_uuid,
+        }
+    }
+
+    /// Checks the header that Vulkan prescribes for the data of a cache (`VkPipelineCacheHeaderVersionOne`). Drivers are
+    /// to refuse what is not theirs, but not all of them survive it.
+    pub fn check(&self, data: &[u8]) -> Result<(), &'static str> {
+        /// Length, version, vendor and device of four bytes each, then the UUID.
+        const HEADER: usize = 16 + vk::UUID_SIZE;
+        let header = data.get(..HEADER).ok_or("they are too short")?;
+        let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| header[4 * i + byte]));
+        let version = vk::PipelineCacheHeaderVersion::ONE.as_raw() as u32;
+        let length = word(0) as usize;
+        if length != HEADER || word(1) != version {
+            return Err("their header is damaged");
+        }
+        if word(2) != self.vendor || word(3) != self.device {
+            return Err("another device has compiled them");
+        }
+        if header[16..] != self.uuid {
+            return Err("another driver has compiled them");
+        }
+        Ok(())
+    }
+}
+
+/// The extensions of windows that a device offers and that are used then.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::gpu) struct WindowOffers {
+    /// `VK_KHR_present_id` and `VK_KHR_present_wait`, with their features.
+    pub present_wait: bool,
+    /// `VK_EXT_hdr_metadata`.
+    pub hdr_metadata: bool,
 }
 
 /// A physical device and what it offers of what this program needs.

@@ -6,15 +6,6 @@ use ash::{ext, khr, vk};
 
 use crate::gpu::device::gpu::{FrameNumber, Gpu};
 
-/// The extensions of windows that a device offers and that are used then.
-#[derive(Clone, Copy, Debug, Default)]
-pub(in crate::gpu) struct WindowOffers {
-    /// `VK_KHR_present_id` and `VK_KHR_present_wait`, with their features.
-    pub present_wait: bool,
-    /// `VK_EXT_hdr_metadata`.
-    pub hdr_metadata: bool,
-}
-
 /// Learns when frames are shown (`VK_KHR_present_wait`).
 pub(in crate::gpu) struct PresentWait {
     loader: khr::present_wait::Device,
