@@ -20,11 +20,11 @@ use crate::study::error::{ErrorEstimate, FLOOR, QUANTILES, TILE};
 use crate::study::interval::Interval;
 use crate::study::noisy::Noisy;
 
-/// The pictures of both replicates, linear Rec.709, row by row.
+/// Pictures of both replicates, linear Rec.709, row-major.
 pub struct FilteredHalves<'a> {
-    /// As the film shows them.
+    /// Unfiltered, as on the film.
     pub film: [&'a [[f32; 3]]; 2],
-    /// Through the filter, each without the other.
+    /// Filtered, each without the other.
     pub filtered: [&'a [[f32; 3]]; 2],
 }
 
@@ -35,13 +35,13 @@ struct TileSums {
     luminance: f64,
     /// Squared error of luminance.
     square: SquaredError,
-    /// The same relative to squared luminance, as in relMSE.
+    /// As `square`, relative to squared luminance as in relMSE.
     relative: SquaredError,
     /// The squared difference of both replicates.
     noise: f64,
 }
 
-/// The squared error of either filtered replicate, and of their mean, with the noise of an estimate.
+/// Squared error of a filtered replicate, and of the mean of both, with the noise of the estimate.
 #[derive(Clone, Copy, Debug, Default)]
 struct SquaredError {
     single: f64,
@@ -58,22 +58,23 @@ impl SquaredError {
         Self { single: self.single + times * other.single, mean: self.mean + times * other.mean }
     }
 
-    /// That of the picture which is filtered from all samples, as a factor on that of the mean, and the logarithm of what it may be more or
-    /// less; `None` where there is too little to tell.
+    /// Squared error of the picture filtered from all samples, as a factor on that of the mean, and the standard deviation of its
+    /// logarithm; `None` if there is too little data.
     fn of_all(self) -> Option<(f64, f64)> {
         let least = 0.5 * self.single;
-        // But for noise it is never less.
+        // Except for noise it is never smaller.
         let most = self.mean.max(least);
         (self.mean > 0.0 && least > 0.0)
             .then(|| ((least * most).sqrt() / self.mean, 0.5 * (most / least).ln()))
     }
 }
 
-/// Standard deviation of the logarithm of an error of some part of the picture on top of that of the sum: where the errors lie is known roughly.
+/// Additional standard deviation of the logarithm of an error in a part of the picture, over that of the sum: the location of errors is
+/// only roughly known.
 const PLACE_DEVIATION: f64 = 0.1;
 
 impl FilteredHalves<'_> {
-    /// The error of the filtered picture of `size` pixels. `None` where it is too small to tell.
+    /// Error of the filtered picture of `size` pixels. `None` if the picture is too small.
     pub fn error(&self, size: [usize; 2]) -> Option<ErrorEstimate> {
         let tiles = self.tiles(size)?;
         let pixels: f64 = tiles.iter().map(|tile| tile.pixels).sum();
@@ -91,7 +92,7 @@ impl FilteredHalves<'_> {
             spread(&squares, &noise, size.map(|n| n.div_ceil(TILE))).into_iter().map(f64::sqrt).collect();
         errors.sort_unstable_by(f64::total_cmp);
         let at = |q: f64| errors[((q * errors.len() as f64) as usize).min(errors.len() - 1)];
-        // Of the logarithm of a mean square.
+        // Standard deviation of the logarithm of a mean square.
         let uncertain = |values: &[f64], apart: f64| deviation(values).min(1.0).hypot(apart);
         let of_root = (0.5 * uncertain(&squares, apart)).hypot(PLACE_DEVIATION);
         let relative = tiles.iter().fold(SquaredError::default(), |sum, tile| sum.plus(tile.relative, 1.0));
@@ -107,7 +108,7 @@ impl FilteredHalves<'_> {
         })
     }
 
-    /// The tiles of a picture of this size; `None` unless all of it is there.
+    /// Tiles of a picture of this size; `None` if its pixels are incomplete.
     fn tiles(&self, [width, height]: [usize; 2]) -> Option<Vec<TileSums>> {
         let columns = width.div_ceil(TILE);
         let mut tiles = vec![TileSums::default(); columns * height.div_ceil(TILE)];
@@ -134,14 +135,14 @@ impl FilteredHalves<'_> {
     }
 }
 
-/// A tile is averaged with so many tiles to each side, at most.
+/// A tile is averaged with at most this many tiles on each side.
 const NEAR: usize = 2;
 
-/// Up to so many standard deviations a tile has what its noise lets expect.
+/// Up to this number of standard deviations a tile counts as consistent with its noise.
 const CLEAR: f64 = 2.0;
 
-/// Values of tiles that have the sum of these, and none of which is negative: in proportion to `noise`, but where they, or their means over
-/// neighbouring tiles, are clearly otherwise.
+/// Non-negative tile values with the same sum as `values`: proportional to `noise`, except where the values, or their means over
+/// neighbouring tiles, deviate significantly.
 fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     let total: f64 = values.iter().sum();
     let all: f64 = noise.iter().sum();
@@ -166,7 +167,7 @@ fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     known.into_iter().map(|value| if sum > 0.0 { value * total / sum } else { 0.0 }).collect()
 }
 
-/// The standard deviation of a sum of independent values, about, over the sum.
+/// Approximate relative standard deviation of a sum of independent values.
 fn deviation(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
     squares.sqrt() / values.iter().sum::<f64>()

@@ -1,4 +1,4 @@
-//! Sums over the tiles of a picture, of which its [error](crate::study::error) is made, and the luminance that relMSE divides by.
+//! Sums over tiles of a picture, from which its [error](crate::study::error) is computed, and the luminance in the denominator of relMSE.
 
 /// Errors are relative to a tile's mean luminance plus this share of the picture's, so that black tiles have a relative error
 /// too.
@@ -7,16 +7,16 @@ pub const FLOOR: f64 = 0.01;
 /// Width and height of a tile in pixels.
 pub const TILE: usize = 8;
 
-/// A pixel is far above its surroundings from so many times their luminance on.
+/// A pixel counts as far above its surroundings from this multiple of their luminance on.
 const FAR: f64 = 4.0;
 
 /// The error of one pixel.
 pub(super) struct PixelError {
     /// Luminance of the pixel, or the mean of its quarter of a tile.
     pub(super) luminance: f64,
-    /// The luminance that relMSE divides by; `None` where that of its quarter of a tile stands for it.
+    /// Luminance in the denominator of relMSE; `None` if the mean of its tile quarter is used.
     pub(super) relative_to: Option<f64>,
-    /// Luminance of the first replicate minus that of the second; 0 where the luminance is known.
+    /// Luminance of the first replicate minus that of the second; 0 if the true luminance is known.
     pub(super) difference: f64,
     /// Squared error by channel.
     pub(super) squares: [f64; 3],
@@ -32,11 +32,11 @@ pub(super) struct QuarterSums {
     pub(super) square: f64,
     /// Luminance.
     pub(super) luminance: f64,
-    /// That of the first replicate minus that of the second.
+    /// Luminance of the first replicate minus that of the second.
     pub(super) difference: f64,
-    /// Squared error, mean of R, G and B, of the pixels whose own luminance is not known.
+    /// Squared error (mean of R, G and B) of the pixels without a known luminance.
     pub(super) colors: f64,
-    /// Squared error relative to squared luminance, as in relMSE, of the others.
+    /// Squared error relative to squared luminance, as in relMSE, of the other pixels.
     pub(super) relative: f64,
     /// The same of bright pixels.
     pub(super) bright: f64,
@@ -47,7 +47,7 @@ impl QuarterSums {
         if self.pixels > 0.0 { self.luminance / self.pixels } else { 0.0 }
     }
 
-    /// The mean by the replicate that has less.
+    /// Mean by the replicate with less light.
     pub(super) fn least(&self) -> f64 {
         if self.pixels > 0.0 { self.mean() - 0.5 * self.difference.abs() / self.pixels } else { 0.0 }
     }
