@@ -1,14 +1,14 @@
-//! The bias of methods that blur less and less: photon mapping, and the caustics that vertex merging gathers.
+//! The bias of photon density estimation, which shrinks over time: photon mapping, and the caustics gathered by vertex merging.
 //!
-//! Both replicates of such a picture are blurred alike, so that their difference does not show it. But the blur shrinks while photons
-//! become more: the area that a sample gathers from falls as g^(α − 1) with the generations g of the photon map, and with it the bias of smoothly
-//! lit surfaces; that of edges falls with the radius, the root of that (`tracer/integrator/photon`). So the first samples of a render are blurred
-//! more than the last ones, by an amount that the schedule of the photons tells. [`BlurWatch`] keeps the sums of a moment in the middle of the
-//! render. With E the picture of the samples before it and L that of the samples after it, E − L is the bias of the whole times a known number,
-//! and noise. Both replicates have photon maps of their own, so that the noise of E₁ − L₁ and that of E₂ − L₂ are independent, and
-//! (E₁ − L₁)(E₂ − L₂) is an unbiased estimate of the square of what they have in common. It is averaged over neighbouring tiles and pictures. Where
-//! that may as well be noise, the stated error has none of it, and the upper end of its interval has what it may be. Bias of structures that are
-//! finer than all discs so far does not shrink, and is not seen.
+//! Both replicates of such a picture have the same blur, so that their difference does not show it. But the blur shrinks as the number of
+//! photons grows: the gathering area falls as g^(α − 1) with the generation g of the photon map, and with it the bias of smoothly lit
+//! surfaces; the bias of edges falls with the radius, its square root (`tracer/integrator/photon`). So the first samples of a render are
+//! blurred more than the last ones, by an amount known from the photon schedule. [`BlurWatch`] keeps the sums of a moment in the middle of
+//! the render. With E the picture of the samples before it and L that of the samples after it, E − L is a known multiple of the bias of the
+//! whole, plus noise. The replicates have separate photon maps, so that the noise of E₁ − L₁ and of E₂ − L₂ is independent, and
+//! (E₁ − L₁)(E₂ − L₂) is an unbiased estimate of the square of their common part. It is averaged over neighbouring tiles and pictures. If
+//! it is insignificant, the stated error excludes it, and the upper end of its interval includes its upper bound. Bias of structures
+//! finer than all gathering discs so far does not shrink, and is not detected.
 
 use crate::stream::{PathCounts, REPLICATES, replicate};
 use crate::study::error::{FLOOR, TILE};

@@ -167,7 +167,7 @@ pub struct MethodResult {
     pub points: Vec<CurvePoint>,
     /// Relative RMS error against seconds: slope of the logarithms.
     pub slope: Option<Interval>,
-    /// The same against samples.
+    /// As `slope`, against samples.
     pub slope_samples: Option<Interval>,
     /// Whether the method is biased by design (photon blur that shrinks over time).
     #[serde(default)]

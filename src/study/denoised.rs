@@ -1,19 +1,21 @@
-//! The error of a picture that is shown through a noise filter.
+//! The error of a denoised picture.
 //!
-//! The filter F mixes the samples of neighbouring pixels, so that the difference of two replicates a and b, of which it has seen both, says nothing of its
-//! error. Each of them is filtered alone instead. What the filter makes of a is independent of b, and with the true picture μ
+//! The filter F mixes the samples of neighbouring pixels, so that the difference of two replicates a and b, both of which it has used, says
+//! nothing about its error. Instead, each replicate is filtered alone. Then F(a) is independent of b, and with the true picture μ
 //!
 //! E[(F(a) − b)²] = E[(F(a) − μ)²] + Var(b),
 //!
-//! where half of (a − b)² stands for the variance. This is what held-out samples tell in cross-validation. Let S be the error of F(a) and F(b), mean of both.
-//! That of the mean of F(a) and F(b) is M = S − (F(a) − F(b))²/4: their noise is halved, and their bias is not. The picture that is shown is filtered
-//! from all samples at once. There the filter has half the noise to take away. One that adapts to it halves its bias as well, so that S/2 is left; one that
-//! does not leaves M. What is stated is the geometric mean of both; either lies well within the interval.
+//! where (a − b)²/2 estimates the variance. This is the principle of held-out samples in cross-validation. Let S be the mean error of F(a)
+//! and F(b). The error of the mean of F(a) and F(b) is M = S − (F(a) − F(b))²/4: their noise is halved, and their bias is not. The
+//! displayed picture is filtered from all samples at once, which have half the noise. A filter that adapts to it halves its bias as well,
+//! so that the error is S/2; for one that does not, it is M. The stated error is the geometric mean of both; either lies well within the
+//! interval.
 //!
-//! Bias that both replicates share, as the blur of photons and light that no sample has met, is no part of it.
+//! Bias common to both replicates is excluded, such as photon blur and light that no sample has found.
 //!
-//! One pixel says nearly nothing of it, and noise remains in the sum over a tile: over the whole picture the estimate is without bias. Over the tiles it is
-//! spread as the noise of the unfiltered picture is, but where they clearly say otherwise (James and Stein 1961).
+//! A single pixel is nearly uninformative, and noise remains in the sum over a tile: only over the whole picture is the estimate unbiased.
+//! It is distributed over the tiles in proportion to the noise of the unfiltered picture, except where they deviate significantly (James
+//! and Stein 1961).
 
 use crate::image::compare::luminance;
 use crate::study::error::{ErrorEstimate, FLOOR, QUANTILES, TILE};
@@ -219,7 +221,7 @@ mod tests {
                 (stated, all) = (stated + estimate.rel_mse.value, all + truth / 1.01);
             }
             assert!(held >= 16, "{held} of 20 intervals held");
-            // Where all is noise M is S/2; with bias alone it is twice that, and what is stated is smaller by √2.
+            // With noise alone M is S/2; with bias alone M is twice that, and the stated error is smaller by √2.
             assert!((0.65..1.1).contains(&(stated / all)), "{}", stated / all);
         }
     }

@@ -151,9 +151,9 @@ pub struct ErrorField {
     bright: Vec<BrightPixel>,
 }
 
-/// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. It
-/// contains it less often where light is found late, as far as no [witness](crate::study::witness) tells of it, and that of relMSE where light subpaths are
-/// shared over the picture: `tools/README.md` has how often, scene by scene.
+/// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. The actual
+/// coverage is lower if light is found late and no [witness](crate::study::witness) finds it, and for relMSE if light subpaths are shared
+/// over the picture: `tools/README.md` has the coverage scene by scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorEstimate {
     /// Relative errors that 50 %, 95 % and 99 % of the tiles stay below.
@@ -207,8 +207,9 @@ pub(super) fn relative_squares(pixels: &[ReplicatePixel], size: [usize; 2]) -> O
 impl ErrorField {
     /// Error of a picture of `size` pixels. `None` while both replicates have reached too few of them.
     ///
-    /// relMSE divides by the squared true luminance of a pixel. The noisy luminance in its place would hide the error of
-    /// exactly those pixels that are too bright, so the mean of a quarter of the tile stands for it, but for pixels far brighter than that (`error_tile.rs`).
+    /// relMSE divides by the squared true luminance of a pixel. Dividing by the noisy luminance would hide the error of exactly those
+    /// pixels that are too bright, so the mean of a quarter of the tile is used, except for pixels far brighter than that
+    /// (`error_tile.rs`).
     pub fn new(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Self> {
         let near = quarter_means(pixels, size);
         let mut field = Self::of_replicates(pixels, &near, |_| None, size)?;
@@ -312,12 +313,10 @@ impl ErrorField {
         self.tiles.iter().map(|tile| tile.luminance)
     }
 
-    /// Spreads the part `excess` of the luminance of each tile, which few samples have brought, over its neighbourhood of 5×5
-    /// tiles.
+    /// Spreads `excess`, the part of each tile's luminance carried by few samples, over its neighbourhood of 5×5 tiles.
     ///
-    /// Relative errors divide by luminance. Where rare samples bring much of it, a tile that has met one of them is too bright
-    /// and its relative error too small; those that have not are too dark. Their neighbourhood knows better how bright they
-    /// are.
+    /// Relative errors divide by luminance. If rare samples carry much of it, a tile that has received one is too bright and its relative
+    /// error too small; tiles without are too dark. The neighbourhood gives a better estimate of their brightness.
     pub fn spread(&mut self, excess: &[f64]) {
         let [columns, rows] = self.grid;
         if excess.len() < self.tiles.len() {
