@@ -54,7 +54,7 @@ impl CascadeFilm {
     ///
     /// # Errors
     ///
-    /// Those of `make`.
+    /// As for `make`.
     pub fn new(make: MakeFilm, spec: FilmSpec, kappa: f32) -> Result<Self, ClientError> {
         let plain = make(spec)?;
         let (films, waiting) = Default::default();

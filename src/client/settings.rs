@@ -1,4 +1,4 @@
-//! The display settings, which change at any time without restarting the server (paper §4.2), and what a film is made of.
+//! Display settings, which may change at any time without restarting the server (paper §4.2), and the specification of a film.
 //!
 //! The names of every option with a closed set of values stand here once: the command line, the lists of effects and the
 //! attributes of files take them from clap's derive ([`OptionNames::name`]), the panel from [`OptionNames::label`]. Shaders
@@ -55,8 +55,8 @@ impl OptionNames for SplatFilter {
     }
 }
 
-/// Number of samples that are sorted and uploaded at once. A batch, which is splatted and folded when it is full or on `flush`, holds
-/// one chunk of them or, on a large film, several ([`FilmSpec::batch_capacity`]).
+/// Number of samples that are sorted and uploaded together. A batch, which is splatted and folded when it is full or on `flush`, consists
+/// of one chunk or, on a large film, several ([`FilmSpec::batch_capacity`]).
 pub const CHUNK_SAMPLES: usize = 65_536;
 
 /// The filter that spreads a sample over texels.
@@ -179,7 +179,7 @@ pub enum DisplayView {
 }
 
 impl DisplayView {
-    /// Whether the error of a stream is shown, not light.
+    /// Whether a view shows the error of a stream rather than light.
     pub fn is_error(self) -> bool {
         matches!(self, Self::CameraVariance | Self::LightVariance)
     }
@@ -256,7 +256,7 @@ pub struct FilmSpec {
     pub height: u32,
     /// Splat filter.
     pub filter: SplatFilter,
-    /// Form of the running variance; `None`: there is none, neither pass nor images.
+    /// Form of the running variance; `None` omits its passes and images.
     pub variance: Option<VarianceForm>,
     /// Summation of the batches.
     pub sums: Summation,
@@ -273,10 +273,10 @@ pub struct Settings {
     pub vm: f32,
     /// The kind of noise masking where `vm` is above 0.
     pub masking: Masking,
-    /// The filter that takes noise out of the picture. It needs halves of the samples and features of the scene, which a film does not
-    /// have: what [`Film::display`](crate::client::Film::display) shows is not filtered.
+    /// Noise filter. It needs halves of the samples and feature buffers, which a film does not have, so that
+    /// [`Film::display`](crate::client::Film::display) shows an unfiltered picture.
     pub denoise: Denoise,
-    /// When only the camera moves, the last filtered picture stands in for samples of the new view until there are enough of them.
+    /// When only the camera moves, show a reprojection of the last denoised picture until there are enough samples of the new view.
     pub reproject: bool,
     /// The quantity that is shown.
     pub view: DisplayView,
@@ -338,7 +338,7 @@ pub struct FilmCounts {
 }
 
 impl FilmCounts {
-    /// Indices of the sequence that were traced: each starts one path at the camera, at a light, or one at both.
+    /// Number of traced indices of the sequence: each starts one path at the camera, at a light, or one at both.
     pub fn paths(&self) -> u64 {
         self.camera_paths.max(self.light_paths)
     }
@@ -348,8 +348,8 @@ impl FilmCounts {
         self.camera_samples.saturating_add(self.light_samples)
     }
 
-    /// The factor of the light stream's sums in a picture of this size: its texels per light path (values are densities over
-    /// uv); 0 without light paths.
+    /// Factor from the light stream's sums to a picture of this size: texels per light path (values are densities over uv); 0 without light
+    /// paths.
     pub fn light_scale(&self, width: u32, height: u32) -> f32 {
         if self.light_paths == 0 {
             return 0.0;
@@ -371,7 +371,7 @@ pub struct FilmData {
     pub light: Vec<[f32; 4]>,
     /// `Σ f (Y − Ȳ)²` of the camera stream in units of `luminance_scale²`; empty like `camera`, and where no variance is kept.
     pub camera_variance: Vec<f32>,
-    /// The same for the light stream.
+    /// As `camera_variance`, for the light stream.
     pub light_variance: Vec<f32>,
     /// Power of two by which luminance is divided in the variance images, so that no exposure overflows.
     pub luminance_scale: f32,

@@ -28,7 +28,7 @@ pub struct SampleSorter {
 pub struct StreamRange {
     /// All of them.
     pub all: Range<u32>,
-    /// Those outside of dense cells: the front of `all`.
+    /// Samples outside of dense cells, at the front of `all`.
     pub single: Range<u32>,
 }
 

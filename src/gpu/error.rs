@@ -17,7 +17,7 @@ pub enum GpuError {
          or render with --device cpu"
     )]
     NoDevice,
-    /// Validation was asked for, but its layer is not installed.
+    /// Validation was requested, but its layer is not installed.
     #[error(
         "validation was asked for, but the layer VK_LAYER_KHRONOS_validation is not installed: install it \
          (Debian: vulkan-validationlayers), or unset POINTILLIST_VALIDATION"
@@ -26,7 +26,7 @@ pub enum GpuError {
     /// No device matches the choice.
     #[error("no Vulkan device matches \"{wanted}\"; there are: {available}")]
     NoMatch {
-        /// The device that was asked for.
+        /// The requested device.
         wanted: String,
         /// Index and name of every device.
         available: String,
@@ -36,19 +36,19 @@ pub enum GpuError {
     Unsuitable {
         /// Name of the device.
         device: String,
-        /// One sentence for each thing that is missing.
+        /// One sentence per missing requirement.
         missing: Vec<String>,
     },
     /// Vulkan cannot draw into windows here.
     #[error("Vulkan cannot draw into this window: {0}")]
     NoWindow(String),
-    /// The panel's triangles do not fit its textures.
+    /// The panel's triangles refer to missing textures.
     #[error("the panel cannot be drawn: {0}")]
     Panel(String),
     /// A Vulkan call failed.
     #[error("{call} failed: {result}{}", hint(*result))]
     Call {
-        /// The Vulkan function and, where it helps, the object.
+        /// The Vulkan function and, if helpful, the object.
         call: String,
         /// Its result.
         result: vk::Result,
@@ -60,10 +60,10 @@ pub enum GpuError {
         name: String,
         /// The error of the allocator.
         source: gpu_allocator::AllocationError,
-        /// How much was asked for and how much there is, in words, with a blank before; may be empty.
+        /// Requested and available sizes in words, with a leading space; may be empty.
         numbers: String,
     },
-    /// The host cannot see the memory of a buffer.
+    /// The memory of a buffer is not visible to the host.
     #[error("the memory of {0} could not be mapped: render a smaller picture, or with --device cpu")]
     Unmapped(String),
     /// An image is larger than the device allows.
@@ -83,16 +83,16 @@ pub enum GpuError {
     /// A pipeline is still being compiled on another thread.
     #[error("the pipeline {0} is still being compiled: try again")]
     Compiling(&'static str),
-    /// Bytes are not compiled pipelines of this device.
+    /// The bytes are not compiled pipelines of this device.
     #[error("compiled pipelines cannot be loaded: {0}")]
     ForeignPipelines(&'static str),
-    /// Embedded code is missing or damaged: the build is broken.
+    /// Embedded shader code is missing or damaged: the build is broken.
     #[error("shader {0} is not embedded in this program or is damaged: build it anew")]
     Shader(String),
 }
 
 impl GpuError {
-    /// Whether the same can be asked for again, once a pipeline has been compiled.
+    /// Whether the operation can be retried once a pipeline has been compiled.
     pub fn is_compiling(&self) -> bool {
         matches!(self, GpuError::Compiling(_))
     }
@@ -103,7 +103,7 @@ impl GpuError {
     }
 }
 
-/// Advice to the reader about a result.
+/// Advice to the user about a result.
 fn hint(result: vk::Result) -> &'static str {
     match result {
         vk::Result::ERROR_DEVICE_LOST => {

@@ -1,4 +1,4 @@
-//! Vulkan without meaning: a device, its memory, and commands recorded in frames. Knows nothing of samples or pictures.
+//! Vulkan abstraction: a device, its memory, and commands recorded in frames. Knows nothing of samples or pictures.
 //!
 //! | folder | what |
 //! |---|---|
@@ -14,16 +14,16 @@
 //!   queue.
 //! - `resources/sync.rs` is the only place that knows stages, access masks and layouts: a pass says
 //!   [`Cmd::access`]`(&mut image, `[`Access::Sampled`]`)`.
-//! - What has been compiled can be taken as bytes ([`Gpu::take_pipelines`]) and loaded by a later run ([`Gpu::load_pipelines`]); `app`
-//!   keeps them in a file.
+//! - Compiled pipelines can be taken as bytes ([`Gpu::take_pipelines`]) and loaded by a later run ([`Gpu::load_pipelines`]);
+//! `render/pipelines.rs` keeps them in a file.
 //! - With `POINTILLIST_VALIDATION=1` (or [`GpuOptions::validation`]) the Khronos validation layer runs with
 //!   synchronization validation; every message is logged and collected ([`Gpu::validation_messages`]).
-//! - With `POINTILLIST_COMPUTE=1` or `0` (or [`GpuOptions::compute`]) passes that have a compute shader beside their fragment shader
-//!   run the one or the other, to measure both; else it is the kind of the device that decides ([`Gpu::prefers_compute`]).
-//! - With `POINTILLIST_AS_GPU=1` (or [`GpuOptions::as_gpu`]) a device that is the processor is treated as a GPU, to test on lavapipe what
-//!   else only GPUs do: it makes the sums of a window, whose loop is one frame ahead.
+//! - With `POINTILLIST_COMPUTE=1` or `0` (or [`GpuOptions::compute`]) passes with both a compute and a fragment shader use the one or the
+//! other, to measure both; otherwise the kind of device decides ([`Gpu::prefers_compute`]).
+//! - With `POINTILLIST_AS_GPU=1` (or [`GpuOptions::as_gpu`]) a CPU device is treated as a GPU, to test on lavapipe what otherwise only GPUs
+//! do: it computes the sums of a window, whose loop is one frame ahead.
 //!
-//! `unsafe` stands here because Vulkan's handles are raw; a comment beside each call says what it relies on.
+//! `unsafe` is confined to this module because Vulkan's handles are raw; a comment beside each call states what it relies on.
 
 mod commands;
 mod device;

@@ -1,4 +1,4 @@
-//! Pictures of others, for textures and environments: in the depth of their files, or as light.
+//! Image files for textures and environments, kept at the precision of the file or converted to linear light.
 
 use std::fmt;
 use std::io::Cursor;
@@ -18,22 +18,22 @@ use crate::image::ktx2::{self, Ktx2Picture, Ktx2Texels};
 use crate::image::{colors, layer, pfm, radiance};
 use crate::memory::collect_in_huge_pages;
 
-/// What PNG files begin with.
+/// Signature of PNG files.
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// A picture of RGB texels in rows from the top.
+/// RGB texels, row-major from the top.
 pub struct Bitmap {
     width: usize,
     height: usize,
     texels: Texels,
-    /// Integers are linear and not encoded as sRGB.
+    /// Whether integers are linear rather than sRGB-encoded.
     raw: bool,
-    /// Values of 8-bit components after decoding.
+    /// Decoding table of 8-bit components.
     curve: [f32; 256],
     remarks: Vec<String>,
 }
 
-/// The texels as the file holds them; floats are linear. In huge pages: paths meet them at random.
+/// Texels at the file's precision; floats are linear. Allocated in huge pages, because paths access them at random.
 enum Texels {
     Eight(Vec<[u8; 3]>),
     Sixteen(Vec<[u16; 3]>),
@@ -110,7 +110,7 @@ impl Bitmap {
         Ok(Self { remarks, ..Self::new(width, height, texels, linear) })
     }
 
-    /// What its file says of its colours that is not used, as words that follow “is not used:”. Nothing is said of raw texels.
+    /// Colour metadata of the file that is not used, as words that follow “is not used:”. Empty for raw texels.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
@@ -155,7 +155,7 @@ impl Bitmap {
         self.height
     }
 
-    /// True where integers are decoded by the curve of sRGB.
+    /// Whether integers are decoded by the sRGB curve.
     pub fn is_decoded(&self) -> bool {
         !self.raw && matches!(self.texels, Texels::Eight(_) | Texels::Sixteen(_))
     }
@@ -165,7 +165,7 @@ impl Bitmap {
         self.value(y * self.width + x)
     }
 
-    /// As [`texel`](Self::texel), four at once: these columns and rows.
+    /// As [`texel`](Self::texel), for four columns and rows at once.
     #[inline(always)]
     pub fn texels(&self, at: [[usize; 2]; 4]) -> [Vec3A; 4] {
         let at = at.map(|[x, y]| y * self.width + x);
@@ -194,7 +194,7 @@ impl Bitmap {
         texel.map(|v| self.curve[usize::from(v)])
     }
 
-    /// All texels as light, linear Rec.709.
+    /// All texels as linear Rec.709.
     pub fn into_linear(self) -> Grid<[f32; 3]> {
         let pixels = match self.texels {
             Texels::Float(texels) => texels,
@@ -205,7 +205,7 @@ impl Bitmap {
 }
 
 impl Texels {
-    /// Halves if they hold all of `pixels` exactly, as those of most EXR files.
+    /// Converts to half floats if that is exact for all `pixels`, as for most EXR files.
     fn of_floats(pixels: Vec<[f32; 3]>) -> Self {
         let is_half = |v: &f32| f16::from_f32(*v).to_f32().to_bits() == v.to_bits();
         match pixels.as_flattened().iter().all(is_half) {
@@ -214,7 +214,7 @@ impl Texels {
         }
     }
 
-    /// Without alpha.
+    /// Drops the alpha channel.
     fn of_ktx2(texels: Ktx2Texels) -> Self {
         match texels {
             Ktx2Texels::Eight(t) => {
@@ -240,7 +240,7 @@ fn integers(picture: DynamicImage) -> (usize, usize, Texels) {
     (width, height, texels)
 }
 
-/// A PNG, JPEG, WebP, BMP, TGA or KTX2 file of at most `most` pixels, with alpha where it has some.
+/// Decodes a PNG, JPEG, WebP, BMP, TGA or KTX2 file of at most `most` pixels, with alpha if present.
 pub(crate) fn picture(path: &Path, bytes: &[u8], most: usize) -> Result<DynamicImage, String> {
     if ktx2::is_ktx2(bytes) {
         return dynamic(ktx2::decode(bytes, most)?).ok_or_else(|| "its sides are too long".to_owned());
@@ -262,7 +262,7 @@ fn dynamic(picture: Ktx2Picture) -> Option<DynamicImage> {
     })
 }
 
-/// A picture of [`picture`] with its ICC profile.
+/// As [`picture`], with the ICC profile.
 fn read_integers(path: &Path, bytes: &[u8], most: usize) -> Result<(DynamicImage, Option<Vec<u8>>), String> {
     let mut reader = ImageReader::new(Cursor::new(bytes));
     match image::guess_format(bytes) {
@@ -288,19 +288,19 @@ fn read_integers(path: &Path, bytes: &[u8], most: usize) -> Result<(DynamicImage
     if format == Some(ImageFormat::Jpeg) {
         check_jpeg(bytes, width, height)?;
     }
-    // A profile that cannot be read says nothing.
+    // An unreadable profile is ignored.
     let profile = decoder.icc_profile().unwrap_or_default();
     DynamicImage::from_decoder(decoder).map(|picture| (picture, profile)).map_err(|e| e.to_string())
 }
 
-/// Refuses a JPEG file that cannot hold its pixels or is cut short: the decoder fills what is missing.
+/// Rejects a JPEG file that is truncated or too short for its pixels: the decoder would fill in missing ones.
 fn check_jpeg(bytes: &[u8], width: usize, height: usize) -> Result<(), String> {
     // Each block of 8 × 8 pixels, or of 16 × 16 with halved colours, takes at least three bits.
     if width * height / 1024 > bytes.len() {
         let promised = format!("its header promises {width}×{height} pixels");
         return Err(format!("{promised}, which {} bytes cannot hold", bytes.len()));
     }
-    // Neither marker can stand within pixels, and a thumbnail ends before they begin.
+    // Neither marker can occur within pixel data, and a thumbnail ends before it.
     let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
     if last([0xff, 0xd9]) < last([0xff, 0xda]) { Err("it is cut short".to_owned()) } else { Ok(()) }
 }

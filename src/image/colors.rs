@@ -1,8 +1,7 @@
-//! What picture files say of their colours: primaries and white of an EXR file, which are converted to Rec.709, and what other files say
-//! that is not used, as remarks.
+//! Colour metadata of image files: primaries and white point of EXR files, which are converted to Rec.709, and metadata of other files that
+//! is not used, as remarks.
 //!
-//! Textures are linear Rec.709, or sRGB where they are integers. What a file says otherwise changes its colours, so that it is never
-//! passed over in silence.
+//! Textures are linear Rec.709, or sRGB if they are integers. Other metadata would change the colours, so it is always reported.
 
 use glam::{DVec2, Vec3};
 
@@ -12,23 +11,23 @@ use crate::color::{icc, srgb};
 /// CIE xy chromaticities of red, green, blue and white.
 pub type Chromaticities = [DVec2; 4];
 
-/// Chromaticities that differ by less are the same: files round them.
+/// Chromaticities that differ by less count as equal, since files round them.
 const SAME: f64 = 2e-3;
 
-/// Primaries and white of Rec.709.
+/// Primaries and white point of Rec.709.
 pub const REC_709: Chromaticities =
     [DVec2::new(0.64, 0.33), DVec2::new(0.30, 0.60), DVec2::new(0.15, 0.06), DVec2::new(0.312_7, 0.329_0)];
 
-/// True for the primaries and the white of Rec.709.
+/// Whether primaries and white point are those of Rec.709.
 pub(super) fn are_rec709(given: &Chromaticities) -> bool {
     given.iter().zip(REC_709).all(|(a, b)| a.distance(b) < SAME)
 }
 
-/// Linear colours of these chromaticities in Rec.709: colours of the same light, as in Mitsuba, without adaptation of the white.
+/// Converts linear colours of these chromaticities to Rec.709, keeping the absolute stimulus, as Mitsuba does: no chromatic adaptation.
 ///
 /// # Errors
 ///
-/// What is wrong with the chromaticities, in words.
+/// A description of what is wrong with the chromaticities.
 pub(super) fn to_rec709(given: &Chromaticities, pixels: &mut [[f32; 3]]) -> Result<(), String> {
     let [red, green, blue, white] = *given;
     let matrix = rec709_from([red, green, blue], white)
@@ -37,7 +36,7 @@ pub(super) fn to_rec709(given: &Chromaticities, pixels: &mut [[f32; 3]]) -> Resu
     Ok(())
 }
 
-/// What an ICC profile says, unless it is that of sRGB.
+/// Remark about an ICC profile, unless it is sRGB.
 pub(super) fn remark_of_profile(profile: &[u8]) -> Option<String> {
     let srgb = Profile::srgb();
     let is_srgb = icc::parse(profile).is_ok_and(|given| {
@@ -48,7 +47,7 @@ pub(super) fn remark_of_profile(profile: &[u8]) -> Option<String> {
     (!is_srgb).then(|| "its ICC profile, which is not that of sRGB".to_owned())
 }
 
-/// What the chunks of a PNG file say of its colours, besides its ICC profile.
+/// Remarks about the colour chunks of a PNG file, except its ICC profile.
 pub(super) fn remarks_of_png(bytes: &[u8]) -> Vec<String> {
     /// Bytes before the first chunk.
     const SIGNATURE: usize = 8;
@@ -62,7 +61,7 @@ pub(super) fn remarks_of_png(bytes: &[u8]) -> Vec<String> {
             Some(f64::from(u32::from_be_bytes(bytes.try_into().ok()?)) / 100_000.0)
         };
         match name {
-            // sRGB says that the others are those of sRGB.
+            // An sRGB chunk makes the other chunks redundant.
             b"sRGB" => return Vec::new(),
             b"IDAT" => break,
             b"gAMA" => {
@@ -90,7 +89,7 @@ pub(super) fn remarks_of_png(bytes: &[u8]) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// The primaries and the white of ACES (SMPTE ST 2065-1).
+    /// Primaries and white point of ACES (SMPTE ST 2065-1).
     const AP0: Chromaticities = [
         DVec2::new(0.7347, 0.2653),
         DVec2::new(0.0, 1.0),
@@ -105,7 +104,7 @@ mod tests {
         to_rec709(&AP0, &mut pixels).expect("they are colours");
         let [[r, g, b]] = pixels;
         assert!((r - 1.89).abs() < 0.01 && (g + 0.10).abs() < 0.01 && (b - 0.08).abs() < 0.01, "{r} {g} {b}");
-        // The luminance is that of the same light: Y of AP0 is .344, .728, −.072.
+        // Luminance is preserved: the Y row of AP0 is .344, .728, −.072.
         let y = crate::color::profile::rec709_luminance().dot(pixels[0].into());
         assert!((y - (0.3439664 * 0.8 + 0.7281661 * 0.1 - 0.0721325 * 0.1)).abs() < 1e-3, "{y}");
         for bad in [[DVec2::ZERO; 4], [DVec2::NAN; 4], [DVec2::ONE; 4]] {

@@ -1,11 +1,11 @@
-//! Pictures inside a page: `data:` URIs (RFC 2397).
+//! Pictures embedded in a page: `data:` URIs (RFC 2397).
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::image::png::{self, PngPicture};
 
-/// Quality of JPEG, of 100: with colour at full resolution, noise looks the same.
+/// JPEG quality of 100: with chroma at full resolution, noise looks unchanged.
 const QUALITY: u8 = 92;
 
 /// The picture as PNG, without loss. `None` for a wrong number of pixels.

@@ -1,4 +1,4 @@
-//! What can go wrong with image files; every message names the file and what to do.
+//! Errors of image files; every message names the file and what to do.
 
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ImageError {
-    /// The name does not say which format is wanted.
+    /// The file name does not tell the format.
     #[error("cannot tell the format of {}: the name must end in .exr or .png", path.display())]
     Extension { path: PathBuf },
 
@@ -19,7 +19,7 @@ pub enum ImageError {
     #[error("cannot read {}: {source}", path.display())]
     Read { path: PathBuf, source: Error },
 
-    /// The picture cannot be put into this format.
+    /// The picture cannot be encoded in this format.
     #[error("cannot store a picture in {}: {reason}", path.display())]
     Encode { path: PathBuf, reason: String },
 
@@ -27,15 +27,15 @@ pub enum ImageError {
     #[error("{} is no picture that can be read: {reason}; write it again or choose another file", path.display())]
     Decode { path: PathBuf, reason: String },
 
-    /// A channel that is needed is not in the file.
+    /// A required channel is missing.
     #[error("{} has no channel {channel}: it holds {found}", path.display())]
     Channel { path: PathBuf, channel: String, found: String },
 
-    /// It is not clear which channels of the file are the picture.
+    /// It is ambiguous which channels are the picture.
     #[error("cannot tell which channels of {} are the picture: {reason}", path.display())]
     Layer { path: PathBuf, reason: String },
 
-    /// The picture has more pixels than a comparison can take.
+    /// The picture is too large for a comparison.
     #[error("a picture of {}×{} pixels is too large to be compared: cut both to {most} pixels", size.0, size.1)]
     TooLarge { size: (usize, usize), most: usize },
 
@@ -45,7 +45,7 @@ pub enum ImageError {
 }
 
 impl ImageError {
-    /// A failed write, with advice by its kind.
+    /// Converts a failed write, with advice by its kind.
     pub fn write(path: &Path, source: Error) -> Self {
         let advice = match source.kind() {
             ErrorKind::NotFound => "the folder does not exist: create it, or give another name",
@@ -65,12 +65,12 @@ impl ImageError {
         Self::Write { path: path.to_path_buf(), source, advice }
     }
 
-    /// A file that the system does not let be read.
+    /// Converts a failed read.
     pub(super) fn read(path: &Path) -> impl FnOnce(Error) -> Self {
         move |source| Self::Read { path: path.to_path_buf(), source }
     }
 
-    /// A file that is not what its name says, or is damaged.
+    /// Converts a decoding error.
     pub(super) fn decode(path: &Path) -> impl Fn(String) -> Self + Copy {
         move |reason| Self::Decode { path: path.to_path_buf(), reason }
     }

@@ -1,8 +1,7 @@
 //! OpenEXR files: one part, layers by the channels' dotted names, lossless ZIP.
 //!
-//! One part rather than one per layer, because more programs read it; `R`, `G`, `B` stand without a layer
-//! name and are what viewers show. The same picture gives the same bytes: the library keeps attributes
-//! in a hash map, so they are sorted after it has written them.
+//! One part rather than one per layer, because more programs support it; `R`, `G`, `B` have no layer name and are what viewers show. The
+//! same picture yields the same bytes: the library keeps attributes in a hash map, so they are sorted after writing.
 
 use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -21,7 +20,7 @@ use crate::image::{Attribute, colors, write};
 /// A channel: its full name, and its values `[height][width]`.
 pub type Channel = (String, Vec<f32>);
 
-/// Pixels in named channels, `[height][width]` each, with what the file tells about itself.
+/// Named channels, `[height][width]` each, with the file's attributes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
     /// Width in pixels.
@@ -32,7 +31,7 @@ pub struct Layers {
     pub channels: Vec<Channel>,
     /// Name and value of every attribute.
     pub attributes: Vec<(String, Attribute)>,
-    /// Primaries and white, where a file that was read names others than those of Rec.709, which are written.
+    /// Primaries and white point of a file that was read, if they differ from those of Rec.709, which are always written.
     pub chromaticities: Option<colors::Chromaticities>,
 }
 
@@ -119,7 +118,7 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-/// More bytes of pixels than this per byte of file cannot be: zlib packs at most 1032 to 1, and PXR24 drops a quarter before.
+/// Upper bound on pixel bytes per file byte: zlib compresses at most 1032 to 1, and PXR24 drops a quarter before.
 const LARGEST_RATIO: u64 = 2000;
 
 /// Reads all channels and attributes of a file; of several parts those of every part, with the part's name before the channel's.
@@ -129,8 +128,7 @@ pub fn read(path: &Path) -> Result<Layers, ImageError> {
     decode_layers(path, BufReader::new(file))
 }
 
-/// Refuses a file whose headers promise more pixels than its bytes can hold: the decoder allocates what the headers say.
-/// Leaves the file at its beginning.
+/// Rejects a file whose headers promise more pixels than its bytes can hold, because the decoder allocates accordingly. Rewinds the file.
 fn check_ratio(file: &mut (impl Read + Seek)) -> Result<(), String> {
     let length = file.seek(SeekFrom::End(0)).map_err(|e| e.to_string())?;
     file.rewind().map_err(|e| e.to_string())?;
@@ -190,7 +188,7 @@ fn decode(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// Refuses a file of more than `most` pixels by its header, before anything of that size is allocated; the bytes of all its channels.
+/// Checks the size in the header against `most` pixels, before anything of that size is allocated; returns the bytes of all channels.
 pub(super) fn check_size(bytes: &[u8], most: usize) -> Result<u64, String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
@@ -199,14 +197,14 @@ pub(super) fn check_size(bytes: &[u8], most: usize) -> Result<u64, String> {
     Ok(promised(&meta))
 }
 
-/// A picture is at most this many times as large as its file, beyond the first [`INFLATED_FREE`] bytes: more than pictures can be
-/// compressed, and less than a file that was made to fill the memory.
+/// A picture may exceed [`INFLATED_FREE`] bytes only up to this multiple of its file's size: more than real pictures compress to, and less
+/// than a decompression bomb.
 const INFLATION: u64 = 100;
 
-/// Bytes that the pixels of a file may have however small it is: those of 8192 × 8192 in one colour.
+/// Pixel bytes allowed for any file size: 8192 × 8192 in one colour.
 const INFLATED_FREE: u64 = 192 << 20;
 
-/// Refuses `pixels` bytes of pixels in a file of so many bytes that they cannot be a picture.
+/// Rejects a file whose `pixels` bytes are implausible for its size.
 pub(super) fn check_inflation(pixels: u64, file: usize) -> Result<(), String> {
     match pixels > INFLATED_FREE.max((file as u64).saturating_mul(INFLATION)) {
         true => Err(format!(
@@ -216,7 +214,7 @@ pub(super) fn check_inflation(pixels: u64, file: usize) -> Result<(), String> {
     }
 }
 
-/// Bytes of the pixels that the headers of a file promise.
+/// Pixel bytes according to the headers.
 fn promised(meta: &MetaData) -> u64 {
     meta.headers.iter().fold(0, |sum, header| {
         let pixels = header.layer_size.0 as u64 * header.layer_size.1 as u64;
@@ -224,7 +222,7 @@ fn promised(meta: &MetaData) -> u64 {
     })
 }
 
-/// Refuses no pixels, and more than `most`.
+/// Rejects empty pictures and those of more than `most` pixels.
 pub(super) fn check_pixels(width: usize, height: usize, most: usize) -> Result<(), String> {
     match width.checked_mul(height) {
         Some(0) => Err("it has no pixels".to_owned()),
@@ -233,12 +231,12 @@ pub(super) fn check_pixels(width: usize, height: usize, most: usize) -> Result<(
     }
 }
 
-/// A channel that must be there; without it the error names those that are.
+/// A required channel; the error lists the existing ones.
 pub fn channel<'a>(path: &Path, layers: &'a Layers, name: &str) -> Result<&'a [f32], ImageError> {
     layers.channel(name).ok_or_else(|| no_channel(path, layers, name))
 }
 
-/// The error for a channel that is missing.
+/// The error for a missing channel.
 pub(super) fn no_channel(path: &Path, layers: &Layers, name: &str) -> ImageError {
     ImageError::Channel {
         path: path.to_path_buf(),

@@ -9,7 +9,7 @@ pub struct Grid<T> {
 }
 
 impl<T: Copy> Grid<T> {
-    /// A grid of equal pixels, or `None` when the memory is not to be had.
+    /// A grid of equal pixels; `None` if memory runs out.
     pub fn try_filled(width: usize, height: usize, value: T) -> Option<Self> {
         let len = width.checked_mul(height)?;
         let mut data = Vec::new();
@@ -54,7 +54,7 @@ impl<T: Copy> Grid<T> {
         &self.data[y * self.width..][..self.width]
     }
 
-    /// The same, to be changed.
+    /// Mutable [`row`](Self::row).
     #[inline]
     pub fn row_mut(&mut self, y: usize) -> &mut [T] {
         &mut self.data[y * self.width..][..self.width]

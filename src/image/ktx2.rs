@@ -1,7 +1,7 @@
 //! KTX2 (Khronos Texture 2.0): the largest level of a picture in BasisU (ETC1S, UASTC, UASTC HDR 4 × 4) or of plain numbers.
 //!
-//! The header, its lengths and the data format descriptor are checked here; what they promise bounds the memory of the decoders. Zstandard
-//! and zlib are unpacked to exactly the bytes that the texels take.
+//! Header, lengths and data format descriptor are validated here, so that they bound the memory of the decoders. Zstandard and zlib are
+//! decompressed to exactly the bytes of the texels.
 
 use std::io::Read;
 
@@ -10,20 +10,20 @@ use half::f16;
 
 use super::exr::{check_inflation, check_pixels};
 
-/// What KTX2 files begin with.
+/// Signature of KTX2 files.
 pub(super) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// Bytes of the header, behind which the levels are listed.
+/// Bytes of the header; the level index follows.
 const HEADER: usize = 80;
 
-/// A picture in rows from the top.
+/// Decoded texels, row-major from the top.
 pub(super) struct Ktx2Picture {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) texels: Ktx2Texels,
-    /// Integers are encoded by the curve of sRGB, as the data format descriptor says.
+    /// Whether integers are sRGB-encoded, according to the data format descriptor.
     pub(super) is_srgb: bool,
-    /// What the file says of its colours that is not used.
+    /// Colour metadata of the file that is not used.
     pub(super) remarks: Vec<String>,
 }
 
@@ -34,15 +34,15 @@ pub(super) enum Ktx2Texels {
     Float(Vec<[f32; 4]>),
 }
 
-/// How the texels of a level are stored.
+/// Storage format of a level.
 #[derive(Clone, Copy, PartialEq)]
 enum Ktx2Format {
     /// ETC1S behind BasisLZ.
     Etc1s,
-    /// Blocks of 4 × 4 texels in 16 bytes.
+    /// Blocks of 4 × 4 texels, 16 bytes each.
     Uastc,
     UastcHdr,
-    /// So many numbers; blue before red if `bgr`.
+    /// Uncompressed numbers per texel; blue before red if `bgr`.
     Plain {
         channels: usize,
         number: NumberFormat,
@@ -58,18 +58,18 @@ enum NumberFormat {
     Float,
 }
 
-/// The part of a header that decides how the largest level is read.
+/// Header fields that determine how the largest level is decoded.
 struct Ktx2Header<'a> {
     width: usize,
     height: usize,
     format: Ktx2Format,
-    /// 0 none, 1 BasisLZ, 2 Zstandard, 3 zlib.
+    /// Supercompression: 0 none, 1 BasisLZ, 2 Zstandard, 3 zlib.
     packing: u32,
     level: &'a [u8],
     transfer: u8,
     primaries: u8,
     premultiplied: bool,
-    /// `KTXorientation`, if it is there: `r` or `l`, then `d` or `u`.
+    /// Value of `KTXorientation`, if present: `r` or `l`, then `d` or `u`.
     orientation: &'a [u8],
     /// `KTXswizzle`.
     swizzle: &'a [u8],
@@ -83,7 +83,7 @@ fn long(bytes: &[u8], at: usize) -> Option<usize> {
     usize::try_from(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?)).ok()
 }
 
-/// A part of the file; an empty one may be anywhere.
+/// A range of the file; an empty one may have any offset.
 fn part(bytes: &[u8], offset: usize, length: usize) -> Result<&[u8], String> {
     if length == 0 {
         return Ok(&[]);
@@ -93,7 +93,7 @@ fn part(bytes: &[u8], offset: usize, length: usize) -> Result<&[u8], String> {
 }
 
 impl<'a> Ktx2Header<'a> {
-    /// Reads the header and refuses what is no single picture.
+    /// Parses the header; rejects files that are not a single picture.
     fn read(bytes: &'a [u8], most: usize) -> Result<Self, String> {
         let number = |at: usize| short(bytes, at).ok_or_else(|| "it is cut short".to_owned());
         let format = number(12)?;
@@ -120,7 +120,7 @@ impl<'a> Ktx2Header<'a> {
         part(bytes, long(64)?, long(72)?)?;
         let colors = short(descriptor, 12).ok_or("it has no data format descriptor")?.to_le_bytes();
         let [model, primaries, transfer, flags] = colors;
-        // All levels are checked: the decoder of BasisU looks at each.
+        // All levels are checked, because the BasisU decoder accesses each.
         for at in (0..levels.max(1) as usize).map(|i| HEADER + 24 * i) {
             part(bytes, long(at)?, long(at + 8)?)?;
         }
@@ -148,7 +148,7 @@ impl<'a> Ktx2Header<'a> {
         Ok(header)
     }
 
-    /// Bytes of the texels when they are unpacked; none of what has no fixed size.
+    /// Bytes of the decompressed texels; `None` for formats without a fixed size.
     fn size(&self) -> Option<usize> {
         match self.format {
             Ktx2Format::Etc1s => None,
@@ -161,7 +161,7 @@ impl<'a> Ktx2Header<'a> {
         }
     }
 
-    /// Refuses a level that does not have the bytes of its texels. `unpacked` is how many the file says there are, which is `file` bytes long.
+    /// Rejects a level of the wrong size. `unpacked`: decompressed size according to the file; `file`: length of the file in bytes.
     fn check_packing(&self, unpacked: usize, file: usize) -> Result<(), String> {
         let fits = match (self.packing, self.size()) {
             (0, Some(size)) => self.level.len() == size,
@@ -182,7 +182,7 @@ impl<'a> Ktx2Header<'a> {
         check_inflation(promised as u64, file)
     }
 
-    /// The texels as bytes of their format.
+    /// Decompressed texels, as bytes of their format.
     fn unpacked(&self) -> Result<Vec<u8>, String> {
         let size = self.size().unwrap_or(0);
         let mut out = vec![0; size];
@@ -200,7 +200,7 @@ impl<'a> Ktx2Header<'a> {
         Ok(out)
     }
 
-    /// Whether integers are encoded by the curve of sRGB. Of other curves it is the nearest.
+    /// Whether integers are sRGB-encoded; other curves are approximated by it.
     fn is_srgb(&self) -> bool {
         self.transfer != LINEAR
     }
@@ -210,7 +210,7 @@ impl<'a> Ktx2Header<'a> {
         if !matches!(self.transfer, 0 | LINEAR | SRGB) {
             remarks.push(format!("transfer function {} of its data format descriptor", self.transfer));
         }
-        // 0: unspecified; 1: those of Rec.709.
+        // 0: unspecified; 1: Rec.709.
         if self.primaries > 1 {
             remarks.push(format!("primaries {} of its data format descriptor", self.primaries));
         }
@@ -226,7 +226,7 @@ const LINEAR: u8 = 1;
 const SRGB: u8 = 2;
 
 impl NumberFormat {
-    /// Bytes.
+    /// Size in bytes.
     fn size(self) -> usize {
         match self {
             Self::Byte => 1,
@@ -236,7 +236,7 @@ impl NumberFormat {
     }
 }
 
-/// The value of a key of the key and value data, without the zero that ends it.
+/// Value of a key in the key/value data, without the terminating zero.
 fn value<'a>(mut data: &'a [u8], key: &[u8]) -> Option<&'a [u8]> {
     while let Some(length) = short(data, 0) {
         let length = length as usize;
@@ -251,7 +251,7 @@ fn value<'a>(mut data: &'a [u8], key: &[u8]) -> Option<&'a [u8]> {
     None
 }
 
-/// The format by its code in Vulkan, or by the colour model of BasisU.
+/// Format by its Vulkan code, or by the BasisU colour model.
 fn texel_format(code: u32, model: u8) -> Result<Ktx2Format, String> {
     use NumberFormat::{Byte, Float, Half, Short};
     const ETC1S: u8 = 163;
@@ -265,7 +265,7 @@ fn texel_format(code: u32, model: u8) -> Result<Ktx2Format, String> {
         0 if model == ETC1S => return Ok(Ktx2Format::Etc1s),
         0 if model == UASTC => return Ok(Ktx2Format::Uastc),
         ASTC_4X4_FLOAT if model == UASTC_HDR => return Ok(Ktx2Format::UastcHdr),
-        // UNORM and SRGB of each.
+        // UNORM and SRGB variants.
         9 | 15 => return plain(1, Byte, false),
         16 | 22 => return plain(2, Byte, false),
         23 | 29 => return plain(3, Byte, false),
@@ -297,7 +297,7 @@ fn texel_format(code: u32, model: u8) -> Result<Ktx2Format, String> {
     Err(format!("its texels are compressed as {name}, which is not read: encode it as ETC1S or UASTC"))
 }
 
-/// The largest level of the file with these `bytes`, of at most `most` pixels.
+/// Decodes the largest level of a file, of at most `most` pixels.
 pub(super) fn decode(bytes: &[u8], most: usize) -> Result<Ktx2Picture, String> {
     let header = Ktx2Header::read(bytes, most)?;
     let texels = match header.format {
@@ -327,14 +327,14 @@ pub(super) fn decode(bytes: &[u8], most: usize) -> Result<Ktx2Picture, String> {
     Ok(picture)
 }
 
-/// Whether the data format descriptor of a KTX2 file says that its integers are linear.
+/// Whether the data format descriptor of a KTX2 file declares linear integers.
 pub(crate) fn is_linear(bytes: &[u8]) -> bool {
     let offset = short(bytes, 48).map_or(0, |offset| offset as usize);
     bytes.starts_with(SIGNATURE)
         && bytes.get(offset..).and_then(|descriptor| descriptor.get(14)).is_some_and(|v| *v == LINEAR)
 }
 
-/// Pixels of the largest level, as the header of a KTX2 file says.
+/// Pixels of the largest level, according to the header of a KTX2 file.
 pub(crate) fn pixels(bytes: &[u8]) -> usize {
     let side = |at| short(bytes, at).unwrap_or(0) as usize;
     side(20).saturating_mul(side(24))
@@ -345,13 +345,13 @@ pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(SIGNATURE)
 }
 
-/// The largest level of a file of BasisU.
+/// Transcodes the largest level of a BasisU file.
 fn transcoded(bytes: &[u8], target: TargetFormat) -> Result<Vec<u8>, String> {
     let wrong = |_: basisu::Error| "its BasisU data are damaged".to_owned();
     Transcoder::new(bytes).and_then(|file| file.transcode(0, target, DecodeFlags::NONE)).map_err(wrong)
 }
 
-/// The texels of plain numbers. Without a swizzle one number is grey; of two the second is green.
+/// Texels of uncompressed numbers. Without a swizzle a single number is grey, and the second of two is green.
 fn plain_texels(
     bytes: &[u8],
     size: [usize; 2],
@@ -367,7 +367,7 @@ fn plain_texels(
         (_, channel) => Some(channel).filter(|channel| *channel < channels),
     };
     let places: [Option<usize>; 4] = std::array::from_fn(place);
-    // Alpha that is not there is one, a colour is zero.
+    // Missing alpha is one, missing colours are zero.
     macro_rules! collected {
         ($texel:expr, $zero:expr, $one:expr) => {{
             let texel = |texel: &[u8]| {
@@ -396,13 +396,13 @@ fn plain_texels(
 }
 
 impl Ktx2Picture {
-    /// Turns rows from the bottom and columns from the right around.
+    /// Flips rows stored from the bottom and columns stored from the right.
     fn turn(&mut self, orientation: &[u8]) {
         fn turn<T>(texels: &mut [T], width: usize, left: bool, up: bool) {
             if up {
                 texels.reverse();
             }
-            // Reversed as a whole, rows run from the right.
+            // Reversing the whole array flips both axes.
             if left != up {
                 texels.chunks_exact_mut(width).for_each(<[T]>::reverse);
             }
@@ -415,7 +415,7 @@ impl Ktx2Picture {
         }
     }
 
-    /// Gives each of R, G, B, A what the letters say.
+    /// Applies a swizzle to R, G, B, A.
     fn exchange(&mut self, swizzle: &[u8]) {
         fn exchange<T: Copy>(texels: &mut [[T; 4]], swizzle: &[u8], zero: T, one: T) {
             for texel in texels {

@@ -1,22 +1,22 @@
-//! Which channels of anybody's EXR file are the picture.
+//! Selection of the picture's channels in EXR files of any program.
 //!
-//! Programs name them `R`, `beauty.R`, `ViewLayer.Combined.R`, `rgba.red`: a layer is what stands before the last dot,
-//! and has colours by `R G B` (or `red green blue`, in any case), or grey by `Y` alone.
+//! Programs name them `R`, `beauty.R`, `ViewLayer.Combined.R`, `rgba.red`: the layer name ends at the last dot. A layer has colours in `R G
+//! B` (or `red green blue`, in any case), or grey in `Y` alone.
 
 use crate::image::exr::Layers;
 
 /// The colours of one layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer<'a> {
-    /// Name without the channel's; empty for the layer without a name.
+    /// Name without the channel's; empty for the unnamed layer.
     pub name: &'a str,
-    /// Red, green and blue; three times the same for grey.
+    /// Red, green and blue; all the same for grey.
     channels: [&'a [f32]; 3],
     grey: bool,
 }
 
 impl Layer<'_> {
-    /// True where it has one channel of grey.
+    /// Whether it has a single grey channel.
     pub fn is_grey(&self) -> bool {
         self.grey
     }
@@ -28,13 +28,12 @@ impl Layer<'_> {
     }
 }
 
-/// The layer of this name, or `None` where no layer of colours or of grey has it.
+/// The layer of this name; `None` if it does not exist or has neither colours nor grey.
 pub fn named<'a>(layers: &'a Layers, name: &str) -> Option<Layer<'a>> {
     all(layers).into_iter().find(|layer| layer.name == name)
 }
 
-/// The layer without a name, else the only one with R, G and B, else the only grey one; `None` where that leaves none or
-/// several.
+/// The unnamed layer, else the only one with R, G and B, else the only grey one; `None` if there is none, or several.
 pub fn main(layers: &Layers) -> Option<Layer<'_>> {
     let all = all(layers);
     let mut fitting: Vec<&Layer<'_>> = all.iter().filter(|layer| layer.name.is_empty()).collect();
@@ -49,7 +48,7 @@ pub fn main(layers: &Layers) -> Option<Layer<'_>> {
     }
 }
 
-/// All layers that have colours or grey, in the order of the file's channels.
+/// All layers with colours or grey, in the order of the file's channels.
 pub fn all(layers: &Layers) -> Vec<Layer<'_>> {
     let mut names: Vec<&str> = Vec::new();
     for (channel, _) in &layers.channels {
@@ -72,13 +71,13 @@ fn layer<'a>(layers: &'a Layers, name: &'a str) -> Option<Layer<'a>> {
     if let (Some(r), Some(g), Some(b)) = (find(&["R", "red"]), find(&["G", "green"]), find(&["B", "blue"])) {
         return Some(Layer { name, channels: [r, g, b], grey: false });
     }
-    // Y beside X and Z, or beside chroma, is no grey.
+    // Y together with X and Z, or with chroma, is not grey.
     let colours = ["R", "G", "X", "RY", "BY"];
     let y = find(&["Y"]).filter(|_| find(&colours).is_none())?;
     Some(Layer { name, channels: [y; 3], grey: true })
 }
 
-/// Layer and channel of a name.
+/// Splits a name into layer and channel.
 fn split(channel: &str) -> (&str, &str) {
     channel.rsplit_once('.').unwrap_or(("", channel))
 }

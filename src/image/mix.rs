@@ -1,11 +1,11 @@
-//! Pictures of groups of lights, mixed: each times a factor or a colour, added; and the factors with which a mix comes nearest to an example.
+//! Weighted sums of light-group pictures, and the least-squares fit of the weights to an example.
 
 use crate::math::nnls::NormalEquations;
 
 /// Linear R, G, B of a pixel, or factors on them.
 pub type MixRgb = [f32; 3];
 
-/// The sum of the pictures, each multiplied by its factors. They have the same number of pixels.
+/// Sum of the pictures, each multiplied by its factors. All have the same number of pixels.
 pub fn mix(pictures: &[&[MixRgb]], factors: &[MixRgb]) -> Vec<MixRgb> {
     let pixels = pictures.iter().map(|picture| picture.len()).min().unwrap_or_default();
     let mut sum = vec![[0.0; 3]; pixels];
@@ -17,28 +17,28 @@ pub fn mix(pictures: &[&[MixRgb]], factors: &[MixRgb]) -> Vec<MixRgb> {
     sum
 }
 
-/// What a mix should show at a pixel.
+/// A wanted colour at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixExample {
-    /// Number of the pixel.
+    /// Index of the pixel.
     pub pixel: usize,
-    /// Its linear colour.
+    /// Wanted linear colour.
     pub color: MixRgb,
-    /// How much it counts; 0 masks it.
+    /// Weight in the fit; 0 masks the pixel.
     pub weight: f32,
 }
 
-/// What may be changed of a light.
+/// Degrees of freedom per light in a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MixFreedom {
-    /// Its intensity: one factor for all channels.
+    /// Intensity: one factor for all channels.
     Intensity,
-    /// Its colour: a factor for each channel.
+    /// Colour: one factor per channel.
     Color,
 }
 
-/// The factors from 0 on with which the mix of these pictures comes nearest to the examples, by the sum of squared errors of the linear
-/// channels. A picture that the examples say nothing of keeps the factor 1.
+/// Non-negative factors that minimise the sum of squared errors of the linear channels between the mix and the examples. A picture that the
+/// examples do not determine keeps the factor 1.
 pub fn factors_like(
     pictures: &[&[MixRgb]],
     examples: impl IntoIterator<Item = MixExample>,
@@ -62,8 +62,8 @@ pub fn factors_like(
     (0..pictures.len()).map(|i| [0, 1, 2].map(|c| solved[channel(c)][i] as f32)).collect()
 }
 
-/// Examples of a whole picture: pixels count by the inverse of their squared brightness, so that dark parts are matched as well as bright ones.
-/// `is_known` masks those that say nothing, such as clipped ones.
+/// Examples of a whole picture, weighted by inverse squared brightness, so that dark parts are matched as well as bright ones. `is_known`
+/// masks pixels without information, such as clipped ones.
 pub fn examples_of(picture: &[MixRgb], is_known: impl Fn(MixRgb) -> bool) -> Vec<MixExample> {
     let brightness = |[r, g, b]: MixRgb| 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let known = |color: &MixRgb| color.iter().all(|c| c.is_finite()) && is_known(*color);
@@ -77,7 +77,7 @@ pub fn examples_of(picture: &[MixRgb], is_known: impl Fn(MixRgb) -> bool) -> Vec
     picture.iter().enumerate().filter(|(_, color)| known(color)).map(example).collect()
 }
 
-/// Brightness that is added to each pixel's for its weight, as a share of the mean.
+/// Brightness added to each pixel's in its weight, as a fraction of the mean.
 const FLOOR: f32 = 0.1;
 
 #[cfg(test)]
@@ -105,7 +105,7 @@ mod tests {
         }
     }
 
-    /// With fewer pixels than lights the others stay as they are, and what would need negative light gets none.
+    /// With fewer pixels than lights, undetermined lights keep their factor, and factors that would be negative become 0.
     #[test]
     fn a_few_pixels_are_enough() {
         let (lamp, sky) = ([[1.0, 1.0, 1.0], [0.0; 3]], [[0.0; 3], [2.0, 2.0, 2.0]]);

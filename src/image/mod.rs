@@ -1,7 +1,7 @@
-//! Pictures as plain data: pixel grids, EXR and PNG files, comparison of pictures, mixes of pictures by groups of lights.
+//! Image files as plain data: pixel grids, EXR and PNG files, comparison of pictures, mixes of light groups.
 //!
-//! A leaf: knows colour and mathematics, and nothing of tracers, films or devices. Files are written to
-//! a temporary name in the same folder and renamed, so that a name never holds half a picture.
+//! A leaf module: it knows colour and mathematics, not tracers, films or devices. Files are written under a temporary name in the same
+//! directory and renamed, so that a name never refers to an incomplete file.
 
 pub mod bitmap;
 pub mod colors;
@@ -22,7 +22,7 @@ pub mod write;
 pub use error::ImageError;
 pub use grid::Grid;
 
-/// What a file tells about how it was made.
+/// Value of a metadata attribute.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Attribute {
     /// Text in UTF-8.

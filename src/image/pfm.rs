@@ -24,10 +24,10 @@ pub(super) fn decode(bytes: &[u8], most: usize) -> Result<(usize, usize, Vec<[f3
     };
     let number = |text: &str| text.parse::<f64>().map_err(|_| format!("`{text}` in its header is no number"));
     let [width, height, scale] = [number(word()?)?, number(word()?)?, number(word()?)?];
-    // What is no whole number, or none at all, becomes one that does not fit the rest.
+    // Non-integers and NaN become a size that does not match the data.
     let (width, height) = (width as usize, height as usize);
     check_pixels(width, height, most)?;
-    // Exactly one character of white space ends the header.
+    // A single whitespace character ends the header.
     let data = rest.get(1..).unwrap_or_default();
     let (floats, _) = data.as_chunks::<4>();
     if floats.len() < width * height * channels {

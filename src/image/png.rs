@@ -1,4 +1,4 @@
-//! PNG files: the displayed picture, 8 bits per channel, with how it was made as text.
+//! PNG files: the displayed picture with 8 bits per channel, and its metadata as text.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use glam::DVec2;
 use crate::image::error::ImageError;
 use crate::image::{Attribute, write};
 
-/// How the 8-bit values are encoded; stored so that viewers show them right.
+/// Encoding of the 8-bit values, stored so that viewers display them correctly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transfer {
     /// As sRGB (chunks sRGB and gAMA).
@@ -46,20 +46,20 @@ pub fn write(
     write::atomically(path, &bytes)
 }
 
-/// What a PNG file says of itself.
+/// Size and metadata of a PNG file.
 #[derive(Clone, Debug)]
 pub struct PngDescription {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Its texts.
+    /// Text chunks.
     pub attributes: Vec<(String, Attribute)>,
 }
 
-/// Reads what a PNG file says of itself.
+/// Reads size and metadata of a PNG file.
 ///
 /// # Errors
 ///
-/// [`ImageError::Read`] and the like for a file that is no PNG.
+/// [`ImageError::Read`] and similar errors for a file that is not a PNG.
 pub fn describe(path: &Path) -> Result<PngDescription, ImageError> {
     let file = std::fs::File::open(path).map_err(ImageError::read(path))?;
     let broken =
@@ -86,7 +86,7 @@ pub(super) fn encode(
     encoder.set_compression(png::Compression::Fast);
     match picture.transfer {
         Transfer::Srgb => {
-            // gAMA beside sRGB, for programs that do not know the latter (PNG specification 11.3.2.5).
+            // gAMA in addition to sRGB, for programs that do not support the latter (PNG specification 11.3.2.5).
             encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
             encoder.set_source_gamma(png::ScaledFloat::from_scaled(45_455));
         }
@@ -110,7 +110,7 @@ pub(super) fn encode(
     Ok(bytes)
 }
 
-/// Reads an 8-bit RGB picture, and refuses any other: width, height and pixels.
+/// Reads width, height and pixels of an 8-bit RGB picture; other formats are rejected.
 pub fn read(path: &Path) -> Result<(u32, u32, Vec<[u8; 3]>), ImageError> {
     let file = std::fs::File::open(path).map_err(ImageError::read(path))?;
     let refuse = ImageError::decode(path);

@@ -1,12 +1,12 @@
-//! Pixels of which little is known are filled in from coarser ones (push and pull, Gortler et al. 1996).
+//! Fills pixels of low weight from a pyramid of coarser ones (push–pull, Gortler et al. 1996).
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::Grid;
 
-/// The means of `sums`, each `[weight · value, weight]`. Where the weight is below `enough` the rest comes from pixels twice as large, and so on:
-/// values are smooth where nothing is known. Zero where nothing is known at all; `None` without memory.
+/// Means of `sums`, each `[weight · value, weight]`. Where the weight is below `enough` the remainder comes from pixels twice as large,
+/// recursively, so that values are smooth where nothing is known; zero if the whole picture is empty. `None` if memory runs out.
 pub fn fill(sums: Grid<Vec4>, enough: f32) -> Option<Grid<Vec3>> {
     let mut levels = vec![sums];
     while let Some(finer) = levels.last().filter(|level| wants_coarser(level, enough)) {
@@ -49,10 +49,10 @@ fn halved(sums: &Grid<Vec4>) -> Option<Grid<Vec4>> {
     Some(coarser)
 }
 
-/// The value of pixels twice as large in the middle of a pixel, linear between their centres.
+/// Bilinear interpolation of the coarser level at the centre of a pixel.
 fn between(coarser: &Grid<Vec3>, place: [usize; 2]) -> Vec3 {
     let size = [coarser.width(), coarser.height()];
-    // The nearer centre has weight 3/4; beyond the last one its own value goes on.
+    // The nearer centre has weight 3/4; values are clamped beyond the last centre.
     let [columns, rows] = [0, 1].map(|axis| {
         let near = place[axis] / 2;
         let is_before = place[axis].is_multiple_of(2);
@@ -63,7 +63,7 @@ fn between(coarser: &Grid<Vec3>, place: [usize; 2]) -> Vec3 {
     rows.map(|(y, weight)| row(y) * weight).into_iter().sum()
 }
 
-/// Makes all rows: on all threads, if there is enough to do for that to pay.
+/// Computes all rows, on all threads if that pays off.
 fn each_row<T: Copy + Send>(grid: &mut Grid<T>, make: impl Fn(usize, &mut [T]) + Sync) {
     const FEW: usize = 1 << 15;
     let width = grid.width();
@@ -98,7 +98,8 @@ mod tests {
 
     #[test]
     fn little_knowledge_counts_for_little() {
-        // A pixel of weight 1 where 4 are enough, among ones that are known: a quarter is its own, and a little more through the coarser one.
+        // A pixel of weight 1 where 4 are enough, among known ones: a quarter of its value is its own, and slightly more through the
+        // coarser level.
         let sums =
             grid(8, 8, |x, y| if (x, y) == (3, 3) { Vec4::ONE } else { Vec4::new(0.0, 0.0, 0.0, 4.0) });
         let value = fill(sums, 4.0).expect("memory").at(3, 3).x;

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use super::exr::{check_inflation, check_pixels};
 
-/// Lines of a header that say of colours what is not used, and what they say where they say nothing.
+/// Header lines with unused colour metadata, and their neutral values.
 const OF_COLORS: [(&str, &[f64]); 3] = [
     ("EXPOSURE=", &[1.0]),
     ("COLORCORR=", &[1.0; 3]),
@@ -38,7 +38,7 @@ pub(super) fn decode(bytes: &[u8], most: usize) -> Result<(usize, usize, Vec<[f3
     };
     check_pixels(width, height, most)?;
     check_inflation(12 * (width as u64) * (height as u64), bytes.len())?;
-    // Grows with what the file holds, not with what its header promises.
+    // Grows with the data in the file, not with the size promised by its header.
     let mut pixels = Vec::new();
     let mut row = vec![[0; 4]; width];
     for _ in 0..height {
@@ -52,7 +52,7 @@ fn number(text: &str) -> Result<usize, String> {
     text.parse().map_err(|_| format!("`{text}` is no number of pixels"))
 }
 
-/// What the header says of its colours that is not used.
+/// Colour metadata in the header that is not used.
 pub(super) fn remarks(bytes: &[u8]) -> Vec<String> {
     let mut file = Bytes(bytes);
     let mut remarks = Vec::new();
@@ -73,22 +73,22 @@ pub(super) fn remarks(bytes: &[u8]) -> Vec<String> {
 
 /// The value of a pixel: mantissas over 256, times 2 to the exponent less 128.
 fn linear([r, g, b, e]: [u8; 4]) -> [f32; 3] {
-    // The product of two powers of two reaches every exponent without leaving the range of a float between.
+    // Two factors, because the product reaches every exponent without leaving the range of a float in between.
     let scale = 2f32.powi(i32::from(e) - 128) * 2f32.powi(-8);
     if e == 0 { [0.0; 3] } else { [r, g, b].map(|v| f32::from(v) * scale) }
 }
 
-/// What is left of a file.
+/// Remaining bytes of a file.
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// The line that begins here, without its end.
+    /// The next line, without its end.
     fn line(&mut self) -> Result<Cow<'a, str>, String> {
         let end =
             self.0.iter().take(LONGEST_LINE).position(|b| *b == b'\n').ok_or("its header does not end")?;
         let (line, rest) = self.0.split_at(end);
         self.0 = &rest[1..];
-        // Comments are in any encoding.
+        // Comments may be in any encoding.
         Ok(String::from_utf8_lossy(line.strip_suffix(b"\r").unwrap_or(line)))
     }
 
@@ -98,10 +98,10 @@ impl<'a> Bytes<'a> {
         Ok(*bytes)
     }
 
-    /// One row, in whichever coding it begins.
+    /// Reads one row, in either encoding.
     fn row(&mut self, row: &mut [[u8; 4]]) -> Result<(), String> {
         match *self.0 {
-            // The new coding tells the width again, of 8 to 32 767 pixels.
+            // The new encoding repeats the width, of 8 to 32 767 pixels.
             [2, 2, high, low, ..] if high < 128 && usize::from(high) << 8 | usize::from(low) == row.len() => {
                 self.0 = &self.0[4..];
                 (0..4).try_for_each(|component| self.component(row, component))
@@ -110,7 +110,7 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// The new coding: each component by itself, in runs of one value and in lists of several.
+    /// New encoding: each component separately, as runs of one value and literal sequences.
     fn component(&mut self, row: &mut [[u8; 4]], component: usize) -> Result<(), String> {
         let mut at = 0;
         while at < row.len() {
@@ -132,8 +132,8 @@ impl<'a> Bytes<'a> {
         Ok(())
     }
 
-    /// The old coding: pixels one by one, where the mantissas 1, 1, 1 repeat the pixel before as often as the exponent's byte says;
-    /// several of these in a row are the digits of one count, lowest first.
+    /// Old encoding: single pixels, where mantissas 1, 1, 1 repeat the previous pixel by the count in the exponent byte; consecutive ones
+    /// are the digits of one count, lowest first.
     fn pixels(&mut self, row: &mut [[u8; 4]]) -> Result<(), String> {
         let (mut at, mut shift) = (0, 0);
         while at < row.len() {

@@ -1,7 +1,7 @@
-//! Replacing files in one step: a name holds either the old file or the complete new one.
+//! Atomic replacement of files: a name refers to either the old file or the complete new one.
 //!
-//! Every file that the program replaces goes through [`AtomicFile`]: pictures, reports, tables, timings, saved scenes. Where the
-//! system refuses, the error is [`ImageError::Write`], and what stood there is as before.
+//! Every file that the program replaces is written with [`AtomicFile`]: pictures, reports, tables, timings, saved scenes. On a system
+//! error, [`ImageError::Write`], the old file stays unchanged.
 
 use std::fs;
 use std::io::{BufWriter, Error, ErrorKind, Write};
@@ -32,7 +32,7 @@ impl FileFormat {
     }
 }
 
-/// Fails early where [`atomically`] would fail late: a long render should not end at a missing folder.
+/// Checks early what [`atomically`] would only report late: a long render should not fail on a missing directory.
 pub fn check_target(path: &Path) -> Result<FileFormat, ImageError> {
     let format = FileFormat::of(path)?;
     check_place(path)?;
@@ -44,12 +44,12 @@ pub fn check_place(path: &Path) -> Result<(), ImageError> {
     AtomicFile::create(path).map(drop)
 }
 
-/// The file that `path` means: symbolic links followed, in its folder's own name. It need not exist yet, but a folder, a device
-/// or a pipe that stands there is refused: a rename would put a file in its place.
+/// Resolves symbolic links and the directory of `path`. The file need not exist yet; an existing directory, device or pipe is rejected,
+/// since the rename would replace it.
 fn destination(path: &Path) -> Result<PathBuf, ImageError> {
     let failed = |e| ImageError::write(path, e);
     let mut real = path.to_path_buf();
-    // As many links as Linux follows.
+    // Link limit of Linux.
     for _ in 0..40 {
         let Ok(next) = fs::read_link(&real) else { break };
         real = real.parent().unwrap_or(Path::new("")).join(next);
@@ -67,7 +67,7 @@ fn destination(path: &Path) -> Result<PathBuf, ImageError> {
     Ok(folder.canonicalize().map_err(failed)?.join(name))
 }
 
-/// True when both paths name the same file, whether it exists or not.
+/// Whether both paths refer to the same file, existing or not.
 pub fn same_file(a: &Path, b: &Path) -> bool {
     a == b || matches!((destination(a), destination(b)), (Ok(a), Ok(b)) if a == b)
 }
@@ -79,9 +79,9 @@ pub fn atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     file.commit()
 }
 
-/// A file that is written beside the destination of its name and takes its place when it is complete.
+/// A file written beside its destination and renamed to it when complete.
 ///
-/// Dropping it unfinished removes it: what stood there is as before.
+/// If dropped unfinished, it is removed and the old file stays unchanged.
 #[derive(Debug)]
 pub struct AtomicFile {
     file: BufWriter<NamedTempFile>,
@@ -90,7 +90,7 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Begins an empty file in the folder of its destination, because a rename must not cross disks.
+    /// Creates an empty file in the destination's directory, because a rename cannot cross file systems.
     pub fn create(path: &Path) -> Result<Self, ImageError> {
         let destination = destination(path)?;
         let folder = destination.parent().unwrap_or(Path::new("."));
@@ -98,19 +98,19 @@ impl AtomicFile {
         let prefix = format!(".{name}.");
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(".part");
-        // A temporary file is private by default; this one becomes an ordinary file, as the umask has it.
+        // Temporary files are private by default; this one gets the permissions of an ordinary file under the umask.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let file = builder.tempfile_in(folder).map_err(|e| ImageError::write(path, e))?;
         Ok(Self { file: BufWriter::new(file), destination, path: path.to_path_buf() })
     }
 
-    /// Appends.
+    /// Appends bytes.
     pub fn append(&mut self, bytes: impl AsRef<[u8]>) -> Result<(), ImageError> {
         self.file.write_all(bytes.as_ref()).map_err(|e| ImageError::write(&self.path, e))
     }
 
-    /// Puts the complete file in its place; where that fails, the temporary file is removed.
+    /// Renames the complete file to its destination; if that fails, the temporary file is removed.
     pub fn commit(self) -> Result<(), ImageError> {
         let file = self.file.into_inner().map_err(|e| e.into_error());
         let placed = file.and_then(|file| {

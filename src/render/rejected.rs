@@ -31,7 +31,7 @@ pub struct RejectedOrigin {
     pub count: u64,
 }
 
-/// One rejected value.
+/// A rejected value.
 #[derive(Clone, Debug, Serialize)]
 pub struct RejectedExample {
     /// Index of its path in the sequence.
@@ -42,7 +42,7 @@ pub struct RejectedExample {
 }
 
 impl RejectedReport {
-    /// What `run` has rejected.
+    /// Report of the rejected values of `run`.
     pub fn new(run: &RunSpec, desc: &SceneDesc, scene: &Scene, rejections: &Rejections) -> Self {
         let example = |rejected: &Rejected| RejectedExample {
             index: rejected.index,

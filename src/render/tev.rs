@@ -1,7 +1,7 @@
-//! A picture on its way, shown in the image viewer tev (<https://github.com/Tom94/tev>).
+//! Shows the picture of a render in progress in the image viewer tev (<https://github.com/Tom94/tev>).
 //!
-//! [`TevLink`] hands linear Rec.709 to a thread of its own, which connects and sends. The render never waits for the network: while the
-//! thread is busy, or tev is not there, pictures are left out.
+//! [`TevLink`] passes linear Rec.709 to a thread that connects and sends. The render never waits for the network: while the thread is busy,
+//! or tev is not running, pictures are skipped.
 
 use std::io::{self, ErrorKind};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -17,10 +17,10 @@ use crate::color::Profile;
 use crate::render::process::tell;
 use crate::server::unpoisoned;
 
-/// Time between two pictures.
+/// Interval between pictures.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// Reading the film takes at most this share of the time: one in this many.
+/// Reading the film may take at most one part in this many of the time.
 const SHARE: u32 = 20;
 
 /// Time between two attempts to connect.
@@ -35,17 +35,17 @@ const WRITE: Duration = Duration::from_secs(5);
 /// Names of the channels.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// Sends pictures to tev; dropping it waits until the last one is sent or cannot be.
+/// Sends pictures to tev. Dropping it waits until the last one has been sent or has failed.
 pub struct TevLink {
     shared: Arc<TevInbox>,
     thread: Option<JoinHandle<()>>,
     /// Earliest time for the next picture.
     next: Instant,
-    /// What the last picture holds.
+    /// Counts of the last picture sent.
     sent: FilmCounts,
 }
 
-/// What the render and the thread share.
+/// State shared by the render and the thread.
 #[derive(Default)]
 struct TevInbox {
     state: Mutex<InboxState>,
@@ -55,7 +55,7 @@ struct TevInbox {
 #[derive(Default)]
 struct InboxState {
     picture: Option<TevPicture>,
-    /// The thread sends a picture, or waits before it connects again.
+    /// Whether the thread is sending a picture, or waiting before it reconnects.
     busy: bool,
     closing: bool,
 }
@@ -66,7 +66,7 @@ struct TevPicture {
 }
 
 impl TevLink {
-    /// Starts the thread; it connects to `address`, HOST:PORT, when there is a picture.
+    /// Starts the thread, which connects to `address` (HOST:PORT) when there is a picture.
     pub fn start(address: &str) -> Result<Self> {
         let shared = Arc::new(TevInbox::default());
         let sender = TevSender { address: address.to_owned(), connection: None, told: false };
@@ -75,7 +75,7 @@ impl TevLink {
         Ok(Self { shared, thread: Some(thread), next: Instant::now(), sent: FilmCounts::default() })
     }
 
-    /// Whether it is time for a picture of a film with these counts.
+    /// Whether a picture of a film with these counts is due.
     pub fn is_due(&self, counts: FilmCounts) -> bool {
         counts != self.sent && Instant::now() >= self.next && {
             let state = unpoisoned(&self.shared.state);
@@ -83,7 +83,7 @@ impl TevLink {
         }
     }
 
-    /// Hands over the picture of a film under this name.
+    /// Passes on the picture of a film under this name.
     ///
     /// # Errors
     ///
@@ -113,7 +113,7 @@ impl Drop for TevLink {
 struct TevSender {
     address: String,
     connection: Option<TevConnection>,
-    /// The user knows that tev is not there.
+    /// Whether the user has been told that tev is not running.
     told: bool,
 }
 
@@ -138,7 +138,7 @@ impl TevSender {
         }
     }
 
-    /// Sends a picture, on a new connection where there is none or tev has closed it.
+    /// Sends a picture, reconnecting if there is no connection or tev has closed it.
     fn show(&mut self, picture: &TevPicture) -> io::Result<()> {
         let known = self.connection.take().filter(TevConnection::is_open);
         let connection = match known {
@@ -166,7 +166,7 @@ impl TevInbox {
         }
     }
 
-    /// Waits this long, but not beyond the end of the render.
+    /// Waits for this time, or until the end of the render.
     fn rest(&self, time: Duration) {
         let state = unpoisoned(&self.state);
         let _ = self.news.wait_timeout_while(state, time, |state| !state.closing);
@@ -176,9 +176,9 @@ impl TevInbox {
 /// A connection to tev.
 struct TevConnection {
     client: TevClient,
-    /// The same socket, to see whether it is closed.
+    /// The same socket, to check whether it has been closed.
     socket: TcpStream,
-    /// Name and size of the image that was created last.
+    /// Name and size of the last image created in tev.
     image: Option<(String, [u32; 2])>,
 }
 
@@ -197,7 +197,7 @@ impl TevConnection {
         Err(failed)
     }
 
-    /// Whether tev still reads: it sends nothing, so that there is something to read only when it has closed the connection.
+    /// Whether tev is connected. It sends nothing, so data to read means that it has closed the connection.
     fn is_open(&self) -> bool {
         let peek = || {
             self.socket.set_nonblocking(true)?;

@@ -1,7 +1,7 @@
-//! `--gpu-timings`: what GPU, workers and client did when, as CSV and as a Chrome trace, on one clock.
+//! `--gpu-timings`: activity of GPU, workers and client over time, as CSV and as a Chrome trace, on a common clock.
 //!
-//! Both files grow beside their names and take their places at the end. Memory is bounded: every [`TimingCapture::frame`]
-//! writes what waits, and records that could not be taken in time are counted at the end of both files.
+//! Both files are written under temporary names and renamed at the end. Memory is bounded: every [`TimingCapture::frame`] writes the
+//! pending records, and records lost in between are counted at the end of both files.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -16,22 +16,22 @@ use crate::image::write::{AtomicFile, check_place, same_file};
 use crate::render::trace::{Trace, TraceSpan, Track};
 use crate::server::{Server, Spans};
 
-/// Interval at which the records of the device and the workers are taken.
+/// Interval at which records of device and workers are taken.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// A running capture.
+/// A capture in progress.
 pub struct TimingCapture {
     gpu: Option<Arc<Gpu>>,
-    /// Zero of all times.
+    /// Origin of all times.
     origin: Instant,
     csv: AtomicFile,
     trace: Trace,
-    /// When rows were last taken.
+    /// When records were last taken.
     taken: Instant,
     lost: Lost,
 }
 
-/// Numbers of records that were lost.
+/// Numbers of lost records.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lost {
     scopes_untimed: u64,
@@ -39,14 +39,14 @@ struct Lost {
     spans: u64,
 }
 
-/// Where the Chrome trace of a capture goes: the name with `.json` appended.
+/// Path of a capture's Chrome trace: the name with `.json` appended.
 pub fn trace_path(csv: &Path) -> PathBuf {
     let mut name = csv.as_os_str().to_owned();
     name.push(".json");
     PathBuf::from(name)
 }
 
-/// Makes sure, before any work, that both files of `--gpu-timings` can be written and are none of `others`.
+/// Checks before any work that both files of `--gpu-timings` can be written and are none of `others`.
 pub fn check<'a>(path: &Path, others: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
     if path == Path::new("-") {
         return Err(miette::miette!("--gpu-timings writes two files and needs a name for them, not `-`"));
@@ -68,8 +68,8 @@ pub fn check<'a>(path: &Path, others: impl IntoIterator<Item = &'a PathBuf>) -> 
 }
 
 impl TimingCapture {
-    /// Begins both files and switches the device's timestamps on; the caller calls [`Server::set_tracing`]. Without a device
-    /// (`--device cpu`) there are spans of the CPU only, and the files say so.
+    /// Creates both files and enables the device's timestamps; the caller must call [`Server::set_tracing`]. Without a device (`--device
+    /// cpu`) there are only CPU spans, which the files state.
     pub fn new(path: &Path, gpu: Option<&Arc<Gpu>>) -> Result<Self> {
         let device = gpu.map(|gpu| gpu.info().name.clone());
         let mut csv = AtomicFile::create(path).into_diagnostic()?;
@@ -83,12 +83,12 @@ impl TimingCapture {
         Ok(Self { gpu: gpu.cloned(), origin: now, csv, trace, taken: now, lost: Lost::default() })
     }
 
-    /// Records what the client did from `start` until now.
+    /// Records work of the client from `start` until now.
     pub fn client(&mut self, name: &'static str, start: Instant) -> Result<()> {
         self.span(Track::Client, name, start..Instant::now(), Value::Null)
     }
 
-    /// Takes what has been recorded since, if that was long ago: call it once per frame, with no frame being recorded.
+    /// Takes pending records if due. To be called once per frame, while no frame is being recorded.
     pub fn frame(&mut self, server: Option<&Server>) -> Result<()> {
         match self.gpu.clone() {
             Some(gpu) if self.is_due() => self.rows(&gpu.take_rows())?,
@@ -97,7 +97,7 @@ impl TimingCapture {
         self.frame_of_cpu(server)
     }
 
-    /// As [`frame`](Self::frame), for a caller that hands over the device's [`rows`](Self::rows) itself.
+    /// As [`frame`](Self::frame), for a caller that passes the device's [`rows`](Self::rows) itself.
     pub fn frame_of_cpu(&mut self, server: Option<&Server>) -> Result<()> {
         if !self.is_due() {
             return Ok(());
@@ -113,7 +113,7 @@ impl TimingCapture {
         self.taken.elapsed() >= EVERY
     }
 
-    /// Records what the workers did.
+    /// Records spans of the workers.
     pub fn spans(&mut self, spans: Spans) -> Result<()> {
         self.lost.spans += spans.dropped;
         for span in spans.spans {
@@ -128,7 +128,7 @@ impl TimingCapture {
         Ok(())
     }
 
-    /// Records rows of the device; [`frame`](Self::frame) does it where the caller needs them for nothing else.
+    /// Records rows of the device; [`frame`](Self::frame) does this unless the caller needs the rows itself.
     pub fn rows(&mut self, taken: &TimingRows) -> Result<()> {
         self.lost.rows += taken.dropped;
         self.lost.scopes_untimed += taken.frames.iter().map(|f| u64::from(f.untimed)).sum::<u64>();
@@ -152,13 +152,13 @@ impl TimingCapture {
         Ok(())
     }
 
-    /// Goes on with another device, after the first was lost.
+    /// Continues with another device after the first was lost.
     pub fn replace_gpu(&mut self, gpu: &Arc<Gpu>) {
         gpu.set_timing(true);
         self.gpu = Some(gpu.clone());
     }
 
-    /// Takes the rest, says what is missing, and puts both files in their places.
+    /// Writes the remaining records and the counts of lost ones, and renames both files.
     pub fn finish(mut self, server: Option<&Server>) -> Result<()> {
         if let Some(server) = server {
             server.set_tracing(false);
@@ -167,7 +167,7 @@ impl TimingCapture {
         let mut about =
             json!({ "clock": "nanoseconds (CSV) and microseconds (trace) since the capture began" });
         if let Some(gpu) = self.gpu.take() {
-            // An empty frame: when it has completed, so have all before. A lost device has no more rows.
+            // An empty frame: when it has completed, so have all earlier ones. A lost device has no more rows.
             let last = gpu.begin().and_then(|frame| frame.submit()).and_then(|number| gpu.wait(number));
             gpu.set_timing(false);
             if last.is_ok() {
@@ -203,7 +203,7 @@ impl TimingCapture {
     }
 }
 
-/// Device, driver and how far its times can be trusted.
+/// Device, driver, and precision of its timings.
 pub fn describe(gpu: &Gpu) -> Value {
     let (device, timing) = (gpu.info(), gpu.timing_info());
     json!({

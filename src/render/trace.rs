@@ -1,4 +1,4 @@
-//! A Chrome trace, written while it grows; Perfetto (ui.perfetto.dev) and chrome://tracing open it.
+//! A Chrome trace, written incrementally; Perfetto (ui.perfetto.dev) and chrome://tracing open it.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -10,25 +10,25 @@ use serde_json::{Value, json};
 use crate::image::ImageError;
 use crate::image::write::AtomicFile;
 
-/// Spans wait this long, in nanoseconds, so that those of the GPU, which are known two frames late, still come in order.
+/// Nanoseconds for which spans are held back, so that GPU spans, which are known two frames late, are still written in order.
 const HOLD: u64 = 2_000_000_000;
 
-/// Spans that wait at most; beyond, the oldest ones are written at once.
+/// Most spans held back; beyond, the oldest ones are written at once.
 const MAX_WAITING: usize = 65_536;
 
-/// The row of the trace that a span is drawn on.
+/// Row of the trace that a span is drawn on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Track {
     /// The device's queue.
     Gpu,
-    /// The thread that drains, records and shows.
+    /// The client's thread, which drains, records and presents.
     Client,
     /// A tracing thread.
     Worker(usize),
 }
 
 impl Track {
-    /// Process and thread number in the trace.
+    /// Process and thread id in the trace.
     fn ids(self) -> (u32, usize) {
         match self {
             Track::Gpu => (1, 1),
@@ -41,7 +41,7 @@ impl Track {
 /// One span of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TraceSpan {
-    /// Begin and end in nanoseconds since the capture began.
+    /// Begin and end, in nanoseconds since the capture began.
     pub time: Range<u64>,
     pub track: Track,
     pub name: &'static str,
@@ -52,16 +52,16 @@ pub struct TraceSpan {
 #[derive(Debug)]
 pub struct Trace {
     file: AtomicFile,
-    /// Spans that wait to be written, by begin, end and the order in which they came. Of those that begin together the longest is
-    /// first, so that it encloses the others.
+    /// Spans held back, sorted by begin, end (descending) and order of arrival. Of those that begin together the longest is first, so that
+    /// it encloses the others.
     waiting: BTreeMap<(u64, Reverse<u64>, u64), TraceSpan>,
-    /// Spans taken so far.
+    /// Number of spans so far.
     count: u64,
     workers: usize,
 }
 
 impl Trace {
-    /// Begins a trace; `device` names the process of the GPU, `None` where there is none.
+    /// Creates a trace; `device`: name of the GPU process, `None` without a device.
     pub fn create(path: &Path, device: Option<&str>) -> Result<Self, ImageError> {
         let mut file = AtomicFile::create(path)?;
         file.append("{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n")?;
@@ -75,7 +75,7 @@ impl Trace {
         Ok(trace)
     }
 
-    /// Names a process or a thread; every line but the last ends with a comma, and the last one is [`finish`](Self::finish)'s.
+    /// Names a process or a thread. Every line but the last ends with a comma; [`finish`](Self::finish) writes the last one.
     fn name(&mut self, what: &str, track: Track, name: &str) -> Result<(), ImageError> {
         let (pid, tid) = track.ids();
         let line = json!({ "ph": "M", "name": what, "pid": pid, "tid": tid, "args": { "name": name } });
@@ -95,7 +95,7 @@ impl Trace {
         Ok(())
     }
 
-    /// Writes what is old enough at the moment `now`, nanoseconds.
+    /// Writes spans that are old enough at time `now`, nanoseconds.
     pub fn write(&mut self, now: u64) -> Result<(), ImageError> {
         while let Some((&(begin, ..), _)) = self.waiting.first_key_value() {
             if begin.saturating_add(HOLD) > now && self.waiting.len() <= MAX_WAITING {
@@ -103,7 +103,7 @@ impl Trace {
             }
             let Some((_, span)) = self.waiting.pop_first() else { break };
             let (pid, tid) = span.track.ids();
-            // Microseconds with all nanoseconds, as text: a double would round them after a few days.
+            // Microseconds with nanosecond digits, as text: a double would round them after a few days.
             let us = |ns: u64| format!("{}.{:03}", ns / 1000, ns % 1000);
             let (ts, duration) = (us(span.time.start), us(span.time.end.saturating_sub(span.time.start)));
             let (name, args) = (Value::from(span.name), span.args);
@@ -114,7 +114,7 @@ impl Trace {
         Ok(())
     }
 
-    /// Writes the rest and puts the file in its place; `about` is kept as `otherData`.
+    /// Writes the remaining spans and renames the file; `about` is stored as `otherData`.
     pub fn finish(mut self, about: &Value) -> Result<(), ImageError> {
         self.write(u64::MAX)?;
         let last = json!({ "ph": "M", "name": "process_sort_index", "pid": 1, "tid": 1, "args": { "sort_index": 0 } });

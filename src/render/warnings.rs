@@ -1,4 +1,4 @@
-//! Warnings about a scene on standard error: one line for those that are alike, and with `--verbose` each with its source line.
+//! Prints warnings about a scene on standard error: one line for similar ones or, with `--verbose`, each with its source line.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -9,20 +9,20 @@ use crate::render::options::SceneOptions;
 use crate::render::process::tell;
 use crate::scene::SceneWarning;
 
-/// Lines of warnings at most.
+/// Most lines of warnings.
 const MOST: usize = 10;
 
-/// A warning in one line, or several that are alike.
+/// One line for a warning, or for several similar ones.
 #[derive(Clone)]
 struct WarningLine {
     message: String,
-    /// `file:line:column` of the first.
+    /// `file:line:column` of the first warning.
     place: Option<String>,
     help: Option<String>,
     count: usize,
 }
 
-/// Prints what the reader says about the scene of `source`.
+/// Prints the reader's warnings about the scene of `source`.
 pub fn tell_warnings(warnings: &[SceneWarning], source: &SceneOptions) {
     if source.verbose {
         warnings.iter().for_each(|warning| tell(&format!("{:?}", miette::Report::new(warning.clone()))));
@@ -31,7 +31,7 @@ pub fn tell_warnings(warnings: &[SceneWarning], source: &SceneOptions) {
     }
 }
 
-/// Prints what preparing the scene of `source` has noticed.
+/// Prints notices from preparing the scene of `source`.
 pub fn tell_notices(notices: &[String], source: &SceneOptions) {
     if source.verbose {
         return notices.iter().for_each(|notice| tell(&format!("warning: {notice}")));
@@ -44,7 +44,7 @@ pub fn tell_notices(notices: &[String], source: &SceneOptions) {
     }
 }
 
-/// A line for each kind of warning, a single one for all remarks, and how to see the rest. Places are relative to `folder`.
+/// One line per kind of warning, a single one for all remarks, and how to see the rest. Paths are relative to `folder`.
 fn folded(warnings: &[SceneWarning], folder: Option<&Path>) -> Vec<String> {
     let line = |warning: &SceneWarning| {
         let (file, line, column) = warning.location();
@@ -77,7 +77,7 @@ fn folded(warnings: &[SceneWarning], folder: Option<&Path>) -> Vec<String> {
     lines
 }
 
-/// The lines as far as they are shown, and whether each warning has a line of its own.
+/// The lines to show, and whether each warning has a line of its own.
 fn shown(groups: &[WarningLine]) -> (Vec<String>, bool) {
     let mut lines: Vec<_> = groups.iter().take(MOST).map(|group| format!("warning: {group}")).collect();
     let rest: usize = groups.iter().skip(MOST).map(|group| group.count).sum();
@@ -87,8 +87,8 @@ fn shown(groups: &[WarningLine]) -> (Vec<String>, bool) {
     (lines, rest == 0 && groups.iter().all(|group| group.count == 1))
 }
 
-/// Joins warnings that differ in numbers only; if these are more than are shown, also those that differ in names. They are in the order of
-/// the first of each kind.
+/// Merges warnings that differ only in numbers; if there are more than are shown, also those that differ in names. Sorted by the first of
+/// each kind.
 fn alike(warnings: Vec<WarningLine>) -> Vec<WarningLine> {
     let joined = |with_names| {
         let (mut groups, mut places) = (Vec::<WarningLine>::new(), HashMap::new());
@@ -105,7 +105,7 @@ fn alike(warnings: Vec<WarningLine>) -> Vec<WarningLine> {
     if groups.len() > MOST { joined(false) } else { groups }
 }
 
-/// A text without its numbers, and if so wanted without the names in it, which are in quotes.
+/// Removes numbers from a text and, unless `with_names`, quoted names.
 fn pattern(text: &str, with_names: bool) -> String {
     let (mut kept, mut quote) = (String::new(), None);
     for c in text.chars() {
@@ -138,7 +138,7 @@ mod tests {
 
     use super::*;
 
-    /// The lines about a scene with these elements beside a sensor and a light.
+    /// Lines about a scene with these elements besides a sensor and a light.
     fn lines(elements: &str) -> Vec<String> {
         let text = format!(
             "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/>\n{elements}</scene>"
@@ -161,7 +161,7 @@ mod tests {
         assert!(lines(&cube("")).is_empty());
     }
 
-    /// However many kinds there are, the lines are few, and none is lost from the count.
+    /// However many kinds of warnings there are, few lines are printed, and all warnings are counted.
     #[test]
     fn many_kinds_are_joined_and_counted() {
         let names = |count: usize| (0..count).map(|i| "x".repeat(i + 1));

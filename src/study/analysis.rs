@@ -1,4 +1,4 @@
-//! Makes a study from single measurements.
+//! Derives a study from single measurements.
 
 use crate::study::brightness::{Brightness, MethodMeans, audit};
 use crate::study::data::{RegionWinners, Stability, StatedErrors, Study};
@@ -8,7 +8,7 @@ use crate::study::method_curve::method;
 use crate::study::prediction::{PredictionOutcome, score};
 use crate::study::time_model::SizeTransfer;
 
-/// Completes `study`, which names scene and machine, by everything that follows from `measurements`.
+/// Completes `study`, which has scene and machine, with everything derived from `measurements`.
 pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
     let mut runs: Vec<&RenderMeasurement> = Vec::new();
     let (mut unused, mut commands) = (Vec::new(), Vec::new());
@@ -48,7 +48,7 @@ pub fn study(mut study: Study, measurements: &[Measurement]) -> Study {
     study
 }
 
-/// The runs of each method, in the order in which methods appear.
+/// Runs grouped by method, in order of first appearance.
 pub fn by_method<'a>(runs: &[&'a RenderMeasurement]) -> Vec<Vec<&'a RenderMeasurement>> {
     let mut methods: Vec<Vec<&RenderMeasurement>> = Vec::new();
     for &run in runs {
@@ -60,7 +60,7 @@ pub fn by_method<'a>(runs: &[&'a RenderMeasurement]) -> Vec<Vec<&'a RenderMeasur
     methods
 }
 
-/// Replaces an earlier measurement of the same thing, or adds the new one.
+/// Replaces an earlier measurement with the same key, or adds the new one.
 fn replace<T: Clone, K: PartialEq>(list: &mut Vec<T>, new: &T, key: impl Fn(&T) -> K) {
     match list.iter_mut().find(|old| key(old) == key(new)) {
         Some(old) => *old = new.clone(),
@@ -68,7 +68,7 @@ fn replace<T: Clone, K: PartialEq>(list: &mut Vec<T>, new: &T, key: impl Fn(&T) 
     }
 }
 
-/// The best method of each region, at the longest time that all own methods have had.
+/// The best method of each region, at the longest time that all of the program's methods have had.
 fn regions(methods: &[Vec<&RenderMeasurement>]) -> Option<RegionWinners> {
     let has = |runs: &[&RenderMeasurement], budget: f64| {
         runs.iter().any(|run| run.budget == budget && !run.regions.is_empty())
@@ -99,7 +99,7 @@ fn regions(methods: &[Vec<&RenderMeasurement>]) -> Option<RegionWinners> {
     Some(RegionWinners { seconds: shared, grid: REGIONS, winner, margin })
 }
 
-/// How often the errors held that the renders of a method stated; `None` where no true error is known.
+/// How often the error intervals of a method's renders contained the true error; `None` if no true error is known.
 fn stated(runs: &[&RenderMeasurement]) -> Option<StatedErrors> {
     let known: Vec<([Interval; 3], [f64; 3])> =
         runs.iter().filter_map(|run| Some((run.stated?, run.truth?))).collect();
@@ -114,7 +114,7 @@ fn stated(runs: &[&RenderMeasurement]) -> Option<StatedErrors> {
     })
 }
 
-/// Rejected samples and brightness of the program's own methods.
+/// Rejected samples and brightness of the program's methods.
 fn stability(methods: &[Vec<&RenderMeasurement>], given: Option<f64>) -> Vec<Stability> {
     let own: Vec<&Vec<&RenderMeasurement>> = methods.iter().filter(|runs| !runs[0].peer).collect();
     let means = |runs: &&Vec<&RenderMeasurement>| MethodMeans {

@@ -1,44 +1,43 @@
-//! Some of the samples of each replicate kept apart, so that a noise filter can be tried on each replicate alone.
+//! Part of each replicate's samples kept apart (a hold-out), so that a noise filter can be evaluated on each replicate alone.
 //!
-//! A noise filter tells noise from detail by two pictures of independent samples. To filter one replicate without the other
-//! ([`denoised`](crate::study::denoised)), it has to be divided once more.
+//! A noise filter separates noise from detail by comparing two pictures of independent samples. To filter one replicate without the other
+//! ([`denoised`](crate::study::denoised)), the replicate itself must be split in two.
 
 use crate::math::bits::mix;
 use crate::stream::{CHUNK, PathCounts, Sample};
 use crate::study::Replicates;
 
-/// Below this share of a replicate one of its parts is too noisy for the filter to tell the noise of both.
+/// If either part of a replicate is below this fraction, it is too noisy for the filter to estimate the noise of both.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Sums of some of the samples of each replicate.
+/// Sums over the held-out samples of each replicate.
 #[derive(Clone, Debug)]
 pub struct SamplesApart {
     sums: Replicates,
-    /// Half of the samples to come are among them.
+    /// Whether half of the future samples are added.
     grows: bool,
 }
 
 impl SamplesApart {
-    /// Half of the samples that are added to these sums from now on, which have none yet.
+    /// Holds out half of the samples that are added to these sums from now on; the sums must be empty.
     pub fn half_to_come(sums: &Replicates) -> Self {
         Self { sums: sums.empty(), grows: true }
     }
 
-    /// The samples that these sums have so far.
+    /// Holds out all samples of these sums so far.
     pub fn so_far(sums: &Replicates) -> Self {
         Self { sums: sums.clone(), grows: false }
     }
 
-    /// Takes a block that is added to all samples; see [`Replicates::add`].
+    /// Adds a block if it is held out; the block is also added to the sums of all samples. See [`Replicates::add`].
     pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
-        // Which half that is has nothing to do with places in the picture, as the chunk's number may have.
+        // The half is chosen by a hash, since the chunk number itself may correlate with positions in the picture.
         if self.grows && mix(first_index / CHUNK) & 1 == 0 {
             self.sums.add(first_index, paths, samples);
         }
     }
 
-    /// One replicate as a picture of its own, whose replicates are its samples kept apart and its others among `all`. `None` where either are too
-    /// few.
+    /// One replicate as a picture with two replicates: its held-out samples, and its others among `all`. `None` if either has too few.
     pub fn alone(&self, all: &Replicates, replicate: usize) -> Option<Replicates> {
         let alone = all.divided(&self.sums, replicate);
         let [some, others] = alone.paths_of_parts().map(|paths| paths as f64);
@@ -51,7 +50,7 @@ mod tests {
     use super::*;
     use crate::color::Xyz;
 
-    /// Chunk `chunk` brings samples of luminance `chunk` + 1 to all pixels.
+    /// Chunk `chunk` adds samples of luminance `chunk` + 1 to all pixels.
     fn add(chunks: std::ops::Range<u64>, sums: &mut Replicates, mut apart: Option<&mut SamplesApart>) {
         for chunk in chunks {
             let place = |i: u64| [(i % 16) as f32 / 16.0, (i / 16 % 16) as f32 / 16.0];
@@ -85,7 +84,7 @@ mod tests {
         }
     }
 
-    /// A render that goes on has its earlier samples apart; where they are nearly all, or few, nothing is told.
+    /// A resumed render holds out its earlier samples; if these are nearly all or only a few, nothing is estimated.
     #[test]
     fn samples_from_before_are_apart_unless_one_part_is_small() {
         for (before, after, is_told) in [(32, 32, true), (16, 48, true), (60, 4, false), (4, 60, false)] {

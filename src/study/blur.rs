@@ -1,14 +1,14 @@
-//! The bias of methods that blur less and less: photon mapping, and the caustics that vertex merging gathers.
+//! The bias of photon density estimation, which shrinks over time: photon mapping, and the caustics gathered by vertex merging.
 //!
-//! Both replicates of such a picture are blurred alike, so that their difference does not show it. But the blur shrinks while photons
-//! become more: the area that a sample gathers from falls as g^(α − 1) with the generations g of the photon map, and with it the bias of smoothly
-//! lit surfaces; that of edges falls with the radius, the root of that (`tracer/integrator/photon`). So the first samples of a render are blurred
-//! more than the last ones, by an amount that the schedule of the photons tells. [`BlurWatch`] keeps the sums of a moment in the middle of the
-//! render. With E the picture of the samples before it and L that of the samples after it, E − L is the bias of the whole times a known number,
-//! and noise. Both replicates have photon maps of their own, so that the noise of E₁ − L₁ and that of E₂ − L₂ are independent, and
-//! (E₁ − L₁)(E₂ − L₂) is an unbiased estimate of the square of what they have in common. It is averaged over neighbouring tiles and pictures. Where
-//! that may as well be noise, the stated error has none of it, and the upper end of its interval has what it may be. Bias of structures that are
-//! finer than all discs so far does not shrink, and is not seen.
+//! Both replicates of such a picture have the same blur, so that their difference does not show it. But the blur shrinks as the number of
+//! photons grows: the gathering area falls as g^(α − 1) with the generation g of the photon map, and with it the bias of smoothly lit
+//! surfaces; the bias of edges falls with the radius, its square root (`tracer/integrator/photon`). So the first samples of a render are
+//! blurred more than the last ones, by an amount known from the photon schedule. [`BlurWatch`] keeps the sums of a moment in the middle of
+//! the render. With E the picture of the samples before it and L that of the samples after it, E − L is a known multiple of the bias of the
+//! whole, plus noise. The replicates have separate photon maps, so that the noise of E₁ − L₁ and of E₂ − L₂ is independent, and
+//! (E₁ − L₁)(E₂ − L₂) is an unbiased estimate of the square of their common part. It is averaged over neighbouring tiles and pictures. If
+//! it is insignificant, the stated error excludes it, and the upper end of its interval includes its upper bound. Bias of structures
+//! finer than all gathering discs so far does not shrink, and is not detected.
 
 use crate::stream::{PathCounts, REPLICATES, replicate};
 use crate::study::error_tile::{FLOOR, TILE};
@@ -16,33 +16,33 @@ use crate::study::interval::Z90;
 use crate::study::noisy::Noisy;
 use crate::study::replicates::{ReplicateSums, Replicates};
 
-/// How the blur of a method shrinks.
+/// Schedule by which the blur of a method shrinks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlurSchedule {
-    /// Camera samples of one replicate from one generation of photons to the next.
+    /// Camera samples of one replicate per generation of the photon map.
     pub samples_per_generation: u64,
-    /// Camera samples of one index.
+    /// Camera samples per index.
     pub samples_per_index: u64,
-    /// Exponent α of the area, which falls as g^(α − 1) with the generations g.
+    /// Exponent α of the gathering area, which falls as g^(α − 1) with the generation g.
     pub alpha: f64,
-    /// The generation from which on photons do not become more.
+    /// Generation from which on the number of photons is constant.
     pub last_generation: u64,
 }
 
-/// The bias of a picture.
+/// Estimated blur bias of a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blur {
-    /// Mean square over the pixels of each tile, of luminance, row by row; of what it may be where it is not [significant](Self::is_significant).
+    /// Mean squared bias of luminance per tile, row-major; if not [significant](Self::is_significant), an upper bound of it.
     pub squares: Vec<f64>,
-    /// The deviation of their sum, as a share of it.
+    /// Relative standard deviation of the sum over all tiles.
     pub deviation: f64,
-    /// It is more than noise may be.
+    /// Whether it exceeds what noise can explain.
     pub is_significant: bool,
 }
 
 impl Blur {
-    /// The mean square of a tile's blur, so many standard deviations from what is known of it. What may as well be noise counts as none, but
-    /// may be there.
+    /// Mean squared blur of a tile at this number of standard deviations from the estimate. An insignificant blur is estimated as 0, but
+    /// may be present within the interval.
     pub fn square(&self, tile: usize, deviations: f64) -> f64 {
         let square = self.squares.get(tile).copied().unwrap_or_default();
         let middle = if self.is_significant { 1.0 } else { 0.0 };
@@ -50,7 +50,7 @@ impl Blur {
     }
 }
 
-/// Watches how the blur of a render shrinks.
+/// Monitors how the blur of a render shrinks.
 #[derive(Clone, Debug)]
 pub struct BlurWatch {
     schedule: BlurSchedule,
@@ -59,7 +59,7 @@ pub struct BlurWatch {
     known: Option<KnownBlur>,
 }
 
-/// Samples, and the sums of the areas and of the radii that they gathered from, relative to those of the first generation.
+/// Number of samples, and sums of the gathering areas and radii that they used, relative to the first generation.
 #[derive(Clone, Copy, Debug, Default)]
 struct BlurredSamples {
     samples: f64,
@@ -75,7 +75,7 @@ struct Moment {
     parts: [LuminanceSums; REPLICATES],
 }
 
-/// Those of one replicate: of the camera stream with their weights, and of the light stream.
+/// Sums of one replicate: camera stream with weights, and light stream.
 #[derive(Clone, Debug)]
 struct LuminanceSums {
     camera: Vec<[f32; 2]>,
@@ -83,44 +83,44 @@ struct LuminanceSums {
     paths: PathCounts,
 }
 
-/// What is known of the blur, as of these samples.
+/// Estimate of the blur at a given number of samples.
 #[derive(Clone, Debug)]
 struct KnownBlur {
     blurred: BlurredSamples,
-    /// Squared bias of each tile over the square of what errors are relative to, as in [`Blur`].
+    /// Squared bias of each tile over the squared denominator of relative errors, as in [`Blur`].
     relative: Vec<f64>,
     deviation: f64,
     is_significant: bool,
-    /// The deviation of the mean of `relative` that noise makes.
+    /// Standard deviation of the mean of `relative` due to noise.
     noise: f64,
 }
 
-/// The square of the difference of early and late samples that both replicates have in common.
+/// The squared difference of early and late samples common to both replicates.
 struct CommonDifference {
-    /// Of each tile, relative to brightness; where it may be noise alone, the upper end of its 90 % interval.
+    /// Per tile, relative to brightness; if insignificant, the upper end of its 90 % interval.
     relative: Vec<f64>,
-    /// Mean over all tiles, and its deviation.
+    /// Mean over all tiles, and its standard deviation.
     mean: f64,
     deviation: f64,
-    /// The mean is more than noise may be.
+    /// Whether the mean exceeds what noise can explain.
     is_significant: bool,
 }
 
-/// The blur is computed from so many times the paths of the kept moment on.
+/// The blur is estimated once the paths exceed those of the kept moment by this factor.
 const COMPARED: f64 = 1.5;
 
-/// From so many times the paths of the kept moment on another one is kept, and what is found decides: before, late samples are too few to
-/// refute what was known.
+/// Once the paths exceed those of the kept moment by this factor, a new moment is kept and the present estimate is final; before, there are
+/// too few late samples to refute the previous estimate.
 const RENEWED: f64 = 3.0;
 
-/// Beyond this ratio of the bias to the difference of early and late samples, the difference tells nothing.
+/// If the ratio of the bias to the early–late difference exceeds this, the difference is uninformative.
 const LARGEST_RATIO: f64 = 3.0;
 
-/// The squared bias of a tile is averaged over so many tiles to each side.
+/// The squared bias of a tile is averaged over this many tiles on each side.
 const NEAR: usize = 2;
 
 impl BlurSchedule {
-    /// Some samples from this index of a replicate on, which see about the same photons.
+    /// Samples of a replicate from this index on that see about the same photon map.
     fn samples(&self, index: u64, samples: u64) -> BlurredSamples {
         let generation = 1 + index.saturating_mul(self.samples_per_index) / self.samples_per_generation;
         let area = (generation.min(self.last_generation) as f64).powf(self.alpha - 1.0);
@@ -138,18 +138,18 @@ impl BlurredSamples {
         }
     }
 
-    /// The means of areas and radii, to which the biases of smoothly lit surfaces and of edges are proportional.
+    /// Mean areas and radii, to which the biases of smoothly lit surfaces and of edges, respectively, are proportional.
     fn means(&self) -> [f64; 2] {
         [self.areas, self.radii].map(|sum| sum / self.samples.max(1.0))
     }
 
-    /// The squared bias of all samples over the squared difference of those before and after a moment, by both laws.
+    /// Ratio of the squared bias of all samples to the squared difference before and after a moment, by both laws.
     fn of_whole(&self, moment: &Self) -> [f64; 2] {
         let ([whole, early], late) = ([self, moment].map(Self::means), self.plus(moment, -1.0).means());
         [0, 1].map(|law| (whole[law] / (early[law] - late[law]).max(f64::MIN_POSITIVE)).powi(2))
     }
 
-    /// The squared bias of all samples over that of the first of them, mean of both laws.
+    /// Ratio of the squared bias of all samples to that of the earlier ones, averaged over both laws.
     fn over(&self, before: &Self) -> f64 {
         let [now, then] = [self, before].map(Self::means);
         0.5 * [0, 1].map(|law| (now[law] / then[law]).powi(2)).iter().sum::<f64>()
@@ -157,18 +157,18 @@ impl BlurredSamples {
 }
 
 impl BlurWatch {
-    /// Nothing is known yet.
+    /// A monitor without an estimate.
     pub fn new(schedule: BlurSchedule) -> Self {
         Self { schedule, blurred: BlurredSamples::default(), moment: None, known: None }
     }
 
-    /// A block that begins at this index is added to the sums.
+    /// Records a block that is added to the sums, beginning at this index.
     pub(super) fn add(&mut self, first_index: u64, paths: PathCounts) {
         let (_, index) = replicate(first_index);
         self.blurred = self.blurred.plus(&self.schedule.samples(index, paths.camera), 1.0);
     }
 
-    /// The blur of the picture of these sums; `None` while too little is known of it, or nothing.
+    /// The blur of the picture of these sums; `None` while there is too little data.
     pub(super) fn update(&mut self, sums: &Replicates) -> Option<Blur> {
         let paths = sums.paths();
         let since = self.moment.as_ref().map_or(f64::INFINITY, |moment| paths as f64 / moment.paths as f64);
@@ -193,14 +193,14 @@ impl BlurWatch {
         Some(Blur { squares: squares.collect(), deviation: *deviation, is_significant: *is_significant })
     }
 
-    /// What the samples before and after the moment tell.
+    /// Estimate from the samples before and after the moment.
     fn found(&self, sums: &Replicates, moment: &Moment) -> Option<KnownBlur> {
         let [areas, radii] = self.blurred.of_whole(&moment.blurred);
         let ratio = 0.5 * (areas + radii);
         if ratio.is_nan() || ratio > LARGEST_RATIO * LARGEST_RATIO {
             return None;
         }
-        // Nobody knows how much of the blur follows which law.
+        // It is unknown how the blur is divided between the two laws.
         let apart = 0.5 * (areas - radii).abs() / ratio;
         let common = compare(sums, moment)?;
         let is_significant = common.is_significant;
@@ -234,7 +234,7 @@ impl LuminanceSums {
         (camera, self.light.get(pixel).copied().unwrap_or_default())
     }
 
-    /// The sums before this moment, as sums of samples of which luminance alone is known; as large as those of `now`.
+    /// Sums before this moment, with luminance only, in the layout of `now`.
     fn early(&self, now: &ReplicateSums) -> ReplicateSums {
         let seen = |i: usize| self.at(i).0;
         ReplicateSums {
@@ -244,7 +244,7 @@ impl LuminanceSums {
         }
     }
 
-    /// The sums after this moment up to `now`.
+    /// Sums after this moment up to `now`.
     fn late(&self, now: &ReplicateSums) -> ReplicateSums {
         let seen = |(i, [_, y, _, w]): (usize, &[f32; 4])| {
             let ([before, weight], _) = self.at(i);
@@ -262,7 +262,7 @@ impl LuminanceSums {
     }
 }
 
-/// What relative errors divide by, tile by tile; `None` where there is no picture yet.
+/// Denominators of relative errors, per tile; `None` if there is no picture yet.
 fn brightness(sums: &Replicates) -> Option<Vec<f64>> {
     let [width, height] = sums.size();
     let mut tiles = Tiles::new([width, height]);
@@ -278,10 +278,11 @@ fn brightness(sums: &Replicates) -> Option<Vec<f64>> {
     Some(tiles.iter().map(|tile| tile.unwrap_or(mean).abs() + FLOOR * mean.abs()).collect())
 }
 
-/// What both replicates have in common of the difference of early and late samples. `None` where too few tiles have both, or nothing has luminance.
+/// The early–late difference common to both replicates. `None` if too few tiles have both early and late samples, or if the picture is
+/// black.
 fn compare(sums: &Replicates, moment: &Moment) -> Option<CommonDifference> {
     let size @ [_, height] = sums.size();
-    // Luminance of each pixel that has samples.
+    // Luminance of each pixel with samples.
     let picture = |part: ReplicateSums| -> Vec<Option<f32>> {
         let scale = part.light_scale(size);
         let pixels = part.xyz(size, sums.kernel(), 0..height, scale);
@@ -321,8 +322,8 @@ fn compare(sums: &Replicates, moment: &Moment) -> Option<CommonDifference> {
     Some(CommonDifference { relative, mean, deviation, is_significant })
 }
 
-/// The values by soft thresholding, none of them negative and all of them together of this sum: the threshold is the same multiple of the deviation of
-/// each, so that where there is noise alone nearly nothing is left.
+/// Soft thresholding to non-negative values with this total: the threshold is the same multiple of each value's standard deviation, so that
+/// pure noise is nearly removed.
 fn placed(values: &[Noisy], total: f64) -> Vec<f64> {
     let left = |multiple: f64| {
         values.iter().map(move |Noisy { value, variance }| (value - multiple * variance.sqrt()).max(0.0))
@@ -348,7 +349,7 @@ impl Tiles {
         Self { width, grid, quarters: vec![[[0.0; 2]; 4]; grid[0] * grid[1]] }
     }
 
-    /// Adds what one pixel has.
+    /// Adds the value of one pixel.
     fn add(&mut self, pixel: usize, value: f64) {
         let (x, y) = (pixel % self.width, pixel / self.width);
         let half = |at: usize| at % TILE / (TILE / 2);
@@ -356,7 +357,7 @@ impl Tiles {
         (*sum, *count) = (*sum + value, *count + 1.0);
     }
 
-    /// The mean of each tile; `None` where nothing was added.
+    /// Mean of each tile; `None` if nothing was added.
     fn means(&self) -> Vec<Option<Noisy>> {
         let mean = |quarters: &[[f64; 2]; 4]| {
             let seen = || quarters.iter().filter(|[_, count]| *count > 0.0);
@@ -368,12 +369,12 @@ impl Tiles {
         self.quarters.iter().map(mean).collect()
     }
 
-    /// For each tile the mean of itself alone, or with its neighbours, or with theirs too: that which is most clearly more than nothing.
+    /// For each tile the most significant of three means: of itself, with its neighbours, and with theirs too.
     fn clearest(&self, tiles: &[Option<Noisy>]) -> Vec<Noisy> {
         let mean = |i: usize, reach: usize| Noisy::mean_around(tiles, self.grid, i, reach);
         let clearest = |i: usize| {
             let neighbours = mean(i, 1);
-            // Four quarters say little of their own variance.
+            // Four quarters yield a poor estimate of their own variance.
             let alone = tiles[i].map(|tile| Noisy { value: tile.value, variance: 9.0 * neighbours.variance });
             let candidates = [Some(mean(i, NEAR)), Some(neighbours), alone];
             let best =
@@ -401,8 +402,8 @@ mod tests {
         last_generation: u64::MAX,
     };
 
-    /// Tells of a picture of luminance 1 that is too bright in its left half, by `bias` over the generations of photons to the power `law`, with
-    /// noise of 50 % in every sample: what is known of its blur, and the mean of its true square.
+    /// Monitors a picture of luminance 1 whose left half is too bright by `bias` times the photon generation to the power `law`, with
+    /// noise of 50 % in every sample. Returns the estimate, and the mean of the true squared bias.
     fn watched(seed: u64, bias: f64, law: f64, per_pixel: u64) -> (Option<Blur>, f64) {
         let (mut sums, mut random) = (Replicates::new([SIDE as u32; 2], 1.0), Random(seed));
         let mut watch = BlurWatch::new(SCHEDULE);
@@ -444,13 +445,13 @@ mod tests {
                 let of_truth = mean(&blur) / truth;
                 held += usize::from((of_truth - 1.0).abs() <= 1.645 * blur.deviation * of_truth);
                 logs += of_truth.ln() / 20.0;
-                // Means over neighbours reach a little beyond the edge.
+                // Means over neighbours extend slightly across the edge.
                 let left = |i: &usize| i % (SIDE / TILE) < SIDE / TILE / 2;
                 let there: f64 = (0..blur.squares.len()).filter(left).map(|i| blur.squares[i]).sum();
                 assert!(there > 0.7 * blur.squares.iter().sum::<f64>(), "law {law}, seed {seed}: {blur:?}");
             }
             assert!(held >= 17, "law {law}: {held} of 20 intervals held");
-            // Their difference alone does not tell which law it follows; either is taken for the mean of both.
+            // A single difference does not reveal the law; the estimate assumes the mean of both.
             assert!(logs.abs() < 1.2, "law {law}: stated over true square {}", logs.exp());
         }
     }
@@ -459,13 +460,13 @@ mod tests {
     fn without_blur_hardly_ever_any_is_told() {
         let told = |seed: &u64| watched(100 + seed, 0.0, 1.0, 32).0.is_some_and(|blur| blur.is_significant);
         let told = (0..40).filter(told).count();
-        // One in twenty by design; 7 or more of 40 would be one in 300.
+        // By design one in twenty; 7 or more of 40 would happen once in 300 times.
         assert!(told < 7, "in {told} of 40 pictures noise is taken for blur");
     }
 
     #[test]
     fn blur_that_may_be_noise_counts_upwards_alone() {
-        // So little that it is hardly ever significant.
+        // So weak that it is rarely significant.
         let (bias, mut held, mut uncertain) = (0.15, 0, 0);
         for seed in 0..40 {
             let (blur, truth) = watched(200 + seed, bias, 1.0, 8);

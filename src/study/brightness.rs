@@ -11,20 +11,20 @@ use serde::{Deserialize, Serialize};
 use crate::study::interval::{Interval, student, student_95};
 use crate::study::replicates::Replicates;
 
-/// Probability of a false alarm on either side for one method of one study.
+/// Probability of a false alarm on either side, per method and study.
 const FALSE_ALARM: f64 = 1e-5;
 
-/// Differences below this share are no alarm: single precision and tables of spectra have as much.
+/// Smaller relative differences cause no alarm: single precision and spectral tables have as much.
 const TOLERATED: f64 = 5e-4;
 
 /// Factor of the largest sample's share in the empirical Bernstein bound, 7/3 · ln(2/δ), at the level of an alarm and of a 90 % interval.
 const BERNSTEIN: [f64; 2] = [28.5, 7.0];
 
-/// Estimates from less than this share of the paths of the longest do not count, if there are enough others: the variance of short ones
-/// falls faster than with their paths, and says nothing of long ones.
+/// If there are enough others, estimates from less than this fraction of the longest one's paths are ignored: the variance of short renders
+/// falls faster than with their paths and is not representative of long ones.
 const SHORT: f64 = 0.05;
 
-/// Enough estimates.
+/// Number of estimates that count as enough.
 const ENOUGH: usize = 4;
 
 /// An independent estimate of the mean luminance of the picture.
@@ -32,9 +32,9 @@ const ENOUGH: usize = 4;
 pub struct MeanLuminance {
     /// The estimate.
     pub value: f64,
-    /// Paths that it was made of.
+    /// Number of paths of the estimate.
     pub paths: f64,
-    /// Share of the largest sample in it.
+    /// Fraction contributed by its largest sample.
     pub largest: f64,
 }
 
@@ -43,20 +43,20 @@ pub struct MeanLuminance {
 pub struct Brightness {
     /// Mean luminance over that of the other unbiased methods, with its 90 % interval.
     pub ratio: Interval,
-    /// The difference is more than chance.
+    /// Whether the difference exceeds chance.
     pub alarm: bool,
 }
 
 /// The estimates of one method.
 #[derive(Clone, Debug, Default)]
 pub struct MethodMeans {
-    /// The method is biased by design: it is compared, but no other method is compared with it.
+    /// Whether the method is biased by design: it is compared with others, but no other method is compared with it.
     pub biased: bool,
     /// Its independent estimates.
     pub means: Vec<MeanLuminance>,
 }
 
-/// A mean with its standard error and the share of its largest sample.
+/// Mean with its standard error and the fraction of its largest sample.
 struct Pooled {
     mean: f64,
     error: f64,
@@ -65,7 +65,7 @@ struct Pooled {
 }
 
 impl Replicates {
-    /// The mean luminance of the picture by each replicate; `None` before it has traced paths.
+    /// Mean luminance of the picture in each replicate; `None` before it has traced paths.
     pub fn mean_luminances(&self) -> [Option<MeanLuminance>; 2] {
         // The largest sample of the picture, as a sum of luminance.
         let largest = self.largest.tiles().iter().map(|kept| f64::from(kept[0])).fold(0.0, f64::max);
@@ -82,7 +82,7 @@ impl Replicates {
             }
             if part.paths.light > 0 && !part.light.is_empty() {
                 mean.value += sum(&part.light, 1) / part.paths.light as f64;
-                // A sample is of one stream, but which one is not known: the larger share counts.
+                // A sample belongs to one stream, but which is unknown, so the larger fraction is used.
                 mean.largest = mean.largest.max(largest / part.paths.light as f64);
             }
             mean.largest /= mean.value.max(f64::MIN_POSITIVE);
@@ -91,8 +91,8 @@ impl Replicates {
     }
 }
 
-/// Compares each method with the unbiased ones among the others, or with a given mean. `None` where there is nothing to compare
-/// with, or less than three estimates.
+/// Compares each method with the unbiased ones among the others, or with a given mean. `None` if there is nothing to compare with, or with
+/// fewer than three estimates.
 pub fn audit(methods: &[MethodMeans], given: Option<f64>) -> Vec<Option<Brightness>> {
     let pooled: Vec<Option<Pooled>> = methods.iter().map(|method| Pooled::of(&method.means)).collect();
     let compare = |i: usize| {
@@ -110,7 +110,7 @@ pub fn audit(methods: &[MethodMeans], given: Option<f64>) -> Vec<Option<Brightne
 }
 
 impl Pooled {
-    /// The mean of all estimates, weighted by their paths; their variances are taken to be in inverse proportion to these.
+    /// Weighted mean of all estimates; their variances are assumed to be inversely proportional to their paths.
     fn of(means: &[MeanLuminance]) -> Option<Self> {
         if means.len() < 3 {
             return None;
@@ -127,13 +127,13 @@ impl Pooled {
         Some(Self { mean, error: (unit / paths).sqrt(), degrees, largest })
     }
 
-    /// The one whose alarm would be the most sensitive: a mean of several would take the worst of their tails.
+    /// The method that makes the alarm most sensitive; a mean of several would inherit the worst of their tails.
     fn most_precise<'a>(all: impl Iterator<Item = &'a Self>) -> Option<Self> {
         let best = all.min_by(|a, b| a.half(0).iter().sum::<f64>().total_cmp(&b.half(0).iter().sum()))?;
         Some(Self { ..*best })
     }
 
-    /// Half of the relative interval at the level of an alarm (0) or of 90 % (1): what the scatter tells, and what has not been sampled.
+    /// Half-widths of the relative interval at the level of an alarm (0) or of 90 % (1): from the scatter, and from the largest sample.
     fn half(&self, level: usize) -> [f64; 2] {
         let t = match level {
             0 => student(FALSE_ALARM, self.degrees),
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
     use crate::math::random::Random;
 
-    /// Estimates of `runs` pictures of growing length. `draw` is one sample; an estimate is the mean of as many as it has paths.
+    /// Estimates of `runs` pictures of growing length. `draw` yields a sample; an estimate is the mean of as many samples as it has paths.
     fn estimates(
         runs: usize,
         paths: f64,
@@ -190,12 +190,12 @@ mod tests {
         (1.0 - random.f64()).powf(-1.0 / 1.5) / 3.0
     }
 
-    /// One sample in 300 carries as much as all others.
+    /// One sample in 300 carries as much as all others together.
     fn rare(random: &mut Random) -> f64 {
         if random.f64() < 1.0 / 300.0 { 150.0 } else { 150.0 / 299.0 }
     }
 
-    /// A thousand studies of four methods each, of which one has few estimates, give no alarm.
+    /// A thousand studies of four equal methods, one with few estimates, raise no alarm.
     #[test]
     fn clean_studies_raise_no_alarm() {
         for (seed, draw) in [(1, exponential as fn(&mut Random) -> f64), (2, pareto), (3, rare)] {

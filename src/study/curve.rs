@@ -31,20 +31,21 @@ pub struct PowerLaw {
 /// Prior of the slope: mean and standard deviation over long renders of ten scenes, from 16 samples per pixel on (`tools/study_check`).
 const PRIOR_SLOPE: (f64, f64) = (0.54, 0.05);
 
-/// The same of methods that blur: their blur falls more slowly than noise, and is a larger part of the error the longer they render.
+/// The prior for methods with blur, which falls more slowly than noise and dominates long renders.
 const BLURRED_SLOPE: (f64, f64) = (0.47, 0.08);
 
-/// Standard deviation, in ln error, of real curves from a power law, in addition to noise.
+/// Standard deviation, in ln error, of real curves around a power law, in addition to noise.
 const SEQUENCE_DEVIATION: f64 = 0.03;
 
-/// Checkpoints within this factor of samples share most of them, so only one of them enters a fit.
+/// Checkpoints whose sample counts are within this factor share most samples, so only one of them enters a fit.
 const MIN_SAMPLE_RATIO: f64 = 1.5;
 
-/// Checkpoints that a fit uses at most: the slope may have been another before.
+/// Most checkpoints in a fit, since earlier ones may have another slope.
 const MAX_CHECKPOINTS: usize = 6;
 
 impl PowerLaw {
-    /// Fits the last checkpoints of one render, with the prior of the slope, by a method that `blurs` or not. `None` if none has an error.
+    /// Fits the last checkpoints of one render with the prior of the slope; `blurs`: the method has photon blur. `None` if no checkpoint
+    /// has an error.
     pub fn new(checkpoints: &[Checkpoint], blurs: bool) -> Option<Self> {
         Self::with(checkpoints, Some(if blurs { BLURRED_SLOPE } else { PRIOR_SLOPE }))
     }
@@ -57,7 +58,7 @@ impl PowerLaw {
     fn with(checkpoints: &[Checkpoint], prior: Option<(f64, f64)>) -> Option<Self> {
         let usable = |c: &&Checkpoint| c.error > 0.0 && c.samples > 0.0 && c.error.is_finite();
         let last = *checkpoints.iter().rfind(usable)?;
-        // Normal equations of weighted least squares; the prior counts as one more observation of the slope.
+        // Weighted least squares; the prior counts as an additional observation of the slope.
         let precision = prior.map_or(0.0, |(_, deviation)| deviation.powi(-2));
         let (mut n, mut x1, mut x2) = (0.0, 0.0, precision);
         let (mut y1, mut xy) = (0.0, prior.map_or(0.0, |(slope, _)| precision * slope));
@@ -91,7 +92,7 @@ impl PowerLaw {
         Interval { value: -self.slope, low: -self.slope - half, high: -self.slope + half }
     }
 
-    /// The error after so many samples.
+    /// Predicted error at this number of samples.
     pub fn error(&self, samples: f64) -> f64 {
         (self.level - self.slope * (samples / self.samples).ln()).exp()
     }
@@ -142,12 +143,12 @@ mod tests {
         let blurred = PowerLaw::new(&checkpoints(0.7, 0.1)[..1], true).expect("one checkpoint");
         assert!((blurred.slope - BLURRED_SLOPE.0).abs() < 1e-9);
         assert_eq!(PowerLaw::free(&checkpoints(0.7, 0.1)[..1]), None);
-        // Noise as large as the fall barely moves the prior.
+        // With noise as large as the decrease, the fit stays close to the prior.
         let noisy = PowerLaw::new(&checkpoints(0.2, 2.0), false).expect("twenty checkpoints");
         assert!((noisy.slope - PRIOR_SLOPE.0).abs() < 0.1);
         let broken = Checkpoint { error: f64::NAN, samples: 1.0, ..Checkpoint::default() };
         assert_eq!(PowerLaw::new(&[broken], false), None);
-        // An error that grows never becomes small enough.
+        // An increasing error never reaches the target.
         assert_eq!(PowerLaw::free(&checkpoints(-0.5, 0.01)).and_then(|fit| fit.until(1e-9)), None);
     }
 }

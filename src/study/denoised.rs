@@ -1,19 +1,21 @@
-//! The error of a picture that is shown through a noise filter.
+//! The error of a denoised picture.
 //!
-//! The filter F mixes the samples of neighbouring pixels, so that the difference of two replicates a and b, of which it has seen both, says nothing of its
-//! error. Each of them is filtered alone instead. What the filter makes of a is independent of b, and with the true picture μ
+//! The filter F mixes the samples of neighbouring pixels, so that the difference of two replicates a and b, both of which it has used, says
+//! nothing about its error. Instead, each replicate is filtered alone. Then F(a) is independent of b, and with the true picture μ
 //!
 //! E[(F(a) − b)²] = E[(F(a) − μ)²] + Var(b),
 //!
-//! where half of (a − b)² stands for the variance. This is what held-out samples tell in cross-validation. Let S be the error of F(a) and F(b), mean of both.
-//! That of the mean of F(a) and F(b) is M = S − (F(a) − F(b))²/4: their noise is halved, and their bias is not. The picture that is shown is filtered
-//! from all samples at once. There the filter has half the noise to take away. One that adapts to it halves its bias as well, so that S/2 is left; one that
-//! does not leaves M. What is stated is the geometric mean of both; either lies well within the interval.
+//! where (a − b)²/2 estimates the variance. This is the principle of held-out samples in cross-validation. Let S be the mean error of F(a)
+//! and F(b). The error of the mean of F(a) and F(b) is M = S − (F(a) − F(b))²/4: their noise is halved, and their bias is not. The
+//! displayed picture is filtered from all samples at once, which have half the noise. A filter that adapts to it halves its bias as well,
+//! so that the error is S/2; for one that does not, it is M. The stated error is the geometric mean of both; either lies well within the
+//! interval.
 //!
-//! Bias that both replicates share, as the blur of photons and light that no sample has met, is no part of it.
+//! Bias common to both replicates is excluded, such as photon blur and light that no sample has found.
 //!
-//! One pixel says nearly nothing of it, and noise remains in the sum over a tile: over the whole picture the estimate is without bias. Over the tiles it is
-//! spread as the noise of the unfiltered picture is, but where they clearly say otherwise (James and Stein 1961).
+//! A single pixel is nearly uninformative, and noise remains in the sum over a tile: only over the whole picture is the estimate unbiased.
+//! It is distributed over the tiles in proportion to the noise of the unfiltered picture, except where they deviate significantly (James
+//! and Stein 1961).
 
 use crate::image::compare::luminance;
 use crate::study::error::{ErrorEstimate, QUANTILES};
@@ -21,11 +23,11 @@ use crate::study::error_tile::{FLOOR, TILE};
 use crate::study::interval::Interval;
 use crate::study::noisy::Noisy;
 
-/// The pictures of both replicates, linear Rec.709, row by row.
+/// Pictures of both replicates, linear Rec.709, row-major.
 pub struct FilteredHalves<'a> {
-    /// As the film shows them.
+    /// Unfiltered, as on the film.
     pub film: [&'a [[f32; 3]]; 2],
-    /// Through the filter, each without the other.
+    /// Filtered, each without the other.
     pub filtered: [&'a [[f32; 3]]; 2],
 }
 
@@ -36,13 +38,13 @@ struct TileSums {
     luminance: f64,
     /// Squared error of luminance.
     square: SquaredError,
-    /// The same relative to squared luminance, as in relMSE.
+    /// As `square`, relative to squared luminance as in relMSE.
     relative: SquaredError,
     /// The squared difference of both replicates.
     noise: f64,
 }
 
-/// The squared error of either filtered replicate, and of their mean, with the noise of an estimate.
+/// Squared error of a filtered replicate, and of the mean of both, with the noise of the estimate.
 #[derive(Clone, Copy, Debug, Default)]
 struct SquaredError {
     single: f64,
@@ -59,22 +61,23 @@ impl SquaredError {
         Self { single: self.single + times * other.single, mean: self.mean + times * other.mean }
     }
 
-    /// That of the picture which is filtered from all samples, as a factor on that of the mean, and the logarithm of what it may be more or
-    /// less; `None` where there is too little to tell.
+    /// Squared error of the picture filtered from all samples, as a factor on that of the mean, and the standard deviation of its
+    /// logarithm; `None` if there is too little data.
     fn of_all(self) -> Option<(f64, f64)> {
         let least = 0.5 * self.single;
-        // But for noise it is never less.
+        // Except for noise it is never smaller.
         let most = self.mean.max(least);
         (self.mean > 0.0 && least > 0.0)
             .then(|| ((least * most).sqrt() / self.mean, 0.5 * (most / least).ln()))
     }
 }
 
-/// Standard deviation of the logarithm of an error of some part of the picture on top of that of the sum: where the errors lie is known roughly.
+/// Additional standard deviation of the logarithm of an error in a part of the picture, over that of the sum: the location of errors is
+/// only roughly known.
 const PLACE_DEVIATION: f64 = 0.1;
 
 impl FilteredHalves<'_> {
-    /// The error of the filtered picture of `size` pixels. `None` where it is too small to tell.
+    /// Error of the filtered picture of `size` pixels. `None` if the picture is too small.
     pub fn error(&self, size: [usize; 2]) -> Option<ErrorEstimate> {
         let tiles = self.tiles(size)?;
         let pixels: f64 = tiles.iter().map(|tile| tile.pixels).sum();
@@ -92,7 +95,7 @@ impl FilteredHalves<'_> {
             spread(&squares, &noise, size.map(|n| n.div_ceil(TILE))).into_iter().map(f64::sqrt).collect();
         errors.sort_unstable_by(f64::total_cmp);
         let at = |q: f64| errors[((q * errors.len() as f64) as usize).min(errors.len() - 1)];
-        // Of the logarithm of a mean square.
+        // Standard deviation of the logarithm of a mean square.
         let uncertain = |values: &[f64], apart: f64| deviation(values).min(1.0).hypot(apart);
         let of_root = (0.5 * uncertain(&squares, apart)).hypot(PLACE_DEVIATION);
         let relative = tiles.iter().fold(SquaredError::default(), |sum, tile| sum.plus(tile.relative, 1.0));
@@ -108,7 +111,7 @@ impl FilteredHalves<'_> {
         })
     }
 
-    /// The tiles of a picture of this size; `None` unless all of it is there.
+    /// Tiles of a picture of this size; `None` if its pixels are incomplete.
     fn tiles(&self, [width, height]: [usize; 2]) -> Option<Vec<TileSums>> {
         let columns = width.div_ceil(TILE);
         let mut tiles = vec![TileSums::default(); columns * height.div_ceil(TILE)];
@@ -135,14 +138,14 @@ impl FilteredHalves<'_> {
     }
 }
 
-/// A tile is averaged with so many tiles to each side, at most.
+/// A tile is averaged with at most this many tiles on each side.
 const NEAR: usize = 2;
 
-/// Up to so many standard deviations a tile has what its noise lets expect.
+/// Up to this number of standard deviations a tile counts as consistent with its noise.
 const CLEAR: f64 = 2.0;
 
-/// Values of tiles that have the sum of these, and none of which is negative: in proportion to `noise`, but where they, or their means over
-/// neighbouring tiles, are clearly otherwise.
+/// Non-negative tile values with the same sum as `values`: proportional to `noise`, except where the values, or their means over
+/// neighbouring tiles, deviate significantly.
 fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     let total: f64 = values.iter().sum();
     let all: f64 = noise.iter().sum();
@@ -167,7 +170,7 @@ fn spread(values: &[f64], noise: &[f64], grid: [usize; 2]) -> Vec<f64> {
     known.into_iter().map(|value| if sum > 0.0 { value * total / sum } else { 0.0 }).collect()
 }
 
-/// The standard deviation of a sum of independent values, about, over the sum.
+/// Approximate relative standard deviation of a sum of independent values.
 fn deviation(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
     squares.sqrt() / values.iter().sum::<f64>()
@@ -219,7 +222,7 @@ mod tests {
                 (stated, all) = (stated + estimate.rel_mse.value, all + truth / 1.01);
             }
             assert!(held >= 16, "{held} of 20 intervals held");
-            // Where all is noise M is S/2; with bias alone it is twice that, and what is stated is smaller by √2.
+            // With noise alone M is S/2; with bias alone M is twice that, and the stated error is smaller by √2.
             assert!((0.65..1.1).contains(&(stated / all)), "{}", stated / all);
         }
     }

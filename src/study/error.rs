@@ -30,36 +30,36 @@ const MIN_TILES: usize = 16;
 /// Number of half-samples from which intervals are estimated.
 const HALF_SAMPLES: usize = 16;
 
-/// Half of a 90 % interval in standard deviations that so many half-samples estimate.
+/// Half-width of a 90 % interval in units of a standard deviation estimated from this number of half-samples.
 fn half_interval() -> f64 {
     student_95((HALF_SAMPLES - 1) as f64)
 }
 
-/// Standard deviation of the logarithm of relMSE on top of what its tiles say, where the mean of a quarter stands for the luminance of its pixels.
+/// Standard deviation of the logarithm of relMSE in addition to the scatter of its tiles, because the mean of a quarter replaces the
+/// luminance of its pixels.
 const DIVISOR_DEVIATION: f64 = 0.05;
 
-/// If as many rare events are expected, the probability that none is met is 5 %.
+/// Expected number of rare events of which none occurs with a probability of 5 %.
 const UNMET: f64 = 3.0;
 
-/// The light of the largest samples is spread over so many tiles to each side.
+/// The light of the largest samples is spread over this many tiles on each side.
 const SPREAD: usize = 2;
 
-/// What other samples than those of a render show of a rectangle of its picture, or of all of it.
+/// Samples of other renders in a rectangle of a picture, or in all of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherSamples {
-    /// Its first pixel; the rectangle may begin before the picture.
+    /// First pixel of the rectangle, which may begin outside the picture.
     pub origin: [i64; 2],
     /// Columns and rows.
     pub size: [usize; 2],
-    /// Its pixels, row by row.
+    /// Pixels, row-major.
     pub pixels: Vec<ReplicatePixel>,
-    /// Paths per pixel of each.
+    /// Paths per pixel, for each pixel.
     pub per_pixel: Vec<f32>,
 }
 
 impl OtherSamples {
-    /// Mixes them into the pixels of a picture of this width and these paths per pixel, to which theirs are added: the mean of both pictures,
-    /// each with the share of its paths.
+    /// Mixes them into the pixels of a picture of this width, weighted by paths per pixel, and adds theirs to `per_pixel`.
     pub fn mix_into(&self, picture: &mut [ReplicatePixel], width: usize, per_pixel: &mut [f32]) {
         let height = picture.len() / width.max(1);
         let row = |y: usize| y as i64 + self.origin[1];
@@ -78,8 +78,8 @@ impl OtherSamples {
 }
 
 impl ReplicatePixel {
-    /// The mean of this pixel and another one of the same expectation, which has this share. The differences of independent pictures are
-    /// added: the squared sum times the factor is, on average, the variance of the mean.
+    /// Weighted mean of this pixel and another of the same expectation; `share`: weight of the other. Differences of independent pictures
+    /// add up, so that the squared sum times the factor is in expectation the variance of the mean.
     fn mixed(&self, other: &Self, share: f32) -> Self {
         if !(self.seen && other.seen) {
             return if other.seen { *other } else { *self };
@@ -88,7 +88,7 @@ impl ReplicatePixel {
         let sum = |a: [f32; 3], b: [f32; 3], [for_a, for_b]: [f32; 2]| -> [f32; 3] {
             std::array::from_fn(|c| a[c] * for_a + b[c] * for_b)
         };
-        // As if both replicates of either had the same weight, whose factor is 1/4.
+        // Assumes equal weights of the replicates of either pixel, for which the factor is 1/4.
         let weights = [parts[0] * 2.0 * self.factor.sqrt(), parts[1] * 2.0 * other.factor.sqrt()];
         Self {
             mean: sum(self.mean, other.mean, parts),
@@ -112,7 +112,7 @@ pub enum TileSubset {
 }
 
 impl TileSubset {
-    /// True for the tile in this column and row.
+    /// Whether the tile in this column and row belongs to the subset.
     fn contains(self, x: usize, y: usize) -> bool {
         match self {
             TileSubset::All => true,
@@ -122,7 +122,7 @@ impl TileSubset {
     }
 }
 
-/// The error of a picture, tile by tile; [`estimate`](Self::estimate) states it.
+/// Error of a picture per tile; [`estimate`](Self::estimate) computes the stated error.
 #[derive(Clone, Debug)]
 pub struct ErrorField {
     /// Columns and rows of tiles.
@@ -130,16 +130,16 @@ pub struct ErrorField {
     tiles: Vec<ErrorTile>,
     /// Mean luminance of the picture.
     mean: f64,
-    /// Light that witnesses have found and the picture has not.
+    /// Light found by witnesses and missing from the picture.
     unfound: UnfoundLight,
-    /// The bias that both replicates share.
+    /// Bias common to both replicates.
     blur: Blur,
     bright: Vec<BrightPixel>,
 }
 
-/// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. It
-/// contains it less often where light is found late, as far as no [witness](crate::study::witness) tells of it, and that of relMSE where light subpaths are
-/// shared over the picture: `tools/README.md` has how often, scene by scene.
+/// Errors of a picture. Each interval is meant to contain the true error of this very picture with a probability of 90 %. The actual
+/// coverage is lower if light is found late and no [witness](crate::study::witness) finds it, and for relMSE if light subpaths are shared
+/// over the picture: `tools/README.md` has the coverage scene by scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorEstimate {
     /// Relative errors that 50 %, 95 % and 99 % of the tiles stay below.
@@ -153,7 +153,7 @@ pub struct ErrorEstimate {
 /// The quantiles of [`ErrorEstimate::relative`].
 pub(super) const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
 
-/// The mean luminance of the quarter of a tile that each pixel of a picture of `size` pixels lies in.
+/// Mean luminance of the tile quarter that contains a pixel, for a picture of `size` pixels.
 fn quarter_means(pixels: &[ReplicatePixel], size: [usize; 2]) -> impl Fn(usize) -> f64 {
     let [columns, side] = [size[0].div_ceil(TILE / 2), TILE / 2];
     let quarter = move |[x, y]: [usize; 2]| y / side * columns + x / side;
@@ -169,9 +169,9 @@ fn quarter_means(pixels: &[ReplicatePixel], size: [usize; 2]) -> impl Fn(usize) 
     }
 }
 
-/// The squared error of every pixel of a picture of `size` pixels, the mean of R, G and B, over the square of what stated errors are
-/// relative to: the luminance of its place plus [`FLOOR`] of the picture's. It is 0 where a replicate has no samples or nothing has
-/// luminance. `None` while the replicates have reached too few pixels.
+/// Per pixel, the squared error (mean of R, G and B) over the squared denominator of stated errors: the local luminance plus [`FLOOR`] of
+/// the picture's. It is 0 if a replicate has no samples, or if the picture is black. `None` while the replicates have reached too few
+/// pixels.
 pub(super) fn relative_squares(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Vec<f64>> {
     let near = quarter_means(pixels, size);
     let seen = || pixels.iter().enumerate().filter(|(_, pixel)| pixel.seen);
@@ -191,10 +191,11 @@ pub(super) fn relative_squares(pixels: &[ReplicatePixel], size: [usize; 2]) -> O
 }
 
 impl ErrorField {
-    /// The error of a picture of `size` pixels. `None` while both replicates have reached too few of them.
+    /// Error of a picture of `size` pixels. `None` while both replicates have reached too few of them.
     ///
-    /// relMSE divides by the squared true luminance of a pixel. The noisy luminance in its place would hide the error of
-    /// exactly those pixels that are too bright, so the mean of a quarter of the tile stands for it, but for pixels far brighter than that (`error_tile.rs`).
+    /// relMSE divides by the squared true luminance of a pixel. Dividing by the noisy luminance would hide the error of exactly those
+    /// pixels that are too bright, so the mean of a quarter of the tile is used, except for pixels far brighter than that
+    /// (`error_tile.rs`).
     pub fn new(pixels: &[ReplicatePixel], size: [usize; 2]) -> Option<Self> {
         let near = quarter_means(pixels, size);
         let mut field = Self::of_replicates(pixels, &near, |_| None, size)?;
@@ -203,7 +204,7 @@ impl ErrorField {
             let place = [y / TILE * field.grid[0] + x / TILE, quarter_of(x, y)];
             let quarter = &mut field.tiles[place[0]].quarters[place[1]];
             let (mean, difference) = (luminance(pixel.mean), luminance(pixel.difference).abs());
-            // The factor does not tell which of both has more of the samples: this is the least that it can be.
+            // The factor does not tell which replicate has more samples; this is the smallest possible value.
             let low = mean - (0.5 + (0.25 - f64::from(pixel.factor)).max(0.0).sqrt()) * difference;
             let high = low + difference;
             if is_far_above(high, quarter.least().max(0.0) + FLOOR * field.mean.abs()) {
@@ -229,7 +230,7 @@ impl ErrorField {
         is_whole.then(|| Self::of_replicates(pixels, truth, |i| Some(truth(i)), size)).flatten()
     }
 
-    /// The error of `pixels`: `near` and `relative_to` tell the [luminances](PixelError) of each.
+    /// Error of `pixels`; `near` and `relative_to` yield the [luminances](PixelError) of each.
     fn of_replicates(
         pixels: &[ReplicatePixel],
         near: impl Fn(usize) -> f64,
@@ -259,7 +260,7 @@ impl ErrorField {
             .flatten()
     }
 
-    /// Sums up the errors of all pixels, row by row.
+    /// Sums the errors of all pixels, row-major.
     pub(super) fn of(
         mut errors: impl ExactSizeIterator<Item = Option<PixelError>>,
         [width, height]: [usize; 2],
@@ -298,12 +299,10 @@ impl ErrorField {
         self.tiles.iter().map(|tile| tile.luminance)
     }
 
-    /// Spreads the part `excess` of the luminance of each tile, which few samples have brought, over its neighbourhood of 5×5
-    /// tiles.
+    /// Spreads `excess`, the part of each tile's luminance carried by few samples, over its neighbourhood of 5×5 tiles.
     ///
-    /// Relative errors divide by luminance. Where rare samples bring much of it, a tile that has met one of them is too bright
-    /// and its relative error too small; those that have not are too dark. Their neighbourhood knows better how bright they
-    /// are.
+    /// Relative errors divide by luminance. If rare samples carry much of it, a tile that has received one is too bright and its relative
+    /// error too small; tiles without are too dark. The neighbourhood gives a better estimate of their brightness.
     pub fn spread(&mut self, excess: &[f64]) {
         let [columns, rows] = self.grid;
         if excess.len() < self.tiles.len() {
@@ -329,7 +328,7 @@ impl ErrorField {
         self.place_bright();
     }
 
-    /// Counts light that the picture lacks as an error of its tiles, and what they have and lack as their luminance.
+    /// Adds light missing from the picture to the error of its tiles, and to their luminance.
     pub(super) fn add_unfound(&mut self, unfound: UnfoundLight) {
         for (tile, brightness) in self.tiles.iter_mut().zip(&unfound.brightness) {
             tile.luminance = tile.luminance.max(brightness * tile.pixels());
@@ -337,8 +336,8 @@ impl ErrorField {
         self.unfound = unfound;
     }
 
-    /// Counts a bias that both replicates share. Returns which share of the squared relative error, summed over all tiles, it is; `None` where it
-    /// may be noise.
+    /// Adds a bias common to both replicates. Returns its fraction of the squared relative error, summed over all tiles; `None` if it is
+    /// insignificant.
     pub(super) fn add_blur(&mut self, blur: Blur) -> Option<f64> {
         self.blur = blur;
         let tiles = 0..self.tiles.len();
@@ -348,7 +347,7 @@ impl ErrorField {
         self.blur.is_significant.then_some(share)
     }
 
-    /// What the relative error of this tile divides by; `None` where nothing has luminance.
+    /// Denominator of the relative error of a tile; `None` for a black picture.
     fn divisor(&self, i: usize) -> Option<f64> {
         let pixels = self.tiles[i].pixels();
         let against =
@@ -361,7 +360,7 @@ impl ErrorField {
         self.grid
     }
 
-    /// Relative error of every tile, row by row; 0 where it is unknown.
+    /// Relative error of every tile, row-major; 0 if unknown.
     pub fn map(&self) -> Vec<f64> {
         (0..self.tiles.len()).map(|i| self.relative(i, &[0, 1, 2, 3], 0.0).unwrap_or(0.0)).collect()
     }
@@ -379,8 +378,8 @@ impl ErrorField {
         if pixels > 0.0 { square / pixels } else { 0.0 }
     }
 
-    /// Mean square error of luminance on a coarser grid of so many columns and rows, relative to the picture's squared mean
-    /// luminance, row by row. Empty for a picture of fewer tiles than cells.
+    /// Mean square error of luminance on a coarser grid, relative to the picture's squared mean luminance, row-major. Empty if the picture
+    /// has fewer tiles than the grid has cells.
     pub fn coarse(&self, [columns, rows]: [usize; 2]) -> Vec<f32> {
         if self.grid[0] < columns || self.grid[1] < rows {
             return Vec::new();
@@ -403,17 +402,17 @@ impl ErrorField {
         let tile = &self.tiles[i];
         let pixels: f64 = quarters.iter().map(|&q| tile.quarters[q].pixels).sum();
         let square: f64 = quarters.iter().map(|&q| tile.quarters[q].square).sum();
-        // What the tile may lack is a part of its luminance, too.
+        // The light that the tile may lack is also part of its luminance.
         let [may, is] = [deviations, 0.0].map(|d| self.unfound.known_to_lack(i, d).iter().sum::<f64>());
         let against = self.divisor(i)? + (may - is).max(0.0);
-        // Below 0 where more noise of a reference is subtracted than there is.
+        // Negative if more noise of a reference is subtracted than there is.
         let square =
             (square / pixels).max(0.0) + self.unfound.lacks(i, deviations) + self.blur.square(i, deviations);
         (pixels > 0.0).then(|| square.sqrt() / against)
     }
 
-    /// Quantiles and relMSE of some tiles, from the first `count` of the quarters that `choose` orders for every tile, with the light that the
-    /// picture lacks, so many standard deviations from what is known of it.
+    /// Quantiles and relMSE of some tiles, from the first `count` quarters of each tile in the order given by `choose`, including missing
+    /// light at this number of standard deviations from its estimate.
     fn values(
         &self,
         subset: TileSubset,
@@ -443,7 +442,7 @@ impl ErrorField {
         [a, b, c, if pixels > 0.0 { relative / pixels } else { 0.0 }]
     }
 
-    /// The largest part of relMSE that one tile has.
+    /// Largest contribution of a single tile to relMSE.
     fn largest_of_sum(&self, subset: TileSubset) -> f64 {
         let of_tile = |(i, tile): (usize, &ErrorTile)| {
             let counts = subset.contains(i % self.grid[0], i / self.grid[0]);
@@ -454,15 +453,15 @@ impl ErrorField {
         all().map(|(relative, _)| relative).fold(0.0, f64::max) / pixels.max(1.0)
     }
 
-    /// States the error of some tiles (of all in a tiny picture) with its intervals. Errors are 0 where nothing has luminance.
+    /// Estimates the error of some tiles (of all in a tiny picture) with intervals. Errors of a black picture are 0.
     ///
     /// The variance of each number is estimated by balanced half-samples (McCarthy 1969): recomputing a number from a
     /// random half of each tile scatters it by about as much as the number itself scatters. The true error of this picture
     /// varies as much again, independently, which makes the factor 2 in the interval. Student's t allows for the small number of
     /// half-samples.
     ///
-    /// Where few tiles carry much of relMSE, it is heavy-tailed: others like the largest one may not have met yet what that has met. As many of them are
-    /// possible as are met by none with a probability of 5 %, which is three (the rule of three, Hanley and Lippman-Hand 1983).
+    /// If few tiles dominate relMSE, it is heavy-tailed: events like the one in the largest tile may not have occurred in others yet. The
+    /// number of such events of which none occurs with a probability of 5 % is three (the rule of three, Hanley and Lippman-Hand 1983).
     pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
         let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4, 0.0);
@@ -471,7 +470,7 @@ impl ErrorField {
             || !self.unfound.highlights.is_empty()
             || !self.unfound.scattered.tiles.is_empty()
             || self.blur.deviation > 0.0;
-        // They are evaluated at both ends of the 90 % interval, because the error is not a power of the number of deviations.
+        // Evaluated at both ends of the 90 % interval, because the error is not a power of the number of standard deviations.
         let [more, less] = [Z90, -Z90].map(|deviations| match is_uncertain {
             true => self.values(tiles, |_| [0, 1, 2, 3], 4, deviations),
             false => whole,
@@ -481,7 +480,7 @@ impl ErrorField {
             let choose = |tile: usize| {
                 let word = mix(tile as u64 ^ half << 40);
                 let mut kept = [0, 1, 2, 3];
-                // A random order of the quarters, of which the first two are kept.
+                // A random order of the quarters; the first two are used.
                 for i in (1..4).rev() {
                     kept.swap(i, (word >> (16 * i)) as usize % (i + 1));
                 }
@@ -493,11 +492,11 @@ impl ErrorField {
                 (sums[i], squares[i]) = (sums[i] + log, squares[i] + log * log);
             }
         }
-        // Around their own mean, because quantiles of fewer pixels all lie further out.
+        // Scatter around their own mean, because quantiles of fewer pixels are all biased outwards.
         let count = HALF_SAMPLES as f64;
         let variance = |i: usize| ((squares[i] - sums[i] * sums[i] / count) / (count - 1.0)).max(0.0);
         let widened = half_interval() / Z90;
-        // Upwards and downwards.
+        // Upper and lower part.
         let of_bias = |i: usize| {
             let whole = whole[i];
             let log = |ratio: f64| if whole > 0.0 { ratio.max(1.0).ln() / Z90 } else { 0.0 };
@@ -524,8 +523,7 @@ impl ErrorField {
 }
 
 impl ErrorEstimate {
-    /// Standard deviation of the logarithm of the stated error alone, without the variance of the true one, as the weight in a
-    /// fit.
+    /// Standard deviation of the logarithm of the stated error alone, excluding the variation of the true error; used as weight in a fit.
     pub fn log_deviation(interval: &Interval) -> f64 {
         if interval.value > 0.0 {
             (interval.value / interval.low).ln() / half_interval() / std::f64::consts::SQRT_2

@@ -1,4 +1,4 @@
-//! Sums over the tiles of a picture, of which its [error](crate::study::error) is made, and the luminance that relMSE divides by.
+//! Sums over tiles of a picture, from which its [error](crate::study::error) is computed, and the luminance in the denominator of relMSE.
 
 /// Mean and difference of the replicates in one pixel, linear Rec.709.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -7,9 +7,9 @@ pub struct ReplicatePixel {
     pub mean: [f32; 3],
     /// First replicate minus second.
     pub difference: [f32; 3],
-    /// The squared difference times this is the variance of the mean: the product of both weights, 1/4 for equal ones.
+    /// Factor by which the squared difference becomes the variance of the mean: product of the replicates' weights, 1/4 if these are equal.
     pub factor: f32,
-    /// Both replicates have samples here.
+    /// Whether both replicates have samples here.
     pub seen: bool,
 }
 
@@ -20,16 +20,16 @@ pub const FLOOR: f64 = 0.01;
 /// Width and height of a tile in pixels.
 pub const TILE: usize = 8;
 
-/// A pixel is far above its surroundings from so many times their luminance on.
+/// A pixel counts as far above its surroundings from this multiple of their luminance on.
 const FAR: f64 = 4.0;
 
 /// The error of one pixel.
 pub(super) struct PixelError {
     /// Luminance of the pixel, or the mean of its quarter of a tile.
     pub(super) luminance: f64,
-    /// The luminance that relMSE divides by; `None` where that of its quarter of a tile stands for it.
+    /// Luminance in the denominator of relMSE; `None` if the mean of its tile quarter is used.
     pub(super) relative_to: Option<f64>,
-    /// Luminance of the first replicate minus that of the second; 0 where the luminance is known.
+    /// Luminance of the first replicate minus that of the second; 0 if the true luminance is known.
     pub(super) difference: f64,
     /// Squared error by channel.
     pub(super) squares: [f64; 3],
@@ -45,13 +45,13 @@ pub(super) struct QuarterSums {
     pub(super) square: f64,
     /// Luminance.
     pub(super) luminance: f64,
-    /// That of the first replicate minus that of the second.
+    /// Luminance of the first replicate minus that of the second.
     pub(super) difference: f64,
-    /// Squared error, mean of R, G and B, of the pixels whose own luminance is not known.
+    /// Squared error (mean of R, G and B) of the pixels without a known luminance.
     pub(super) colors: f64,
-    /// Squared error relative to squared luminance, as in relMSE, of the others.
+    /// Squared error relative to squared luminance, as in relMSE, of the other pixels.
     pub(super) relative: f64,
-    /// The same of bright pixels.
+    /// As `relative`, of bright pixels.
     pub(super) bright: f64,
 }
 
@@ -60,7 +60,7 @@ impl QuarterSums {
         if self.pixels > 0.0 { self.luminance / self.pixels } else { 0.0 }
     }
 
-    /// The mean by the replicate that has less.
+    /// Mean by the replicate with less light.
     pub(super) fn least(&self) -> f64 {
         if self.pixels > 0.0 { self.mean() - 0.5 * self.difference.abs() / self.pixels } else { 0.0 }
     }
@@ -117,18 +117,18 @@ impl ErrorTile {
     }
 }
 
-/// A pixel far brighter than its surroundings in at least one replicate: either a bright feature, such as the edge of a lamp, or a firefly. The estimate of
-/// Good (1953) tells which share of what such pixels show would be met again: four times the number of those that are bright in both replicates over
-/// the number of those that are in one, counted by octaves of their luminance.
+/// A pixel far brighter than its surroundings in at least one replicate: either a bright feature, such as the edge of a lamp, or a firefly.
+/// The estimate of Good (1953) yields the fraction of such pixels' light that would recur in further samples: four times the number of
+/// pixels bright in both replicates over the number of those bright in one, counted by octaves of their luminance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BrightPixel {
     /// Tile and quarter.
     pub(super) place: [usize; 2],
     /// Luminance.
     pub(super) mean: f64,
-    /// By the replicate that has less, at least.
+    /// Luminance in the replicate that has less, as a lower bound.
     pub(super) low: f64,
-    /// By the other one.
+    /// Luminance in the other replicate.
     pub(super) high: f64,
     /// Squared error, mean of R, G and B.
     pub(super) colors: f64,
@@ -141,10 +141,10 @@ impl BrightPixel {
     }
 }
 
-/// Bright pixels in one octave that tell as much as those of all octaves.
+/// Weight of the ratio over all octaves, as a number of bright pixels in one octave.
 const FEW: f64 = 4.0;
 
-/// Octaves of the luminance of bright pixels that are told apart.
+/// Number of octaves distinguished.
 const OCTAVES: usize = 16;
 
 /// The quarter of its tile that the pixel in this column and row lies in.
@@ -157,18 +157,18 @@ pub(super) fn is_far_above(luminance: f64, surroundings: f64) -> bool {
     luminance > FAR * surroundings
 }
 
-/// Counts the errors of bright pixels relative to what is known of their luminance.
+/// Adds the errors of bright pixels, relative to the estimate of their luminance.
 pub(super) fn place_bright(tiles: &mut [ErrorTile], bright: &[BrightPixel], mean: f64) {
     let near = |tiles: &[ErrorTile], pixel: &BrightPixel| {
         let [tile, quarter] = pixel.place;
         tiles[tile].quarters[quarter].mean().max(0.0) + FLOOR * mean
     };
-    // From a sixteenth of the picture's mean on.
+    // Octaves begin at a sixteenth of the picture's mean.
     let octave = |pixel: &BrightPixel| {
         let ratio = 16.0 * pixel.high / mean.max(f64::MIN_POSITIVE);
         (ratio.max(1.0).log2() as usize).min(OCTAVES - 1)
     };
-    // How many there are that hold so much light in one replicate, and in both.
+    // Number of pixels per octave that are bright in one replicate, and in both.
     let mut met = [[0.0f64; 2]; OCTAVES];
     for pixel in bright {
         let near = near(tiles, pixel);
@@ -176,7 +176,7 @@ pub(super) fn place_bright(tiles: &mut [ErrorTile], bright: &[BrightPixel], mean
     }
     let [one, both] = met.iter().fold([0.0; 2], |sum, met| [sum[0] + met[0], sum[1] + met[1]]);
     let all = if one > 0.0 { 4.0 * both / one } else { 1.0 };
-    // Where there are few, what all of them say counts as much as so many.
+    // If there are few, the ratio over all octaves gets the weight [`FEW`].
     let shares = met.map(|[one, both]| ((4.0 * both + FEW * all) / (one + FEW)).min(1.0));
     tiles.iter_mut().flat_map(|tile| &mut tile.quarters).for_each(|quarter| quarter.bright = 0.0);
     for pixel in bright {
@@ -184,7 +184,7 @@ pub(super) fn place_bright(tiles: &mut [ErrorTile], bright: &[BrightPixel], mean
         let recurring = if pixel.is_in_both(surroundings) { 1.0 } else { shares[octave(pixel)] };
         let [tile, quarter] = pixel.place;
         let quarter = &mut tiles[tile].quarters[quarter];
-        // What its surroundings know of rare samples is theirs as well.
+        // Includes the luminance that the surroundings attribute to rare samples.
         let own = quarter.mean().max(recurring * pixel.mean);
         quarter.bright += pixel.colors / (own * own + 0.01);
     }

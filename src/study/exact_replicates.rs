@@ -1,4 +1,4 @@
-//! The sums of each replicate in fixed point: the same bits in whatever order samples and parts of a render are added.
+//! Sums of each replicate in fixed point: bit-identical for any order of samples and parts of a render.
 
 use crate::image::Grid;
 use crate::math::exact_sum::ExactSum;
@@ -9,7 +9,7 @@ use crate::study::replicates::{ReplicateSums, Replicates, pixel_of};
 /// Sums of the samples in one pixel: X, Y and Z in units of the luminance scale, and weights.
 pub type ExactPixel = [ExactSum; 4];
 
-/// What [`Replicates`] keeps, exactly.
+/// Exact counterpart of [`Replicates`].
 #[derive(Clone, Debug)]
 pub struct ExactReplicates {
     size: [usize; 2],
@@ -63,7 +63,7 @@ impl ExactReplicates {
         }
     }
 
-    /// The nearest sums in single precision, by which the error is estimated.
+    /// Sums rounded to single precision, for the error estimate.
     pub fn rounded(&self) -> Replicates {
         let mut rounded = Replicates::new(self.size.map(|n| n as u32), self.energy);
         rounded.largest = self.largest.clone();
@@ -81,8 +81,7 @@ impl ExactReplicates {
 }
 
 impl ExactPart {
-    /// The sums of the camera stream (0) or of the light stream (1) of a picture of `size` pixels, made if there are none; `None` without
-    /// memory.
+    /// Sums of the camera stream (0) or the light stream (1) of a picture of `size` pixels, created if absent; `None` if memory runs out.
     pub fn stream(&mut self, stream: usize, size: [usize; 2]) -> Option<&mut Grid<ExactPixel>> {
         let sums = &mut self.streams[stream];
         if sums.is_none() {
@@ -105,7 +104,7 @@ mod tests {
     use crate::math::random::Random;
     use crate::stream::CHUNK;
 
-    /// In two orders the exact sums are the same bits, and they are those of the plain ones within their rounding.
+    /// Exact sums in two orders have the same bits, and agree with the plain ones within their rounding.
     #[test]
     fn exact_sums_are_the_plain_ones_in_any_order() {
         let mut random = Random(3);

@@ -1,4 +1,4 @@
-//! Numbers as people read them: as many digits as the interval supports, units, a real minus sign.
+//! Number formatting: as many digits as the interval supports, units, a real minus sign.
 //!
 //! The space before a unit is narrow and does not break ([`THIN`]). Terminals and the window get ordinary spaces by
 //! [`with_plain_spaces`], which [`percent`], [`round_percent`], [`duration`] and [`remaining`] apply.
@@ -11,7 +11,7 @@ use crate::study::monitor::{ErrorQuantile, ErrorStatus};
 /// Narrow no-break space.
 pub const THIN: char = '\u{202f}';
 
-/// A number and its 90 % interval, in words.
+/// A formatted number and its 90 % interval.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FormattedInterval {
     /// The number with its unit: `42 s`.
@@ -68,7 +68,7 @@ pub fn duration(seconds: f64) -> String {
 pub fn remaining(now: f64, seconds: Interval) -> String {
     let left = seconds.map(|s| (s - now).max(0.0));
     let [value, low, high] = [left.value, left.low, left.high].map(duration);
-    // A unit that both bounds share is written once.
+    // A unit common to both bounds is written once.
     let unit = |text: &str| text.split_once(' ').map(|(_, unit)| unit.to_string());
     let short = if unit(&low) == unit(&high) { low.split(' ').next().unwrap_or(&low) } else { &low };
     format!("{value} (90 %: {short}–{high})")
@@ -103,7 +103,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// An interval in a unit that is `scale` times smaller than its own; the unit is written as it is given.
+/// An interval converted to a unit `scale` times smaller than its own; `unit` is appended verbatim.
 pub fn with_unit(i: &Interval, scale: f64, unit: &str) -> FormattedInterval {
     let Some(i) = i.map(|x| x * scale).cleaned() else { return FormattedInterval::none() };
     let digits = digits(&i);
@@ -138,12 +138,12 @@ pub fn percent_of(share: f64) -> String {
     format!("{}{THIN}%", at(100.0 * share, -decimals))
 }
 
-/// A share that was chosen, not measured, in per cent: `1 %`, `0.5 %`.
+/// A chosen (not measured) fraction in per cent: `1 %`, `0.5 %`.
 pub fn goal(share: f64) -> String {
     format!("{}{THIN}%", trimmed(&significant(100.0 * share, 2)))
 }
 
-/// A number without the zeros at the end of its decimals.
+/// Removes trailing zeros of decimals.
 pub fn trimmed(number: &str) -> &str {
     match number.contains('.') && !number.contains('·') {
         true => number.trim_end_matches('0').trim_end_matches('.'),

@@ -1,31 +1,31 @@
-//! Highlights that a picture lacks: small lamps in mirrors and glass, which the tracer finds one by one
-//! ([`highlights`](crate::stream::Witnessed::highlights)), with the number of samples that meet each in expectation.
+//! Highlights missing from a picture: small lamps in mirrors and glass, which the tracer finds one by one
+//! ([`highlights`](crate::stream::Witnessed::highlights)), with the expected number of samples that hit each.
 //!
-//! Of those that n samples of each pixel meet m times, the part exp(−m) has not been met (Poisson). Few pixels of a tile lack them, so that their mean
-//! square is larger than the square of their mean.
+//! Of highlights that n samples per pixel are expected to hit m times, the fraction exp(−m) has not been hit (Poisson). Few pixels of a
+//! tile lack them, so that their mean square exceeds the square of their mean.
 
 use crate::stream::Highlight;
 use crate::study::error_tile::TILE;
 use crate::study::picture_tile::PictureTile;
 
-/// The highlights that one tile lacks.
+/// Highlights missing from one tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LackedHighlights {
     /// Mean luminance.
     pub light: f64,
     /// Mean square over the pixels.
     pub square: f64,
-    /// The same relative to squared luminance plus 0.01, as in relMSE.
+    /// Mean square over pixels, relative to squared luminance plus 0.01, as in relMSE.
     pub relative: f64,
 }
 
-/// A highlight of which less has not been met is known.
+/// A highlight counts as found if less than this fraction of it is missing.
 const HARDLY: f64 = 1e-3;
 
-/// Relative deviation of [`LackedHighlights`]: few chains find a highlight, and cones blur it.
+/// Relative standard deviation of [`LackedHighlights`]: few chains find a highlight, and cones blur it.
 pub(super) const HIGHLIGHT_DEVIATION: f64 = 0.5;
 
-/// The highlights that the tiles of a picture have not met; empty where there are none.
+/// Missing highlights of each tile; empty if there are none.
 pub(super) fn lacked_highlights(
     highlights: &[Highlight],
     picture: &[PictureTile],
@@ -48,7 +48,7 @@ pub(super) fn lacked_highlights(
         if unmet * pixels < HARDLY {
             continue;
         }
-        // The film's filter spreads what lies in one pixel.
+        // The film's filter spreads the light of one pixel over several.
         let covered = highlight.pixels.max(1.0 / energy).min(pixels);
         let level = highlight.light / covered;
         let luminance = tile.light - tile.rare + level;
@@ -57,7 +57,7 @@ pub(super) fn lacked_highlights(
         lacked.relative += unmet * covered * level * level / (luminance * luminance + 0.01);
     }
     for (lacked, tile) in lacked.iter_mut().zip(picture) {
-        // What single samples carry are highlights that were met.
+        // Light carried by single samples consists of highlights that were hit.
         let left = if lacked.light > 0.0 { (1.0 - tile.rare / lacked.light).max(0.0) } else { 0.0 };
         let LackedHighlights { light, square, relative } = *lacked;
         *lacked = LackedHighlights { light: left * light, square: left * square, relative: left * relative };

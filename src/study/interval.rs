@@ -30,7 +30,7 @@ impl Interval {
         Self::of_logs(value, [sigma; 2])
     }
 
-    /// The same with one standard deviation upwards and another downwards.
+    /// As [`of_log`](Self::of_log), with separate standard deviations upwards and downwards.
     pub fn of_logs(value: f64, sigmas: [f64; 2]) -> Self {
         let [up, down] = sigmas.map(|sigma| (Z90 * sigma).exp());
         Self { value, low: value / down, high: value * up }
@@ -90,7 +90,7 @@ impl Interval {
         Self { value: f(self.value), low: a.min(b), high: a.max(b) }
     }
 
-    /// The interval with ordered bounds around a finite value; a bound that is no number becomes the value. `None` without a value.
+    /// Orders the bounds around a finite value; bounds that are NaN are replaced by the value. `None` if the value is not finite.
     pub fn cleaned(&self) -> Option<Self> {
         let bound = |x: f64| if x.is_nan() { self.value } else { x };
         let (a, b) = (bound(self.low), bound(self.high));
@@ -98,12 +98,12 @@ impl Interval {
         self.value.is_finite().then_some(Self { value: self.value, low, high })
     }
 
-    /// The root of a mean square; a negative one, which is noise, counts as 0.
+    /// Square root of a mean square; a negative value, which is noise, counts as 0.
     pub fn root(&self) -> Option<Self> {
         self.cleaned().map(|i| i.map(|x| x.max(0.0).sqrt()))
     }
 
-    /// `self / other` of independent positive values whose logarithms are taken as normal.
+    /// `self / other` of independent positive values, assumed to be lognormal.
     pub fn ratio(&self, other: &Self) -> Option<Self> {
         let sigma = |i: &Self| {
             let width = if i.low > 0.0 && i.high.is_finite() { (i.high / i.low).ln() } else { 0.0 };
@@ -114,7 +114,7 @@ impl Interval {
             .then(|| Self::of_log(value, sigma(self).hypot(sigma(other))))
     }
 
-    /// The expected value of a lognormal distribution with this interval, in which risk counts.
+    /// Expected value of a lognormal distribution with this interval.
     pub fn expected(&self) -> f64 {
         let known = self.low > 0.0 && self.high.is_finite();
         let sigma = if known { (self.high / self.low).ln() / (2.0 * Z90) } else { 0.0 };

@@ -2,14 +2,13 @@
 
 use crate::study::error_tile::TILE;
 
-/// Samples that are kept of each tile.
+/// Number of samples kept per tile.
 pub const KEPT: usize = 8;
 
-/// Width and height in tiles of a region in which single samples are compared with all light.
+/// Width and height, in tiles, of the regions in which single samples are compared with the total light.
 const REGION: usize = 12;
 
-/// A sample that carries more of the light of its region than this is a sample too many or too few: the region's mean, and all
-/// that is said of its error, rest on it.
+/// A sample carrying more than this fraction of its region's light dominates the region's mean, and hence its error estimate.
 const LARGE: f64 = 0.02;
 
 /// The luminances of the largest samples of each tile, largest first.
@@ -19,18 +18,18 @@ pub struct LargestSamples {
     tiles: Vec<[f32; KEPT]>,
 }
 
-/// How much of the light of a picture single samples carry.
+/// Fractions of a picture's light carried by single samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct LargestShares {
-    /// Share of the largest sample in the luminance of the whole picture.
+    /// Fraction of the picture's luminance in its largest sample.
     pub one: f64,
-    /// Share of the largest sample of each tile of 8×8 pixels, all together.
+    /// Fraction of the luminance in the largest samples of all tiles of 8×8 pixels.
     pub one_per_tile: f64,
-    /// Share of the picture in regions of 96×96 pixels of which one sample carries more than 2 % of the light.
+    /// Fraction of the picture in regions of 96×96 pixels where a single sample carries more than 2 % of the light.
     pub large_in: f64,
 }
 
-/// Keeps a luminance if it is one of the largest.
+/// Inserts a luminance if it is among the largest.
 #[inline]
 fn keep(kept: &mut [f32; KEPT], luminance: f32) {
     // False for nearly all samples, and for NaN.
@@ -59,15 +58,15 @@ impl LargestSamples {
         &self.tiles
     }
 
-    /// Adds the luminances that another part of the picture has kept of tile `tile`; what is kept does not depend on the order of parts.
+    /// Merges the luminances kept by another part of the picture for tile `tile`; the result does not depend on the order of parts.
     pub fn merge(&mut self, tile: usize, luminances: [f32; KEPT]) {
         if let Some(kept) = self.tiles.get_mut(tile) {
             luminances.into_iter().for_each(|luminance| keep(kept, luminance));
         }
     }
 
-    /// Luminance that the largest samples of each tile carry beyond the smallest of them, row by row. Samples of about even
-    /// luminance carry none.
+    /// Luminance of the largest samples of each tile in excess of the smallest kept one, row-major. Zero for samples of nearly equal
+    /// luminance.
     pub fn excess(&self) -> Vec<f64> {
         let excess = |kept: &[f32; KEPT]| kept.iter().map(|x| f64::from(x - kept[KEPT - 1])).sum();
         self.tiles.iter().map(excess).collect()
@@ -92,7 +91,7 @@ impl LargestSamples {
         LargestShares {
             one: regions.iter().map(|region| region.0).fold(0.0, f64::max) / total,
             one_per_tile: self.tiles.iter().map(|kept| f64::from(kept[0])).sum::<f64>() / total,
-            // Not `sum`, which is −0 of nothing.
+            // `fold`, because `sum` of nothing is −0.
             large_in: large.fold(0.0, |sum, region| sum + region.2) / self.tiles.len() as f64,
         }
     }

@@ -1,50 +1,50 @@
-//! Light that is still being found.
+//! Detection of light that is still being found.
 //!
-//! The difference of the replicates knows only what samples have met. In a picture where few paths find much of the light it is too small, and
-//! by itself it cannot tell. Two things can:
+//! The difference of the replicates reflects only light that samples have found. In a picture where few paths find much of the light it is
+//! too small, and cannot show this by itself. Two indicators can:
 //!
-//! - **Witnesses**, a few paths of other methods ([`witness`](crate::study::witness)). What they find and the picture lacks is a part of the
-//!   stated error.
-//! - [`LargestShares`]: where one sample carries a noticeable part of the light of a region, others like it are yet to come. That warns, unless
-//!   witnesses have told of as much light as one of them carries.
+//! - **Witnesses**, a few paths of other methods ([`witness`](crate::study::witness)). Light that they find and the picture lacks is part
+//!   of the stated error.
+//! - [`LargestShares`]: if one sample carries a noticeable fraction of a region's light, others like it are still to come. This causes a
+//!   warning, unless witnesses have found as much light as one of them carries.
 
 use serde::Serialize;
 
 use crate::study::format::percent;
 use crate::study::largest::LargestShares;
 
-/// Share of the picture on which the light of single samples counts, as the errors that are stated leave out 5 %.
+/// Fraction of the picture from which on light of single samples matters, since the stated errors leave out 5 %.
 const WIDE: f64 = 0.05;
 
-/// Share of the light from which it is worth telling that the picture lacks it.
+/// Fraction of the light from which on missing light is reported.
 const WORTH_TELLING: f64 = 0.005;
 
-/// What is known of light that has not been found.
+/// Indicators of light that has not been found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LateLight {
-    /// How much of the light single samples carry.
+    /// Fractions of the light carried by single samples.
     pub largest: LargestShares,
-    /// Share of the light that witnesses have found and the picture lacks; `None` without witnesses.
+    /// Fraction of the light found by witnesses and missing from the picture; `None` without witnesses.
     pub missing: Option<f64>,
-    /// The part of it that is caustics.
+    /// Caustics part of `missing`.
     pub caustics: f64,
-    /// The part of it that is highlights: small lamps in mirrors and glass.
+    /// Highlights part of `missing`: small lamps in mirrors and glass.
     pub highlights: f64,
 }
 
 /// A kind of light that is missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MissingLight {
-    /// Light that arrives over mirrors and glass alone where it is spread.
+    /// Light that reaches a diffuse surface only via mirrors and glass.
     Caustics,
-    /// Lamps that the camera sees over mirrors and glass alone.
+    /// Lamps that the camera sees only via mirrors and glass.
     Highlights,
-    /// Any other.
+    /// Any other light.
     Other,
 }
 
 impl LateLight {
-    /// What the picture lacks and its stated error counts; `None` where that is not worth telling.
+    /// Description of missing light that the stated error includes; `None` if it is negligible.
     pub fn unfound(&self) -> Option<String> {
         let missing = self.missing.filter(|missing| *missing > WORTH_TELLING)?;
         let what = match self.kind()? {
@@ -55,7 +55,7 @@ impl LateLight {
         Some(format!("not yet found: {} of the light, {what}; the stated error counts it", percent(missing)))
     }
 
-    /// What most of the light is that is missing; `None` where none is known to be.
+    /// The largest kind of missing light; `None` if none is known to be missing.
     pub fn kind(&self) -> Option<MissingLight> {
         let missing = self.missing.filter(|missing| *missing > 0.0)?;
         Some(match self {
@@ -65,7 +65,7 @@ impl LateLight {
         })
     }
 
-    /// The share of the light that is of this kind and missing; `None` without witnesses.
+    /// Fraction of the light that is missing and of this kind; `None` without witnesses.
     pub fn share(&self, kind: MissingLight) -> Option<f64> {
         let missing = self.missing?;
         Some(match kind {
@@ -75,7 +75,7 @@ impl LateLight {
         })
     }
 
-    /// Why the stated error cannot be trusted; `None` if nothing speaks against it.
+    /// Why the stated error is unreliable; `None` if there is no indication.
     pub fn warning(&self) -> Option<String> {
         let is_told = self.missing.is_some_and(|missing| missing >= self.largest.one);
         let is_large = self.largest.large_in > WIDE && !is_told;
@@ -103,7 +103,7 @@ mod tests {
             late.warning()
                 .is_some_and(|text| text.ends_with(&format!("one sample carries {} of it", percent(0.2))))
         );
-        // What witnesses have told is stated, so that there is nothing to warn of.
+        // Light found by witnesses is included in the stated error, so no warning is needed.
         (late.missing, late.caustics) = (Some(0.01), 0.0);
         assert!(late.warning().is_some());
         (late.missing, late.caustics) = (Some(0.24), 0.23);

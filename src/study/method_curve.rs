@@ -1,4 +1,4 @@
-//! Makes the curve of one method and its times to errors from its renders.
+//! Derives the curve of one method and its times to errors from its renders.
 
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::data::{CurvePoint, MethodResult, TimeToError};
@@ -8,16 +8,17 @@ use crate::study::measurement::{FIGURES, RenderMeasurement};
 use crate::study::pool::LACKING;
 use crate::study::time_model::{SizeTransfer, TimeModel};
 
-/// The errors whose times are stated.
+/// Errors whose times are reported.
 pub const PRICED: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 
 /// A flatter slope of error against time indicates a heavy tail, or bias.
 pub const FLAT: f64 = -0.4;
 
-/// How far back a fit reaches, as a factor of time; it uses three points at least.
+/// Range of a fit as a factor of time, extended to three points if necessary.
 const FIT_RANGE: f64 = 40.0;
 
-/// The curve of one method from its renders, with picture and error map of the time that all methods share, or else of its longest.
+/// Curve of one method from its renders, with picture and error map at the longest time shared by all methods, or else of its longest
+/// render.
 pub fn method(runs: &[&RenderMeasurement], transfer: &SizeTransfer, shared: Option<f64>) -> MethodResult {
     let full: Vec<&RenderMeasurement> = runs.iter().filter(|run| !run.is_trial).copied().collect();
     let mut budgets: Vec<f64> = full.iter().map(|run| run.budget).collect();
@@ -31,7 +32,7 @@ pub fn method(runs: &[&RenderMeasurement], transfer: &SizeTransfer, shared: Opti
     let known = points.iter().rev().find_map(|point| Some((point, point.rel_mse?)));
     let efficiency = known.map(|(point, error)| error.map(|e| 1.0 / (e * point.seconds)));
     let biased = runs.iter().any(|run| run.biased);
-    // The longest picture of either kind knows best.
+    // The longest render of either kind is most precise.
     let latest = runs.iter().max_by(|a, b| a.samples_per_pixel.total_cmp(&b.samples_per_pixel));
     let missing = latest.map_or(0.0, |run| run.missing);
     let mut flags = Vec::new();
@@ -64,7 +65,7 @@ pub fn method(runs: &[&RenderMeasurement], transfer: &SizeTransfer, shared: Opti
     }
 }
 
-/// Times to the errors that are priced.
+/// Times to the errors of [`PRICED`].
 pub fn prices(runs: &[&RenderMeasurement], transfer: &SizeTransfer) -> Vec<TimeToError> {
     let model = TimeModel::of(runs, transfer);
     let price = |error: f64| {
@@ -74,7 +75,7 @@ pub fn prices(runs: &[&RenderMeasurement], transfer: &SizeTransfer) -> Vec<TimeT
     PRICED.map(price).into()
 }
 
-/// Fits the end of a curve of the root of relMSE: its beginning has another slope, while rare light has not been found.
+/// Fits the end of a curve of √relMSE; its beginning has another slope while rare light has not been found.
 fn line(points: &[CurvePoint], x: &dyn Fn(&CurvePoint) -> f64) -> Option<PowerLaw> {
     let checkpoint = |point: &CurvePoint| {
         let error = point.rel_mse?.map(|e| e.max(0.0).sqrt());
@@ -93,7 +94,7 @@ fn line(points: &[CurvePoint], x: &dyn Fn(&CurvePoint) -> f64) -> Option<PowerLa
     PowerLaw::free(&checkpoints[recent.min(checkpoints.len().saturating_sub(3))..])
 }
 
-/// Joins the runs of one budget.
+/// Averages the runs of one time budget.
 fn point(runs: &[&RenderMeasurement]) -> CurvePoint {
     let mean = |f: &dyn Fn(&RenderMeasurement) -> f64| {
         runs.iter().map(|run| f(run)).sum::<f64>() / runs.len() as f64
@@ -136,15 +137,15 @@ fn point(runs: &[&RenderMeasurement]) -> CurvePoint {
     }
 }
 
-/// Makes quantiles rise, which they might not after the reference's error has been subtracted from each.
+/// Makes quantiles monotonic, which subtracting the reference's error from each may have violated.
 fn rising([median, p95, p99]: [Interval; 3]) -> [Interval; 3] {
     let least = |a: Interval, b: Interval| if b.value < a.value { a } else { b };
     let p95 = least(median, p95);
     [median, p95, least(p95, p99)]
 }
 
-/// The mean of a figure that some runs have. Its interval is that which each run states, narrower by the root of their number: the scatter of a
-/// few runs would tell less.
+/// Mean of a value that some runs have. Its interval is the runs' own, divided by the root of their number: the scatter of a few runs would
+/// be less reliable.
 fn joined(
     runs: &[&RenderMeasurement],
     figure: impl Fn(&RenderMeasurement) -> Option<Interval>,

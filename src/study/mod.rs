@@ -1,5 +1,5 @@
-//! Accuracy: the error of a picture, its interval, the time to a smaller error, and the study of a scene. Analysis only; `app`
-//! runs the renders.
+//! Accuracy: the error of a picture, its interval, the time to a smaller error, and the study of a scene. Analysis only; `cmd/study` runs
+//! the renders.
 //!
 //! # How the error is estimated
 //!

@@ -17,13 +17,13 @@ use crate::study::witness::{WitnessState, Witnesses, unfound};
 /// Samples per pixel at the first checkpoint.
 const FIRST_CHECKPOINT: f64 = 4.0;
 
-/// Ratio of samples between two checkpoints: each costs as much time as some thousand paths.
+/// Ratio of samples between checkpoints; each costs as much time as some thousand paths.
 const CHECKPOINT_RATIO: f64 = 1.25;
 
-/// The same ratio close to the target.
+/// Ratio of samples between checkpoints close to the target.
 const CLOSE_CHECKPOINT_RATIO: f64 = 1.05;
 
-/// Predictions are scored only if they look ahead by this factor of time.
+/// Least ratio of predicted to elapsed time of a scored prediction.
 const SCORED_RATIO: f64 = 1.25;
 
 /// The quantile of the picture's errors that one number stands for. The comments are the help of `--error-at`.
@@ -52,7 +52,7 @@ impl ErrorQuantile {
     }
 }
 
-/// The error at which a render may stop.
+/// Error target of a render.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ErrorTarget {
     /// Relative error.
@@ -61,32 +61,32 @@ pub struct ErrorTarget {
     pub at: ErrorQuantile,
 }
 
-/// The error of a render as of its last checkpoint.
+/// Error of a render at its last checkpoint.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ErrorStatus {
     /// Paths per pixel at the last checkpoint; 0 before the first.
     pub samples_per_pixel: f64,
-    /// The error of the whole picture.
+    /// Error estimate over all tiles.
     pub estimate: ErrorEstimate,
-    /// The error of the held-out tiles, which take no part in the decision to stop; of all tiles where there is no target.
+    /// Error estimate over the held-out tiles, which do not influence the decision to stop; over all tiles without a target.
     pub held_out: ErrorEstimate,
-    /// The error so far.
+    /// Errors at all checkpoints so far.
     pub checkpoints: Vec<Checkpoint>,
-    /// When the target, or the next round error, will be reached.
+    /// Predicted time to the target, or to the next round error.
     pub prediction: Option<Prediction>,
-    /// The deciding tiles have reached the target.
+    /// Whether the deciding tiles have reached the target.
     pub reached: bool,
-    /// Number of columns of tiles, and the relative error of each tile.
+    /// Number of columns of tiles, and relative error of each tile.
     pub map: (usize, Vec<f64>),
-    /// What is known of light that has not been found.
+    /// Indicators of light that has not been found.
     pub late: LateLight,
-    /// The share of the squared relative error that is the blur of photons, which is part of all these errors; `None` where it is not known, or may
-    /// be noise and is in the upper ends of the intervals alone, or the method has none.
+    /// Fraction of the squared relative error due to photon blur, which all these errors include. `None` if the method has no blur, and if
+    /// the blur is unknown or insignificant; then only the upper ends of the intervals include it.
     pub blur: Option<f64>,
 }
 
 impl ErrorStatus {
-    /// What the light of the picture is like.
+    /// Class of the picture's light.
     pub fn light(&self) -> LightClass {
         let is_late = self.late.unfound().is_some() || self.late.warning().is_some();
         match self.blur {
@@ -97,23 +97,23 @@ impl ErrorStatus {
     }
 }
 
-/// A picture counts as blurred from this share of its squared error on.
+/// A picture counts as blurred from this fraction of its squared error on.
 const BLURRED: f64 = 0.1;
 
-/// How far an [`ErrorMonitor`] has come, so that another one stops where it would have stopped.
+/// Progress of an [`ErrorMonitor`], from which another one can resume with the same decisions.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MonitorProgress {
-    /// The error so far.
+    /// Errors at all checkpoints so far.
     pub checkpoints: Vec<Checkpoint>,
-    /// Paths at the next checkpoint; `None` before a monitor has begun.
+    /// Number of paths at the next checkpoint; `None` before a monitor has started.
     pub due: Option<f64>,
 }
 
-/// Takes the samples of one render and keeps its [`ErrorStatus`].
+/// Accumulates the samples of one render and updates its [`ErrorStatus`].
 #[derive(Debug)]
 pub struct ErrorMonitor {
     sums: Replicates,
-    /// What `sums` are rounded from when they are read, where a render keeps exact sums.
+    /// Exact sums, if the render keeps them; `sums` are then rounded from these on demand.
     exact: Option<ExactReplicates>,
     target: Option<ErrorTarget>,
     at: ErrorQuantile,
@@ -121,22 +121,22 @@ pub struct ErrorMonitor {
     predictions: Vec<Prediction>,
     witnesses: Option<WitnessState>,
     blur: Option<BlurWatch>,
-    /// The method blurs, also where its blur is not known.
+    /// Whether the method has photon blur, known or not.
     blurs: bool,
-    /// Some of the samples of each replicate, where they are kept apart.
+    /// Held-out samples of each replicate, if any.
     apart: Option<SamplesApart>,
-    /// What is shown is the mean of this render's picture and these.
+    /// Other samples; the displayed picture is the mean of this render and these.
     others: Vec<OtherSamples>,
-    /// Paths of those among them that cover the whole picture.
+    /// Number of paths among these that cover the whole picture.
     base: f64,
-    /// Part of the paths that begins within the picture.
+    /// Fraction of the paths that start within the picture.
     coverage: f64,
-    /// Paths at the next checkpoint.
+    /// Number of paths at the next checkpoint.
     due: f64,
 }
 
 impl ErrorMonitor {
-    /// Monitors a picture of `size` pixels whose film has a filter of this [energy](Replicates::new).
+    /// A monitor of a picture of `size` pixels, whose film's filter has this [energy](Replicates::new).
     pub fn new(size: [u32; 2], energy: f32, target: Option<ErrorTarget>) -> Self {
         let pixels = f64::from(size[0]) * f64::from(size[1]);
         Self {
@@ -157,23 +157,23 @@ impl ErrorMonitor {
         }
     }
 
-    /// The same for samples whose weights are one over their density.
+    /// As `self`, for samples whose weights are the inverse of their density.
     pub fn with_density_weights(mut self) -> Self {
         self.sums.set_density_weights();
         self
     }
 
-    /// The same for a method that blurs less and less: the error counts its blur.
+    /// As `self`, for a method whose photon blur follows this schedule: the error includes the blur.
     pub fn with_blur(self, schedule: BlurSchedule) -> Self {
         Self { blur: Some(BlurWatch::new(schedule)), ..self }
     }
 
-    /// The same for a method that blurs or not, by which its error falls more or less slowly.
+    /// As `self`, for a method with or without photon blur, which determines the prior of the slope.
     pub fn that_blurs(self, blurs: bool) -> Self {
         Self { blurs, ..self }
     }
 
-    /// From now on some of the samples of each replicate are kept apart as well.
+    /// Begins to hold out some of the samples of each replicate.
     pub fn keep_apart(&mut self) {
         self.round();
         self.apart = Some(match self.sums.paths() {
@@ -182,58 +182,59 @@ impl ErrorMonitor {
         });
     }
 
-    /// The samples that were kept apart; none are from now on.
+    /// Takes the held-out samples and stops holding out.
     pub fn take_apart(&mut self) -> Option<SamplesApart> {
         self.apart.take()
     }
 
-    /// The same with exact sums, which go on from what another monitor has seen.
+    /// As `self`, resuming with exact sums and the progress of another monitor.
     pub fn exact(self, sums: ExactReplicates, seen: MonitorProgress) -> Self {
         let MonitorProgress { checkpoints, due } = seen;
         let due = due.unwrap_or(self.due);
-        // A state does not hold the moments from which blur is known, and whoever goes on with it has to state the same error.
+        // A state does not contain the moments needed to estimate blur, and every resumed render must state the same error.
         let blur = None;
         Self { exact: Some(sums), blur, due, status: ErrorStatus { checkpoints, ..self.status }, ..self }
     }
 
-    /// The exact sums, if there are any, and what it takes to go on with them in another monitor.
+    /// Exact sums, if any, and the progress from which another monitor can resume.
     pub fn progress(&self) -> Option<(ExactReplicates, MonitorProgress)> {
         let seen = MonitorProgress { checkpoints: self.status.checkpoints.clone(), due: Some(self.due) };
         Some((self.exact.clone()?, seen))
     }
 
-    /// From now on the stated error counts what these witnesses find and the picture lacks.
+    /// Includes light that these witnesses find and the picture lacks in the stated error.
     pub fn set_witnesses(&mut self, witnesses: Witnesses) {
         self.witnesses = Some(WitnessState::new(witnesses));
     }
 
-    /// The witnesses that were set, for a monitor of the same render.
+    /// Takes the witnesses, for a monitor of the same render.
     pub fn take_witnesses(&mut self) -> Option<Witnesses> {
         self.witnesses.take().map(WitnessState::into_witnesses)
     }
 
-    /// The same where only this part of the paths begins within the picture: the others lie around it, for the film's filter.
+    /// As `self`, for a render in which only this fraction of the paths starts within the picture; the others surround it, for the film's
+    /// filter.
     pub fn with_coverage(self, coverage: f64) -> Self {
         Self { coverage, ..self }
     }
 
-    /// What is shown is from now on, within a rectangle, the mean of the picture of this render and of these samples, each with the
-    /// share of its paths. `seconds` after the render began the error is another one.
+    /// Averages the displayed picture within a rectangle with these samples, weighted by paths; `seconds` after the render began, the error
+    /// changes accordingly.
     pub fn add_others(&mut self, others: OtherSamples, seconds: f64) {
         let is_whole = others.origin == [0, 0] && others.size == self.sums.size();
         if is_whole {
             self.base += others.per_pixel.iter().map(|n| f64::from(*n)).sum::<f64>() / self.coverage;
         }
         self.others.push(others);
-        // The errors before are those of another picture: no curve leads from them to the next one.
+        // Earlier errors belong to another picture and must not enter the fit.
         let had_any = !std::mem::take(&mut self.status.checkpoints).is_empty();
         if is_whole || had_any {
             self.take_checkpoint(seconds);
         }
     }
 
-    /// What is shown of a rectangle of the picture from the pixel `first` on, for a monitor of that rectangle alone; `None` before each
-    /// replicate has traced a path.
+    /// The displayed picture in a rectangle that begins at pixel `first`, for a monitor of that rectangle; `None` before each replicate has
+    /// traced a path.
     pub fn shown(&mut self, first: [usize; 2], size: [usize; 2]) -> Option<OtherSamples> {
         self.round();
         let [width, height] = self.sums.size();
@@ -249,7 +250,7 @@ impl ErrorMonitor {
         })
     }
 
-    /// What this render alone shows, for a monitor of a picture in which it begins at the pixel `origin`; `None` as above.
+    /// This render alone, for a monitor of a picture in which it begins at pixel `origin`; `None` as for [`shown`](Self::shown).
     pub fn own(&mut self, origin: [i64; 2]) -> Option<OtherSamples> {
         self.round();
         let (size, pixels) = (self.sums.size(), self.sums.pixels()?);
@@ -263,7 +264,7 @@ impl ErrorMonitor {
         (self.paths() * self.coverage / (width * height) as f64) as f32
     }
 
-    /// Mean and difference of the replicates in every pixel of what is shown, and its paths per pixel.
+    /// Mean and difference of the replicates per pixel of the displayed picture, and its paths per pixel.
     fn pixels(&self) -> Option<(Vec<ReplicatePixel>, Vec<f32>)> {
         let [width, height] = self.sums.size();
         let unseen = || (!self.others.is_empty()).then(|| vec![ReplicatePixel::default(); width * height]);
@@ -273,7 +274,7 @@ impl ErrorMonitor {
         Some((pixels, per_pixel))
     }
 
-    /// Paths of what is shown, where others cover all of it.
+    /// Number of paths of the displayed picture, including those of others that cover all of it.
     fn samples(&self) -> f64 {
         self.paths() + self.base
     }
@@ -301,7 +302,7 @@ impl ErrorMonitor {
         }
     }
 
-    /// True when there are enough new samples for a checkpoint.
+    /// Whether there are enough new samples for a checkpoint.
     pub fn is_due(&self) -> bool {
         self.samples() >= self.due
     }
@@ -316,7 +317,7 @@ impl ErrorMonitor {
         }
     }
 
-    /// The status as of the last checkpoint.
+    /// Status at the last checkpoint.
     pub fn status(&self) -> &ErrorStatus {
         &self.status
     }
@@ -350,13 +351,13 @@ impl ErrorMonitor {
             highlights: unfound.in_highlights,
         };
         field.add_unfound(unfound);
-        // What is shown besides this render has another blur.
+        // If other samples are displayed as well, their blur differs.
         let own = self.blur.as_mut().filter(|_| self.others.is_empty());
         let blur = own.and_then(|blur| blur.update(&self.sums));
         self.status.blur = blur.and_then(|blur| field.add_blur(blur));
         let estimate = field.estimate(TileSubset::All);
         let error = estimate.relative[self.at.index()];
-        // A picture that is still black has no small error.
+        // An error of 0 means that the picture is still black.
         if error.value <= 0.0 || !error.value.is_finite() {
             return;
         }
@@ -369,7 +370,8 @@ impl ErrorMonitor {
         status.map = (field.grid()[0], field.map());
         if let Some(target) = self.target {
             let deciding = field.estimate(TileSubset::Deciding).relative[target.at.index()].value;
-            // Never at the first checkpoint: light that few paths find may be missing from it. Nor while more is known to be missing.
+            // Never at the first checkpoint, from which light found by few paths may be missing, nor while more light is known to be
+            // missing.
             let is_complete = status.late.missing.is_none_or(|missing| missing <= target.error);
             status.reached |=
                 status.checkpoints.len() > 1 && deciding > 0.0 && deciding <= target.error && is_complete;
@@ -377,7 +379,7 @@ impl ErrorMonitor {
         self.update_prediction(samples, error.value);
     }
 
-    /// Predicts, and brings the next checkpoint forward where the target is close.
+    /// Updates the prediction, and brings the next checkpoint forward if the target is close.
     fn update_prediction(&mut self, samples: f64, error: f64) {
         let target = self.target.map(|target| target.error).or_else(|| next_target(error));
         let (checkpoints, blurs) = (&self.status.checkpoints, self.blurs);
@@ -391,7 +393,7 @@ impl ErrorMonitor {
         }
     }
 
-    /// The predictions that count and their outcomes, now that the render has ended after `seconds`.
+    /// Scored predictions with their outcomes, for a render that ended after `seconds`.
     pub fn prediction_outcomes(&self, seconds: f64) -> Vec<PredictionOutcome> {
         let checkpoints = &self.status.checkpoints;
         let stopped = |prediction: &Prediction| {
@@ -403,10 +405,10 @@ impl ErrorMonitor {
             reached: stopped(&prediction)
                 .or_else(|| time_reached(checkpoints, prediction.target, prediction.at)),
             ended: seconds,
-            // While the blur of a method that blurs is not known, the light may be of any class.
+            // While the blur of a method with photon blur is unknown, so is the class of its light.
             light: (self.blur.is_none() || self.status.blur.is_some()).then(|| self.status.light()),
         };
-        // One for each doubling of time: many predictions are made from nearly the same checkpoints.
+        // One per doubling of time, since many predictions are made from nearly the same checkpoints.
         let mut scored: Vec<Prediction> = Vec::new();
         for new in &self.predictions {
             let before = scored.iter().rfind(|other| other.target == new.target);

@@ -1,4 +1,4 @@
-//! Values of the tiles of a picture that are known with noise, and their means over neighbouring tiles.
+//! Noisy values per tile of a picture, and their means over neighbouring tiles.
 
 use crate::study::summed_areas::tiles_around;
 
@@ -10,12 +10,12 @@ pub(super) struct Noisy {
 }
 
 impl Noisy {
-    /// How many standard deviations it is above 0.
+    /// Number of standard deviations above 0.
     pub(super) fn deviations(&self) -> f64 {
         self.value / self.variance.sqrt().max(f64::MIN_POSITIVE)
     }
 
-    /// The mean of the values that are known of the tiles around tile `i` of a grid, up to `reach` tiles to each side; 0 where there are none.
+    /// Mean of the known values of the tiles within `reach` of tile `i` of a grid; 0 if there are none.
     pub(super) fn mean_around(tiles: &[Option<Self>], grid: [usize; 2], i: usize, reach: usize) -> Self {
         let (from, to) = tiles_around(i, grid, reach);
         let places = (from[1]..to[1]).flat_map(|y| (from[0]..to[0]).map(move |x| y * grid[0] + x));

@@ -1,4 +1,4 @@
-//! What a picture shows in each of its tiles, and what part of it single samples carry.
+//! Light of each tile of a picture, and the part carried by single samples.
 
 use std::ops::AddAssign;
 
@@ -7,19 +7,19 @@ use crate::study::error_tile::{ReplicatePixel, TILE};
 use crate::study::largest::{KEPT, LargestSamples};
 use crate::study::summed_areas::Subtract;
 
-/// A sample that carries more than this share of the light of its tile is taken for a rare one.
+/// A sample carrying more than this fraction of its tile's light counts as rare.
 const RARE: f64 = 0.125;
 
-/// What the picture shows in one tile, or sums over several.
+/// Light of one tile, or sums over several.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PictureTile {
     pub(super) tiles: f64,
     /// Luminance.
     pub(super) light: f64,
-    /// The part of it that single samples carry, and their number.
+    /// Luminance carried by rare samples, and their number.
     pub(super) rare: f64,
     pub(super) count: f64,
-    /// Mean square over the pixels of what they have more than the tile without rare samples, over that of `rare`.
+    /// Mean square over pixels of their excess over the tile without rare samples, relative to the square of `rare`.
     pub(super) peak: f64,
     /// Variance of the luminance.
     pub(super) variance: f64,
@@ -37,7 +37,7 @@ impl AddAssign for PictureTile {
 }
 
 impl PictureTile {
-    /// All tiles of a picture, row by row.
+    /// All tiles of a picture, row-major.
     pub(super) fn all(
         pixels: &[ReplicatePixel],
         size: [usize; 2],
@@ -57,11 +57,11 @@ impl PictureTile {
         let tile = |([n, light, difference], kept): (&[f64; 3], &[f32; KEPT])| {
             let pixels = n.max(1.0);
             let light = light / pixels;
-            // In sums over samples; from the largest on, as long as one carries much of what the others leave.
+            // As sums over samples, from the largest on, while one carries a large part of what the others leave.
             let samples = pixels * per_pixel;
             let (mut rare, mut count) = (0.0, 0.0);
             for sample in kept.iter().map(|sample| f64::from(*sample)) {
-                // The film's filter leaves a part of the largest to the tiles beside this one.
+                // The film's filter spreads part of the largest samples to neighbouring tiles.
                 let rest = light * samples - rare;
                 if rest <= 0.0 || sample <= RARE * rest {
                     break;

@@ -1,4 +1,4 @@
-//! The reference that a study makes of its own pictures.
+//! The reference that a study pools from its own pictures.
 //!
 //! All pictures of unbiased methods are pooled, weighted by the inverse of their relative variance. A picture is judged against the
 //! pool of the *others*, so that its own noise is not in its reference. The variance of the pool is known, pixel by pixel, from the
@@ -13,16 +13,16 @@ use crate::study::error::{ErrorField, TileSubset};
 use crate::study::error_tile::PixelError;
 use crate::study::error_tile::ReplicatePixel;
 
-/// Columns and rows of the blocks in which the light of methods is compared.
+/// Grid of blocks in which methods are compared: columns and rows.
 const BLOCKS: usize = 8;
 
-/// Number of standard errors from which a difference of the mean of a block counts.
+/// Number of standard errors from which on a difference of a block's mean is significant.
 const SIGNIFICANT: f64 = 4.0;
 
-/// Share of the light that a method may lack before it is left out of the pool, its replicates are not trusted, and a warning says so.
+/// Fraction of the light that a method may miss before it is excluded from the pool, its replicates are distrusted, and a warning is given.
 pub const LACKING: f64 = 0.005;
 
-/// A pixel of a reference: its mean and the variance of that, linear Rec.709.
+/// A pixel of a reference: mean and variance of the mean, linear Rec.709.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NoisyPixel {
     /// Mean.
@@ -42,7 +42,7 @@ pub struct PooledPicture<'a> {
     pub replicates: &'a [ReplicatePixel],
 }
 
-/// The pictures of one method, all together.
+/// Pooled pictures of one method.
 #[derive(Clone, Debug)]
 struct PoolPart {
     method: String,
@@ -52,11 +52,11 @@ struct PoolPart {
     sums: Vec<NoisyPixel>,
     /// Relative error of the mean at 95 % of the picture, from the variance.
     error: f64,
-    /// Share of the light that it lacks against the other methods.
+    /// Fraction of the light missing relative to the other methods.
     missing: f64,
 }
 
-/// The pooled pictures of all unbiased methods.
+/// Pooled pictures of all unbiased methods.
 #[derive(Clone, Debug)]
 pub struct ReferencePool {
     size: [usize; 2],
@@ -79,24 +79,24 @@ impl ReferencePool {
         self.parts.is_empty()
     }
 
-    /// Paths per pixel of all pictures.
+    /// Paths per pixel over all pictures.
     pub fn samples(&self) -> f64 {
         self.parts.iter().map(|part| part.samples).sum()
     }
 
-    /// The methods whose pictures the reference is made of, with most weight first.
+    /// Methods that contribute to the reference, in descending order of weight.
     pub fn methods(&self) -> Vec<&str> {
         let mut used: Vec<&PoolPart> = self.trusted().collect();
         used.sort_by(|a, b| a.error.total_cmp(&b.error));
         used.iter().map(|part| part.method.as_str()).collect()
     }
 
-    /// Share of the light that a method lacks against the others, as far as that is significant; 0 for a method that is not there.
+    /// Fraction of the light that a method misses relative to the others, as far as significant; 0 for an unknown method.
     pub fn missing(&self, method: &str) -> f64 {
         self.parts.iter().find(|part| part.method == method).map_or(0.0, |part| part.missing)
     }
 
-    /// Adds a picture by an unbiased method. It must have samples in every pixel, in both replicates; others are refused by `false`.
+    /// Adds a picture by an unbiased method. Returns false unless it has samples in every pixel in both replicates.
     pub fn add(&mut self, method: &str, picture: PooledPicture<'_>) -> bool {
         let PooledPicture { samples, rgb, replicates } = picture;
         let count = self.size[0] * self.size[1];
@@ -120,7 +120,7 @@ impl ReferencePool {
         true
     }
 
-    /// Adds a mean with its variance that was made of so many paths per pixel before.
+    /// Adds the mean and variance of an earlier run with this many paths per pixel.
     pub fn add_earlier(&mut self, method: &str, samples: f64, pixels: &[NoisyPixel]) -> bool {
         let known = self.parts.iter().any(|part| part.method == method);
         if pixels.len() != self.size[0] * self.size[1] || known || samples.is_nan() || samples <= 0.0 {
@@ -147,14 +147,14 @@ impl ReferencePool {
         })
     }
 
-    /// The reference, without the picture that is to be judged by it if that is in the pool. `None` where nothing is left.
+    /// The reference, excluding the picture to be judged if that is in the pool. `None` if nothing remains.
     pub fn reference(&self, without: Option<(&str, PooledPicture<'_>)>) -> Option<Vec<NoisyPixel>> {
         let mut whole = vec![NoisyPixel::default(); self.size[0] * self.size[1]];
         let mut total = 0.0;
         for part in self.trusted() {
             let own = without.filter(|(method, _)| *method == part.method).map(|(_, picture)| picture);
             let samples = part.samples - own.map_or(0.0, |own| own.samples);
-            // Floating-point noise is all that is left of nothing.
+            // Only rounding errors remain.
             if samples <= 1e-6 * part.samples {
                 continue;
             }
@@ -173,13 +173,13 @@ impl ReferencePool {
         (total > 0.0).then_some(whole)
     }
 
-    /// The parts that the reference is made of: those that lack no light, or else the one that lacks least.
+    /// Parts that contribute to the reference: those without missing light, or else the one that misses least.
     fn trusted(&self) -> impl Iterator<Item = &PoolPart> {
         let least = self.parts.iter().map(|part| part.missing).fold(f64::INFINITY, f64::min);
         self.parts.iter().filter(move |part| part.missing <= least.max(LACKING))
     }
 
-    /// Finds what each method lacks against the others.
+    /// Determines the missing light of each method.
     fn compare(&mut self) {
         let blocks: Vec<Vec<[f64; 2]>> = self.parts.iter().map(|part| part.blocks(self.size)).collect();
         for (i, own) in blocks.iter().enumerate() {
@@ -215,8 +215,8 @@ impl PoolPart {
             let more = [luminance(pixel.mean), f64::from(pixel.variance[3]), 1.0];
             *sum = std::array::from_fn(|c| sum[c] + more[c]);
         }
-        // Variances of neighbouring pixels add up to less than that of their mean, because a filter spreads each sample over
-        // several: as many times less as it reduces the variance of a pixel, which is not more than this.
+        // The variance of a block's mean exceeds what its pixels' variances suggest, because a filter spreads each sample over several
+        // pixels: at most by the factor by which it reduces the variance of a pixel, which is bounded by this.
         let shared = 8.0;
         sums.iter().map(|[sum, var, n]| [sum / n.max(1.0), shared * var / (n * n).max(1.0)]).collect()
     }
@@ -245,7 +245,7 @@ fn variance(pixel: &ReplicatePixel) -> [f32; 4] {
     [r, g, b, (y * y) as f32 * pixel.factor]
 }
 
-/// The relative errors of a reference at median, 95 % and 99 % of the picture, by its own variance, and its relMSE as the last number.
+/// Relative errors of a reference at median, 95 % and 99 % of the picture, from its variance; the last number is its relMSE.
 pub fn own_error(reference: &[NoisyPixel], size: [usize; 2]) -> [f64; 4] {
     let error = |pixel: &NoisyPixel| {
         let [r, g, b, y] = pixel.variance.map(f64::from);
@@ -263,7 +263,7 @@ pub fn own_error(reference: &[NoisyPixel], size: [usize; 2]) -> [f64; 4] {
     [a, b, c, estimate.unwrap_or_default().rel_mse.value]
 }
 
-/// The error of a picture of `size` pixels against a reference, without the reference's own.
+/// Error of a picture of `size` pixels against a reference, after subtracting the reference's own.
 pub fn error_against(rgb: &[[f32; 3]], reference: &[NoisyPixel], size: [usize; 2]) -> Option<ErrorField> {
     let error = |(x, r): (&[f32; 3], &NoisyPixel)| {
         let difference: [f32; 3] = std::array::from_fn(|c| x[c] - r.mean[c]);

@@ -6,16 +6,16 @@ use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::data::PredictionScore;
 use crate::study::interval::{Interval, Z90};
 
-/// Round relative errors; without a target the next of them is predicted.
+/// Round relative errors; without a target the next smaller one is predicted.
 pub const LADDER: [f64; 12] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
 
-/// Standard deviation of the logarithm of the remaining time by which the speed of the machine varies.
+/// Standard deviation of the logarithm of the remaining time due to varying machine speed.
 pub(super) const SPEED_DEVIATION: f64 = 0.05;
 
 /// Extra standard deviation per e-fold of extrapolation, because a curve is only approximately a power law.
 pub(super) const EXTRAPOLATION_DEVIATION: f64 = 0.1;
 
-/// Ratio of samples between first and last checkpoint that a prediction needs.
+/// Least ratio of samples between first and last checkpoint for a prediction.
 const MIN_RANGE: f64 = 2.0;
 
 /// A prediction of the time to an error. Times are seconds since the render began.
@@ -25,7 +25,7 @@ pub struct Prediction {
     pub at: f64,
     /// The error at that time.
     pub error: f64,
-    /// The error that is to be reached.
+    /// Target error.
     pub target: f64,
     /// When the target will be reached.
     pub seconds: Interval,
@@ -40,25 +40,25 @@ pub struct PredictionOutcome {
     pub reached: Option<f64>,
     /// When the render ended.
     pub ended: f64,
-    /// What its light was like; `None` where that is not known.
+    /// Class of the picture's light; `None` if unknown.
     #[serde(default)]
     pub light: Option<LightClass>,
 }
 
-/// What the light of a picture is like, as far as it decides how well its error is known.
+/// Class of a picture's light, as far as it determines the accuracy of error estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightClass {
-    /// Nearly all paths meet it.
+    /// Found by nearly all paths.
     Ordinary,
-    /// Much of it is found late, or not yet.
+    /// A large part is found late, or not yet.
     Late,
-    /// A part of the error is blur.
+    /// Part of the error is photon blur.
     Blurred,
 }
 
 impl LightClass {
-    /// It in words.
+    /// Name for the user.
     pub fn name(self) -> &'static str {
         match self {
             LightClass::Ordinary => "ordinary light",
@@ -73,8 +73,8 @@ pub fn next_target(error: f64) -> Option<f64> {
     LADDER.into_iter().find(|target| *target < 0.95 * error)
 }
 
-/// Predicts when `target` will be reached by a method that `blurs` or not. `None` before the samples have doubled since the first checkpoint, because light that few
-/// paths find is missing from the first errors, and where the error does not fall.
+/// Predicts when `target` will be reached; `blurs`: the method has photon blur. `None` until the samples have doubled since the first
+/// checkpoint, because light found by few paths is missing from the first errors, and if the error does not decrease.
 pub fn predict(checkpoints: &[Checkpoint], target: f64, blurs: bool) -> Option<Prediction> {
     let (last, fit) = (checkpoints.last()?, PowerLaw::new(checkpoints, blurs)?);
     if last.samples < MIN_RANGE * checkpoints.first()?.samples {
@@ -118,13 +118,13 @@ pub fn predicted_curve(checkpoints: &[Checkpoint], until: f64, blurs: bool) -> V
     if checkpoints.len() < 2 { Vec::new() } else { past.chain(ahead).collect() }
 }
 
-/// The curve starts at this share of the samples, about as far back as a fit reaches.
+/// The curve begins at this fraction of the samples, about as far back as a fit reaches.
 const CURVE_START: f64 = 0.1;
 
-/// Points of the curve beyond the last checkpoint.
+/// Number of points beyond the last checkpoint.
 const CURVE_POINTS: u32 = 16;
 
-/// Samples per second over the last half of the render; its beginning may have been slower.
+/// Samples per second over the last half of the render, since the beginning may have been slower.
 fn sampling_rate(checkpoints: &[Checkpoint]) -> Option<f64> {
     let last = checkpoints.last()?;
     let before = checkpoints.iter().rfind(|checkpoint| checkpoint.seconds <= 0.5 * last.seconds);
@@ -133,7 +133,7 @@ fn sampling_rate(checkpoints: &[Checkpoint]) -> Option<f64> {
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// When the error first fell to `target` after `since` seconds, interpolated between two checkpoints on logarithmic axes.
+/// Time after `since` at which the error first fell to `target`, interpolated between two checkpoints on logarithmic axes.
 pub fn time_reached(checkpoints: &[Checkpoint], target: f64, since: f64) -> Option<f64> {
     let at =
         checkpoints.iter().position(|checkpoint| checkpoint.seconds > since && checkpoint.error <= target)?;
@@ -158,7 +158,7 @@ pub fn score(outcomes: &[PredictionOutcome]) -> PredictionScore {
         score.known += 1;
         score.held += usize::from(reached.is_some_and(|at| prediction.seconds.holds(at)));
         if let Some(at) = reached {
-            // Ratios of the remaining time, without the time that had passed already.
+            // Ratios of the remaining time, excluding the time that had passed already.
             let [predicted, actual] = [prediction.seconds.value, *at].map(|t| (t - prediction.at).max(1e-3));
             (logs, timed) = (logs + (predicted / actual).ln(), timed + 1.0);
         }

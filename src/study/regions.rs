@@ -1,4 +1,4 @@
-//! The error that camera paths leave in each region of the screen: what adaptive sampling distributes them by.
+//! Error of the camera paths per region of the screen, by which adaptive sampling distributes them.
 
 use crate::math::bits::interleave;
 use crate::stream::UvWindow;
@@ -6,11 +6,11 @@ use crate::study::Replicates;
 use crate::study::error::relative_squares;
 
 impl Replicates {
-    /// The mean squared relative error of the camera stream's part of the picture in 2^level × 2^level regions of the screen
-    /// `window`, in the order of [`interleave`]; relative to what stated errors are relative to. Smoothed over
-    /// neighbouring regions. `None` while the replicates have reached too few pixels.
+    /// Mean squared relative error of the camera stream in 2^level × 2^level regions of the screen `window`, in the order of
+    /// [`interleave`], smoothed over neighbouring regions. The denominator is that of stated errors. `None` while the replicates have
+    /// reached too few pixels.
     ///
-    /// Light paths bring noise, too, but no camera path takes it away.
+    /// Light paths contribute noise too, but camera paths cannot reduce it.
     pub fn region_errors(&self, window: &UvWindow, level: u32) -> Option<Vec<f64>> {
         let [width, height] = self.size();
         let squares = relative_squares(&self.camera_pixels()?, [width, height])?;

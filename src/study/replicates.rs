@@ -12,14 +12,15 @@ use crate::study::error_tile::ReplicatePixel;
 use crate::study::largest::{LargestSamples, LargestShares};
 use crate::study::smooth::SmoothingKernel;
 
-/// Sums `[X, Y, Z, W]` of the camera stream and `[X, Y, Z]` of the light stream over pixels, for each replicate.
+/// Sums `[X, Y, Z, W]` of the camera stream and `[X, Y, Z]` of the light stream per pixel, for each replicate.
 #[derive(Clone, Debug)]
 pub struct Replicates {
     size: [usize; 2],
     kernel: SmoothingKernel,
     pub(super) parts: [ReplicateSums; REPLICATES],
     pub(super) largest: LargestSamples,
-    /// Weights of camera samples are one over their density on the screen. Otherwise a sample of weight n stands for n samples.
+    /// Whether weights of camera samples are the inverse of their density on the screen. Otherwise a sample of weight n represents n
+    /// samples.
     density_weights: bool,
 }
 
@@ -31,7 +32,7 @@ pub(super) struct ReplicateSums {
     pub(super) paths: PathCounts,
 }
 
-/// The pixel that a sample lies in; `None` beside the picture.
+/// Pixel that contains a sample; `None` outside of the picture.
 #[inline]
 pub(super) fn pixel_of([width, height]: [usize; 2], uv: [f32; 2]) -> Option<[usize; 2]> {
     let [x, y] = [uv[0] * width as f32, uv[1] * height as f32];
@@ -54,7 +55,7 @@ impl Replicates {
         }
     }
 
-    /// From now on weights of camera samples are one over their density on the screen.
+    /// From now on weights of camera samples are the inverse of their density on the screen.
     pub fn set_density_weights(&mut self) {
         self.density_weights = true;
     }
@@ -69,13 +70,12 @@ impl Replicates {
         self.paths_of_parts().into_iter().sum()
     }
 
-    /// No samples of the same picture.
+    /// Empty sums for the same picture.
     pub(super) fn empty(&self) -> Self {
         Self { parts: Default::default(), largest: LargestSamples::new(self.size), ..*self }
     }
 
-    /// One replicate as a picture of its own, whose replicates are the samples that `some` has of it and the others: `some` has been added some
-    /// of the blocks of this one.
+    /// One replicate as a picture with two replicates: its samples in `some`, which was given part of the blocks, and its others.
     pub(super) fn divided(&self, some: &Self, replicate: usize) -> Self {
         let (all, some) = (&self.parts[replicate], &some.parts[replicate]);
         Self { parts: [some.clone(), all.without(some)], ..self.empty() }
@@ -92,13 +92,13 @@ impl Replicates {
         self.largest = LargestSamples::new(self.size);
     }
 
-    /// The error of the picture of these [`pixels`](Self::pixels), and how much of its light the largest samples carry. `None` while both
+    /// Error of the picture of these [`pixels`](Self::pixels), and fractions of its light in the largest samples. `None` while both
     /// replicates have reached too few pixels.
     pub fn error(&self, pixels: &[ReplicatePixel]) -> Option<(ErrorField, LargestShares)> {
         self.error_with(pixels, self.per_pixel())
     }
 
-    /// The same where these pixels have so many samples each, some of which are not in these sums.
+    /// As [`error`](Self::error), for pixels with this many samples each, some of which are not in these sums.
     pub(super) fn error_with(
         &self,
         pixels: &[ReplicatePixel],
@@ -111,13 +111,13 @@ impl Replicates {
         Some((field, self.largest.shares(&sums)))
     }
 
-    /// Samples per pixel, as the luminances of the [largest](LargestSamples) ones are to be divided by.
+    /// Samples per pixel, by which the luminances of the [largest](LargestSamples) samples are divided.
     pub(super) fn per_pixel(&self) -> f64 {
         let samples = match self.density_weights {
             true => self.parts.iter().flat_map(|part| &part.camera).map(|sum| f64::from(sum[3])).sum(),
             false => self.paths() as f64,
         };
-        // More than none: without samples there are no large ones either.
+        // Positive, to avoid dividing by zero: without samples there are no large ones either.
         (samples / (self.size[0] * self.size[1]) as f64).max(f64::MIN_POSITIVE)
     }
 
@@ -134,7 +134,7 @@ impl Replicates {
                 sums.resize(width * height, [0.0; 4]);
             }
             let Xyz { x: sx, y: sy, z: sz } = sample.xyz;
-            // The sum of many samples counts as their mean.
+            // A sample that represents several counts as their mean.
             let count = if self.density_weights { 1.0 } else { sample.w.max(1.0) };
             self.largest.add([x, y], sy / count);
             let sum = &mut sums[y * width + x];
@@ -144,13 +144,13 @@ impl Replicates {
         }
     }
 
-    /// Means X, Y, Z and counts of the samples in the pixels of these rows of one replicate, without the film's filter; the count is 0 where
-    /// there is none, and 1 all over where only light paths are shown.
+    /// Mean X, Y, Z and sample count per pixel of these rows of one replicate, without the film's filter. The count is 0 without samples,
+    /// and 1 everywhere if there are only light paths.
     pub fn half(&self, replicate: usize, rows: Range<usize>) -> Vec<[f32; 4]> {
         self.half_through(&SmoothingKernel::of_energy(1.0), replicate, rows)
     }
 
-    /// The same with the film's filter, and weights instead of counts.
+    /// As [`half`](Self::half), with the film's filter, and weights instead of counts.
     pub fn half_on_film(&self, replicate: usize, rows: Range<usize>) -> Vec<[f32; 4]> {
         self.half_through(&self.kernel, replicate, rows)
     }
@@ -161,8 +161,8 @@ impl Replicates {
         self.weighted(half, part.paths.light)
     }
 
-    /// Sums X, Y, Z of the samples in one pixel of all replicates, without the film's filter, and their number, which is 1 per replicate where
-    /// only light paths are shown.
+    /// Sums X, Y, Z over all replicates of the samples in one pixel, without the film's filter, and their number, which is 1 per replicate
+    /// if there are only light paths.
     pub fn pixel(&self, x: usize, y: usize) -> [f32; 4] {
         let i = y * self.size[0] + x;
         let is_light_alone = self.is_light_alone();
@@ -177,12 +177,12 @@ impl Replicates {
         all
     }
 
-    /// Whether no camera sample has been added.
+    /// Whether there are only light paths: no camera sample has been added.
     fn is_light_alone(&self) -> bool {
         self.parts.iter().all(|part| part.camera.is_empty())
     }
 
-    /// Pixels of so many light paths have weight 1 where only such are shown.
+    /// Sets the weight of all pixels to 1 if there are only light paths, and any of those.
     fn weighted(&self, mut pixels: Vec<[f32; 4]>, light: u64) -> Vec<[f32; 4]> {
         if light > 0 && self.is_light_alone() {
             pixels.iter_mut().for_each(|pixel| pixel[3] = 1.0);
@@ -190,8 +190,8 @@ impl Replicates {
         pixels
     }
 
-    /// Means X, Y, Z and weights of all replicates together in the pixels of these rows, with the film's filter applied; the weight is 1 all over
-    /// where only light paths are shown.
+    /// Mean X, Y, Z and weight over all replicates per pixel of these rows, with the film's filter applied. The weight is 1 everywhere if
+    /// there are only light paths.
     pub fn whole(&self, rows: Range<usize>) -> Vec<[f32; 4]> {
         let [width, height] = self.size;
         let near = SmoothingKernel::near(&rows, height);
@@ -214,7 +214,7 @@ impl Replicates {
         self.weighted(pixels, light)
     }
 
-    /// The film's filter on whole pixels.
+    /// The film's filter as applied to per-pixel sums.
     pub fn kernel(&self) -> &SmoothingKernel {
         &self.kernel
     }
@@ -229,7 +229,7 @@ impl Replicates {
         Some(self.compared(&pictures))
     }
 
-    /// The same, but with the difference of the camera stream alone.
+    /// As [`pixels`](Self::pixels), with the difference of the camera stream alone.
     pub(super) fn camera_pixels(&self) -> Option<Vec<ReplicatePixel>> {
         let mut pixels = self.pixels()?;
         let alone = self
@@ -267,7 +267,7 @@ impl Replicates {
 }
 
 impl ReplicateSums {
-    /// These sums without some of their samples.
+    /// These sums minus those of some of their samples.
     fn without(&self, some: &Self) -> Self {
         let rest = |all: &[[f32; 4]], some: &[[f32; 4]]| -> Vec<[f32; 4]> {
             let some = some.iter().copied().chain(std::iter::repeat([0.0; 4]));
@@ -284,12 +284,12 @@ impl ReplicateSums {
         }
     }
 
-    /// The factor that makes the sums of the light stream a picture of `size` pixels; 0 without light paths.
+    /// Factor that converts sums of the light stream to a picture of `size` pixels; 0 without light paths.
     pub(super) fn light_scale(&self, size: [usize; 2]) -> f32 {
         if self.paths.light == 0 { 0.0 } else { (size[0] * size[1]) as f32 / self.paths.light as f32 }
     }
 
-    /// X, Y, Z and the weight of the camera stream in the pixels of these rows, of sums of `size` pixels.
+    /// X, Y, Z and camera weight per pixel of these rows, for sums of `size` pixels.
     pub(super) fn xyz(
         &self,
         size: [usize; 2],
@@ -306,7 +306,7 @@ impl ReplicateSums {
             *sum = if w > 0.0 { [x / w, y / w, z / w, w] } else { [0.0; 4] };
         }
         if !self.light.is_empty() && light_scale > 0.0 {
-            // Nothing is known of the light beyond the border, which is no reason for less of it within.
+            // Light beyond the border is unknown, which must not darken the pixels within.
             let [columns, lines] =
                 size.map(|len| (0..len).map(|at| kernel.share(at, len)).collect::<Vec<_>>());
             let light = kernel.rows(&self.light, size, rows.clone());
@@ -320,7 +320,7 @@ impl ReplicateSums {
         picture
     }
 
-    /// The same as linear Rec.709.
+    /// As [`xyz`](Self::xyz) over the whole picture, in linear Rec.709.
     fn picture(&self, size: [usize; 2], kernel: &SmoothingKernel) -> Vec<[f32; 4]> {
         let mut picture = self.xyz(size, kernel, 0..size[1], self.light_scale(size));
         let from_xyz = Profile::srgb().from_xyz;

@@ -1,22 +1,22 @@
-//! The effect of the film's filter on sums of whole pixels.
+//! Approximation of the film's filter on per-pixel sums.
 
 use std::ops::Range;
 
-/// A symmetric row of five weights with the sum 1, applied to columns and rows.
+/// A symmetric kernel of five weights with sum 1, applied along columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothingKernel {
     weights: [f32; 3],
 }
 
 impl SmoothingKernel {
-    /// The share of the variance of a pixel that it leaves: the sum of its squares.
+    /// Fraction of a pixel's variance that remains: the sum of squared weights, over both axes.
     pub fn energy(&self) -> f64 {
         let [c, a, b] = self.weights.map(f64::from);
         (c * c + 2.0 * (a * a + b * b)).powi(2)
     }
 
-    /// The Gaussian row whose squares sum up to the root of `energy`, the share of a pixel's variance that a splat filter leaves over
-    /// both axes. The row is narrower than the filter, because samples within a pixel have lost their positions already.
+    /// The Gaussian kernel whose squared weights sum to the root of `energy`, the fraction of a pixel's variance that a splat filter leaves
+    /// over both axes. It is narrower than the filter, because sub-pixel positions are lost already.
     pub fn of_energy(energy: f32) -> Self {
         let wanted = f64::from(energy).clamp(0.05, 1.0).sqrt();
         let row = |width: f64| {
@@ -34,7 +34,7 @@ impl SmoothingKernel {
         Self { weights: weights.map(|w| w as f32) }
     }
 
-    /// The rows that are read for `rows` of a picture of this height.
+    /// Rows needed to filter `rows` of a picture of this height.
     pub fn near(rows: &Range<usize>, height: usize) -> Range<usize> {
         rows.start.saturating_sub(2)..(rows.end + 2).min(height)
     }
@@ -53,7 +53,7 @@ impl SmoothingKernel {
             return sums.to_vec();
         }
         let mut columns = Vec::with_capacity(sums.len());
-        // Two pixels of 0 before and after each row.
+        // Two zero pixels of padding before and after each row.
         let mut padded = vec![[0.0; 4]; width + 4];
         for row in sums.chunks_exact(width) {
             padded[2..][..width].copy_from_slice(row);
@@ -72,7 +72,7 @@ impl SmoothingKernel {
         filtered
     }
 
-    /// The sum of the weights that lie within a row of `len` pixels around pixel `at`.
+    /// Sum of the weights within a row of `len` pixels around pixel `at`.
     pub fn share(&self, at: usize, len: usize) -> f32 {
         let [c, a, b] = self.weights;
         let weight = |distance: usize, weight: f32| {

@@ -1,4 +1,4 @@
-//! Sums over rectangles of a grid in a time that does not depend on their size.
+//! Sums over rectangles of a grid in constant time.
 
 use std::ops::AddAssign;
 
@@ -9,7 +9,7 @@ pub(super) struct SummedAreas<T> {
 }
 
 impl<T: Copy + Default + AddAssign + Subtract> SummedAreas<T> {
-    /// The table of a grid of so many columns and rows.
+    /// Builds the table of a grid.
     pub(super) fn new(tiles: &[T], [columns, rows]: [usize; 2]) -> Self {
         let mut sums = vec![T::default(); (columns + 1) * (rows + 1)];
         for y in 0..rows {
@@ -24,7 +24,7 @@ impl<T: Copy + Default + AddAssign + Subtract> SummedAreas<T> {
         Self { columns: columns + 1, sums }
     }
 
-    /// The sum over the columns and rows from `from` up to `to`.
+    /// Sum over columns and rows from `from` up to `to`, exclusive.
     pub(super) fn sum(&self, from: [usize; 2], to: [usize; 2]) -> T {
         let at = |x: usize, y: usize| self.sums[y * self.columns + x];
         let mut sum = at(to[0], to[1]).minus(at(from[0], to[1])).minus(at(to[0], from[1]));
@@ -38,7 +38,7 @@ pub(super) trait Subtract {
     fn minus(self, other: Self) -> Self;
 }
 
-/// The first column and row, and those after the last, of the tiles around tile `i` of a grid.
+/// Range of the tiles within `reach` of tile `i` of a grid: first column and row, and one past the last.
 pub(super) fn tiles_around(i: usize, [columns, rows]: [usize; 2], reach: usize) -> ([usize; 2], [usize; 2]) {
     let (x, y) = (i % columns, i / columns);
     let from = [x.saturating_sub(reach), y.saturating_sub(reach)];

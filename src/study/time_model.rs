@@ -1,4 +1,4 @@
-//! The time in which a method reaches an error, from all of its pictures.
+//! Model of the time in which a method reaches an error, fitted to all of its pictures.
 //!
 //! The error is a power law of the samples per pixel, as during a render ([`prediction`](crate::study::prediction)), with the same
 //! prior and the same allowances for what is no power law. Small pictures of the same view, the trials, tell the error at many more
@@ -11,38 +11,38 @@ use crate::study::interval::Interval;
 use crate::study::measurement::RenderMeasurement;
 use crate::study::prediction::{EXTRAPOLATION_DEVIATION, SPEED_DEVIATION};
 
-/// Standard deviation of the logarithm of a full-size error over that of a trial, before any is known.
+/// Standard deviation of the logarithm of a full-size error relative to a trial's, before any is known.
 const SIZE_DEVIATION: f64 = 0.12;
 
-/// The same from method to method, around that of the scene.
+/// Standard deviation of that logarithm between methods, around the scene's.
 const METHOD_DEVIATION: f64 = 0.05;
 
-/// Standard deviation that remains between errors of one curve: the sequence has better and worse moments.
+/// Residual standard deviation of the errors of one curve, since low-discrepancy sequences are better at some sample counts than at others.
 const SEQUENCE_DEVIATION: f64 = 0.03;
 
-/// A trial shares its photon maps over fewer pixels: standard deviation of the logarithm of its error on top.
+/// Additional standard deviation of the logarithm of a trial's error, because its photon maps are shared by fewer pixels.
 const PHOTON_TRIAL_DEVIATION: f64 = 0.3;
 
-/// Extra standard deviation per e-fold of extrapolation where bias falls differently from noise.
+/// Additional standard deviation per e-fold of extrapolation if bias decreases at another rate than noise.
 const BIASED_DEVIATION: f64 = 0.2;
 
-/// Standard deviation of the logarithm of the speed, where only trials were timed.
+/// Standard deviation of the logarithm of the speed, if only trials were timed.
 const TRIAL_SPEED_DEVIATION: f64 = 0.12;
 
-/// A time whose logarithm has a larger standard deviation than this is none: its interval spans a factor of more than 1000.
+/// A time is rejected if its logarithm has a larger standard deviation: its interval would span a factor of more than 1000.
 const USELESS: f64 = 2.1;
 
-/// Renders shorter than this share of the longest do not count for the speed: starting takes a part of their time.
+/// Renders shorter than this fraction of the longest are ignored for the speed, since startup takes part of their time.
 const SHORT: f64 = 0.1;
 
-/// Errors of fewer samples per pixel do not count where so many points remain.
+/// Errors at fewer samples per pixel are ignored if enough points remain.
 const FIRST_SAMPLES: f64 = 4.0;
 const LEAST_POINTS: usize = 3;
 
-/// Slope with which errors at unequal samples are compared.
+/// Slope used to compare errors at unequal sample counts.
 const USUAL_SLOPE: f64 = 0.55;
 
-/// Errors at samples that differ by a larger factor are not compared.
+/// Errors whose sample counts differ by a larger factor are not compared.
 const COMPARABLE: f64 = 3.0;
 
 /// The error of one picture.
@@ -55,23 +55,23 @@ struct ModelPoint {
     is_trial: bool,
 }
 
-/// How errors of full size follow from those of trials: the logarithm of their ratio, and its standard deviation.
+/// Relation of full-size errors to those of trials: logarithm of their ratio, and its standard deviation.
 #[derive(Clone, Copy, Debug)]
 pub struct SizeTransfer {
-    /// Pixels of full size.
+    /// Number of pixels at full size.
     pixels: f64,
     log_ratio: f64,
     deviation: f64,
 }
 
-/// The curve of a method.
+/// Fitted curve of a method.
 #[derive(Clone, Debug)]
 pub struct TimeModel {
     points: Vec<ModelPoint>,
-    /// Samples per pixel and second, of the picture.
+    /// Samples per pixel and second, at full size.
     rate: f64,
     rate_deviation: f64,
-    /// Standard deviation of the logarithm of the trials' errors, which all have in common.
+    /// Standard deviation of the logarithm of the trials' errors, common to all of them.
     transfer_deviation: f64,
     biased: bool,
 }
@@ -94,8 +94,7 @@ fn points(runs: &[&RenderMeasurement]) -> Vec<ModelPoint> {
 }
 
 impl SizeTransfer {
-    /// What the pictures of all other methods tell of one of this width and height; those of the method itself are added by the
-    /// [`TimeModel`].
+    /// Estimate from the pictures of all other methods, for this width and height; the [`TimeModel`] adds those of the method itself.
     pub fn for_method(method: usize, methods: &[Vec<&RenderMeasurement>], size: [u32; 2]) -> Self {
         let pixels = f64::from(size[0]) * f64::from(size[1]);
         let pixels = methods.iter().flatten().map(|run| self::pixels(run)).fold(pixels, f64::max);
@@ -109,13 +108,13 @@ impl SizeTransfer {
         })
     }
 
-    /// The same for one method, with its own pictures.
+    /// Update with the method's own pictures.
     fn of_method(&self, points: &[ModelPoint]) -> Self {
         let known = Self { deviation: self.deviation.hypot(METHOD_DEVIATION), ..*self };
         compared(points).map_or(known, |(ratio, deviation)| known.updated(ratio, deviation))
     }
 
-    /// The mean of both, weighted by their precision.
+    /// Precision-weighted mean of both estimates.
     fn updated(&self, log_ratio: f64, deviation: f64) -> Self {
         let [a, b] = [self.deviation, deviation].map(|d| d.max(1e-3).powi(-2));
         let log_ratio = (a * self.log_ratio + b * log_ratio) / (a + b);
@@ -123,7 +122,7 @@ impl SizeTransfer {
     }
 }
 
-/// The logarithm of the ratio of full-size to trial errors at about equal samples, and its standard deviation.
+/// Logarithm of the ratio of full-size to trial errors at about equal samples, and its standard deviation.
 fn compared(points: &[ModelPoint]) -> Option<(f64, f64)> {
     let mut sums = [0.0; 2];
     for full in points.iter().filter(|point| !point.is_trial) {
@@ -145,18 +144,18 @@ fn compared(points: &[ModelPoint]) -> Option<(f64, f64)> {
 }
 
 impl TimeModel {
-    /// The model of the runs of one method; `None` where no error is known.
+    /// Fits the model to the runs of one method; `None` if no error is known.
     pub fn of(runs: &[&RenderMeasurement], transfer: &SizeTransfer) -> Option<Self> {
         let mut points = points(runs);
         let transfer = transfer.of_method(&points);
         let biased = runs.iter().any(|run| run.biased);
         let has_full = points.iter().any(|point| !point.is_trial);
-        // Photon maps of trials have fewer photons: where there is better, they do not count.
+        // Photon maps of trials have fewer photons, so trials are ignored if there are full-size pictures.
         points.retain(|point| !(point.is_trial && biased && has_full));
         for point in points.iter_mut().filter(|point| point.is_trial) {
             point.error *= transfer.log_ratio.exp();
         }
-        // Samples per pixel of the picture and second, over all runs that are not much shorter than the longest.
+        // Samples per pixel and second at full size, over all runs that are not much shorter than the longest.
         let speed = |is_trial: bool| {
             let of_kind = || runs.iter().filter(|run| run.is_trial == is_trial && run.seconds > 0.0);
             let longest = of_kind().map(|run| run.seconds).fold(0.0, f64::max);
@@ -184,8 +183,8 @@ impl TimeModel {
         })
     }
 
-    /// Seconds until the error is reached, and whether pictures of full size lie on both sides of it. `None` where the error does not fall,
-    /// or the interval would say nothing.
+    /// Seconds until the error is reached, and whether full-size pictures bracket it. `None` if the error does not decrease, or if the
+    /// interval would be useless.
     pub fn time_to(&self, error: f64) -> Option<(Interval, bool)> {
         let reached = self.points.iter().position(|point| point.error <= error);
         let used = &self.points[..reached.map_or(self.points.len(), |at| at + 1)];
@@ -197,13 +196,13 @@ impl TimeModel {
             error: point.error,
             deviation: point.deviation,
         };
-        // The first errors are no part of the power law, as far as others tell it.
+        // Early errors do not follow the power law, so they are ignored if enough others remain.
         let early = used.partition_point(|point| point.samples < FIRST_SAMPLES);
         let early = early.min(used.len().saturating_sub(LEAST_POINTS));
         let checkpoints: Vec<Checkpoint> = used[early..].iter().map(checkpoint).collect();
         let (last, fit) = (used.last()?, PowerLaw::new(&checkpoints, self.biased)?);
         let (x, deviation) = fit.until(error)?;
-        // Where points are close on both sides, nothing is extrapolated.
+        // If there are close points on both sides, nothing is extrapolated.
         let far = if bracketed { 0.0 } else { x.abs() };
         let per_fold = if self.biased {
             EXTRAPOLATION_DEVIATION.hypot(BIASED_DEVIATION)
@@ -221,12 +220,12 @@ impl TimeModel {
     }
 }
 
-/// True where the 90 % interval of `slower` lies above that of `faster`, by a factor of two in the middle.
+/// Whether the 90 % interval of `slower` lies above that of `faster`, and their values differ by a factor of two.
 pub fn is_hopeless(slower: &Interval, faster: &Interval) -> bool {
     slower.low > faster.high && slower.value > 2.0 * faster.value
 }
 
-/// How many times as long, from the interval of a ratio: its lower bound.
+/// Lower bound of the ratio of times, from its interval.
 pub fn at_least(slower: &Interval, faster: &Interval) -> f64 {
     slower.ratio(faster).map_or(1.0, |ratio| ratio.low.max(1.0))
 }

@@ -1,4 +1,4 @@
-//! Light that a picture lacks, as the stated error counts it.
+//! Light missing from a picture, as included in the stated error.
 
 use crate::math::bits::mix;
 use crate::stream::WitnessedArea;
@@ -6,38 +6,38 @@ use crate::study::highlights::{HIGHLIGHT_DEVIATION, LackedHighlights};
 use crate::study::interval::Z90;
 use crate::study::picture_tile::PictureTile;
 
-/// Up to this share of two rare samples of a tile lie in one place by chance.
+/// Up to this fraction, two rare samples of a tile lie in one place by chance.
 const BY_CHANCE: f64 = 0.25;
 
-/// Light that some tiles lack, nobody knows which.
+/// Light missing from an unknown subset of tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScatteredLight {
-    /// As many tiles as lack it, ascending; any that have met no rare sample.
+    /// As many tiles as are estimated to lack it, ascending; chosen among those that have received no rare sample.
     pub tiles: Vec<usize>,
     /// Mean luminance that each of them lacks.
     pub light: f64,
-    /// Root mean square of the luminance that its pixels lack: more than the mean where all of it belongs into few of them, as highlights do.
+    /// Root mean square over pixels of the missing luminance; exceeds the mean if it is concentrated in few pixels, as for highlights.
     pub rms: f64,
-    /// Relative standard deviation of both.
+    /// Relative standard deviation of `light` and `rms`.
     pub deviation: f64,
 }
 
-/// How the light of caustics is spread over the pixels of a tile, and its colours.
+/// Distribution of the light of caustics over the pixels of a tile, and its colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticSpots {
-    /// The part of the pixels that has it, if it is the same in all of these.
+    /// Fraction of the pixels that receive it, assuming it is equal in all of these.
     pub part: f64,
-    /// A lower bound of that part: all scatter between samples counts as unevenness, that of photons included.
+    /// Lower bound of that fraction: attributes all scatter between samples to unevenness, including that of photons.
     pub least_part: f64,
     /// Mean square of linear Rec.709 over squared luminance: 1 for grey.
     pub colors: f64,
 }
 
-/// The least of [`CausticSpots::colors`]: squared luminance is at most 3 · (0.2126² + 0.7152² + 0.0722²) of the mean square.
+/// Lower bound of [`CausticSpots::colors`]: squared luminance is at most 3 · (0.2126² + 0.7152² + 0.0722²) of the mean square.
 const LEAST_COLORS: f64 = 0.588;
 
 impl CausticSpots {
-    /// Those of what witnesses have found; grey and even where their sum of squared luminance is not above `rounding`.
+    /// Estimate from what witnesses have found; grey and even if their sum of squared luminance is not above `rounding`.
     pub(super) fn of(area: &WitnessedArea, rounding: f64) -> Self {
         let [luminance, colors] = area.caustic_squares;
         let samples = area.samples.max(1.0);
@@ -55,14 +55,14 @@ impl CausticSpots {
         }
     }
 
-    /// The part of the pixels so many standard deviations from what it is: at the upper end of a 90 % interval of a mean square the least, at the lower
-    /// end all.
+    /// Fraction of the pixels at this number of standard deviations from the estimate: at the upper end of a 90 % interval of a mean square
+    /// the lower bound, at the lower end 1.
     fn part(&self, deviations: f64) -> f64 {
         let end = if deviations > 0.0 { self.least_part } else { 1.0 };
         self.part * (end / self.part).powf((deviations.abs() / Z90).min(1.0))
     }
 
-    /// The parts among which an error is largest or smallest so many standard deviations from what it is, if it is largest for the part `most`: both ends,
+    /// Fractions at which an error is extremal at this number of standard deviations, if it is largest at the fraction `most`: both ends,
     /// and `most` if it lies between them.
     fn parts(&self, deviations: f64, most: f64) -> [f64; 3] {
         let (part, end) = (self.part(0.0), self.part(deviations));
@@ -77,36 +77,36 @@ impl Default for CausticSpots {
     }
 }
 
-/// Light that a picture lacks.
+/// Light missing from a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UnfoundLight {
-    /// Mean luminance that each tile lacks, row by row.
+    /// Missing mean luminance per tile, row-major.
     pub light: Vec<f64>,
-    /// The part of `light` that is caustics.
+    /// Caustics part of `light`.
     pub caustic_light: Vec<f64>,
-    /// Luminance that each tile has and lacks.
+    /// Luminance of each tile, present and missing.
     pub brightness: Vec<f64>,
     /// Relative standard deviation of `light`.
     pub deviation: f64,
-    /// Caustics that each tile may lack, mean luminance by the upper end of the 90 % interval of their share, also where that is not significant; empty
-    /// without witnesses.
+    /// Caustics possibly missing from each tile: mean luminance at the upper end of the 90 % interval of their fraction, even if
+    /// insignificant; empty without witnesses.
     pub possible: Vec<f64>,
-    /// Where in each tile caustics are; empty without witnesses.
+    /// Distribution of caustics in each tile; empty without witnesses.
     pub spots: Vec<CausticSpots>,
-    /// Highlights that each tile lacks on top of it; empty where there are none.
+    /// Highlights missing from each tile in addition; empty if there are none.
     pub highlights: Vec<LackedHighlights>,
-    /// What some of the tiles lack on top of that.
+    /// Light missing from an unknown subset of tiles, in addition.
     pub scattered: ScatteredLight,
-    /// What witnesses have found and the picture lacks, as a share of all light; `None` without witnesses.
+    /// Light found by witnesses and missing from the picture, as a fraction of all light; `None` without witnesses.
     pub share: Option<f64>,
-    /// The part of it that is caustics.
+    /// Caustics part of `share`.
     pub caustics: f64,
-    /// The part of it that is highlights.
+    /// Highlights part of `share`.
     pub in_highlights: f64,
 }
 
 impl UnfoundLight {
-    /// Counts highlights that it lacks too.
+    /// Adds missing highlights.
     pub(super) fn add_highlights(&mut self, highlights: Vec<LackedHighlights>, picture: &[PictureTile]) {
         for (brightness, lacked) in self.brightness.iter_mut().zip(&highlights) {
             *brightness += lacked.light;
@@ -124,12 +124,13 @@ impl UnfoundLight {
         self.highlights = highlights;
     }
 
-    /// Mean luminance that a tile is known to lack.
+    /// Mean luminance known to be missing from a tile.
     fn known(&self, tile: usize) -> f64 {
         self.light[tile] + self.highlights.get(tile).map_or(0.0, |lacked| lacked.light)
     }
 
-    /// Mean luminance of caustics and of other light that the tile lacks as witnesses know it, so many standard deviations from what they know.
+    /// Mean luminance of caustics and of other light missing from a tile according to witnesses, at this number of standard deviations from
+    /// their estimate.
     pub(super) fn known_to_lack(&self, tile: usize, deviations: f64) -> [f64; 2] {
         let UnfoundLight { light, caustic_light, deviation, possible, .. } = self;
         let [all, caustics, possible] =
@@ -138,7 +139,7 @@ impl UnfoundLight {
         [(caustics * times).max(possible * deviations / Z90), (all - caustics).max(0.0) * times]
     }
 
-    /// Light that the pixels of the tile lack, mean square of luminance, so many standard deviations from what is known of it.
+    /// Mean square over pixels of the luminance missing from a tile, at this number of standard deviations from the estimate.
     pub(super) fn lacks(&self, tile: usize, deviations: f64) -> f64 {
         let UnfoundLight { highlights, scattered, spots, .. } = self;
         let [caustics, other] = self.known_to_lack(tile, deviations);
@@ -153,14 +154,15 @@ impl UnfoundLight {
         (caustics + other + more).powi(2) + uneven + lacked * factor(HIGHLIGHT_DEVIATION, deviations)
     }
 
-    /// The mean over the pixels of a tile of this luminance of what they lack, squared, over squared luminance plus 0.01, as in relMSE.
+    /// Mean over the pixels of a tile of the squared missing luminance over squared luminance plus 0.01, as in relMSE; `luminance`: of the
+    /// tile.
     pub(super) fn lacks_relative(&self, tile: usize, luminance: f64, deviations: f64) -> f64 {
         let UnfoundLight { highlights, scattered, spots, .. } = self;
         let square = |lacks: f64, of: f64| lacks * lacks / (of * of + 0.01);
-        // What it lacks in expectation is a part of its luminance.
+        // The expected missing light is part of the luminance.
         let shown = (luminance - self.known_to_lack(tile, 0.0).iter().sum::<f64>()).max(0.0);
         let [caustics, other] = self.known_to_lack(tile, deviations);
-        // Caustics lie in a part of the pixels, which are brighter by as much.
+        // Caustics fall on a fraction of the pixels, which are correspondingly brighter.
         let spots = spots.get(tile).copied().unwrap_or_default();
         let of_part = |part: f64| {
             let there = caustics / part;
@@ -168,8 +170,8 @@ impl UnfoundLight {
             let in_part = squares / ((shown + other + there).powi(2) + 0.01);
             part * in_part + (1.0 - part) * square(other, shown + other)
         };
-        // In the smallest part caustics are so bright that their relative error is that of few pixels; it is largest about where they are as bright there as
-        // all other light.
+        // At the smallest fraction caustics are so bright that few pixels determine their relative error; it is largest at about the
+        // fraction where they are as bright as all other light.
         let parts = spots.parts(deviations, caustics / (shown + other).max(f64::MIN_POSITIVE));
         let known = match deviations {
             d if d > 0.0 => parts.map(of_part).into_iter().fold(0.0, f64::max),
@@ -181,54 +183,54 @@ impl UnfoundLight {
         if !self.is_scattered(tile) || scattered.light <= 0.0 {
             return known;
         }
-        // A part of the pixels lacks all of it, and is brighter by as much.
+        // A fraction of the pixels lacks all of it, and is correspondingly brighter.
         let part = (scattered.light / scattered.rms).powi(2);
         let lacks = scattered.light / part * factor(scattered.deviation, deviations);
         known + part * square(lacks, luminance + lacks)
     }
 
-    /// Whether the tile stands for one of those that lack light, nobody knows which.
+    /// Whether the tile is in the chosen subset that lacks scattered light.
     fn is_scattered(&self, tile: usize) -> bool {
         self.scattered.tiles.binary_search(&tile).is_ok()
     }
 
-    /// Luminance that it has and lacks, where its neighbourhood says `luminance`.
+    /// Luminance of a tile including missing light, where its neighbourhood suggests `luminance`.
     pub(super) fn luminance_of(&self, tile: usize, luminance: f64) -> f64 {
         let shown = self.brightness.get(tile).copied().unwrap_or_default();
         if self.is_scattered(tile) { luminance.max(shown + self.scattered.light) } else { luminance }
     }
 
-    /// Counts light that an unknown part of the tiles lacks.
+    /// Adds light missing from an unknown subset of tiles.
     pub(super) fn add_scattered(&mut self, picture: &[PictureTile]) {
         self.scattered = scattered(picture, self);
     }
 }
 
-/// By what a light of this relative deviation is multiplied so many standard deviations from what it is: it is never negative, and what few
-/// paths have found may be several times as much (a lognormal distribution of this deviation).
+/// Factor on a light of relative standard deviation `deviation` at this number of standard deviations: lognormal, since it is never
+/// negative, and light found by few paths may be several times as much.
 fn factor(deviation: f64, deviations: f64) -> f64 {
     (deviations * deviation.powi(2).ln_1p().sqrt()).exp()
 }
 
-/// Light that an unknown part of the tiles lacks, by what was found in exactly one sample (Good 1953): in expectation, as much is not found at
-/// all. The number of these tiles is that of Chao (1984).
+/// Light missing from an unknown subset of tiles, estimated from the light found in exactly one sample (Good 1953): in expectation, as much
+/// is not found at all. The number of these tiles is estimated by Chao (1984).
 fn scattered(picture: &[PictureTile], unfound: &UnfoundLight) -> ScatteredLight {
     let met = |n: f64| picture.iter().filter(move |tile| tile.count == n);
     let [once, twice] = [1.0, 2.0].map(|n| met(n).count() as f64);
     let mut tiles: Vec<usize> =
         (0..picture.len()).filter(|&i| picture[i].count == 0.0 && unfound.known(i) == 0.0).collect();
     let number = (once * (once - 1.0) / (2.0 * (twice + 1.0))).round();
-    // What witnesses tell of tiles that have met nothing is a part of it.
+    // Includes what witnesses have found in tiles without rare samples.
     let known: f64 = (0..picture.len()).filter(|&i| picture[i].count == 0.0).map(|i| unfound.known(i)).sum();
     let light = (met(1.0).map(|tile| tile.rare).sum::<f64>() - known) / number;
     if number < 1.0 || light <= 0.0 {
         return ScatteredLight::default();
     }
-    // Nobody knows which: any of them.
+    // The subset is unknown, so any tiles are chosen.
     tiles.sort_unstable_by_key(|&i| mix(i as u64));
     tiles.truncate(number as usize);
     tiles.sort_unstable();
-    // Two samples in one place bring four times the square of one, in two places twice.
+    // Two samples in one place contribute four times the square of one; in two places, twice.
     let [one, two] =
         [1.0, 2.0].map(|n| met(n).map(|tile| tile.peak).sum::<f64>() / met(n).count().max(1) as f64);
     let points = if one > 0.0 { 2.0 * two / one - 1.0 } else { 0.0 };

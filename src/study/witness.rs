@@ -1,26 +1,26 @@
-//! Light that a render has not found, as witnesses and its own rare samples tell.
+//! Light that a render has not found, estimated from witness paths and from its own rare samples.
 //!
-//! The replicates of a render tell how far its samples scatter, and nothing of what no sample has met. Where rare samples bring much light,
-//! as caustics seen through glass do in bidirectional path tracing, nearly every tile of the picture lacks that light and
-//! states a small error. [`Witnesses`] are a few paths of other methods. They know all light coarsely, and with less noise that of caustics, from
-//! photons. What they find and the picture lacks is *unfound* light, which the stated error counts:
+//! The replicates of a render show the scatter of its samples, but nothing of light that no sample has found. If rare samples carry much of
+//! the light, such as caustics seen through glass in bidirectional path tracing, nearly every tile of the picture lacks that light and
+//! states a small error. [`Witnesses`] are a few paths of other methods. They find all light with high noise and, from photons, caustics
+//! with less noise. Light that they find and the picture lacks is *unfound*, and included in the stated error:
 //!
-//! - **What was met once.** Where single samples carry much of the light of some tiles, others have met none of theirs. As much light as was found
-//!   by one sample of a tile is, in expectation, not found by any (Good 1953, *The population frequencies of species and the estimation of
-//!   population parameters*), and the number of tiles that have met one sample and two estimates that of those which lack theirs (Chao 1984). Nobody
-//!   knows where they are.
-//! - **Caustics.** Let T be all light that the witnesses find, C the light of caustics, and P that of the picture without
-//!   single samples that carry much of a tile's light. The share β of the caustics that the picture lacks is found by
-//!   regression of T − P on C over the tiles of the picture; T and C are of different halves of the witnesses, so that their noise
-//!   does not look like light. From three standard errors on it counts, from two on in part. A tile then lacks β C less the light of its few large samples.
-//!   What β may be besides is in the upper end of the interval. It counts in the part of the pixels where it lies, in
-//!   relMSE by its colours; where it lies is known up to the noise of photons.
+//! - **Single hits.** If single samples carry much of the light of some tiles, other tiles have received none of theirs. In expectation, as
+//!   much light as was found by exactly one sample of a tile has not been found by any (Good 1953, *The population frequencies of species
+//!   and the estimation of population parameters*), and the numbers of tiles with one and with two such samples estimate the number of
+//!   tiles that lack theirs (Chao 1984). Which tiles these are is unknown.
+//! - **Caustics.** Let T be all light found by the witnesses, C the light of caustics, and P that of the picture without single samples
+//!   that carry much of a tile's light. The fraction β of the caustics missing from the picture is found by regression of T − P on C over
+//!   the tiles of the picture; T and C come from different halves of the witnesses, so that their noise is not correlated. β counts fully
+//!   from three standard errors on, in part from two on. A tile then lacks β C minus the light of its few large samples. The upper end of
+//!   the interval includes the largest possible β. The missing light counts in the fraction of the pixels where it falls, and in relMSE by
+//!   its colours; where it falls is known up to the noise of photons.
 //! - **Highlights** ([`highlights`](crate::study::highlights)): small lamps in mirrors and glass.
-//! - **All other light.** Where T is above the picture by more than four standard errors, in squares from a sixteenth of the picture down to 2×2 tiles,
-//!   the difference is unfound.
+//! - **All other light.** If T exceeds the picture by more than four standard errors, in squares from a sixteenth of the picture down to
+//!   2×2 tiles, the difference is unfound.
 //!
-//! In a pixel that has not met a light of mean luminance u the error is u, so that u² adds to the mean square error that the replicates state:
-//! [`unfound`](crate::study::unfound) is what a picture lacks.
+//! In a pixel that lacks a light of mean luminance u the error is u, so that u² is added to the mean square error estimated from the
+//! replicates: [`unfound`](crate::study::unfound) computes it.
 
 use std::fmt;
 
@@ -33,21 +33,21 @@ use crate::study::summed_areas::SummedAreas;
 use crate::study::unfound::UnfoundLight;
 use crate::study::witness_comparison::WitnessComparison;
 
-/// Goes on to at least so many paths over a picture of this size in pixels; returns what two independent witnesses have found in each of
-/// its tiles of 8×8 pixels since the render began.
+/// Traces at least this many paths in total over a picture of this size in pixels; returns what two independent witnesses have found in
+/// each of its tiles of 8×8 pixels since the render began.
 pub type Witnesses = Box<dyn FnMut(u64, [u32; 2]) -> Witnessed + Send>;
 
-/// Paths of the render for each one of the witnesses, which cost about twice as much.
+/// Paths of the render per witness path, which costs about twice as much.
 const PATHS_PER_WITNESS: f64 = 128.0;
 
-/// Paths of the witnesses: the least, up to how many they have twice their share, and the most. The thread that watches the error traces them,
-/// and must not stand still for long.
+/// Numbers of witness paths: least, number up to which they get twice their fraction, and most. They are traced by the observer's thread,
+/// which must not be blocked for long.
 const WITNESS_PATHS: [f64; 3] = [256.0, 2048.0, 131_072.0];
 
-/// Growth of the render from one look at the witnesses to the next.
+/// Growth of the render between two updates of the witnesses.
 const GROWTH: f64 = 1.5;
 
-/// [`Witnesses`] and what they have found.
+/// [`Witnesses`] and their results.
 pub(super) struct WitnessState {
     witnesses: Witnesses,
     paths: f64,
@@ -65,15 +65,15 @@ impl WitnessState {
         Self { witnesses, paths: 0.0, found: Witnessed::default() }
     }
 
-    /// The witnesses, for another picture of the same render.
+    /// Takes the witnesses, for another picture of the same render.
     pub(super) fn into_witnesses(self) -> Witnesses {
         self.witnesses
     }
 
-    /// Has the witnesses go on where the `paths` of the render of a picture of `size` pixels have grown. They are `thorough` where the
-    /// render is to stop by what they say: then they have enough paths from the beginning.
+    /// Continues the witnesses if the `paths` of the render of a picture of `size` pixels have grown. They are `thorough`, with enough
+    /// paths from the beginning, if the render will stop by their results.
     pub(super) fn update(&mut self, paths: f64, size: [usize; 2], thorough: bool) {
-        // What they have traced follows from the render's paths alone, so that a render that is resumed states the same.
+        // The number of witness paths depends only on the render's paths, so that a resumed render states the same error.
         let [least, enough, most] = WITNESS_PATHS;
         let first = if thorough { enough } else { (2.0 * paths / PATHS_PER_WITNESS).min(enough) };
         let share = (paths / PATHS_PER_WITNESS).max(first);
@@ -85,7 +85,7 @@ impl WitnessState {
     }
 }
 
-/// What a picture lacks that has `per_pixel` samples in each pixel, on a film whose filter has this energy.
+/// Light missing from a picture with `per_pixel` samples per pixel, on a film whose filter has this energy.
 pub(super) fn unfound(
     witnesses: Option<&WitnessState>,
     pixels: &[ReplicatePixel],
@@ -137,14 +137,14 @@ mod tests {
         SIZE[0] * SIZE[1] / (TILE * TILE)
     }
 
-    /// Caustics of luminance .5 lie in a disc in the middle.
+    /// Caustics of luminance .5 within a disc in the middle.
     fn caustic(tile: usize) -> f64 {
         let columns = SIZE[0] / TILE;
         let [x, y] = [tile % columns, tile / columns].map(|n| n as f64);
         if (x - 7.5).hypot(y - 5.5) < 4.0 { 0.5 } else { 0.0 }
     }
 
-    /// Witnesses with so many samples in a tile, of a picture of luminance 1 and caustics; the samples scatter by 50 %.
+    /// Witnesses with this many samples per tile, for a picture of luminance 1 and caustics; the samples scatter by 50 %.
     fn witnesses(random: &mut Random, samples: usize) -> [Vec<WitnessedArea>; 2] {
         [0, 1].map(|_| {
             let tile = |tile: usize| {
@@ -164,7 +164,7 @@ mod tests {
         })
     }
 
-    /// The picture of luminance 1 and this share of the caustics in each tile, with noise of 10 % in every pixel.
+    /// A picture of luminance 1 and this fraction of the caustics in each tile, with noise of 10 % in every pixel.
     fn picture(random: &mut Random, found: impl Fn(usize) -> f64) -> Vec<ReplicatePixel> {
         let pixel = |i: usize| {
             let tile = i / SIZE[0] / TILE * (SIZE[0] / TILE) + i % SIZE[0] / TILE;
@@ -218,12 +218,12 @@ mod tests {
             let inside: Vec<f64> = (0..tiles()).filter(here).map(|tile| of[tile]).collect();
             inside.iter().sum::<f64>() / inside.len() as f64
         };
-        // With one sample in a tile nobody knows whether the picture has them; with many it is known to have them.
+        // With one sample per tile it is uncertain whether the picture has the caustics; with many it is certain.
         let few = unfound(7, 1, |_| 1.0, &nothing);
         let many = unfound(7, 64, |_| 1.0, &nothing);
         assert!(mean(&few.possible) > 2.0 * mean(&many.possible), "{few:?}, {many:?}");
         assert!(mean(&many.possible) < 0.1 && few.light.iter().all(|lacks| *lacks < 0.25));
-        // Where they are missing for sure, that is what may be missing, or a little more.
+        // If they are certainly missing, the possible missing light is the same, or slightly more.
         let missing = unfound(7, 64, |_| 0.0, &nothing);
         let ratio = mean(&missing.possible) / mean(&missing.light);
         assert!((1.0..1.2).contains(&ratio), "{ratio}");
@@ -236,15 +236,15 @@ mod tests {
         for _ in 0..100 {
             area.caustics += 2.0;
             area.caustic_squares = [area.caustic_squares[0] + 4.0, area.caustic_squares[1] + 12.0];
-            // By many photons each time.
+            // From many photons each time.
             area.caustic_pairs += 4.0;
         }
         let spots = CausticSpots::of(&area, 1e-9);
         assert_eq!((spots.part, spots.least_part, spots.colors), (0.25, 0.25, 3.0));
-        // By two photons each time, it may be half of the pixels as well.
+        // From two photons each time, half of the pixels is possible as well.
         let noisy = CausticSpots::of(&WitnessedArea { caustic_pairs: 200.0, ..area }, 1e-9);
         assert_eq!((noisy.part, noisy.least_part), (0.5, 0.25));
-        // What rounding leaves of nothing tells nothing.
+        // Rounding errors of an empty area are ignored.
         let squares = [1e-13, -1e-13];
         let residue =
             WitnessedArea { caustics: 1e-14, caustic_squares: squares, caustic_pairs: 1e-13, ..area };
@@ -263,16 +263,16 @@ mod tests {
             let estimate = field.estimate(TileSubset::All);
             [estimate.rel_mse.value, estimate.relative[0].value]
         };
-        // A quarter of the pixels has 2 of 3; or all of them .5 of 1.5, and so they have other light than caustics.
+        // A quarter of the pixels lacks 2 of 3; or all lack .5 of 1.5. The remainder is light other than caustics.
         let [in_spots, even] = [spots, CausticSpots::default()].map(|spots| stated(spots, 0.5));
         assert_eq!(stated(spots, 0.0), even);
         assert!((in_spots[0] - 0.25 * 3.0 * 4.0 / 9.01).abs() < 1e-6, "{in_spots:?}");
         assert!((even[0] - 0.25 / 2.26).abs() < 1e-6, "{even:?}");
-        // The root of the mean square over the tile, whose mean is the same.
+        // Ratio of root mean squares over the tile; the means are equal.
         assert!((in_spots[1] / even[1] - 2.0).abs() < 1e-6, "{in_spots:?}, {even:?}");
     }
 
-    /// The relative error of caustics is largest where they are as bright as other light, and not in the smallest part of the pixels.
+    /// The relative error of caustics is largest where they are as bright as other light, not at the smallest fraction of the pixels.
     #[test]
     fn the_interval_of_relmse_has_the_worst_part_of_the_pixels() {
         let same = ReplicatePixel { mean: [1.0; 3], difference: [0.0; 3], factor: 0.25, seen: true };
@@ -284,7 +284,7 @@ mod tests {
                 caustic_light: of_all(0.5),
                 brightness: of_all(1.5),
                 spots: vec![CausticSpots { part, least_part, colors: 1.0 }; tiles()],
-                // By it the interval is known to be uncertain.
+                // A tiny deviation marks the interval as uncertain.
                 deviation: 1e-6,
                 ..UnfoundLight::default()
             });
@@ -293,14 +293,14 @@ mod tests {
         let certain = stated(0.25, 0.25);
         let (narrow, wide) = (stated(0.25, 0.05), stated(0.8, 0.05));
         assert!(narrow.high >= certain.high && narrow.low < certain.value, "{narrow:?}, {certain:?}");
-        // Half of the pixels would have as much on top as they show.
+        // Half of the pixels would lack as much as they show.
         assert!(wide.high > 0.5 / 4.02 && wide.value < 0.12, "{wide:?}");
     }
 
     #[test]
     fn tiles_that_have_met_a_rare_sample_lack_nothing() {
         let mut largest = LargestSamples::new(SIZE);
-        // One sample brings all the caustic of its tile.
+        // A single sample carries all the caustic light of its tile.
         let all = 0.5 * (TILE * TILE) as f64 * SAMPLES_PER_PIXEL;
         largest.add([7 * TILE, 5 * TILE], all as f32);
         let hit = 5 * 16 + 7;
@@ -325,7 +325,7 @@ mod tests {
         let nothing = LargestSamples::new(SIZE);
         let mut random = Random(6);
         let pixels = picture(&mut random, |_| 0.0);
-        // As many samples as meet one of them once, twice, and a tenth of that.
+        // Samples that hit one of them once and twice on average, and a tenth of that.
         let (once, tile) = (1.0 / SAMPLES_PER_PIXEL, 40);
         let of = |area, chance| Highlight { area, light: 32.0, pixels: 0.01, chance };
         let highlights = [of(tile, once), of(tile + 1, 2.0 * once), of(tile + 2, 0.1 * once)];
@@ -347,7 +347,7 @@ mod tests {
         }
         let share = unfound.share.expect("highlights are known");
         assert!(share > 0.0 && (unfound.in_highlights - share).abs() < 1e-12 && unfound.caustics == 0.0);
-        // A tile that has met one lacks nothing.
+        // A tile that has been hit lacks nothing.
         let mut largest = nothing;
         largest.add([tile % 16 * TILE, tile / 16 * TILE], (area * SAMPLES_PER_PIXEL) as f32);
         assert_eq!(lacks(&largest).highlights[tile], LackedHighlights::default());
@@ -356,7 +356,7 @@ mod tests {
 
     #[test]
     fn what_was_met_once_tells_what_was_not_met() {
-        // Each of 100 tiles meets .7 rare samples on average.
+        // Each of 100 tiles receives .7 rare samples on average.
         let (mut largest, mut random) = (LargestSamples::new(SIZE), Random(5));
         let all = (0.5 * (TILE * TILE) as f64 * SAMPLES_PER_PIXEL) as f32;
         let mut met = vec![0; tiles()];
@@ -378,7 +378,7 @@ mod tests {
         assert!(share.is_none() && light.iter().all(|y| *y == 0.0));
         let ratio = scattered.tiles.len() as f64 / unmet;
         assert!((0.5..1.6).contains(&ratio), "{} of {unmet}", scattered.tiles.len());
-        // Where one of two tiles has met one sample of .5, those that have met none lack about .35.
+        // If every other tile has received one sample of .5, those without lack about .35.
         assert!((0.2..0.6).contains(&scattered.light), "{}", scattered.light);
         // It is spread over all pixels of a tile.
         assert!(scattered.rms < 1.3 * scattered.light, "{scattered:?}");

@@ -1,4 +1,4 @@
-//! What witnesses have found beside what a picture shows: the caustics and the other light that it lacks.
+//! Comparison of witnesses with a picture: the caustics and the other light missing from it.
 
 use crate::stream::WitnessedArea;
 use crate::study::interval::Z90;
@@ -6,19 +6,19 @@ use crate::study::picture_tile::PictureTile;
 use crate::study::summed_areas::{Subtract, SummedAreas, tiles_around};
 use crate::study::unfound::{CausticSpots, UnfoundLight};
 
-/// Samples from which the means of a tile and its surroundings are taken.
+/// Number of samples needed for the means of a tile and its surroundings.
 const SAMPLES: f64 = 32.0;
 
-/// Number of standard errors from which other light counts.
+/// Number of standard errors from which on other light is significant.
 const SIGNIFICANT: f64 = 4.0;
 
-/// Up to the first number of standard errors β counts as 0, from the second on as what it is.
+/// Number of standard errors up to which β counts as 0, and from which on it counts fully.
 const SIGNIFICANT_SHARE: [f64; 2] = [2.0, 3.0];
 
-/// Tiles darker than this share of the mean luminance weigh as much as those that have it.
+/// Tiles darker than this fraction of the mean luminance get the same weight as those at it.
 const DARK: f64 = 0.1;
 
-/// The largest squares along either side of the picture.
+/// Number of the largest squares along each side of the picture.
 const BLOCKS: usize = 4;
 
 /// Tiles along a side of the smallest squares.
@@ -39,38 +39,38 @@ impl Subtract for WitnessedArea {
     }
 }
 
-/// The witnesses beside the picture.
+/// Witness results and picture, for comparison.
 pub(super) struct WitnessComparison<'a> {
     /// Columns and rows of tiles.
     pub(super) grid: [usize; 2],
     pub(super) picture: &'a [PictureTile],
-    /// The same, summed up.
+    /// The same as summed-area table.
     pub(super) pictures: &'a SummedAreas<PictureTile>,
     pub(super) witnesses: [SummedAreas<WitnessedArea>; 2],
 }
 
-/// The share of the caustics that a picture lacks.
+/// Fraction of the caustics missing from a picture.
 #[derive(Clone, Copy, Debug, Default)]
 struct MissingShare {
-    /// 0 where it may be noise.
+    /// Estimate; 0 if insignificant.
     share: f64,
     /// Its relative standard deviation.
     deviation: f64,
-    /// The most that it may be: the upper end of its 90 % interval.
+    /// Upper end of its 90 % interval.
     upper: f64,
 }
 
-/// What is found around one tile.
+/// Means around one tile.
 struct Around {
-    /// Mean luminance of caustics, by either witness.
+    /// Mean luminance of caustics, per witness.
     caustics: [f64; 2],
-    /// The variance of the mean luminance of one tile, by either.
+    /// Variance of the mean luminance of one tile, per witness.
     variance: [f64; 2],
     spots: CausticSpots,
 }
 
 impl WitnessComparison<'_> {
-    /// The light that witnesses have found and the picture lacks.
+    /// Light found by witnesses and missing from the picture.
     pub(super) fn unfound(&self) -> UnfoundLight {
         let around: Vec<Around> = (0..self.picture.len()).map(|i| self.around(i)).collect();
         let MissingShare { share: beta, deviation, upper } = self.missing_caustics(&around);
@@ -94,7 +94,7 @@ impl WitnessComparison<'_> {
                 (tile.light - tile.rare + beta * mean(around)).max(tile.light.min(*lacks))
             })
             .collect();
-        // Photons of the two witnesses scatter independently.
+        // Photons of the two witnesses are independent.
         let [mut scatter, mut square] = [0.0; 2];
         for around in &around {
             scatter += (around.caustics[0] - around.caustics[1]).powi(2) / 4.0;
@@ -116,7 +116,7 @@ impl WitnessComparison<'_> {
         }
     }
 
-    /// Means around tile `i`, in the smallest square that has enough samples.
+    /// Means around tile `i`, over the smallest square with enough samples.
     fn around(&self, i: usize) -> Around {
         let most = self.grid[0].max(self.grid[1]);
         let window = |reach: usize| tiles_around(i, self.grid, reach);
@@ -132,11 +132,11 @@ impl WitnessComparison<'_> {
         let means = halves.each_ref().map(WitnessedArea::mean);
         let mut both = halves[0];
         both += halves[1];
-        // Differences of sums over the grid leave about so much where there is nothing.
+        // Rounding error of differences of sums over the grid, where there is nothing.
         let everywhere =
             self.witnesses.each_ref().map(|areas| areas.sum([0, 0], self.grid).caustic_squares[0]);
         let rounding = 1e-9 * everywhere.iter().sum::<f64>();
-        // A few samples may be alike by chance.
+        // A few samples may be equal by chance.
         let least = (0.05 * shown).powi(2) + f64::MIN_POSITIVE;
         Around {
             caustics: halves.each_ref().map(WitnessedArea::mean_caustics),
@@ -145,12 +145,12 @@ impl WitnessComparison<'_> {
         }
     }
 
-    /// The share β of the caustics that the picture lacks. It is that of single tiles: a caustic may lie in few of them, where means of their
+    /// Fraction β of the caustics missing from the picture, from single tiles: a caustic may lie in few of them, where means over their
     /// surroundings would hide it.
     fn missing_caustics(&self, around: &[Around]) -> MissingShare {
         let mean = self.picture.iter().map(|tile| tile.light.abs()).sum::<f64>() / self.picture.len() as f64;
         let (mut above, mut below, mut noise) = (0.0, 0.0, 0.0);
-        // Sums of squares and products of what single tiles add to `above` and `below`.
+        // Sums of squares and products of the contributions of single tiles to `above` and `below`.
         let [mut above2, mut both, mut below2] = [0.0; 3];
         for (i, (around, tile)) in around.iter().zip(self.picture).enumerate() {
             let (from, to) = tiles_around(i, self.grid, 0);
@@ -161,7 +161,7 @@ impl WitnessComparison<'_> {
             let caustics = halves.each_ref().map(WitnessedArea::mean_caustics);
             let shown = tile.light - tile.rare;
             let (gap, variance) = (halves.map(|half| half.mean()[0] - shown), around.variance);
-            // By luminance, and not by variances: those are small where a witness has met nothing.
+            // Weighted by luminance rather than by variance, which is small where a witness has found nothing.
             let weight = 1.0 / (shown.abs() + DARK * mean).powi(2).max(f64::MIN_POSITIVE);
             let a = weight * (caustics[0] * gap[1] + caustics[1] * gap[0]);
             let b = weight * 2.0 * caustics[0] * caustics[1];
@@ -174,7 +174,7 @@ impl WitnessComparison<'_> {
             return MissingShare::default();
         }
         let (beta, sigma) = (above / below, noise.sqrt() / below);
-        // The largest share that the tiles do not refute: where few of them have all the caustics, they refute little (Fieller 1954).
+        // The largest fraction that the tiles do not refute; if few of them contain all the caustics, they refute little (Fieller 1954).
         let is_possible = |share: f64| {
             let scatter = (above2 - 2.0 * share * both + share * share * below2).max(noise);
             above - share * below >= -Z90 * scatter.sqrt()
@@ -191,7 +191,7 @@ impl WitnessComparison<'_> {
         }
     }
 
-    /// Adds to `light` what the witnesses find on top of it in squares that become smaller.
+    /// Adds to `light` what the witnesses find in excess, in squares of decreasing size.
     fn add_other_light(&self, light: &mut [f64]) {
         let [columns, rows] = self.grid;
         let mut parts = BLOCKS;
@@ -210,7 +210,7 @@ impl WitnessComparison<'_> {
                 let places = || (from[1]..to[1]).flat_map(|y| (from[0]..to[0]).map(move |x| y * columns + x));
                 let lacks = places().map(|i| light[i]).sum::<f64>() / shown.tiles;
                 let more = mean - shown.light / shown.tiles - lacks;
-                // A few samples may be alike by chance.
+                // A few samples may be equal by chance.
                 let least = (0.05 * shown.light / shown.tiles).powi(2);
                 let noise = variance + shown.variance / (shown.tiles * shown.tiles) + least;
                 if more > SIGNIFICANT * noise.sqrt() || lacks > 0.0 && more < -SIGNIFICANT * noise.sqrt() {

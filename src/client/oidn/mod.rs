@@ -37,7 +37,7 @@ pub enum OidnError {
     Unusable {
         /// Variable and value.
         place: String,
-        /// What is wrong with the file.
+        /// Why the file is unusable.
         reason: String,
     },
 

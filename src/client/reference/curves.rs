@@ -75,7 +75,7 @@ mod tests {
         // Below the compression a grey loses 4 %, in the toe it is 6.25 x².
         assert!((pbr_neutral(Vec3::splat(0.5), 1.0) - 0.46).abs().max_element() < 1e-6);
         assert!((pbr_neutral(Vec3::splat(0.04), 1.0) - 0.01).abs().max_element() < 1e-6);
-        // Where it starts there is no kink, and it never reaches 1 nor falls.
+        // The curve is smooth where compression starts, never reaches 1 and never decreases.
         let mut last = 0.0;
         for i in 0..400 {
             let v = pbr_neutral(Vec3::splat(1e-3 * 1.05f32.powi(i)), 1.0).x;

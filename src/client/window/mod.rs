@@ -1,5 +1,5 @@
-//! What a window needs besides the film: mouse and keys, camera navigation, and the panel, which egui draws. Nothing here knows
-//! the server or the scene: `viewer` joins the two sides through plain data.
+//! Window support besides the film: mouse and keyboard input, camera navigation, and the egui panel. Independent of server and scene:
+//! `viewer` connects both sides through plain data.
 //!
 //! ```text
 //! winit event ─ input ─ keys ─▶ Action ─▶ viewer ─▶ history ─▶ navigation::Pose ─▶ camera of the next epoch
@@ -7,9 +7,9 @@
 //!       └─▶ host ─▶ panel::show ──┘ ◀── PanelData, PanelControls
 //! ```
 //!
-//! [`action`] lists what the user can ask for; [`keys`] is the one table of keys; [`input`] turns mouse and keys into actions;
-//! [`host`] runs egui in the window, and [`panel`] is what it draws; [`viewport`] knows which part of the picture is shown where;
-//! [`statistics`] has the percentiles of recent values.
+//! [`action`] lists all user actions; [`keys`] is the table of key bindings; [`input`] converts mouse and key events to actions; [`host`]
+//! runs egui in the window, and [`panel`] draws it; [`viewport`] maps the visible part of the picture to the window; [`statistics`]
+//! computes percentiles of recent values.
 
 pub mod action;
 pub mod history;

@@ -53,8 +53,8 @@ impl<'a> Attachment<'a> {
     }
 }
 
-/// One image to read texel by texel, made ready by [`Cmd::access`]. Shaders interpolate by arithmetic: texture units of GPUs do it with
-/// fractions of 8 bits, and need not do it at all for images of 32-bit floats.
+/// An image to be read texel by texel, made ready by [`Cmd::access`]. Shaders interpolate arithmetically: texture units interpolate with
+/// 8-bit fractions, and need not support filtering of 32-bit floats at all.
 #[derive(Clone, Copy)]
 pub struct Texture<'a> {
     /// The image.
@@ -80,19 +80,19 @@ impl<'a> Texture<'a> {
     }
 }
 
-/// What a compute shader reads or writes.
+/// A resource bound to a compute shader.
 #[derive(Clone, Copy)]
 pub enum StorageBinding<'a> {
     /// All of a buffer.
     Buffer(&'a Buffer),
     /// Level 0 of an image that [`Cmd::access`] has made ready for [`Access::Storage`].
     Image(&'a Image),
-    /// An image that it has made ready for [`Access::Sampled`].
+    /// An image that [`Cmd::access`] has made ready for [`Access::Sampled`].
     Texture(Texture<'a>),
 }
 
 impl Cmd<'_> {
-    /// Makes all levels of `image` ready for this use, after everything that used them before.
+    /// Makes all levels of `image` ready for this use, ordered after all earlier uses.
     pub fn access(&mut self, image: &mut Image, access: Access) {
         let levels = 0..image.levels();
         self.access_levels(image, levels, access);
@@ -112,14 +112,13 @@ impl Cmd<'_> {
         }
     }
 
-    /// Makes an image of a swapchain, used as `before` until now, ready for this use. Its contents are discarded only
-    /// after [`Access::Acquired`].
+    /// Transitions a swapchain image from its last use `before`. Its contents are discarded only after [`Access::Acquired`].
     pub(in crate::gpu) fn access_shown(&mut self, image: vk::Image, before: &mut Access, access: Access) {
         let barriers = [transition(image, 0, std::mem::replace(before, access), access, false)];
         self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
     }
 
-    /// Orders what compute shaders read and write in buffers after what they read and wrote before.
+    /// Barrier between accesses of compute shaders to buffers before and after this call.
     pub fn storage_in_turn(&mut self) {
         self.buffer_barrier(BufferBarrier::StorageInTurn);
     }
@@ -133,7 +132,7 @@ impl Cmd<'_> {
         unsafe { self.gpu.device.cmd_pipeline_barrier2(self.raw, info) };
     }
 
-    /// Draws into `attachments`, all of one extent: `draw` records the draws.
+    /// Renders to `attachments`, all of one extent; `draw` records the draws.
     pub fn rendering(&mut self, attachments: &[Attachment<'_>], draw: impl FnOnce(&mut Self)) {
         let views: Vec<_> = attachments.iter().map(|a| (a.image.view_of(Some(a.level)), a.load)).collect();
         self.render_into(&views, attachments.first().map_or([1, 1], |a| a.image.extent(a.level)), draw);
@@ -153,7 +152,7 @@ impl Cmd<'_> {
         });
     }
 
-    /// Draws into views of this extent, whose images were made ready.
+    /// Renders to views of this extent, whose images are ready.
     pub(in crate::gpu) fn render_into(
         &mut self,
         views: &[(vk::ImageView, LoadOp)],
@@ -225,7 +224,7 @@ impl Cmd<'_> {
         }
     }
 
-    /// Describes a texture to a shader.
+    /// Descriptor of a texture.
     fn sampled(&self, texture: &Texture<'_>) -> vk::DescriptorImageInfo {
         vk::DescriptorImageInfo::default()
             .sampler(self.gpu.sampler)
@@ -239,8 +238,8 @@ impl Cmd<'_> {
         unsafe { self.gpu.device.cmd_draw(self.raw, 3, 1, 0, 0) };
     }
 
-    /// Draws the sprites `first .. first + count` of a vertex buffer whose vertices take `stride` bytes, as points or
-    /// as the pipeline was made, as quads.
+    /// Draws the sprites `first .. first + count` of a vertex buffer with `stride` bytes per vertex, as points or quads depending on the
+    /// pipeline.
     pub fn draw_sprites(&mut self, vertices: &Buffer, stride: usize, first: u32, count: u32) {
         let end = (first as usize + count as usize) * stride;
         assert!(end <= vertices.bytes(), "sprites beyond the end of the vertex buffer");
@@ -311,7 +310,7 @@ impl Cmd<'_> {
     }
 }
 
-/// Names the GPU work recorded while it lives; dropping it closes the scope. Dereferences to the [`Cmd`] that it borrows.
+/// Names the GPU work recorded during its lifetime; dropping it closes the scope. Dereferences to the borrowed [`Cmd`].
 pub struct Scope<'c, 'f> {
     cmd: &'c mut Cmd<'f>,
     end: Option<u32>,

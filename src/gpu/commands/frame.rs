@@ -1,4 +1,4 @@
-//! A frame: commands that are recorded and submitted together. Some may be in flight, numbered by one timeline semaphore.
+//! A frame: commands recorded and submitted together. Several may be in flight, numbered by one timeline semaphore.
 
 use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
@@ -14,21 +14,21 @@ use crate::gpu::resources::sync::ACQUIRED_AT;
 
 /// A frame that is being recorded, until [`submit`](Self::submit).
 ///
-/// Dropping it, as an error between recording and submitting does, submits what was recorded: images remember how they
-/// were used last, and so do their owners, which would be wrong had the commands never run.
+/// Dropping it, as on an error between recording and submission, submits what was recorded: images and their owners track their last use,
+/// which would be wrong if the commands were never executed.
 #[must_use = "submit() tells when the commands have run"]
 pub struct GpuFrame<'g> {
     gpu: &'g Gpu,
     ring: MutexGuard<'g, FrameRing>,
     number: u64,
-    /// The semaphore that is signalled when the image of a window may be used.
+    /// Semaphore signalled when the acquired swapchain image may be used.
     acquired: Option<vk::Semaphore>,
-    /// The frame was neither submitted nor has it failed.
+    /// Neither submitted nor failed.
     open: bool,
 }
 
 impl Gpu {
-    /// Begins a frame, as soon as there are fewer than [`IN_FLIGHT`] in flight. Other threads wait until it is submitted.
+    /// Begins a frame, after waiting until fewer than [`IN_FLIGHT`] are in flight. Other threads block until it is submitted.
     ///
     /// # Errors
     ///
@@ -59,17 +59,17 @@ impl Gpu {
 }
 
 impl GpuFrame<'_> {
-    /// The number that it has once it is submitted.
+    /// Number of the frame once submitted.
     pub fn number(&self) -> FrameNumber {
         FrameNumber(self.number)
     }
 
-    /// Makes the frame wait for an image of a window, whether it is presented or given up.
+    /// Makes the frame wait for a swapchain image, whether that is presented or not.
     pub(in crate::gpu) fn wait_for(&mut self, acquired: vk::Semaphore) {
         self.acquired = Some(acquired);
     }
 
-    /// The recorder.
+    /// Recorder of commands.
     pub fn cmd(&mut self) -> Cmd<'_> {
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];
         Cmd { gpu: self.gpu, raw: slot.commands, timers: &mut slot.timers }
@@ -84,7 +84,7 @@ impl GpuFrame<'_> {
         self.finish(None)
     }
 
-    /// Submits, and signals `drawn` when all commands have run; the frame keeps the queue locked until it is dropped.
+    /// Submits, and signals `drawn` when all commands have completed; the queue stays locked until the frame is dropped.
     pub(in crate::gpu) fn finish(&mut self, drawn: Option<vk::Semaphore>) -> Result<FrameNumber, GpuError> {
         self.open = false;
         self.gpu.loss.count_submission();
@@ -117,7 +117,7 @@ impl GpuFrame<'_> {
 
 impl Drop for GpuFrame<'_> {
     fn drop(&mut self) {
-        // A panic may have left a rendering open; such commands must not run.
+        // A panic may have left a rendering open; such commands must not be executed.
         if self.open
             && !std::thread::panicking()
             && let Err(error) = self.finish(None)

@@ -2,7 +2,7 @@
 //!
 //! - [`cmd`]: [`Cmd`](cmd::Cmd) records barriers, draws, dispatches and timed scopes.
 //! - [`copies`]: between images and buffers.
-//! - [`frame`]: what is recorded together; two frames are in flight.
+//! - [`frame`]: commands recorded and submitted together, with a few frames in flight.
 
 pub(in crate::gpu) mod cmd;
 pub(in crate::gpu) mod copies;

@@ -1,6 +1,6 @@
-//! The pipelines that the driver has compiled, as bytes that a later run of the program loads again.
+//! The driver's pipeline cache, as bytes that a later run can load.
 //!
-//! Nothing is read or written here: the owner of the device decides where the bytes are kept.
+//! This module does no file access: the owner of the device decides where the bytes are stored.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,26 +16,26 @@ use crate::gpu::error::{GpuError, Named};
 /// The driver's cache of compiled pipelines.
 #[derive(Default)]
 pub(in crate::gpu) struct PipelineCache {
-    /// Compiling locks it to read: Vulkan synchronises that by itself, but not the merging of two caches.
+    /// Compiling takes a read lock: Vulkan synchronises that internally, but not the merging of caches.
     raw: RwLock<vk::PipelineCache>,
     origin: PipelineOrigin,
-    /// Number of pipelines that are being compiled on other threads.
+    /// Number of pipelines being compiled on other threads.
     under_way: AtomicUsize,
     faults: CallFaults,
-    /// The data that were loaded or taken last.
+    /// State of the cache data loaded or taken last.
     known: Mutex<KnownPipelines>,
 }
 
-/// Data of a cache that the owner of the device has.
+/// Identification of cache data that the owner of the device has.
 #[derive(Default)]
 struct KnownPipelines {
-    /// Number of pipelines that had been compiled.
+    /// Number of pipelines compiled at that time.
     compiled: usize,
     /// Hash of the data.
     hash: Option<u64>,
 }
 
-/// A pipeline that is being compiled on another thread.
+/// Guard that counts a pipeline as being compiled on another thread.
 pub struct CompilingPipeline(Arc<Gpu>);
 
 impl Drop for CompilingPipeline {
@@ -50,14 +50,14 @@ impl PipelineCache {
         Self { origin, faults: faults.clone(), ..Self::default() }
     }
 
-    /// Makes the handle.
+    /// Creates the handle.
     pub fn fill(&mut self, device: &ash::Device) -> Result<vk::PipelineCache, GpuError> {
         let made = make(device, &[])?;
         *self.raw.get_mut().unwrap_or_else(PoisonError::into_inner) = made;
         Ok(made)
     }
 
-    /// The handle, for one pipeline to be compiled with while it is locked; an error where tests have planned one.
+    /// Locks the handle for compiling one pipeline; an error if a test has planned one.
     pub fn to_compile(&self) -> Result<RwLockReadGuard<'_, vk::PipelineCache>, vk::Result> {
         self.faults.check(DeviceCall::Pipeline).map(|()| self.lock())
     }
@@ -77,20 +77,19 @@ impl PipelineCache {
 }
 
 impl Gpu {
-    /// Text that names this device and its driver, for the name of a file: pipelines that one of them has compiled are of
-    /// no use to another.
+    /// Identifies this device and its driver, for a file name: compiled pipelines are valid for no other.
     pub fn pipeline_origin(&self) -> String {
         let PipelineOrigin { vendor, device, driver, uuid } = self.pipelines.origin;
         let uuid: String = uuid.iter().map(|byte| format!("{byte:02x}")).collect();
         format!("{vendor:04x}-{device:04x}-{driver:08x}-{uuid}")
     }
 
-    /// Adds pipelines from an earlier run, which [`take_pipelines`](Self::take_pipelines) has given on this device with
-    /// this driver: what is among them is not compiled again.
+    /// Adds pipelines of an earlier run, as returned by [`take_pipelines`](Self::take_pipelines) on the same device and driver; these are
+    /// not compiled again.
     ///
     /// # Errors
     ///
-    /// [`GpuError::ForeignPipelines`] for anything else, and [`GpuError::Call`]; the device is as before then.
+    /// [`GpuError::ForeignPipelines`] for any other data, and [`GpuError::Call`]; the cache stays unchanged then.
     pub fn load_pipelines(&self, data: &[u8]) -> Result<(), GpuError> {
         self.pipelines.origin.check(data).map_err(GpuError::ForeignPipelines)?;
         let loaded = make(&self.device, data)?;
@@ -106,8 +105,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// The pipelines that this device has compiled or loaded, as bytes for [`load_pipelines`](Self::load_pipelines); `None`
-    /// where nothing has come since the last call.
+    /// Compiled and loaded pipelines, as bytes for [`load_pipelines`](Self::load_pipelines); `None` if none were added since the last call.
     ///
     /// # Errors
     ///
@@ -133,7 +131,7 @@ impl Gpu {
         self.pipelines.under_way.load(Ordering::Acquire) > 0
     }
 
-    /// Counts a pipeline as being compiled on another thread, until what is returned is dropped.
+    /// Counts a pipeline as being compiled on another thread until the guard is dropped.
     pub fn count_compiling(self: &Arc<Self>) -> CompilingPipeline {
         self.pipelines.under_way.fetch_add(1, Ordering::Relaxed);
         CompilingPipeline(self.clone())
@@ -144,7 +142,7 @@ impl Gpu {
     }
 }
 
-/// Makes a cache of these data, which are those of this device.
+/// Creates a cache from validated data of this device.
 fn make(device: &ash::Device, data: &[u8]) -> Result<vk::PipelineCache, GpuError> {
     let info = vk::PipelineCacheCreateInfo::default().initial_data(data);
     // SAFETY: the data outlive the call and, where there are any, have the header of this device.
@@ -162,7 +160,7 @@ fn hash(data: &[u8]) -> u64 {
 mod tests {
     use super::*;
 
-    /// Only data with a whole header of the same device and driver are given to the driver.
+    /// Only data with a complete header of the same device and driver are passed to the driver.
     #[test]
     fn foreign_data_are_refused() {
         let origin = PipelineOrigin { vendor: 0x10de, device: 0x2330, driver: 7, uuid: [9; 16] };
@@ -174,7 +172,7 @@ mod tests {
         for length in 0..32 {
             assert!(origin.check(&data[..length]).is_err(), "{length} bytes");
         }
-        // Length, version, vendor, device and UUID: no byte may differ; a longer header is possible.
+        // No byte of length, version, vendor, device and UUID may differ; a longer header is allowed.
         for at in 0..32 {
             let mut other = data.clone();
             other[at] ^= 0x40;

@@ -1,11 +1,11 @@
-//! Results that tests plan for calls of the driver, so that what follows can be tested without a faulty one.
+//! Fault injection: results of driver calls that tests plan, to test error handling without a faulty driver.
 
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-/// A call whose result can be planned.
+/// A call with injectable results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeviceCall {
     /// `vkCreateSurfaceKHR` of the window system.
@@ -16,9 +16,9 @@ pub enum DeviceCall {
     Acquire,
     /// `vkQueuePresentKHR`.
     Present,
-    /// Memory for an image or a buffer; whatever the result, it is exhausted.
+    /// Memory allocation for an image or a buffer; any result means that memory is exhausted.
     Allocation,
-    /// Memory of a buffer is made visible to the host; whatever the result, it is not.
+    /// Mapping of a buffer's memory; any result means that it fails.
     Mapping,
     /// `vkCreateGraphicsPipelines` and `vkCreateComputePipelines`.
     Pipeline,
@@ -37,20 +37,20 @@ impl DeviceCall {
     ];
 }
 
-/// The result that some calls will have.
+/// A planned result of some calls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CallFault {
     /// The call.
     pub call: DeviceCall,
-    /// Number of calls before that, which go as they go.
+    /// Number of unaffected calls before.
     pub after: u64,
-    /// Number of calls in a row that have the result.
+    /// Number of consecutive affected calls.
     pub times: u64,
     /// The result.
     pub result: vk::Result,
 }
 
-/// The results that can be planned: those that the specification lists for these calls.
+/// Allowed results: those that the specification lists for these calls.
 const RESULTS: [vk::Result; 11] = [
     vk::Result::NOT_READY,
     vk::Result::SUBOPTIMAL_KHR,
@@ -85,19 +85,19 @@ impl FromStr for CallFault {
     }
 }
 
-/// What is planned, and what has happened. Clones share it: it may outlive devices and surfaces.
+/// Planned faults, and counts of calls. Clones share the state, which may outlive devices and surfaces.
 #[derive(Clone, Debug, Default)]
 pub struct CallFaults(Arc<Mutex<PlannedCalls>>);
 
 #[derive(Debug, Default)]
 struct PlannedCalls {
     planned: Vec<CallFault>,
-    /// Number of calls of each kind so far.
+    /// Number of calls of each kind.
     calls: [u64; DeviceCall::NAMES.len()],
 }
 
 impl CallFaults {
-    /// These faults.
+    /// Plans these faults.
     pub fn of(faults: &[CallFault]) -> Self {
         let faults = PlannedCalls { planned: faults.to_vec(), ..PlannedCalls::default() };
         Self(Arc::new(Mutex::new(faults)))
@@ -107,13 +107,13 @@ impl CallFaults {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Plans a result.
+    /// Plans a fault.
     pub fn plan(&self, fault: CallFault) {
         self.locked().planned.push(fault);
     }
 
-    /// Lets `count` more of these calls succeed and refuses all later ones, as if memory were exhausted; `u64::MAX` lets all succeed, and
-    /// drops what else was planned for them.
+    /// Lets `count` more of these calls succeed and fails all later ones, as if memory were exhausted; `u64::MAX` lets all succeed and
+    /// cancels other faults planned for them.
     pub fn fail_after(&self, call: DeviceCall, count: u64) {
         let planned = &mut self.locked().planned;
         planned.retain(|fault| fault.call != call);
@@ -123,12 +123,12 @@ impl CallFaults {
         }
     }
 
-    /// Number of calls so far, those that have failed as planned included.
+    /// Number of calls so far, including those that failed as planned.
     pub fn calls(&self, call: DeviceCall) -> u64 {
         self.locked().calls[call as usize]
     }
 
-    /// Counts a call; the result that it is to have instead of its own.
+    /// Counts a call; returns its planned result, if any.
     pub(in crate::gpu) fn next(&self, call: DeviceCall) -> Option<vk::Result> {
         let PlannedCalls { planned, calls } = &mut *self.locked();
         calls[call as usize] += 1;
@@ -145,7 +145,7 @@ impl CallFaults {
         result
     }
 
-    /// As [`next`](Self::next), as the error of a call that makes something.
+    /// As [`next`](Self::next), as a `Result` for calls that create an object.
     pub(in crate::gpu) fn check(&self, call: DeviceCall) -> Result<(), vk::Result> {
         self.next(call).map_or(Ok(()), Err)
     }

@@ -20,23 +20,23 @@ use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock::DeviceClock;
 use crate::gpu::timing::rows::{ScopeTime, TimingInfo, TimingRows};
 
-/// The number of a submitted frame, to wait for it; numbers only grow.
+/// Number of a submitted frame, on which one can wait; monotonically increasing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FrameNumber(pub(in crate::gpu) u64);
 
 impl FrameNumber {
-    /// The number itself, as it stands in [`ScopeRow::frame`](crate::gpu::ScopeRow::frame).
+    /// The raw number, as in [`ScopeRow::frame`](crate::gpu::ScopeRow::frame).
     pub fn get(self) -> u64 {
         self.0
     }
 }
 
-/// The objects that exist on a device.
+/// Objects existing on a device.
 #[derive(Clone, Debug, Default)]
 pub struct Inventory {
     /// Images and buffers, with the bytes of device memory that each holds; sorted by name.
     pub memory: Vec<(String, u64)>,
-    /// Pipelines that were compiled, with the constants that each is specialized for, in that order.
+    /// Compiled pipelines with their specialization constants, in order of compilation.
     pub pipelines: Vec<String>,
 }
 
@@ -63,30 +63,30 @@ pub struct Gpu {
     pub(in crate::gpu) max_extent: u32,
     /// Largest allocation, bytes.
     pub(in crate::gpu) max_allocation: u64,
-    /// Bytes that a workgroup can share, and that a shader can see of one buffer.
+    /// Bytes of shared memory per workgroup, and of a storage buffer binding.
     max_shared: AtomicU32,
     max_storage: u32,
-    /// The loss of the device that tests have planned.
+    /// Device loss planned by a test.
     pub(in crate::gpu) loss: Loss,
-    /// Results that tests have planned.
+    /// Call results planned by a test.
     faults: CallFaults,
     retired: Mutex<RetireQueue>,
-    /// Pipelines without a holder, by their descriptions.
+    /// Unowned pipelines that can be reused, by description.
     spares: Mutex<HashMap<String, Vec<PipelineHandles>>>,
     /// The driver's cache of compiled pipelines.
     pub(in crate::gpu) pipelines: PipelineCache,
-    /// Names and constants of the pipelines that were compiled.
+    /// Names and constants of the compiled pipelines.
     compiled: Mutex<Vec<String>>,
     pub(in crate::gpu) sampler: vk::Sampler,
     info: DeviceInfo,
     large_points: bool,
     prefers_compute: bool,
     is_processor: bool,
-    /// The last field: it is destroyed after the device.
+    /// Last field, so that it is destroyed after the device.
     pub(in crate::gpu) instance: Arc<VulkanInstance>,
 }
 
-/// The contents of a lock, also after another thread has panicked while it held it: every change is made in one step.
+/// Locks a mutex, ignoring poisoning: every change is made in one step, so a panic of another thread leaves nothing half-changed.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -113,7 +113,7 @@ impl Gpu {
         Self::open(instance, physical, options, false, CallFaults::default())
     }
 
-    /// Opens a physical device; `windows` when it is to draw into windows. `faults` are the results that tests have planned.
+    /// Opens a physical device; `windows` if it will draw into windows. `faults`: call results planned by a test.
     pub(in crate::gpu) fn open(
         instance: Arc<VulkanInstance>,
         physical: PhysicalDevice,
@@ -125,12 +125,12 @@ impl Gpu {
             keep_freed_host_memory();
         }
         let mut gpu = Self::bare(instance, physical, options, windows, faults)?;
-        // From here on a failure drops `gpu`, which destroys what has been made.
+        // From here on a failure drops `gpu`, which destroys everything created so far.
         gpu.fill()?;
         Ok(Arc::new(gpu))
     }
 
-    /// A device with memory, but without what [`fill`](Self::fill) makes.
+    /// A device with memory, but without the objects that [`fill`](Self::fill) creates.
     fn bare(
         instance: Arc<VulkanInstance>,
         physical: PhysicalDevice,
@@ -189,7 +189,7 @@ impl Gpu {
         })
     }
 
-    /// Makes the semaphore of the frames, the cache of pipelines, the sampler and the frames.
+    /// Creates the timeline semaphore, the pipeline cache, the sampler and the frames.
     fn fill(&mut self) -> Result<(), GpuError> {
         let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
@@ -222,28 +222,28 @@ impl Gpu {
         self.large_points
     }
 
-    /// Whether a pass that has a compute shader beside its fragment shader should run it, with up to 256 threads in a workgroup: GPUs are
-    /// fast at sharing the texels that a workgroup reads.
+    /// Whether a pass with both a compute and a fragment shader should use the former, with up to 256 threads per workgroup: on GPUs,
+    /// sharing the texels read by a workgroup is fast.
     pub fn prefers_compute(&self) -> bool {
         self.prefers_compute
     }
 
-    /// Whether it is the processor, and is not to be treated as a GPU: it takes from the loop and from the tracer what it needs.
+    /// Whether the device is the CPU (and not to be treated as a GPU), so that it competes with the loop and the tracer.
     pub fn is_processor(&self) -> bool {
         self.is_processor
     }
 
-    /// Whether the pixels of a quad can fetch texels of different levels of an image: lavapipe takes the first pixel's level for all.
+    /// Whether the pixels of a quad can fetch from different mip levels: lavapipe uses the first pixel's level for all.
     pub fn fetches_any_level(&self) -> bool {
         self.info.kind != DeviceKind::Cpu
     }
 
-    /// Bytes that the threads of one workgroup can share.
+    /// Bytes of shared memory per workgroup.
     pub fn shared_bytes(&self) -> usize {
         self.max_shared.load(Ordering::Relaxed) as usize
     }
 
-    /// Bytes of one buffer that a shader can see.
+    /// Bytes of a buffer that a shader can access.
     pub fn storage_bytes(&self) -> usize {
         self.max_storage as usize
     }
@@ -253,12 +253,12 @@ impl Gpu {
         self.instance.messages()
     }
 
-    /// How much memory the device has of its own, and what the system tells of its use at the moment.
+    /// Size of the device-local memory, and its present budget as reported by the system.
     pub fn local_memory(&self) -> LocalMemory {
         self.memory.local()
     }
 
-    /// Lists what exists on the device; what was dropped in the last frames may still be in the list.
+    /// Lists the objects on the device; objects dropped during the last frames may still be included.
     pub fn inventory(&self) -> Inventory {
         let report = locked(&self.memory.shared()).generate_report();
         let mut memory: Vec<_> = report.allocations.into_iter().map(|a| (a.name, a.size)).collect();
@@ -266,7 +266,7 @@ impl Gpu {
         Inventory { memory, pipelines: locked(&self.compiled).clone() }
     }
 
-    /// Notes that a pipeline of this shader with these constants was compiled.
+    /// Records that a pipeline of this shader with these constants was compiled.
     pub(in crate::gpu) fn note_compiled(&self, shader: &str, constants: &[u32]) {
         let constants = constants.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
         locked(&self.compiled).push(format!("{shader} [{constants}]"));
@@ -277,12 +277,12 @@ impl Gpu {
         locked(&self.compiled).len()
     }
 
-    /// The results of calls that tests plan.
+    /// Fault injection, for tests.
     pub fn faults(&self) -> &CallFaults {
         &self.faults
     }
 
-    /// Looks whether there is room for so many bytes once others are `freed`, as far as the system tells.
+    /// Checks whether `bytes` can be allocated once `freed` are released, as far as the system reports budgets.
     ///
     /// # Errors
     ///
@@ -291,23 +291,23 @@ impl Gpu {
         self.memory.check_room(name, bytes, freed)
     }
 
-    /// Gives images and buffers this many bytes at most, as a smaller device would. For tests.
+    /// Limits the memory for images and buffers, like a smaller device. For tests.
     pub fn limit_memory(&self, bytes: u64) {
         self.memory.limit(bytes);
     }
 
-    /// Gives the threads of a workgroup this many bytes to share at most, as a smaller device would. For tests.
+    /// Limits the shared memory per workgroup, like a smaller device. For tests.
     pub fn limit_shared(&self, bytes: u32) {
         self.max_shared.fetch_min(bytes, Ordering::Relaxed);
     }
 
-    /// Lets `submits` more frames be submitted; then the device behaves as if it were lost, for good: submitting,
-    /// waiting, acquiring and presenting fail with an error for which [`GpuError::is_device_lost`] holds. For tests.
+    /// Lets `submits` more frames be submitted; after that the device stays lost: submitting, waiting, acquiring and presenting fail with
+    /// an error for which [`GpuError::is_device_lost`] holds. For tests.
     pub fn lose_after(&self, submits: u64) {
         self.loss.after(submits);
     }
 
-    /// The error of `call` after the device was lost on purpose.
+    /// The error of `call` once the device is lost by [`lose_after`](Self::lose_after).
     pub(in crate::gpu) fn alive(&self, call: &str) -> Result<(), GpuError> {
         self.loss.check(call)
     }
@@ -326,14 +326,14 @@ impl Gpu {
         std::mem::take(&mut readings.totals)
     }
 
-    /// Takes the rows of all scopes of completed frames since the last call, in the order of the frames; see
-    /// [`TimingRows`]. To get those of every frame, call it at least every few hundred frames.
+    /// Takes the rows of all scopes of completed frames since the last call, in the order of the frames; see [`TimingRows`]. Must be called
+    /// at least every few hundred frames, or rows are lost.
     pub fn take_rows(&self) -> TimingRows {
         let mut frames = self.frames();
         frames.read_completed(&self.device, self.completed().unwrap_or(0)).take_rows()
     }
 
-    /// The method that turns timestamps of this device into times of the host, and what cannot be timed.
+    /// How timestamps of this device are converted to host times, and what cannot be timed.
     pub fn timing_info(&self) -> TimingInfo {
         self.frames().readings.info(self.info.kind == DeviceKind::Cpu)
     }
@@ -356,7 +356,7 @@ impl Gpu {
         unsafe { self.device.wait_semaphores(&info, u64::MAX) }.named("vkWaitSemaphores")
     }
 
-    /// Whether this frame has completed on the GPU, or the device is lost; never waits.
+    /// Whether this frame has completed on the GPU, or the device is lost; never blocks.
     pub fn has_completed(&self, frame: FrameNumber) -> bool {
         self.completed().map_or(true, |last| last >= frame.0)
     }
@@ -368,18 +368,18 @@ impl Gpu {
         unsafe { self.device.get_semaphore_counter_value(self.timeline) }.named("vkGetSemaphoreCounterValue")
     }
 
-    /// The frames in flight; whoever holds the lock may record and submit.
+    /// Locks the frames in flight; the holder of the lock may record and submit.
     pub(in crate::gpu) fn frames(&self) -> MutexGuard<'_, FrameRing> {
         locked(&self.frames)
     }
 
-    /// Destroys `object` as soon as no frame can use it any more.
+    /// Destroys `object` once no frame in flight can use it.
     pub(in crate::gpu) fn retire(&self, object: Retired) {
         let frame = self.begun.load(Ordering::Acquire);
         locked(&self.retired).push(frame, object);
     }
 
-    /// Frees what completed frames have left, which otherwise the next frame does: room for what is made before it begins.
+    /// Destroys objects retired by completed frames, to free memory before new objects are created; beginning a frame does the same.
     ///
     /// # Errors
     ///
@@ -395,12 +395,12 @@ impl Gpu {
         unsafe { locked(&self.retired).collect(completed, &self.device, &self.memory) };
     }
 
-    /// A pipeline of this description that nobody holds, if there is one: a film of another size compiles nothing.
+    /// An unowned pipeline of this description, if there is one, so that a film of another size need not compile anything.
     pub(in crate::gpu) fn take_spare(&self, description: &str) -> Option<PipelineHandles> {
         locked(&self.spares).get_mut(description)?.pop()
     }
 
-    /// Keeps a pipeline for the next holder. It may still be in use on the device: pipelines do not change.
+    /// Keeps a pipeline for reuse. The device may still be using it; pipelines are immutable.
     pub(in crate::gpu) fn keep_spare(&self, description: String, handles: PipelineHandles) {
         locked(&self.spares).entry(description).or_default().push(handles);
     }
@@ -412,7 +412,7 @@ impl Gpu {
         self.made(made, "vkCreateSemaphore", name)
     }
 
-    /// Makes a view, of this name, of levels that the image has.
+    /// Creates a named view of existing levels of an image.
     pub(in crate::gpu) fn view(
         &self,
         image: vk::Image,
@@ -430,7 +430,7 @@ impl Gpu {
         self.made(made, "vkCreateImageView", name)
     }
 
-    /// The object that `call` has made, under this name; its error names the call and the object.
+    /// Names an object created by `call`; the error names both.
     pub(in crate::gpu) fn made<T: vk::Handle + Copy>(
         &self,
         made: Result<T, vk::Result>,
@@ -448,7 +448,7 @@ impl Gpu {
     }
 }
 
-/// Creates the device with one graphics queue and the features that were found when it was picked.
+/// Creates the device with one graphics queue and the features found when it was picked.
 fn create_device(
     instance: &VulkanInstance,
     physical: &PhysicalDevice,
@@ -520,8 +520,8 @@ impl Drop for Gpu {
 mod tests {
     use super::*;
 
-    /// What was made before an error is destroyed, children before the device and the device before the instance: the
-    /// validation layer reports every object that is left.
+    /// After an error all objects are destroyed, children before the device and the device before the instance: the validation layer
+    /// reports any object that is left.
     #[test]
     fn an_error_leaves_nothing_behind() {
         let instance = VulkanInstance::new(true, None);

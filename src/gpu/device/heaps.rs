@@ -1,23 +1,23 @@
-//! How much memory a device has of its own, and how much of it this program may use.
+//! Size of the device-local memory, and the part that this program may use.
 
 use ash::vk;
 
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::PhysicalDevice;
 
-/// The memory of a device's own; the main memory, where that is the device's own as well.
+/// Device-local memory; on a device that shares main memory, that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LocalMemory {
-    /// Bytes that there are.
+    /// Size in bytes.
     pub bytes: u64,
-    /// What the system tells of its use at the moment; `None` where the driver lacks `VK_EXT_memory_budget`.
+    /// Present budget; `None` if the driver lacks `VK_EXT_memory_budget`.
     pub budget: Option<MemoryBudget>,
 }
 
-/// The share of a device's memory that the system grants this program.
+/// Memory budget that the system grants this program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryBudget {
-    /// Bytes that this program can use in all before allocations fail or get slow.
+    /// Bytes that this program can use in total before allocations fail or become slow.
     pub granted: u64,
     /// Bytes that it uses.
     pub used: u64,
@@ -49,11 +49,11 @@ impl std::fmt::Display for Megabytes {
     }
 }
 
-/// Where the sizes of a device's heaps are read. The instance must outlive it.
+/// Queries the heap sizes of a device. The instance must outlive it.
 pub(in crate::gpu) struct MemorySource {
     instance: ash::Instance,
     physical: vk::PhysicalDevice,
-    /// Whether the driver tells budgets.
+    /// Whether the driver reports budgets.
     tells_budget: bool,
 }
 
@@ -62,7 +62,7 @@ impl MemorySource {
         Self { instance: instance.raw.clone(), physical: physical.raw, tells_budget: physical.tells_budget() }
     }
 
-    /// The memory as it is at the moment.
+    /// Queries the present state.
     pub fn read(&self) -> LocalMemory {
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
         let mut all = vk::PhysicalDeviceMemoryProperties2::default();
@@ -76,7 +76,7 @@ impl MemorySource {
     }
 }
 
-/// The sums over the heaps of the device's own.
+/// Sums over the device-local heaps.
 fn local_memory(
     heaps: &[vk::MemoryHeap],
     budget: Option<&vk::PhysicalDeviceMemoryBudgetPropertiesEXT<'_>>,
@@ -94,7 +94,7 @@ fn local_memory(
 mod tests {
     use super::*;
 
-    /// Heaps of the host do not count, and every number is told.
+    /// Host heaps are not counted, and all numbers are reported.
     #[test]
     fn heaps_of_the_device_are_told() {
         let heap = |size, flags| vk::MemoryHeap { size, flags };

@@ -26,7 +26,7 @@ pub(in crate::gpu) struct VulkanInstance {
 }
 
 impl VulkanInstance {
-    /// Loads Vulkan and makes an instance of version 1.3; one for windows of `display` where that is given.
+    /// Loads Vulkan and creates an instance of version 1.3, with the extensions for windows of `display` if given.
     pub fn new(validation: bool, display: Option<RawDisplayHandle>) -> Result<Self, GpuError> {
         // SAFETY: the loader is the system's Vulkan library; its initialisers are trusted as any system library's.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
@@ -153,7 +153,7 @@ impl DebugNames {
     }
 }
 
-/// The extensions that windows of `display` need, and that for colour spaces beyond sRGB where it is there.
+/// Extensions needed for windows of `display`, and the one for colour spaces beyond sRGB if available.
 fn for_windows(
     display: RawDisplayHandle,
     offers: impl Fn(&CStr) -> bool,

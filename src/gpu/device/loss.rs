@@ -1,4 +1,4 @@
-//! Loses the device on purpose, so that what follows can be tested without a faulty driver.
+//! Simulated device loss, to test recovery without a faulty driver.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -6,9 +6,9 @@ use ash::vk;
 
 use crate::gpu::error::GpuError;
 
-/// The planned loss of a device.
+/// Planned loss of a device.
 pub(in crate::gpu) struct Loss {
-    /// Submissions that still succeed; `u64::MAX` for all.
+    /// Remaining successful submissions; `u64::MAX` for no limit.
     submissions: AtomicU64,
     lost: AtomicBool,
 }

@@ -18,11 +18,11 @@ use crate::gpu::error::GpuError;
 
 const MIB: u64 = 1 << 20;
 
-/// The allocator behind a lock. Not dropped by itself: [`Memory::destroy`] must come before the device is destroyed.
+/// The allocator behind a lock. Not dropped automatically: [`Memory::destroy`] must be called before the device is destroyed.
 pub(in crate::gpu) struct Memory {
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     faults: CallFaults,
-    /// Bytes that are in use, and the most that may be.
+    /// Bytes in use, and their limit.
     used: AtomicU64,
     limit: AtomicU64,
     source: MemorySource,
@@ -41,7 +41,7 @@ impl Memory {
             physical_device: physical.raw,
             debug_settings: Default::default(),
             buffer_device_address: false,
-            // Films of 512² need some 30 MiB a stream: the library's blocks of 256 MiB would waste memory on CPU devices.
+            // Films of 512² need about 30 MiB per stream: the library's default blocks of 256 MiB would waste memory on CPU devices.
             allocation_sizes: AllocationSizes::new(32 * MIB, 8 * MIB)
                 .with_max_device_memblock_size(256 * MIB),
         })
@@ -59,7 +59,7 @@ impl Memory {
         })
     }
 
-    /// Memory for a resource of these requirements. `linear` is true for buffers.
+    /// Allocates memory for a resource. `linear` is true for buffers.
     pub fn allocate(
         &self,
         name: &str,
@@ -85,8 +85,7 @@ impl Memory {
         Ok(allocation)
     }
 
-    /// Looks whether there is room for so many bytes once others are `freed`: within the limit, and within what the system grants where
-    /// it tells that.
+    /// Checks whether `bytes` can be allocated once `freed` are released: within the limit, and within the system's budget if reported.
     pub fn check_room(&self, name: &str, bytes: u64, freed: u64) -> Result<(), GpuError> {
         let after = self.used.load(Ordering::Relaxed).saturating_sub(freed).saturating_add(bytes);
         let granted = self.source.read().budget.map_or(u64::MAX, |budget| budget.granted);
@@ -96,7 +95,7 @@ impl Memory {
         }
     }
 
-    /// The error of an allocation of this many bytes, with the numbers that say why it does not fit.
+    /// The error of an allocation of this size, with the numbers that explain why it does not fit.
     fn refused(&self, name: &str, bytes: u64, source: AllocationError) -> GpuError {
         let used = Megabytes(self.used.load(Ordering::Relaxed));
         let limit = match self.limit.load(Ordering::Relaxed) {
@@ -112,22 +111,22 @@ impl Memory {
         GpuError::Memory { name: name.into(), source, numbers }
     }
 
-    /// How much memory there is at the moment.
+    /// Present state of the device-local memory.
     pub fn local(&self) -> LocalMemory {
         self.source.read()
     }
 
-    /// The allocator itself, for renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
+    /// The allocator, shared with renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
     pub fn shared(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }
 
-    /// Refuses allocations beyond this many bytes in all.
+    /// Limits the total size of allocations.
     pub fn limit(&self, bytes: u64) {
         self.limit.store(bytes, Ordering::Relaxed);
     }
 
-    /// Gives memory back; the resource that used it must be destroyed already.
+    /// Frees memory; the resource that used it must have been destroyed.
     pub fn free(&self, allocation: Allocation) {
         let mut allocator = self.allocator.lock().unwrap_or_else(|e| e.into_inner());
         self.used.fetch_sub(allocation.size(), Ordering::Relaxed);
@@ -148,13 +147,12 @@ impl Memory {
     }
 }
 
-/// Tells the C library to keep what a driver on the CPU frees in small pieces, up to 64 MiB in each arena, and to map pieces
-/// of 4 MiB and more by themselves.
+/// Makes glibc keep up to 64 MiB per arena of memory freed by a CPU driver, and map pieces of 4 MiB and more separately.
 ///
-/// lavapipe allocates the scene of every pass anew, in pieces of 64 KiB; glibc would give each scene back to the system and
-/// take as many page faults with the next: half of the CPU time of drawing sprites into a small film. Images and blocks of
-/// device memory are larger and live as long as a film: within the heap they would leave holes that nothing fits into, and
-/// the heap would grow with every new size of the window. Elsewhere this does nothing.
+/// lavapipe allocates each pass's scene in pieces of 64 KiB; by default glibc would return them to the system after every pass and
+/// page-fault again on the next, which is half of the CPU time of drawing sprites into a small film. Images and blocks of device memory are
+/// larger and live as long as a film; within the heap they would cause fragmentation, and the heap would grow with every resize of the
+/// window. On other systems this does nothing.
 pub(in crate::gpu) fn keep_freed_host_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

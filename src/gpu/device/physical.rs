@@ -1,4 +1,4 @@
-//! The devices of the machine: what each offers, what it lacks, and which one is taken.
+//! The physical devices of the machine: features, missing requirements, and selection.
 
 use std::ffi::CStr;
 
@@ -59,7 +59,7 @@ impl std::fmt::Display for DeviceKind {
     }
 }
 
-/// A device as the user sees it.
+/// Description of a device for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
     /// Index in the list, for `--device`.
@@ -97,7 +97,7 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
     Ok(devices_with_memory()?.into_iter().map(|(info, _)| info).collect())
 }
 
-/// As [`devices`], each with its memory as it is at the moment.
+/// As [`devices`], with the present state of each one's memory.
 ///
 /// # Errors
 ///
@@ -111,7 +111,7 @@ pub fn devices_with_memory() -> Result<Vec<(DeviceInfo, LocalMemory)>, GpuError>
     Ok(enumerate(&instance)?.into_iter().map(with_memory).collect())
 }
 
-/// The device and the driver that compiled pipelines are good for.
+/// Device and driver that a pipeline cache is valid for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::gpu) struct PipelineOrigin {
     pub vendor: u32,
@@ -152,7 +152,7 @@ impl PipelineOrigin {
     }
 }
 
-/// The extensions of windows that a device offers and that are used then.
+/// Optional window extensions, used if the device offers them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::gpu) struct WindowOffers {
     /// `VK_KHR_present_id` and `VK_KHR_present_wait`, with their features.
@@ -161,7 +161,7 @@ pub(in crate::gpu) struct WindowOffers {
     pub hdr_metadata: bool,
 }
 
-/// A physical device and what it offers of what this program needs.
+/// A physical device with the features relevant to this program.
 pub(in crate::gpu) struct PhysicalDevice {
     pub raw: vk::PhysicalDevice,
     pub info: DeviceInfo,
@@ -169,14 +169,14 @@ pub(in crate::gpu) struct PhysicalDevice {
     pub large_points: bool,
     /// Family of a queue for graphics and compute.
     pub queue_family: u32,
-    /// Valid bits of a timestamp on that queue; 0: no timing.
+    /// Valid bits of a timestamp on that queue; 0 if timing is not supported.
     pub timestamp_bits: u32,
-    /// The extension that reads the clock of timestamps.
+    /// The extension for reading the device's clock, if supported.
     pub calibrated: Option<&'static CStr>,
     pub limits: vk::PhysicalDeviceLimits,
-    /// What its compiled pipelines are good for.
+    /// Identification for the pipeline cache.
     pub origin: PipelineOrigin,
-    /// What it offers windows.
+    /// Optional features for windows.
     pub window: WindowOffers,
     extensions: Vec<vk::ExtensionProperties>,
     families: Vec<vk::QueueFamilyProperties>,
@@ -253,7 +253,7 @@ impl PhysicalDevice {
         device
     }
 
-    /// Narrows the choice of a queue family to those that can present images in a window, as `presents` tells.
+    /// Restricts the queue families to those that can present in a window, as determined by `presents`.
     pub fn check_window(&mut self, presents: impl Fn(u32) -> bool) {
         if !self.offers(khr::swapchain::NAME) {
             return self.lacks("It cannot draw into windows (VK_KHR_swapchain is missing).");
@@ -269,7 +269,7 @@ impl PhysicalDevice {
         self.extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(extension))
     }
 
-    /// Takes the first family for graphics and compute that is `fit`; without one, `missing` is what the device lacks.
+    /// Selects the first graphics and compute family that is `fit`; if there is none, records `missing` as a missing requirement.
     fn take_queue_family(&mut self, fit: impl Fn(u32) -> bool, missing: &str) {
         match usable_family(&self.families, fit) {
             Some((family, timestamp_bits)) => {
@@ -279,7 +279,7 @@ impl PhysicalDevice {
         }
     }
 
-    /// Whether the system tells how much memory this program may use.
+    /// Whether the system reports memory budgets.
     pub fn tells_budget(&self) -> bool {
         self.offers(ext::memory_budget::NAME)
     }
@@ -308,7 +308,7 @@ impl PhysicalDevice {
         }
     }
 
-    /// What it offers windows beyond what they need.
+    /// Optional window features of the device.
     fn window_offers(&self, instance: &VulkanInstance) -> WindowOffers {
         let has_wait = self.offers(khr::present_id::NAME) && self.offers(khr::present_wait::NAME);
         let mut id = vk::PhysicalDevicePresentIdFeaturesKHR::default();
@@ -324,7 +324,7 @@ impl PhysicalDevice {
         }
     }
 
-    /// Checks what must be possible with each format.
+    /// Checks the required features of each format.
     fn check_formats(&mut self, instance: &VulkanInstance) {
         use vk::FormatFeatureFlags as F;
         let accumulate = F::COLOR_ATTACHMENT | F::COLOR_ATTACHMENT_BLEND | F::SAMPLED_IMAGE;
@@ -355,14 +355,14 @@ impl PhysicalDevice {
     }
 }
 
-/// The first family for graphics and compute that is `fit`, and the valid bits of its timestamps.
+/// The first graphics and compute family that is `fit`, and the valid bits of its timestamps.
 fn usable_family(families: &[vk::QueueFamilyProperties], fit: impl Fn(u32) -> bool) -> Option<(u32, u32)> {
     let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     let mut usable = (0..).zip(families).filter(|(family, f)| f.queue_flags.contains(both) && fit(*family));
     usable.next().map(|(family, properties)| (family, properties.timestamp_valid_bits))
 }
 
-/// The device of this choice.
+/// The selected device.
 pub(in crate::gpu) fn pick(
     mut devices: Vec<PhysicalDevice>,
     choice: &DeviceChoice,
@@ -399,7 +399,7 @@ pub(in crate::gpu) fn names(devices: &[PhysicalDevice]) -> String {
 mod tests {
     use super::*;
 
-    /// A queue that draws but does not compute is passed over.
+    /// A queue family with graphics and without compute is skipped.
     #[test]
     fn a_queue_draws_and_computes() {
         use vk::QueueFlags as Q;

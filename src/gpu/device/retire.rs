@@ -1,4 +1,4 @@
-//! Objects that were dropped while a frame in flight may still use them.
+//! Deferred destruction of objects that a frame in flight may still use.
 
 use ash::vk;
 use gpu_allocator::vulkan::Allocation;
@@ -65,14 +65,14 @@ impl Retired {
     }
 }
 
-/// Dropped objects that wait for a frame to complete, in the order of dropping.
+/// Dropped objects waiting for a frame to complete, in order of dropping.
 #[derive(Default)]
 pub(in crate::gpu) struct RetireQueue {
     waiting: Vec<(u64, Retired)>,
 }
 
 impl RetireQueue {
-    /// Keeps `object` until the frame of this number, the last that may use it, has completed.
+    /// Keeps `object` until this frame, the last that may use it, has completed.
     pub fn push(&mut self, frame: u64, object: Retired) {
         self.waiting.push((frame, object));
     }

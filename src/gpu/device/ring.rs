@@ -10,7 +10,7 @@ use crate::gpu::timing::clock::DeviceClock;
 use crate::gpu::timing::queries::Timers;
 use crate::gpu::timing::rows::{FrameTimes, Readings};
 
-/// Number of frames that may be in flight: a batch and a picture that the device works on, and those that are recorded meanwhile.
+/// Most frames in flight: a batch and a picture that the device works on, and the same again being recorded.
 pub(in crate::gpu) const IN_FLIGHT: usize = 4;
 
 /// The objects of one frame in flight.
@@ -25,7 +25,7 @@ pub(in crate::gpu) struct FrameSlot {
 }
 
 impl FrameSlot {
-    /// Reads the timestamps of its frame, which has completed, once.
+    /// Reads the timestamps of its completed frame, once.
     pub fn read(&mut self, device: &ash::Device, readings: &mut Readings) {
         let times =
             FrameTimes { frame: self.number, submitted: self.submitted, seen: Instant::now(), untimed: 0 };
@@ -33,7 +33,7 @@ impl FrameSlot {
     }
 }
 
-/// The slots, used in turn.
+/// The slots, used round-robin.
 pub(in crate::gpu) struct FrameRing {
     pub slots: Vec<FrameSlot>,
     /// The timings of completed frames.
@@ -46,9 +46,9 @@ impl FrameRing {
         Self { slots: Vec::new(), readings: Readings::new(clock) }
     }
 
-    /// Makes the slots of an empty ring. After an error [`destroy`](Self::destroy) frees what was made.
+    /// Creates the slots of an empty ring. After an error [`destroy`](Self::destroy) frees what was created.
     ///
-    /// The host times frames where there is no clock, because the queue has no timestamps.
+    /// If the queue has no timestamps there is no clock, and the host times frames.
     pub fn fill(&mut self, device: &ash::Device, debug: &DebugNames, family: u32) -> Result<(), GpuError> {
         let stamps = self.readings.clock.is_some();
         for i in 0..IN_FLIGHT {
@@ -73,7 +73,7 @@ impl FrameRing {
         Ok(())
     }
 
-    /// The readings, with those of every frame up to `completed`.
+    /// The readings, including every frame up to `completed`.
     pub fn read_completed(&mut self, device: &ash::Device, completed: u64) -> &mut Readings {
         let mut order: Vec<_> = self.slots.iter_mut().collect();
         order.sort_by_key(|slot| slot.number);

@@ -1,4 +1,4 @@
-//! Buffers that stay mapped for the host.
+//! Buffers, persistently mapped for the host.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::gpu::device::gpu::Gpu;
 use crate::gpu::device::retire::Retired;
 use crate::gpu::error::{GpuError, Named};
 
-/// The use of a buffer: who writes it, and who reads it.
+/// Use of a buffer: which side writes it, and which reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUse {
     /// Vertices: written by the host, read by draws.
@@ -22,13 +22,13 @@ pub enum BufferUse {
     Readback,
     /// Tables: written by the host, read by compute shaders.
     Table,
-    /// Scratch: written and read by compute shaders; the host cannot see it.
+    /// Scratch: written and read by compute shaders; not visible to the host.
     Scratch,
 }
 
-/// Memory that host and GPU share. Dropping it retires it.
+/// Memory shared by host and GPU. Dropping the buffer retires it.
 ///
-/// Host and GPU must take turns: [`Gpu::wait`] for the last frame that used the buffer before touching it.
+/// Accesses must be synchronised: [`Gpu::wait`] for the last frame that used the buffer before the host accesses it.
 pub struct Buffer {
     gpu: Arc<Gpu>,
     pub(in crate::gpu) raw: vk::Buffer,

@@ -53,20 +53,20 @@ impl TexelFormat {
     }
 }
 
-/// An image to draw into and to read from. Dropping it retires it.
+/// An image to render to and read from. Dropping it retires it.
 pub struct Image {
     gpu: Arc<Gpu>,
     pub(in crate::gpu) raw: vk::Image,
-    /// A view of each level, and one of all of them.
+    /// A view of each level, followed by one of all levels.
     views: Vec<vk::ImageView>,
-    /// The last use of each level.
+    /// Last use of each level.
     pub(in crate::gpu) access: Vec<Access>,
     allocation: Option<Allocation>,
     format: TexelFormat,
     extent: [u32; 2],
 }
 
-/// The error that the driver would return.
+/// An error equal to the driver's.
 fn out_of_memory(name: &str, size: u64) -> GpuError {
     let call = format!("vkAllocateMemory({name}, {size} bytes)");
     GpuError::Call { call, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY }
@@ -116,7 +116,7 @@ impl Image {
         if width.max(height) > gpu.max_extent || width.min(height) == 0 {
             return Err(GpuError::TooLarge { name: name.into(), width, height, limit: gpu.max_extent });
         }
-        // Level 0 alone; a driver may not even be asked for an image beyond what it can hold.
+        // Level 0 alone; the driver need not even be asked for an image beyond its limits.
         let size = u64::from(width) * u64::from(height) * format.bytes() as u64;
         if size > gpu.max_allocation {
             return Err(out_of_memory(name, size));
@@ -139,7 +139,7 @@ impl Image {
         // SAFETY: the format's features were checked when the device was chosen, the extent above.
         let made = unsafe { gpu.device.create_image(&info, None) };
         let raw = gpu.made(made, "vkCreateImage", name)?;
-        // From here on a failure drops `image`, which retires what has been made.
+        // From here on a failure drops `image`, which retires what was created.
         let mut image = Image {
             gpu: gpu.clone(),
             raw,

@@ -1,5 +1,5 @@
-//! Buffers, images, shaders and pipelines: what commands use. Dropping one retires it until no frame can use it. [`sync`] knows the uses of
-//! images and buffers and the barriers between them.
+//! Buffers, images, shaders and pipelines, used by commands. Dropping one retires it until no frame can use it. [`sync`] defines the uses
+//! of images and buffers and the barriers between them.
 
 pub(in crate::gpu) mod buffer;
 pub(in crate::gpu) mod image;

@@ -10,18 +10,18 @@ use crate::gpu::error::GpuError;
 use crate::gpu::resources::image::TexelFormat;
 use crate::gpu::resources::shader::ShaderModule;
 
-/// The combination of a new value with the texel that is already there.
+/// Blend mode of a new value with the existing texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// It replaces the texel.
+    /// Replaces the texel.
     Replace,
-    /// It is added.
+    /// Is added to the texel.
     Add,
-    /// Premultiplied by its alpha, it covers the texel.
+    /// Covers the texel (premultiplied alpha).
     Over,
 }
 
-/// The primitives that vertices become.
+/// Primitives generated from vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
     /// One triangle without vertex data that covers the attachments.
@@ -62,10 +62,10 @@ pub struct GraphicsDesc<'a> {
     pub vertex: VertexLayout<'a>,
 }
 
-/// A graphics pipeline with its layouts. Dropping it leaves it to the next one of the same description.
+/// A graphics pipeline with its layouts. When dropped it is kept for reuse by description.
 pub struct Pipeline {
     gpu: Arc<Gpu>,
-    /// The description as text, by which the pipeline is found again.
+    /// The description as text, the key for reuse.
     description: String,
     pub(in crate::gpu) handles: PipelineHandles,
     pub(in crate::gpu) textures: u32,
@@ -78,7 +78,7 @@ pub(in crate::gpu) const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlag
 );
 
 impl Pipeline {
-    /// A pipeline of this description: one that nobody holds any more, else a new one.
+    /// A pipeline of this description: an unowned one if available, else a new one.
     ///
     /// # Errors
     ///
@@ -86,7 +86,7 @@ impl Pipeline {
     pub fn new(gpu: &Arc<Gpu>, desc: &GraphicsDesc<'_>) -> Result<Self, GpuError> {
         let description = format!("{desc:?}");
         let spare = gpu.take_spare(&description);
-        // From here on a failure drops `pipeline`, which retires what has been made.
+        // From here on a failure drops `pipeline`, which retires what was created.
         let mut pipeline = Pipeline {
             gpu: gpu.clone(),
             description,
@@ -112,10 +112,10 @@ impl Drop for Pipeline {
     }
 }
 
-/// Leaves a pipeline to the next one of the same description.
+/// Keeps a pipeline for reuse by description.
 fn leave(gpu: &Gpu, description: &mut String, handles: PipelineHandles) {
     if handles.pipeline == vk::Pipeline::null() {
-        // It could not be compiled.
+        // The pipeline could not be compiled.
         gpu.retire(Retired::Pipeline(handles));
     } else {
         gpu.keep_spare(std::mem::take(description), handles);
@@ -131,14 +131,14 @@ pub struct ComputeDesc<'a> {
     pub push_bytes: usize,
     /// Number of textures, at set 0, bindings 0, 1, ….
     pub textures: u32,
-    /// The bindings after them: true for a storage image, false for a storage buffer.
+    /// Further bindings: true for a storage image, false for a storage buffer.
     pub images: &'a [bool],
 }
 
-/// A compute pipeline with its layouts. Dropping it leaves it to the next one of the same description.
+/// A compute pipeline with its layouts. When dropped it is kept for reuse by description.
 pub struct ComputePipeline {
     gpu: Arc<Gpu>,
-    /// The description as text, by which the pipeline is found again.
+    /// The description as text, the key for reuse.
     description: String,
     pub(in crate::gpu) handles: PipelineHandles,
     pub(in crate::gpu) push_bytes: usize,
@@ -146,7 +146,7 @@ pub struct ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// A pipeline of this description: one that nobody holds any more, else a new one.
+    /// A pipeline of this description: an unowned one if available, else a new one.
     ///
     /// # Errors
     ///
@@ -155,7 +155,7 @@ impl ComputePipeline {
         let (name, constants) = desc.shader;
         let description = format!("{desc:?}");
         let spare = gpu.take_spare(&description);
-        // A failure drops `pipeline`, which retires what has been made.
+        // A failure drops `pipeline`, which retires what was created.
         let mut pipeline = ComputePipeline {
             gpu: gpu.clone(),
             description,
@@ -208,7 +208,7 @@ impl Drop for ComputePipeline {
     }
 }
 
-/// Makes the layouts of one push descriptor set with these bindings, and of the push constants.
+/// Creates the layouts of a push descriptor set with these bindings, and of the push constants.
 fn make_layouts(
     gpu: &Gpu,
     name: &str,

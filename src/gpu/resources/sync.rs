@@ -1,7 +1,7 @@
-//! The only place that knows pipeline stages, access masks and image layouts.
+//! Defines pipeline stages, access masks and image layouts; no other module uses them.
 //!
-//! Every image remembers, level by level, how it was used last; [`Cmd::access`](crate::gpu::Cmd::access) names the next use,
-//! and the barrier follows from the two.
+//! Every image tracks the last use of each level; [`Cmd::access`](crate::gpu::Cmd::access) names the next use, and the barrier follows from
+//! the two.
 
 use ash::vk;
 
@@ -10,9 +10,9 @@ use ash::vk;
 pub enum Access {
     /// Never used; the contents are undefined.
     Undefined,
-    /// Drawn into; the earlier contents are discarded.
+    /// Render target; the earlier contents are discarded.
     ColorWrite,
-    /// Drawn into on top of the earlier contents.
+    /// Render target on top of the earlier contents.
     ColorBlend,
     /// Read by a fragment or a compute shader.
     Sampled,
@@ -36,7 +36,7 @@ struct AccessScope {
     layout: vk::ImageLayout,
 }
 
-/// Stages that wait for the semaphore of an acquired image: all that may use it first.
+/// Stages that wait for the semaphore of an acquired image: all that may be the first to use it.
 pub(in crate::gpu) const ACQUIRED_AT: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
     vk::PipelineStageFlags2::BLIT.as_raw() | vk::PipelineStageFlags2::CLEAR.as_raw(),
 );
@@ -133,7 +133,7 @@ pub(in crate::gpu) enum BufferBarrier {
     CopiesToHost,
     /// Orders a copy into a buffer after earlier copies into it.
     CopiesInTurn,
-    /// Orders what compute shaders read and write in buffers after what they read and wrote before.
+    /// Orders accesses of compute shaders to buffers after earlier ones.
     StorageInTurn,
 }
 

@@ -5,16 +5,16 @@ use std::time::{Duration, Instant};
 
 use ash::{ext, khr, vk};
 
-/// Age at which a calibration is renewed: at 10 ppm the clocks drift apart by 1 µs meanwhile.
+/// Age at which a calibration is renewed: at 10 ppm the clocks drift apart by 1 µs in that time.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Readings per calibration, of which the most precise one is taken.
+/// Readings per calibration, of which the most precise one is used.
 const TRIES: usize = 4;
 
-/// Largest relative drift between the two clocks that is allowed for where frames bound the offset.
+/// Largest assumed relative drift between the clocks, used where frames bound the offset.
 const DRIFT: f64 = 1e-4;
 
-/// The extension whose call reads the device's clock.
+/// Extension function that reads the device's clock.
 pub(super) enum CalibrationReader {
     Khr(khr::calibrated_timestamps::Device),
     Ext(ext::calibrated_timestamps::Device),
@@ -37,12 +37,12 @@ pub(in crate::gpu) struct DeviceClock {
     /// Valid bits of a timestamp.
     pub bits: u32,
     now: Option<Calibration>,
-    /// Largest error and largest correction at a new calibration so far, nanoseconds.
+    /// Largest error so far, and largest correction at a recalibration, nanoseconds.
     pub worst: f64,
     pub correction: f64,
 }
 
-/// The extension of this device that reads the clock of timestamps, if it offers one.
+/// The extension of this device for reading the clock of timestamps, if available.
 pub(in crate::gpu) fn extension(
     entry: &ash::Entry,
     instance: &ash::Instance,
@@ -50,7 +50,7 @@ pub(in crate::gpu) fn extension(
     offered: &[vk::ExtensionProperties],
 ) -> Option<&'static CStr> {
     let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-    // Both are the same; older validation layers know VK_EXT_calibrated_timestamps only, and warn of the other.
+    // Both are equivalent; older validation layers know only VK_EXT_calibrated_timestamps and warn about the other.
     // SAFETY: plain queries through an extension that the device has.
     let (name, domains) = unsafe {
         if has(ext::calibrated_timestamps::NAME) {
@@ -92,12 +92,12 @@ impl DeviceClock {
         Self { reader, period, bits, now: None, worst: 0.0, correction: 0.0 }
     }
 
-    /// True where the device's clock can be read.
+    /// Whether the device's clock can be read.
     pub fn is_calibrated(&self) -> bool {
         self.reader.is_some()
     }
 
-    /// Reads the device's clock again where the last reading has grown old.
+    /// Recalibrates if the last reading is too old.
     pub fn calibrate(&mut self) {
         let Some(reader) = &self.reader else { return };
         let age = self.now.map(|c| c.host.elapsed());
@@ -126,20 +126,20 @@ impl DeviceClock {
         self.now = Some(next);
     }
 
-    /// Narrows the offset by a frame where the clock cannot be read: the first of its timestamps lies after `submitted`,
-    /// the last one before `seen`.
+    /// If the clock cannot be read, a frame narrows the bounds of the offset: its first timestamp is later than `submitted`, its last one
+    /// earlier than `seen`.
     pub fn align(&mut self, first: u64, last: u64, submitted: Instant, seen: Instant) {
         if self.reader.is_some() {
             return;
         }
-        // Bounds of the moment of `first`.
+        // Bounds on the host time of `first`.
         let length = self.elapsed(first, last);
         let latest = seen.checked_sub(Duration::from_nanos(length as u64)).unwrap_or(seen);
         let (mut low, mut high) = (0.0, self.distance(submitted, latest).max(0.0));
         if let Some(known) = self.now {
             let middle = self.distance(submitted, self.host(first));
             let slack = known.error + DRIFT * self.ticks_between(known.ticks, first).abs();
-            // Where the clocks drift faster than expected, the frame alone counts.
+            // If the clocks drift faster than assumed, only this frame's bounds are used.
             if middle - slack <= high && middle + slack >= low {
                 (low, high) = (low.max(middle - slack), high.min(middle + slack));
             }
@@ -155,7 +155,7 @@ impl DeviceClock {
         self.now.map_or(f64::INFINITY, |c| c.error)
     }
 
-    /// The moment of a timestamp; right now before the first calibration.
+    /// Host time of a timestamp; the present time before the first calibration.
     pub fn host(&self, ticks: u64) -> Instant {
         let Some(known) = self.now else { return Instant::now() };
         let ns = self.ticks_between(known.ticks, ticks);
@@ -164,8 +164,7 @@ impl DeviceClock {
         moved.unwrap_or(known.host)
     }
 
-    /// Nanoseconds from one timestamp to another, which may be the earlier one; the counter may have wrapped around between
-    /// them.
+    /// Signed nanoseconds between two timestamps; the counter may have wrapped around in between.
     fn ticks_between(&self, from: u64, to: u64) -> f64 {
         let unused = self.unused_bits();
         let ticks = (to.wrapping_sub(from) << unused) as i64 >> unused;
@@ -179,7 +178,7 @@ impl DeviceClock {
         ticks as f64 * self.period
     }
 
-    /// Bits of a timestamp that mean nothing.
+    /// Number of invalid high bits of a timestamp.
     fn unused_bits(&self) -> u32 {
         64 - self.bits.clamp(1, 64)
     }
@@ -210,7 +209,7 @@ fn read(reader: &CalibrationReader) -> Option<Calibration> {
 mod tests {
     use super::*;
 
-    /// A counter of 36 bits that wraps between two timestamps still tells their distance.
+    /// A 36-bit counter that wraps around between two timestamps still yields their distance.
     #[test]
     fn counters_wrap() {
         let clock = DeviceClock::with(None, 2.0, 36);
@@ -220,11 +219,11 @@ mod tests {
         assert_eq!(clock.elapsed((1 << 36) - 10, 5), 30.0);
         assert_eq!(clock.elapsed(5, (1 << 36) - 10), 2.0 * ((1_u64 << 36) - 15) as f64);
         assert_eq!(DeviceClock::with(None, 1.0, 64).elapsed(u64::MAX, 4), 5.0);
-        // What stands above the valid bits means nothing.
+        // Bits above the valid ones are ignored.
         assert_eq!(clock.elapsed(7 << 36 | 100, 3 << 40 | 110), 20.0);
     }
 
-    /// Without a readable clock frames bound the offset, better with every frame, and the truth stays within the bound.
+    /// Without a readable clock, frames bound the offset, tighter with every frame, and the true value stays within the bounds.
     #[test]
     fn frames_bound_the_offset() {
         let mut clock = DeviceClock::with(None, 1.0, 64);

@@ -5,7 +5,7 @@ use ash::vk;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::rows::{FrameTimes, Readings};
 
-/// Timestamps per frame, two for each scope; further scopes of a frame are counted as untimed.
+/// Timestamps per frame, two per scope; scopes beyond are counted as untimed.
 const QUERIES: u32 = 256;
 
 /// The timestamps of one frame in flight.
@@ -13,11 +13,11 @@ pub(in crate::gpu) struct Timers {
     pub pool: vk::QueryPool,
     /// Whether the queue has timestamps.
     stamps: bool,
-    /// Name and depth of each scope; its timestamps are 2i and 2i + 1. Without timestamps, the scopes of depth 0.
+    /// Name and depth of each scope, whose timestamps are 2i and 2i + 1. Without timestamps, only scopes of depth 0.
     scopes: Vec<(&'static str, u32)>,
     /// Number of open scopes.
     depth: u32,
-    /// Number of scopes for which no timestamps were left.
+    /// Number of scopes without timestamps left.
     untimed: u32,
     on: bool,
 }
@@ -31,7 +31,7 @@ impl Timers {
         Ok(Self { pool, stamps, scopes: Vec::new(), depth: 0, untimed: 0, on: false })
     }
 
-    /// Forgets the last frame's scopes. The frame must have completed.
+    /// Resets for another frame. The previous one must have completed.
     pub fn restart(&mut self, device: &ash::Device, on: bool) {
         self.scopes.clear();
         (self.depth, self.untimed) = (0, 0);
@@ -42,7 +42,7 @@ impl Timers {
         }
     }
 
-    /// Opens a scope; returns its first timestamp, or `None` when it is not timed. The second one is the next query.
+    /// Opens a scope; returns the index of its first timestamp query, or `None` if it is not timed. The second query follows.
     pub fn open(&mut self, name: &'static str) -> Option<u32> {
         let first = 2 * self.scopes.len() as u32;
         let wanted = self.on && (self.stamps || self.depth == 0);
@@ -60,7 +60,7 @@ impl Timers {
         self.depth -= 1;
     }
 
-    /// Adds the scopes of the completed frame `times` to `readings` and forgets them.
+    /// Adds the scopes of the completed frame `times` to `readings` and clears them.
     pub fn read(&mut self, device: &ash::Device, mut times: FrameTimes, readings: &mut Readings) {
         if self.scopes.is_empty() {
             return;

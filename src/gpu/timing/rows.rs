@@ -1,14 +1,14 @@
-//! One row per frame and scope, in times of the host's clock, in bounded memory.
+//! Timings per frame and scope in host time, in bounded memory.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use crate::gpu::timing::clock::DeviceClock;
 
-/// Most rows that are kept until they are taken, those of about two hundred frames; the oldest are dropped first.
+/// Most rows kept until taken, about two hundred frames; the oldest are dropped first.
 const MAX_ROWS: usize = 8192;
 
-/// The sum of one scope's runs.
+/// Total time of a scope's runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScopeTime {
     /// Name given to [`Cmd::scope`](crate::gpu::Cmd::scope).
@@ -34,14 +34,14 @@ pub struct ScopeRow {
     pub end: Instant,
 }
 
-/// A frame as the host saw it.
+/// A frame in host time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameTimes {
     /// The frame's number.
     pub frame: u64,
-    /// Just before it was handed to the driver.
+    /// Just before submission to the driver.
     pub submitted: Instant,
-    /// When the host noticed that it had completed, at the latest two frames later.
+    /// When the host noticed its completion, at most two frames later.
     pub seen: Instant,
     /// Number of scopes for which no timestamps were left.
     pub untimed: u32,
@@ -54,26 +54,26 @@ pub struct TimingRows {
     pub rows: Vec<ScopeRow>,
     /// Their frames.
     pub frames: Vec<FrameTimes>,
-    /// Rows lost since the last call because nobody took them in time.
+    /// Rows lost since the last call because they were not taken in time.
     pub dropped: u64,
 }
 
-/// How timestamps become times of the host, and how precise those are.
+/// Method and precision of the conversion from timestamps to host time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimingInfo {
-    /// Valid bits of a timestamp; 0: the host times whole frames.
+    /// Valid bits of a timestamp; 0 if the host times whole frames.
     pub bits: u32,
-    /// The method that turns device times into host times.
+    /// Conversion method.
     pub method: String,
     /// Largest uncertainty of a calibration so far, nanoseconds; `None` before the first.
     pub deviation: Option<f64>,
-    /// Largest correction at a recalibration so far (drift between two), nanoseconds.
+    /// Largest correction at a recalibration so far (drift since the previous one), nanoseconds.
     pub correction: f64,
-    /// One sentence for each thing that this device cannot time.
+    /// One sentence per limitation of this device's timing.
     pub untimed: Vec<String>,
 }
 
-/// The timings of completed frames, until they are taken.
+/// Timings of completed frames that have not been taken.
 #[derive(Default)]
 pub(in crate::gpu) struct Readings {
     /// Sums of the scopes by name.
@@ -83,7 +83,7 @@ pub(in crate::gpu) struct Readings {
     rows: VecDeque<ScopeRow>,
     frames: VecDeque<FrameTimes>,
     dropped: u64,
-    /// End of the last row, or of the last frame where the host times them.
+    /// End of the last row; without timestamps, of the last frame.
     end: Option<Instant>,
 }
 
@@ -93,7 +93,7 @@ impl Readings {
         Self { clock, ..Self::default() }
     }
 
-    /// Adds a frame's scopes: name, depth, and the timestamps at both ends, in the order in which they began.
+    /// Adds a frame's scopes in order of their beginning: name, depth, and timestamps of both ends.
     pub fn frame(
         &mut self,
         frame: FrameTimes,
@@ -110,7 +110,7 @@ impl Readings {
             let last = ends.max_by(|a, b| since_first(a).total_cmp(&since_first(b)));
             clock.align(first, last.unwrap_or(first), frame.submitted, frame.seen);
         }
-        // The queue runs frames in order; a new calibration may shift them against each other by its correction.
+        // The queue executes frames in order, but a recalibration may shift them against each other by its correction.
         let slack = Duration::from_nanos((2.0 * clock.error()).clamp(1e3, 1e9) as u64);
         let floor = self.end;
         let clamp = |t: Instant| match floor {
@@ -133,8 +133,8 @@ impl Readings {
         }
     }
 
-    /// Adds a frame without timestamps: its time on the host's clock, from its submission or from the moment when the frame
-    /// before was seen to have completed, is divided evenly among these scopes, which do not nest.
+    /// Adds a frame without timestamps: its host time, from its submission or from the completion of the previous frame, is divided evenly
+    /// among these scopes, which do not nest.
     pub fn frame_of_host(&mut self, frame: FrameTimes, scopes: &[&'static str]) {
         let begun = self.end.map_or(frame.submitted, |end| end.max(frame.submitted));
         let milliseconds = frame.seen.saturating_duration_since(begun).as_secs_f64() * 1e3;
@@ -153,7 +153,7 @@ impl Readings {
         }
     }
 
-    /// See [`TimingInfo`]; `software` says that the device is a processor.
+    /// See [`TimingInfo`]; `software`: the device is the CPU.
     pub fn info(&self, software: bool) -> TimingInfo {
         let mut untimed = Vec::new();
         let (mut bits, mut deviation, mut correction) = (0, None, 0.0);
@@ -208,7 +208,7 @@ mod tests {
         FrameTimes { frame: number, submitted, seen, untimed: 0 }
     }
 
-    /// A counter of 36 bits that wraps around within a scope, and between scopes, changes neither sums nor rows.
+    /// A 36-bit counter that wraps around within or between scopes affects neither sums nor rows.
     #[test]
     fn counters_of_36_bits_wrap() {
         let start = Instant::now() + Duration::from_secs(1);
@@ -228,13 +228,13 @@ mod tests {
         }
     }
 
-    /// Frames that overlap are counted once: the sum over all scopes is the time in which any of them ran.
+    /// Overlapping frames are counted once: the sum over all scopes is the time in which any of them ran.
     #[test]
     fn the_host_times_frames_without_timestamps() {
         let mut readings = Readings::new(None);
         let start = Instant::now();
         readings.frame_of_host(frame(1, start, 12), &["splat", "fold"]);
-        // Submitted while the first one ran, complete 8 ms after it.
+        // Submitted while the first frame ran, completed 8 ms after it.
         readings.frame_of_host(
             frame(2, start + Duration::from_millis(5), 15),
             &["splat", "fold", "mips", "tonemap"],

@@ -1,8 +1,7 @@
-//! Outliving the connection to an X display.
+//! Survives the loss of the connection to an X display.
 //!
-//! Xlib ends the process when its connection breaks, in the middle of whatever it does, and with it what has not been saved.
-//! Since libX11 1.7 a program can ask, per connection, to go on instead; then calls return without effect, and the program
-//! must notice and end by itself.
+//! When its connection breaks, Xlib exits the process immediately, and unsaved work is lost. Since libX11 1.7 a program can opt out of this
+//! per connection; calls then return without effect, and the program must detect the loss and end by itself.
 
 use std::ffi::{c_int, c_void};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,14 +20,13 @@ unsafe extern "C" fn stay(_: *mut c_void) {
     LOST.store(true, Ordering::SeqCst);
 }
 
-/// Called by Xlib before that; its own prints a line.
+/// Called by Xlib before that; the default handler prints a line.
 unsafe extern "C" fn note(_: *mut c_void) -> c_int {
     LOST.store(true, Ordering::SeqCst);
     0
 }
 
-/// Makes the process go on when the connection to this display breaks. `false` where that cannot be had: not X11, or a libX11
-/// before 1.7.
+/// Keeps the process running when the connection to this display breaks. `false` if not supported: not X11, or a libX11 before 1.7.
 ///
 /// `display` must be that of a live connection.
 pub fn survive_display_loss(display: RawDisplayHandle) -> bool {
@@ -48,7 +46,7 @@ pub fn survive_display_loss(display: RawDisplayHandle) -> bool {
     true
 }
 
-/// True once the connection to the display has broken.
+/// Whether the connection to the display has broken.
 pub fn display_lost() -> bool {
     LOST.load(Ordering::SeqCst)
 }

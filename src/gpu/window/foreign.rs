@@ -18,13 +18,13 @@ use crate::gpu::window::images::WindowImage;
 use crate::gpu::window::surface::ColorOutput;
 use crate::gpu::window::swapchain::Swapchain;
 
-/// The parts of the device that a foreign renderer is made with.
+/// Device objects for creating a foreign renderer.
 pub struct RendererParts {
     /// The device.
     pub device: ash::Device,
     /// The allocator of the device's memory.
     pub allocator: Arc<Mutex<Allocator>>,
-    /// Format of the images that it draws into.
+    /// Format of the images to draw into.
     pub format: vk::Format,
     /// Number of frames in flight.
     pub frames: usize,
@@ -32,27 +32,26 @@ pub struct RendererParts {
 
 /// A renderer of another crate that draws over the picture in a window. Dropping it retires it.
 ///
-/// Where the window holds wide-range colours, the renderer draws into an image of 8 bits, which is then converted and
-/// blended over the picture.
+/// If the window has wide-range colours, the renderer draws into an 8-bit image, which is then converted and blended over the picture.
 pub struct ForeignRenderer<R: Send + 'static> {
     gpu: Arc<Gpu>,
     /// Taken only by `drop`.
     renderer: Option<Box<R>>,
-    /// The pool of its uploads.
+    /// Command pool for its uploads.
     uploads: vk::CommandPool,
     /// Format of the window's images.
     format: vk::Format,
     conversion: Option<Conversion>,
 }
 
-/// The image of 8 bits, and the pipeline that blends it over the picture.
+/// The 8-bit image, and the pipeline that blends it over the picture.
 struct Conversion {
     pipeline: Pipeline,
     image: Option<Image>,
 }
 
 impl<R: Send + 'static> ForeignRenderer<R> {
-    /// Makes a renderer for the images of a window; `None` while the window has none.
+    /// Creates a renderer for the images of a window; `None` while the window has none.
     ///
     /// # Errors
     ///
@@ -67,7 +66,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         Self::new(swapchain.gpu(), swapchain.format(), swapchain.output(), make).map(Some)
     }
 
-    /// Makes a renderer that draws over images of this format, which hold colours as `output` says.
+    /// Creates a renderer for images of this format with colours encoded as `output`.
     pub fn for_images(
         gpu: &Arc<Gpu>,
         format: TexelFormat,
@@ -115,7 +114,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         Arc::ptr_eq(&self.gpu, swapchain.gpu()) && self.format == swapchain.format()
     }
 
-    /// Calls `change` with the renderer, and with the queue and the pool of its uploads.
+    /// Calls `change` with the renderer, the queue and the pool for its uploads.
     ///
     /// # Errors
     ///
@@ -151,7 +150,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         self.draw_over(&mut cmd, &mut acquired.image, record)
     }
 
-    /// Draws over level 0 of an image of the format that the renderer was made for.
+    /// Draws over level 0 of an image of the renderer's format.
     pub fn draw_image(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -202,7 +201,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
     }
 }
 
-/// The pipeline that converts the image of 8 bits to an output's encoding and blends it over images of this format.
+/// Pipeline that converts the 8-bit image to an output's encoding and blends it over images of this format.
 fn blend(gpu: &Arc<Gpu>, format: TexelFormat, encoding: u32) -> Result<Pipeline, GpuError> {
     Pipeline::new(
         gpu,

@@ -1,5 +1,5 @@
-//! One generation of a window's images, and what is recorded into them. They are made anew whenever the window's size or
-//! its format changes.
+//! One generation of a window's swapchain images, and the commands recorded into them. They are recreated whenever size or format of the
+//! window changes.
 
 use ash::{khr, vk};
 
@@ -11,23 +11,23 @@ use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::{Access, level, levels};
 use crate::gpu::window::surface::Surface;
 
-/// The description of a generation.
+/// Parameters of a generation.
 pub(in crate::gpu) struct ImagesDesc {
     pub capabilities: vk::SurfaceCapabilitiesKHR,
     pub extent: [u32; 2],
     pub format: vk::SurfaceFormatKHR,
     pub mode: vk::PresentModeKHR,
-    /// The generation before, or null.
+    /// The previous generation, or null.
     pub old: vk::SwapchainKHR,
     pub faults: CallFaults,
 }
 
-/// One image of a window.
+/// A swapchain image.
 pub(in crate::gpu) struct SwapchainImage {
     pub raw: vk::Image,
     pub view: vk::ImageView,
-    /// The frame that has drawn the image signals it, and presenting waits for it. It is free again when the image is
-    /// acquired the next time; a semaphore of a frame in flight would not be.
+    /// Signalled by the frame that draws the image; presenting waits for it. It may be reused once the image is acquired again; a semaphore
+    /// per frame in flight would not be safe to reuse then.
     pub drawn: vk::Semaphore,
 }
 
@@ -37,12 +37,12 @@ pub(in crate::gpu) struct SwapchainImages {
     pub images: Vec<SwapchainImage>,
     pub extent: [u32; 2],
     pub format: vk::Format,
-    /// Whether one of the images was presented.
+    /// Whether any of the images was presented.
     pub presented: bool,
 }
 
 impl SwapchainImages {
-    /// Makes the images; those of the generation before may still be shown, but not acquired any more.
+    /// Creates the images; those of the previous generation may still be displayed, but not acquired.
     pub fn new(
         gpu: &Gpu,
         loader: &khr::swapchain::Device,
@@ -50,7 +50,7 @@ impl SwapchainImages {
         desc: &ImagesDesc,
     ) -> Result<Self, GpuError> {
         let limits = &desc.capabilities;
-        // One that is shown, one that is shown next, one that is drawn.
+        // Three images: one being scanned out, one queued, one being drawn.
         let most = if limits.max_image_count == 0 { u32::MAX } else { limits.max_image_count };
         let count = (limits.min_image_count + 1).max(3).min(most);
         let opaque = vk::CompositeAlphaFlagsKHR::OPAQUE;
@@ -118,16 +118,16 @@ impl SwapchainImages {
     }
 }
 
-/// The colour of the window where there is no picture.
+/// Colour of the window outside of the picture.
 const BACKGROUND: vk::ClearColorValue = vk::ClearColorValue { float32: [0.0, 0.0, 0.0, 1.0] };
 
-/// The image of a window that is drawn into.
+/// Swapchain image being drawn.
 #[derive(Clone, Copy)]
 pub(in crate::gpu) struct WindowImage {
     pub raw: vk::Image,
     pub view: vk::ImageView,
     pub extent: [u32; 2],
-    /// The last use.
+    /// Last use.
     pub access: Access,
 }
 
@@ -139,12 +139,12 @@ impl WindowImage {
     }
 }
 
-/// How a copy finds the texels between those of a picture.
+/// Interpolation of a scaled copy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopyFilter {
-    /// The nearest one: texels keep hard edges, and copies that do not scale their bits.
+    /// Nearest texel: texels keep hard edges, and unscaled copies keep their bits.
     Nearest,
-    /// The mean of the nearest ones, and of all that a smaller picture has no room for.
+    /// Linear; reduced pictures average all texels.
     Linear,
 }
 
@@ -157,23 +157,23 @@ impl CopyFilter {
     }
 }
 
-/// A rectangle of a picture, and the one of a window that shows it: left top corner, and right bottom corner exclusively, in texels.
+/// Source rectangle in a picture and target rectangle in a window: left top corner and exclusive right bottom corner, in texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CopyRegion {
-    /// In the picture.
+    /// Source in the picture.
     pub from: [[i32; 2]; 2],
-    /// In the window.
+    /// Target in the window.
     pub to: [[i32; 2]; 2],
 }
 
 impl CopyRegion {
-    /// A whole picture of this extent at the left top, without scaling.
+    /// A whole picture of this extent at the left top of the window, unscaled.
     pub fn whole([width, height]: [u32; 2]) -> Self {
         let corners = [[0, 0], [width as i32, height as i32]];
         Self { from: corners, to: corners }
     }
 
-    /// The part of a copy that images of these extents have room for; a copy that scales must fit as it is. `None` for nothing.
+    /// Clips an unscaled copy to images of these extents; a scaled copy must fit already. `None` if nothing remains.
     fn within(self, picture: [u32; 2], window: [u32; 2]) -> Option<Self> {
         let Self { mut from, mut to } = self;
         let size = |corners: [[i32; 2]; 2], i: usize| corners[1][i] - corners[0][i];
@@ -204,9 +204,9 @@ impl CopyRegion {
 }
 
 impl Cmd<'_> {
-    /// Copies rectangles of level 0 of `picture`, as far as both images have them, and clears the rest.
+    /// Copies rectangles of level 0 of `picture`, clipped to both images, and clears the rest.
     ///
-    /// A blit: the channels find their places, and where it does not scale the values of equal formats stay the same bits.
+    /// Implemented as a blit, which converts channel orders; unscaled copies between equal formats keep their bits.
     pub(in crate::gpu) fn show(
         &mut self,
         picture: &mut Image,
@@ -266,7 +266,7 @@ mod tests {
 
     use super::*;
 
-    /// Pictures reach images of their own format as they are, whatever the format; what is left is background.
+    /// Pictures are copied bit-identically to images of their own format, whatever that is; the rest is background.
     #[test]
     fn every_output_is_shown_bit_by_bit() {
         let options = GpuOptions { validation: true, ..GpuOptions::default() };
@@ -285,7 +285,7 @@ mod tests {
                 };
                 properties.optimal_tiling_features
             };
-            // lavapipe has no blits into the second order of 10 bits: no window gets it there.
+            // lavapipe cannot blit into the second 10-bit channel order, so no window gets it there.
             if !query(shown_as).contains(vk::FormatFeatureFlags::BLIT_DST) {
                 assert_eq!(shown_as, TexelFormat::Bgr10A2);
                 continue;
@@ -296,7 +296,7 @@ mod tests {
             let mut buffer =
                 Buffer::new(&gpu, "texels", BufferUse::Upload, size * 37 * 21).expect("a buffer");
             for (i, byte) in buffer.mapped_mut().iter_mut().enumerate() {
-                // Half floats must be numbers, and normal ones: the exponent, in the odd bytes, is bounded.
+                // Half floats must be normal numbers: the exponent, in the odd bytes, is bounded.
                 let noise = (i as u32).wrapping_mul(2_654_435_761).rotate_left(9) as u8;
                 *byte = if format == TexelFormat::Rgba16F && i % 2 == 1 { 16 + noise % 64 } else { noise };
             }
@@ -310,7 +310,7 @@ mod tests {
             gpu.wait(frame.submit().expect("submit")).expect("wait");
             let read = read_image(&gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");
             if format != shown_as {
-                // Red and blue change places.
+                // Swaps red and blue.
                 for texel in texels.as_chunks_mut::<4>().0 {
                     let word = u32::from_le_bytes(*texel);
                     let (red, blue) = (word & 1023, word >> 20 & 1023);

@@ -1,9 +1,9 @@
-//! A window: its surface, its images, and how they are shown. Nothing of it exists without a window.
+//! A window: its surface, its swapchain images, and their presentation. Nothing here exists without a window.
 //!
 //! - [`surface`]: which devices can present images in the window, and in which formats.
 //! - [`swapchain`]: acquires, draws and presents images, and makes them anew. [`images`]: one generation of them. [`reduced`]:
 //!   smaller copies of a picture that is larger than the window.
-//! - [`offers`]: when a frame was shown, and what the picture is mastered for, where the device offers that.
+//! - [`offers`]: presentation times, and mastering metadata, if the device supports them.
 //! - [`foreign`]: renderers of other crates that draw over the picture.
 //! - [`display_loss`]: survives a broken connection to an X display.
 

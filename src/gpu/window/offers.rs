@@ -1,4 +1,4 @@
-//! What some devices offer windows beyond the swapchain: when a frame was shown, and what the picture is mastered for.
+//! Optional window features of some devices beyond the swapchain: presentation times, and mastering metadata.
 
 use std::collections::VecDeque;
 
@@ -6,34 +6,34 @@ use ash::{ext, khr, vk};
 
 use crate::gpu::device::gpu::{FrameNumber, Gpu};
 
-/// Learns when frames are shown (`VK_KHR_present_wait`).
+/// Tracks when frames are presented (`VK_KHR_present_wait`).
 pub(in crate::gpu) struct PresentWait {
     loader: khr::present_wait::Device,
-    /// Images that have been presented and not shown yet, by the numbers that they were presented with.
+    /// Presented images not displayed yet, with their present ids.
     pending: VecDeque<(u64, FrameNumber)>,
     shown: FrameNumber,
 }
 
 impl PresentWait {
-    /// For a device that was opened with the extension.
+    /// For a device opened with the extension.
     pub fn new(gpu: &Gpu) -> Self {
         let loader = khr::present_wait::Device::new(&gpu.instance.raw, &gpu.device);
         Self { loader, pending: VecDeque::new(), shown: FrameNumber::default() }
     }
 
-    /// A frame was presented with this number, which only grows.
+    /// Records a frame presented with this id; ids increase monotonically.
     pub fn presented(&mut self, id: u64, frame: FrameNumber) {
         self.pending.push_back((id, frame));
     }
 
-    /// The images are made anew: nothing more is heard of the old ones.
+    /// Discards the pending images of a swapchain that is being recreated, since their presentation can no longer be queried.
     pub fn leave(&mut self) {
         if let Some((_, frame)) = self.pending.drain(..).next_back() {
             self.shown = frame;
         }
     }
 
-    /// The last frame that has been shown, or never will be; never waits.
+    /// The last frame that was displayed, or never will be; never blocks.
     pub fn shown(&mut self, chain: vk::SwapchainKHR) -> FrameNumber {
         while let Some((id, frame)) = self.pending.front() {
             // SAFETY: the feature is enabled, and an image of this swapchain was presented with this number.
@@ -47,11 +47,11 @@ impl PresentWait {
     }
 }
 
-/// Tells the display what the picture is mastered for (`VK_EXT_hdr_metadata`).
+/// Sets the mastering metadata of the picture for the display (`VK_EXT_hdr_metadata`).
 pub(in crate::gpu) struct HdrMetadata(ext::hdr_metadata::Device);
 
 impl HdrMetadata {
-    /// For a device that was opened with the extension.
+    /// For a device opened with the extension.
     pub fn new(gpu: &Gpu) -> Self {
         Self(ext::hdr_metadata::Device::new(&gpu.instance.raw, &gpu.device))
     }
@@ -65,7 +65,7 @@ impl HdrMetadata {
             .display_primary_blue(xy(0.131, 0.046))
             .white_point(xy(0.3127, 0.3290))
             .max_luminance(peak)
-            // The mean of a frame is not known.
+            // The mean luminance of a frame is unknown.
             .max_content_light_level(peak);
         // SAFETY: the extension is enabled, and the swapchain belongs to this device.
         unsafe { self.0.set_hdr_metadata(&[chain], &[metadata]) };

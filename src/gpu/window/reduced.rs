@@ -1,7 +1,7 @@
-//! Smaller copies of a picture that a window shows at much less than its size: a blit alone would take 4 texels for one and leave out
-//! the others, so that noise and thin lines flicker.
+//! Downsampled copies of a picture displayed much smaller than its size: a single blit would read 4 texels per pixel and skip the others,
+//! so that noise and thin lines would flicker.
 //!
-//! Means are those of encoded values: small bright spots are a little darker than the light of all texels together would be.
+//! Averages are of encoded values: small bright spots come out slightly darker than an average of linear light.
 
 use std::sync::Arc;
 
@@ -11,17 +11,17 @@ use crate::gpu::error::GpuError;
 use crate::gpu::resources::image::Image;
 use crate::gpu::window::images::{CopyFilter, CopyRegion, WindowImage};
 
-/// The copies, each half as large as the one before.
+/// The copies, each half the size of the previous one.
 #[derive(Default)]
 pub(in crate::gpu) struct ReducedPictures {
     levels: Vec<Image>,
-    /// Number of them that hold the present picture.
+    /// Number of copies that hold the present picture.
     made: usize,
 }
 
 impl ReducedPictures {
-    /// Halves the picture until no region of it has many more texels than its place in the window. Returns the smallest copy, and the
-    /// regions in it. `is_new` is false where the picture is that of the call before: its copies are taken as they are.
+    /// Halves the picture until no region has many more texels than its target in the window. Returns the smallest copy, and the regions in
+    /// it. If `is_new` is false the picture is that of the previous call, and its copies are reused.
     ///
     /// # Errors
     ///
@@ -64,12 +64,12 @@ fn size(corners: [[i32; 2]; 2], axis: usize) -> i32 {
     corners[1][axis] - corners[0][axis]
 }
 
-/// Whether there are more than 3 texels for 2 of the window along an axis: a linear filter would leave out some between.
+/// Whether there are more than 3 texels for 2 window pixels along an axis, so that a linear filter would skip some.
 fn is_reduced(region: &CopyRegion) -> bool {
     (0..2).any(|axis| 2 * size(region.from, axis) > 3 * size(region.to, axis).max(1))
 }
 
-/// The same region of the picture of this extent that is half as large; a texel that the border cuts is part of it.
+/// The same region in the picture at half the size; texels cut by the border are included.
 fn in_half(region: CopyRegion, extent: [u32; 2]) -> CopyRegion {
     let [low, high] = region.from;
     let end = [0, 1].map(|axis| (high[axis] + 1) / 2).map(|n| n.max(1));
@@ -77,7 +77,7 @@ fn in_half(region: CopyRegion, extent: [u32; 2]) -> CopyRegion {
     CopyRegion { from: [low.map(|n| n / 2), end], ..region }
 }
 
-/// Means of 2×2 texels. What is left of an odd side becomes a texel of its own.
+/// Averages 2×2 texels. The remainder of an odd side becomes a separate texel.
 fn halve(cmd: &mut Cmd<'_>, picture: &mut Image, half: &mut Image) {
     let axis = |n: i32| match n % 2 {
         0 => vec![([0, n], [0, n / 2])],
@@ -104,7 +104,7 @@ mod tests {
     use crate::gpu::resources::buffer::{Buffer, BufferUse};
     use crate::gpu::resources::image::TexelFormat;
 
-    /// Shows a picture of `from` texels, each of which `value` gives a grey, in a window of `to`; returns the greys there.
+    /// Shows a grey picture of `from` texels, given by `value`, in a window of `to` pixels; returns the displayed greys.
     fn shown(gpu: &Arc<Gpu>, from: [u32; 2], to: [u32; 2], value: impl Fn(u32, u32) -> u8) -> Vec<u8> {
         let image = |name, extent| Image::new(gpu, name, TexelFormat::Rgba8, extent).expect(name);
         let (mut picture, mut window) = (image("picture", from), image("window", to));
@@ -129,8 +129,8 @@ mod tests {
         read.chunks_exact(4).map(|texel| texel[0]).collect()
     }
 
-    /// Every texel of the picture counts in a smaller one: single bright texels in a dark picture are as bright on the whole as before,
-    /// wherever they lie; a blit alone shows all or nothing of them. Even pictures keep their mean.
+    /// Every texel contributes to a reduced picture: isolated bright texels keep their total brightness wherever they are, while a single
+    /// blit shows all or nothing of them. Pictures of even size keep their mean.
     #[test]
     fn every_texel_counts() {
         let options = GpuOptions { validation: true, ..GpuOptions::default() };
@@ -148,7 +148,7 @@ mod tests {
             let even = shown(&gpu, from, to, |_, _| 77);
             assert!(even.iter().all(|grey| *grey == 77), "{from:?} in {to:?}: {even:?}");
         }
-        // A picture that is larger than the window in one axis only, and a window of one pixel.
+        // A picture larger than the window along one axis only, and a window of one pixel.
         let ramp = shown(&gpu, [64, 4], [4, 4], |x, _| (4 * x) as u8);
         for (i, grey) in ramp.iter().enumerate() {
             assert!(grey.abs_diff((64 * (i % 4) + 30) as u8) < 6, "{ramp:?}");

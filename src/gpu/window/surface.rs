@@ -30,10 +30,10 @@ impl ColorOutput {
     /// All outputs.
     pub(in crate::gpu) const ALL: [Self; 3] = [Self::Sdr, Self::ScRgb, Self::Hdr10];
 
-    /// Colour space and texel formats, the preferred one first.
+    /// Colour space and texel formats, preferred one first.
     fn encodings(self) -> (vk::ColorSpaceKHR, &'static [vk::Format]) {
         match self {
-            // The order of bytes does not matter: a blit puts every channel in its place.
+            // Channel order does not matter, since a blit converts it.
             Self::Sdr => (
                 vk::ColorSpaceKHR::SRGB_NONLINEAR,
                 &[vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32],
@@ -55,7 +55,7 @@ pub(in crate::gpu) struct Surface {
 }
 
 impl Surface {
-    /// Makes the surface of a window.
+    /// Creates the surface of a window.
     pub fn new(
         instance: &Arc<VulkanInstance>,
         (display, window): WindowHandles,
@@ -71,7 +71,7 @@ impl Surface {
         Ok(Self { raw, loader, instance: instance.clone() })
     }
 
-    /// The device of this choice, among those that can present images here.
+    /// The selected device, among those that can present to this surface.
     pub fn pick(&self, choice: &DeviceChoice) -> Result<PhysicalDevice, GpuError> {
         let mut devices = enumerate(&self.instance)?;
         let mut any = false;
@@ -87,13 +87,13 @@ impl Surface {
         pick(devices, choice)
     }
 
-    /// Whether queues of this family can present images here.
+    /// Whether queues of this family can present to this surface.
     pub fn is_shown_by(&self, device: vk::PhysicalDevice, family: u32) -> bool {
         // SAFETY: device and surface belong to this instance, and the family exists.
         unsafe { self.loader.get_physical_device_surface_support(device, family, self.raw) }.unwrap_or(false)
     }
 
-    /// The sizes and uses that the surface allows now.
+    /// Present limits of sizes and uses of the surface.
     pub fn capabilities(&self, device: vk::PhysicalDevice) -> Result<vk::SurfaceCapabilitiesKHR, vk::Result> {
         // SAFETY: device and surface belong to this instance.
         unsafe { self.loader.get_physical_device_surface_capabilities(device, self.raw) }
@@ -114,7 +114,7 @@ impl Surface {
         Ok(ColorOutput::ALL.into_iter().filter_map(|output| find(output).map(|f| (output, *f))).collect())
     }
 
-    /// Whether images of this format can be drawn and blitted into.
+    /// Whether images of this format can be rendered to and blitted into.
     fn can_be_filled(&self, device: vk::PhysicalDevice, format: vk::Format) -> bool {
         use vk::FormatFeatureFlags as F;
         // SAFETY: plain query.
@@ -122,7 +122,7 @@ impl Surface {
         have.optimal_tiling_features.contains(F::BLIT_DST | F::COLOR_ATTACHMENT)
     }
 
-    /// Mailbox, which neither blocks nor tears, where the surface offers it; otherwise FIFO, which every surface offers.
+    /// Mailbox, which neither blocks nor tears, if available; otherwise FIFO, which every surface supports.
     pub fn present_mode(&self, device: vk::PhysicalDevice) -> Result<vk::PresentModeKHR, vk::Result> {
         // SAFETY: as above.
         let offered = unsafe { self.loader.get_physical_device_surface_present_modes(device, self.raw) }?;

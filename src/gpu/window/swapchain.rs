@@ -1,6 +1,6 @@
-//! A window's swapchain: its images from generation to generation and from frame to frame.
+//! A window's swapchain: recreation of its images, and the acquire–draw–present cycle.
 //!
-//! - `recreate` makes images for the window's size and format; earlier generations live until nothing needs them.
+//! - `recreate` creates images for the window's size and format; earlier generations live until nothing uses them.
 //! - [`Swapchain::acquire`] takes the next image, [`Swapchain::draw`] copies the picture into it, and
 //!   [`Swapchain::present`] shows it.
 
@@ -27,7 +27,7 @@ use crate::gpu::window::offers::{HdrMetadata, PresentWait};
 use crate::gpu::window::reduced::ReducedPictures;
 use crate::gpu::window::surface::{ColorOutput, Surface};
 
-/// Least age of images that are made anew only because the driver calls them suboptimal: some drivers call all of them so.
+/// Least age of images that are recreated only because the driver reports them as suboptimal: some drivers always do.
 const SUBOPTIMAL_AGE: Duration = Duration::from_secs(1);
 
 /// The outcome of an attempt to acquire an image.
@@ -35,18 +35,18 @@ const SUBOPTIMAL_AGE: Duration = Duration::from_secs(1);
 pub enum Readiness {
     /// An image can be drawn.
     Ready,
-    /// No image within the time given: try later.
+    /// No image within the timeout: try later.
     Busy,
     /// Minimised or without extent: nothing to draw into.
     Hidden,
-    /// The surface is gone: make a new one with [`Swapchain::replace_surface`].
+    /// The surface is lost: replace it with [`Swapchain::replace_surface`].
     SurfaceLost,
 }
 
-/// An image that waits to be drawn.
+/// An acquired image.
 pub(in crate::gpu) struct Acquired {
     index: u32,
-    /// The semaphore that is signalled when it may be drawn.
+    /// Semaphore signalled when it may be drawn.
     semaphore: vk::Semaphore,
     /// Number of the frame that waits for the semaphore.
     waiting: Option<u64>,
@@ -54,7 +54,7 @@ pub(in crate::gpu) struct Acquired {
 }
 
 impl Acquired {
-    /// Makes the first frame that uses the image wait until it may.
+    /// Makes the first frame that uses the image wait for its semaphore.
     pub fn claim(&mut self, frame: &mut GpuFrame<'_>) {
         if self.waiting.is_none() {
             frame.wait_for(self.semaphore);
@@ -67,15 +67,15 @@ impl Acquired {
 struct OldImages {
     /// Number of the last frame that can use it.
     frame: u64,
-    /// Number of presented images, in all, from which on it is not needed.
+    /// Total number of presented images from which on it is no longer needed.
     presents: u64,
     chain: SwapchainImages,
 }
 
-/// The images of one window. Recreates itself when out of date.
+/// The swapchain of a window. Recreates itself when out of date.
 ///
-/// Resizing does not wait for the GPU: images of the old size live until the frames that use them have completed and
-/// some of the new ones have been shown. Dropping it waits. The window must outlive it.
+/// Resizing does not wait for the GPU: images of the old size live until the frames that use them have completed and some of the new ones
+/// have been presented. Dropping it waits. The window must outlive it.
 pub struct Swapchain {
     gpu: Arc<Gpu>,
     loader: khr::swapchain::Device,
@@ -85,36 +85,36 @@ pub struct Swapchain {
     old: Vec<OldImages>,
     /// Number of images presented.
     presents: u64,
-    /// Semaphores to acquire with, each with the number of the frame that waits for it.
+    /// Semaphores for acquiring, each with the number of the frame that waits for it.
     semaphores: Vec<(u64, vk::Semaphore)>,
     pub(in crate::gpu) acquired: Option<Acquired>,
-    /// The extent of the window, as the caller has told.
+    /// Extent of the window, as set by the caller.
     wanted: [u32; 2],
     output: ColorOutput,
     outputs: Vec<ColorOutput>,
-    /// Whether the images do not fit the window any more.
+    /// Whether the images no longer fit the window.
     stale: bool,
     hidden: bool,
     surface_lost: bool,
-    /// Whether the driver calls the images suboptimal.
+    /// Whether the driver reports the images as suboptimal.
     suboptimal: bool,
     /// When the images were made.
     made: Instant,
     /// The error of the last attempt to present.
     failed: Option<GpuError>,
-    /// Learns when frames are shown, where the device can tell.
+    /// Presentation times, if supported.
     waits: Option<PresentWait>,
-    /// Tells the display what the picture is mastered for, where the device can.
+    /// Mastering metadata, if supported.
     metadata: Option<HdrMetadata>,
-    /// The largest luminance of wide-range colours, cd/m².
+    /// Peak luminance of wide-range colours, cd/m².
     peak: f32,
-    /// Smaller copies of a picture that is larger than the window.
+    /// Downsampled copies of a picture larger than the window.
     reduced: ReducedPictures,
 }
 
 impl Swapchain {
-    /// Opens a device that can show pictures in this window, and the window's images. `extent` is the window's size in
-    /// physical pixels, used where the window system leaves it to the program (Wayland).
+    /// Opens a device that can present in this window, and creates the window's images. `extent` is the window's size in physical pixels,
+    /// used if the window system leaves it to the program (Wayland).
     ///
     /// The handles must be those of a live window and of its connection, and both must outlive what is returned.
     ///
@@ -131,7 +131,7 @@ impl Swapchain {
         Self::open_with_faults(choice, options, window, extent, &CallFaults::default())
     }
 
-    /// As [`open`](Self::open), with results that tests have planned.
+    /// As [`open`](Self::open), with call results planned by a test.
     ///
     /// # Errors
     ///
@@ -180,7 +180,7 @@ impl Swapchain {
         &self.gpu
     }
 
-    /// The window's extent in physical pixels, as it is drawn; `None` while hidden.
+    /// Extent of the images in physical pixels; `None` while hidden.
     pub fn extent(&self) -> Option<[u32; 2]> {
         self.chain.as_ref().filter(|_| !self.hidden).map(|chain| chain.extent)
     }
@@ -200,12 +200,12 @@ impl Swapchain {
         self.chain.as_ref().map_or(vk::Format::UNDEFINED, |chain| chain.format)
     }
 
-    /// Whether an image is acquired, to be drawn.
+    /// Whether an image is acquired.
     pub fn is_acquired(&self) -> bool {
         self.acquired.is_some()
     }
 
-    /// Asks for another output; takes effect with the next image. `false` where it is not offered.
+    /// Requests another output, effective with the next image. `false` if unsupported.
     pub fn set_output(&mut self, output: ColorOutput) -> bool {
         let offered = self.outputs.contains(&output);
         if offered && self.output != output {
@@ -215,7 +215,7 @@ impl Swapchain {
         offered
     }
 
-    /// Tells the display the largest luminance of wide-range colours, cd/m².
+    /// Sets the peak luminance of wide-range colours for the display, cd/m².
     pub fn set_peak(&mut self, peak: f32) {
         if std::mem::replace(&mut self.peak, peak) != peak {
             self.describe_colors();
@@ -229,26 +229,25 @@ impl Swapchain {
         }
     }
 
-    /// The last frame that the window has shown, or never will; `None` where the device cannot tell. Never waits.
+    /// The last frame that the window has displayed, or never will; `None` if the device does not report it. Never blocks.
     pub fn shown(&mut self) -> Option<FrameNumber> {
         let waits = self.waits.as_mut()?;
         Some(waits.shown(self.chain.as_ref()?.raw))
     }
 
-    /// Notes that the window has a new size.
+    /// Records the new size of the window.
     pub fn resize(&mut self, extent: [u32; 2]) {
         self.wanted = extent;
         self.stale |= self.chain.as_ref().is_none_or(|chain| chain.extent != extent);
     }
 
-    /// Whether the last image was not presented, for an error that the next [`acquire`](Self::acquire) returns.
+    /// Whether the last image was not presented, because of an error that the next [`acquire`](Self::acquire) returns.
     pub fn has_failed(&self) -> bool {
         self.failed.is_some()
     }
 
-    /// Copies rectangles of `picture` into the acquired image, and clears what they do not cover. With a linear filter every texel of
-    /// them counts, however small they are shown, as far as there is memory for smaller copies; these are made anew where the picture
-    /// `is_new`.
+    /// Copies rectangles of `picture` into the acquired image, and clears the rest. With a linear filter every texel contributes, however
+    /// small it is displayed, as far as memory allows downsampled copies; these are updated if the picture `is_new`.
     pub fn draw(
         &mut self,
         frame: &mut GpuFrame<'_>,
@@ -269,7 +268,7 @@ impl Swapchain {
         cmd.show(picture, &mut acquired.image, regions, filter);
     }
 
-    /// A new surface for the same window, after the old one was lost.
+    /// Replaces a lost surface of the same window.
     pub fn replace_surface(&mut self, window: (RawDisplayHandle, RawWindowHandle)) -> Result<(), GpuError> {
         self.clear();
         self.surface = Surface::new(&self.gpu.instance, window, self.gpu.faults())?;
@@ -280,9 +279,8 @@ impl Swapchain {
         self.recreate()
     }
 
-    /// Takes the next image, waiting at most `timeout`; recreates the swapchain where it must be. An image that was taken
-    /// and not presented is kept. After an error, its own or that of the last attempt to present, all images are made anew by the
-    /// next call.
+    /// Acquires the next image, waiting at most `timeout`; recreates the swapchain if necessary. An image that was acquired and not
+    /// presented is kept. After an error, of this call or of the last present, the next call recreates all images.
     ///
     /// # Errors
     ///
@@ -303,7 +301,7 @@ impl Swapchain {
         if std::mem::take(&mut self.suboptimal) {
             self.stale |= self.made.elapsed() >= SUBOPTIMAL_AGE || self.has_other_extent()?;
         }
-        // A window that is being resized may be out of date again at once: then the next frame tries.
+        // A window being resized may be out of date again at once; the next frame retries.
         for _ in 0..3 {
             if self.stale || self.chain.is_none() {
                 self.recreate()?;
@@ -321,7 +319,7 @@ impl Swapchain {
         Ok(Readiness::Busy)
     }
 
-    /// Whether the window has not the extent of the images any more.
+    /// Whether the window's extent differs from the images'.
     fn has_other_extent(&mut self) -> Result<bool, GpuError> {
         match self.surface.capabilities(self.gpu.physical) {
             Ok(capabilities) => Ok(self.extent() != Some(extent(&capabilities, self.wanted))),
@@ -332,7 +330,7 @@ impl Swapchain {
         }
     }
 
-    /// One attempt to acquire; `None` when the chain must be recreated first.
+    /// One attempt to acquire; `None` if the swapchain must be recreated first.
     fn take_image(&mut self, timeout: Duration) -> Result<Option<Readiness>, GpuError> {
         let completed = self.gpu.completed()?;
         self.destroy_old(completed);
@@ -365,7 +363,7 @@ impl Swapchain {
         Ok(Some(Readiness::Ready))
     }
 
-    /// A semaphore that nothing uses.
+    /// An unused semaphore.
     fn free_semaphore(&mut self, completed: u64) -> Result<vk::Semaphore, GpuError> {
         if let Some(i) = self.semaphores.iter().position(|(frame, _)| *frame <= completed) {
             return Ok(self.semaphores.swap_remove(i).1);
@@ -373,7 +371,7 @@ impl Swapchain {
         self.gpu.semaphore("window image acquired")
     }
 
-    /// Notes results that concern the window; other errors are returned.
+    /// Handles results that concern the window; other errors are returned.
     fn note(&mut self, result: vk::Result) -> Result<(), vk::Result> {
         match result {
             vk::Result::SUBOPTIMAL_KHR => self.suboptimal = true,
@@ -386,9 +384,9 @@ impl Swapchain {
         Ok(())
     }
 
-    /// Submits the frame and shows the acquired image. Suboptimal and out of date are no errors: the next
-    /// [`acquire`](Self::acquire) recreates. Nor is any other but a lost device, once the frame is submitted: it is returned by
-    /// the next [`acquire`](Self::acquire).
+    /// Submits the frame and presents the acquired image. Suboptimal and out-of-date are not errors: the next [`acquire`](Self::acquire)
+    /// recreates the swapchain. Once the frame is submitted, any error but a lost device is returned by the next
+    /// [`acquire`](Self::acquire).
     ///
     /// # Errors
     ///
@@ -406,7 +404,7 @@ impl Swapchain {
         let drawn = chain.images[acquired.index as usize].drawn;
         let submitted = frame.finish(Some(drawn));
         let Ok(number) = submitted else {
-            // Still acquired; what this frame has drawn is not there.
+            // The image stays acquired, without what this frame has drawn.
             acquired.waiting = acquired.waiting.filter(|number| *number != frame.number().0);
             acquired.image.access = Access::Acquired;
             self.acquired = Some(acquired);
@@ -422,7 +420,7 @@ impl Swapchain {
             info = info.push_next(&mut id);
         }
         let planned = self.gpu.faults().next(DeviceCall::Present);
-        // After these the wait for the semaphore is enqueued; after other errors nothing has happened.
+        // After these results the semaphore wait is enqueued; after other errors nothing has happened.
         let is_enqueued = |result| {
             matches!(
                 result,
@@ -459,7 +457,7 @@ impl Swapchain {
         Ok(number)
     }
 
-    /// Makes images for the window as it is now, unless it has no extent.
+    /// Recreates the images for the present window, unless that has no extent.
     fn recreate(&mut self) -> Result<(), GpuError> {
         match self.try_recreate() {
             Err(GpuError::Call { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) => {
@@ -496,8 +494,8 @@ impl Swapchain {
             ImagesDesc { capabilities, extent, format, mode, old: raw, faults: self.gpu.faults().clone() };
         let made = SwapchainImages::new(&self.gpu, &self.loader, &self.surface, &desc);
         if let Some(old) = old {
-            // Presenting is not part of a frame: once images of the next generation were presented, the last one of this
-            // generation has been, too. A generation of which nothing was presented need not wait for that.
+            // Presenting is not part of a frame. Once an image of the next generation was presented, so was the last one of this
+            // generation. A generation without presented images need not wait for that.
             let more = if old.presented { old.images.len() as u64 } else { 0 };
             let frame = self.gpu.begun.load(Ordering::Acquire);
             self.old.push(OldImages { frame, presents: self.presents + more, chain: old });
@@ -508,7 +506,7 @@ impl Swapchain {
         Ok(())
     }
 
-    /// Destroys the generations that nothing can need any more.
+    /// Destroys the generations that are no longer needed.
     fn destroy_old(&mut self, completed: u64) {
         let presents = self.presents;
         for old in self.old.extract_if(.., |old| old.frame <= completed && old.presents <= presents) {
@@ -520,7 +518,7 @@ impl Swapchain {
     /// Waits until nothing is pending, and destroys all images and semaphores.
     fn clear(&mut self) {
         if let Some(mut acquired) = self.acquired.take() {
-            // Its semaphore will be signalled; only a frame that waits makes sure that it has been.
+            // The semaphore will be signalled; only a frame that waits for it ensures that it has been.
             if let Ok(mut frame) = self.gpu.begin() {
                 acquired.claim(&mut frame);
             }
@@ -551,7 +549,7 @@ impl Drop for Swapchain {
     }
 }
 
-/// The extent that images of a surface must have, or may, where it has none of its own.
+/// Extent that the surface prescribes or, if it prescribes none, the wanted one within its limits.
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, wanted: [u32; 2]) -> [u32; 2] {
     let (current, low, high) =
         (capabilities.current_extent, capabilities.min_image_extent, capabilities.max_image_extent);

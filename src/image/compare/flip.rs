@@ -1,4 +1,4 @@
-//! FLIP: what a person sees when two pictures alternate in the same place.
+//! FLIP: visibility of the difference of two pictures that alternate in the same place.
 
 use super::{MetricMap, Rgb, is_finite, map, same_size};
 use crate::color::srgb;
@@ -8,10 +8,10 @@ use crate::image::grid::Grid;
 /// Pixels per degree of the eye in front of a display 0.7 m wide with 3840 pixels, 0.7 m away: the paper's.
 pub const PIXELS_PER_DEGREE: f32 = 67.020_64;
 
-/// Pixels per degree that the filters are made for; 500 is a microscope's.
+/// Range of pixels per degree that the filters are designed for; 500 is a microscope's.
 const SENSIBLE: (f32, f32) = (1.0, 500.0);
 
-/// Most pixels: the library counts bytes in 32 bits.
+/// Most pixels, since the library counts bytes in 32 bits.
 const MOST_PIXELS: usize = 1 << 28;
 
 /// LDR-FLIP of two displayed pictures, linear sRGB in [0, 1], as their 8-bit sRGB encodings: 0 (equal) to 1 in every pixel.

@@ -10,9 +10,9 @@ use crate::image::grid::Grid;
 /// relMSE = mean of `(x − ref)² / (ref_Y² + 0.01)` over pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelMse {
-    /// Over all pixels.
+    /// Mean over all pixels.
     pub whole: f64,
-    /// Without the worst 0.1 % of pixels.
+    /// Mean without the worst 0.1 % of pixels.
     pub trimmed: f64,
 }
 
@@ -42,7 +42,7 @@ fn squared_error(x: [f32; 3], r: [f32; 3]) -> f64 {
     if e.is_nan() { f64::INFINITY } else { e }
 }
 
-/// Keeps black against almost black from counting as completely wrong; radiance.
+/// Added to the denominator, so that black against almost black does not count as completely wrong; radiance.
 const EPSILON: f64 = 0.01;
 
 /// SMAPE of two scene-linear pictures: the mean of `|x − r| / (|x| + |r| + 0.01)` over pixels and channels, from 0 (equal)
@@ -59,7 +59,7 @@ pub fn smape(picture: &Rgb, reference: &Rgb) -> Result<MetricMap, ImageError> {
     metric(picture, reference, |x, r| (x.iter().zip(r).map(|(&x, r)| term(x, r)).sum::<f64>() / 3.0) as f32)
 }
 
-/// The metric with its mean; 1 where a pixel is not finite.
+/// The metric and its mean; 1 where a pixel is not finite.
 fn metric(
     picture: &Rgb,
     reference: &Rgb,

@@ -47,7 +47,7 @@ impl MetricMap {
         Self { mean: mean(map.pixels()), map }
     }
 
-    /// The value below which a share `p` of the pixels lies.
+    /// Quantile `p` of the pixels' values.
     pub fn quantile(&self, p: f64) -> f64 {
         quantiles(self.map.pixels().to_vec(), [p])[0]
     }
@@ -69,7 +69,7 @@ pub struct Worst {
     pub value: f32,
 }
 
-/// The value of the largest magnitude, the first of equals. NaN (no value) is passed over; `None` if nothing differs from 0.
+/// The value of largest magnitude, the first of equal ones. NaN (no value) is skipped; `None` if all values are 0.
 pub fn worst(map: &Grid<f32>) -> Option<Worst> {
     let mut found: Option<(usize, f32)> = None;
     for (i, &value) in map.pixels().iter().enumerate() {
@@ -84,7 +84,7 @@ fn same_size(a: (usize, usize), b: (usize, usize)) -> Result<(), ImageError> {
     if a == b { Ok(()) } else { Err(ImageError::Size { a, b }) }
 }
 
-/// The map of `metric` over the pairs of pixels.
+/// Applies `metric` to pairs of pixels.
 fn map<A: Copy, B: Copy>(
     a: &Grid<A>,
     b: &Grid<B>,
@@ -100,12 +100,12 @@ fn is_finite(rgb: [f32; 3]) -> bool {
     rgb.iter().all(|c| c.is_finite())
 }
 
-/// The mean; 0 of nothing.
+/// Mean; 0 of an empty slice.
 fn mean(values: &[f32]) -> f64 {
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The quantiles `p` by nearest rank; 0 of nothing.
+/// Nearest-rank quantiles `p`; 0 of an empty vector.
 fn quantiles<const N: usize>(mut values: Vec<f32>, p: [f64; N]) -> [f64; N] {
     values.sort_by(f32::total_cmp);
     p.map(|p| nearest_rank(&values, p).map_or(0.0, f64::from))

@@ -1,4 +1,4 @@
-//! Pictures to be compared, from anybody's EXR file.
+//! Pictures to compare, from EXR files of any program.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use crate::image::exr::{self, Layers};
 use crate::image::grid::Grid;
 use crate::image::layer;
 
-/// Most pixels that are read: what `pointillist render` can make.
+/// Most pixels that are read: the largest picture of `pointillist render`.
 const MOST_PIXELS: usize = 16_384 * 16_384;
 
 /// First bytes of an OpenEXR file.
@@ -27,7 +27,7 @@ pub struct Picture {
     pub layer: String,
     /// Scene-linear R, G, B, taken to be Rec.709 whatever the file's chromaticities say.
     pub rgb: Grid<[f32; 3]>,
-    /// Its luminance with the variance, or the names of the channels that there are instead.
+    /// Luminance and its variance or, if missing, the names of the existing channels.
     measured: Result<Measured, String>,
 }
 
@@ -68,7 +68,7 @@ impl Picture {
         Ok(Self { path: path.to_path_buf(), layer: chosen.name.to_owned(), rgb, measured })
     }
 
-    /// Its luminance with the variance of every pixel.
+    /// Luminance and variance of every pixel.
     ///
     /// # Errors
     /// [`ImageError::Channel`] where the file has no [`Measured::VARIANCE_CHANNEL`], or the layer a name: the variance is
@@ -87,19 +87,19 @@ impl Picture {
     }
 }
 
-/// Refuses what cannot be read before anything is allocated by what its header says.
+/// Rejects unsupported files before anything is allocated according to their headers.
 fn check(bytes: &[u8]) -> Result<(), String> {
     if !bytes.starts_with(&MAGIC) {
         return Err("it is not an OpenEXR file".to_owned());
     }
-    // The version field follows, 32 bits with the lowest first.
+    // The version field follows: 32 bits, little endian.
     if bytes.get(5).is_some_and(|flags| flags & HAS_DEEP_DATA != 0) {
         return Err("deep pixels are not read: flatten it".to_owned());
     }
     exr::check_size(bytes, MOST_PIXELS).map(|_| ())
 }
 
-/// Why no layer was chosen, and what there is.
+/// Explains why no layer was chosen, and lists the existing ones.
 fn refusal(layers: &Layers, wanted: Option<&str>) -> String {
     let quoted = |name: &str| {
         if name.is_empty() { "the one without a name".to_owned() } else { format!("“{name}”") }
@@ -115,7 +115,7 @@ fn refusal(layers: &Layers, wanted: Option<&str>) -> String {
     }
 }
 
-/// Names of the channels of a layer, or of all.
+/// Names of the channels of a layer, or of all layers.
 fn channels(layers: &Layers, layer: &str) -> String {
     let names = layers.channels.iter().map(|(name, _)| name.as_str());
     names.filter(|name| name.starts_with(layer)).collect::<Vec<_>>().join(", ")

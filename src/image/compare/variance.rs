@@ -1,4 +1,4 @@
-//! Pictures that know their own variance: how noisy one is, and whether two have the same expectation.
+//! Pictures with a known variance: the noise of one, and whether two have the same expectation.
 
 use super::{quantiles, same_size};
 use crate::image::error::ImageError;
@@ -22,7 +22,7 @@ impl Measured {
     pub const VARIANCE_CHANNEL: &'static str = "variance.Y";
 }
 
-/// Share of the picture's mean that is added to the mean of every pixel, so that black pixels do not outweigh all others.
+/// Fraction of the picture's mean that is added to every pixel's mean, so that black pixels do not dominate.
 const FRACTION: f64 = 0.01;
 
 /// Quantiles of the relative standard error of the pixels.
@@ -103,7 +103,7 @@ pub fn z_test(a: &Measured, b: &Measured, alpha: f64) -> Result<ZTest, ImageErro
         }
     }
     let n = scores.len();
-    // ln_1p and exp_m1: 1 − (1 − α)^(1/n) cancels for a million pixels.
+    // ln_1p and exp_m1, because 1 − (1 − α)^(1/n) cancels for a million pixels.
     let per_pixel = -((-alpha).ln_1p() / n.max(1) as f64).exp_m1();
     let critical_z = critical_value(per_pixel);
     let accepted = scores.iter().filter(|z| **z <= critical_z).count();

@@ -1,4 +1,4 @@
-//! The bytes of a state.
+//! File format of a state.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -29,10 +29,10 @@ use crate::render::state::header::StateHeader;
 use crate::study::ExactReplicates;
 use crate::study::largest::KEPT;
 
-/// How a state begins.
+/// Magic number of the file.
 pub const MAGIC: [u8; 8] = *b"\x8bPNTLST\n";
 
-/// The version of the format. A program reads this one only.
+/// Version of the format; no other is read.
 pub const VERSION: u32 = 1;
 
 /// Longest header, bytes.
@@ -41,18 +41,18 @@ const LONGEST_HEADER: u64 = 64 << 20;
 /// Bytes of the hash at the end.
 const HASH: u64 = 32;
 
-/// One array of sums.
+/// A grid of sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Section {
-    /// The film: the camera stream (0) or the light stream (1), X, Y, Z, W and Y².
+    /// Film: camera stream (0) or light stream (1); X, Y, Z, W and Y².
     Film(usize),
-    /// A replicate and its stream: X, Y, Z and W.
+    /// Replicate and stream; X, Y, Z and W.
     Replicate(usize, usize),
     /// The largest samples of each tile.
     Largest,
 }
 
-/// The header with the list of what follows it.
+/// Header, and list of the sections that follow.
 #[derive(Serialize, Deserialize)]
 struct Contents {
     #[serde(flatten)]
@@ -60,20 +60,20 @@ struct Contents {
     sections: Vec<Section>,
 }
 
-/// A render in memory that can be written, gone on with, and added to.
+/// A render in memory that can be written, resumed, and merged with others.
 pub struct RenderState {
     pub about: StateHeader,
     pub film: ExactFilm,
-    /// `None` where the render is not divided.
+    /// `None` if the render is not divided into replicates.
     pub replicates: Option<ExactReplicates>,
 }
 
 impl RenderState {
-    /// A render of which nothing is there yet.
+    /// An empty render.
     ///
     /// # Errors
     ///
-    /// When the film cannot be made.
+    /// When the film cannot be created.
     pub fn new(about: StateHeader, threads: usize) -> Result<Self> {
         let (spec, scale) = (about.run.film, about.identity.luminance_scale);
         let film = ExactFilm::new(spec, threads, scale).into_diagnostic()?;
@@ -82,17 +82,17 @@ impl RenderState {
         Ok(Self { about, film, replicates })
     }
 
-    /// Writes it in the place of `path`.
+    /// Writes the state to `path`, replacing an existing file.
     pub fn write(&mut self, path: &Path) -> Result<()> {
         self.film.flush().into_diagnostic()?;
         write(path, &self.about, &self.film, self.replicates.as_ref())
     }
 
-    /// Adds a state of the same picture: its sums, its indices, and all that it counts.
+    /// Adds a state of the same picture: sums, indices and counts.
     ///
     /// # Errors
     ///
-    /// When it holds indices that are here already, before anything is added; when the file cannot be read.
+    /// When indices are present in both (nothing is added then), or the file cannot be read.
     pub fn add(&mut self, mut file: StateFile) -> Result<()> {
         let other = &file.about;
         self.about.indices.merge(&other.indices).map_err(|twice| {
@@ -114,7 +114,7 @@ impl RenderState {
         file.add_sums(&mut self.film, self.replicates.as_mut())
     }
 
-    /// What the header says at this moment.
+    /// The header with present counts.
     fn counted(about: &StateHeader, film: &ExactFilm, replicates: Option<&ExactReplicates>) -> StateHeader {
         let mut about = about.clone();
         about.counts = film.counts();
@@ -124,7 +124,7 @@ impl RenderState {
     }
 }
 
-/// Writes a state, whose film has no batch, in the place of `path`.
+/// Writes a state, whose film must have no batch, to `path`.
 pub fn write(
     path: &Path,
     about: &StateHeader,
@@ -159,7 +159,7 @@ pub fn write(
     out.file.commit().into_diagnostic()
 }
 
-/// A file whose bytes are hashed as they are written.
+/// A file writer that hashes its bytes.
 struct HashedWriter {
     file: AtomicFile,
     hash: blake3::Hasher,
@@ -182,7 +182,7 @@ impl HashedWriter {
     }
 }
 
-/// Appends a row as the module describes it.
+/// Appends a row in the format described in the module documentation.
 fn pack<const C: usize>(row: &[[ExactSum; C]], out: &mut Vec<u8>) {
     for c in 0..C {
         let used = row.iter().fold(0, |used, sums| used | sums[c].to_bits());
@@ -195,7 +195,7 @@ fn pack<const C: usize>(row: &[[ExactSum; C]], out: &mut Vec<u8>) {
     }
 }
 
-/// A state on disk, whose header has been read and whose bytes are known to be those that were written.
+/// A state on disk, with its header read and its hash verified.
 pub struct StateFile {
     pub path: PathBuf,
     pub about: StateHeader,
@@ -203,15 +203,15 @@ pub struct StateFile {
     input: BufReader<File>,
 }
 
-/// Bytes that are read at once.
+/// Buffer size for reading, bytes.
 const BUFFER: usize = 1 << 20;
 
 impl StateFile {
-    /// Opens and checks a file.
+    /// Opens and verifies a file.
     ///
     /// # Errors
     ///
-    /// When the file cannot be read, is no state, is one of another version, or is damaged.
+    /// When the file cannot be read, is not a state, has another version, or is damaged.
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display();
         let unread = |e: std::io::Error| match e.kind() {
@@ -257,7 +257,7 @@ impl StateFile {
         Ok(Self { path: path.to_path_buf(), about, sections, input })
     }
 
-    /// Adds the sums to these, which are of the same picture.
+    /// Adds the sums to others of the same picture.
     fn add_sums(&mut self, film: &mut ExactFilm, mut replicates: Option<&mut ExactReplicates>) -> Result<()> {
         let (path, size) = (self.path.clone(), [self.about.run.film.width, self.about.run.film.height]);
         let size = size.map(|n| n as usize);
@@ -287,7 +287,7 @@ impl StateFile {
     }
 }
 
-/// Adds rows as [`pack`] writes them.
+/// Adds rows in the format of [`pack`].
 fn add_grid<const C: usize>(input: &mut impl Read, sums: &mut Grid<[ExactSum; C]>) -> std::io::Result<()> {
     let mut bytes = Vec::new();
     for y in 0..sums.height() {
@@ -313,7 +313,7 @@ fn add_grid<const C: usize>(input: &mut impl Read, sums: &mut Grid<[ExactSum; C]
     Ok(())
 }
 
-/// Whether the last bytes of a file of `len` bytes are the hash of those before.
+/// Whether the last bytes of a file of `len` bytes are the hash of all others.
 fn check_hash(input: &mut BufReader<File>, len: u64) -> std::io::Result<bool> {
     input.rewind()?;
     let mut hash = blake3::Hasher::new();

@@ -1,4 +1,4 @@
-//! Which state a render keeps, and with which it goes on.
+//! The state that a render keeps or resumes.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -22,18 +22,18 @@ pub struct KeptState {
     pub file: PathBuf,
     /// Time between two states.
     pub every: Duration,
-    /// What the render goes on with.
+    /// State to resume, if any.
     pub from: Option<StateFile>,
-    /// The part of the picture that it is.
+    /// The part of the picture that is rendered, if divided.
     pub share: Option<Share>,
 }
 
 impl KeptState {
-    /// The state that `--state` and `--resume` ask for; with the latter, `args` become those of the render that goes on.
+    /// The state requested by `--state` or `--resume`; with the latter, replaces `args` by those of the resumed render.
     ///
     /// # Errors
     ///
-    /// When the state cannot be read, when `--state` would overwrite one, and for options that do not go together.
+    /// When the state cannot be read, when `--state` would overwrite one, and for incompatible options.
     pub fn plan(args: &mut RenderOptions) -> Result<Option<Self>> {
         let (file, from) = match (&args.state, args.resume) {
             (state, true) => {
@@ -66,7 +66,7 @@ impl KeptState {
         Ok(Some(Self { file, every: args.state_every, from, share }))
     }
 
-    /// Refuses what a state cannot hold, and makes the rest as it has to be.
+    /// Rejects options that are incompatible with a state, and sets those that it requires.
     pub fn check(args: &mut RenderOptions) -> Result<()> {
         let refused = [
             (
@@ -94,11 +94,11 @@ impl KeptState {
         Ok(())
     }
 
-    /// The state of a run before it begins, or as far as it has come.
+    /// State of a run: empty, or the resumed one.
     ///
     /// # Errors
     ///
-    /// When the state that the render goes on with is one of another picture.
+    /// When the resumed state belongs to another picture.
     pub fn open(
         self,
         run: &RunSpec,
@@ -137,7 +137,7 @@ impl KeptState {
     }
 }
 
-/// What a render is to do, and the indices of the whole picture that it is a part of.
+/// Goal of a render, and the indices of the whole picture that it is part of.
 #[derive(Clone, Debug)]
 pub struct PlannedGoal {
     pub picture: Range<u64>,
@@ -145,7 +145,7 @@ pub struct PlannedGoal {
 }
 
 impl PlannedGoal {
-    /// The goal that the command line asks for, or if it asks for none that of the state which the render goes on with.
+    /// The goal of the command line or, if it specifies none, of the resumed state.
     pub fn new(args: &RenderOptions, run: &RunSpec, kept: Option<&KeptState>) -> Self {
         let from = kept.and_then(|kept| kept.from.as_ref()).filter(|_| !args.has_goal());
         if let Some(StateFile { about, .. }) = from {
@@ -167,14 +167,14 @@ impl PlannedGoal {
     }
 }
 
-/// A state in memory, and where it is kept.
+/// A state in memory, and its file.
 pub struct OpenState {
     pub file: PathBuf,
     pub every: Duration,
     pub state: RenderState,
 }
 
-/// Refuses options that decide samples: those of the state do.
+/// Rejects options that determine samples, since the state's apply.
 fn check_free(args: &RenderOptions) -> Result<()> {
     let SceneOptions { defines, lenient, size, integrator, effects, max_depth, seed, filter, .. } =
         &args.source;
@@ -199,7 +199,7 @@ fn check_free(args: &RenderOptions) -> Result<()> {
     }
 }
 
-/// Makes `args` those of the render that `about` tells of, unless they name another goal.
+/// Replaces `args` by those of the render described by `about`, unless they specify another goal.
 fn resume(args: &mut RenderOptions, about: &StateHeader) {
     let SceneOptions { simd, verbose, .. } = args.source;
     args.source = SceneOptions { simd, verbose, ..about.run.source(args.source.threads) };

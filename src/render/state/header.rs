@@ -1,4 +1,4 @@
-//! What a state says of itself.
+//! Header of a state.
 
 use std::fmt;
 use std::ops::Range;
@@ -16,28 +16,28 @@ use crate::render::state::ranges::IndexRanges;
 use crate::stream::{CHUNK, PathCounts, REPLICATES, Rejections};
 use crate::study::{ErrorTarget, MonitorProgress};
 
-/// Until when a render goes on.
+/// Goal of a render.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RenderGoal {
-    /// Its indices: those of the picture, or of this part of it. The end is `u64::MAX` where time or error decide.
+    /// Indices of the picture, or of this part of it. The end is `u64::MAX` if time or error decide.
     pub indices: Range<u64>,
-    /// Rendering time.
+    /// Limit of the rendering time.
     pub time: Option<Duration>,
-    /// The error that is good enough.
+    /// Error target.
     pub error: Option<ErrorTarget>,
 }
 
-/// The place of a part of a picture among all parts.
+/// Position of a part among all parts of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Share {
-    /// Number of the part, from 1 on. Above `of` it goes on beyond the picture that was divided.
+    /// Number of the part, from 1 on. Above `of`, the part extends the sequence beyond the divided picture.
     pub number: u64,
     /// Number of parts.
     pub of: u64,
 }
 
 impl Share {
-    /// The indices of this part of a picture: whole chunks, but for the end of the picture. Parts beyond have the size of the largest before.
+    /// Indices of this part of a picture: whole chunks, except at the end of the picture. Parts beyond it have the size of the largest one.
     pub fn indices(self, picture: &Range<u64>) -> Range<u64> {
         let (length, of, chunk) =
             (u128::from(picture.end - picture.start), u128::from(self.of.max(1)), u128::from(CHUNK));
@@ -59,36 +59,36 @@ impl fmt::Display for Share {
     }
 }
 
-/// Everything in a state but its sums. The names of the fields are the keys of its JSON.
+/// Everything in a state except its sums. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StateHeader {
-    /// The program that wrote it.
+    /// Name and version of the program that wrote it.
     pub program: String,
     /// The settings.
     pub run: RunSpec,
-    /// Scene and samples.
+    /// Identification of scene and samples.
     pub identity: Identity,
-    /// The indices of the whole picture.
+    /// Indices of the whole picture.
     pub picture: Range<u64>,
-    /// What this render is to do, and the part of the picture that it is, if it is one.
+    /// Goal of this render, and the part of the picture, if it is one.
     pub goal: RenderGoal,
     pub share: Option<Share>,
-    /// The indices in the sums.
+    /// Indices included in the sums.
     pub indices: IndexRanges,
     /// Samples and paths in the sums of the film.
     pub counts: FilmCounts,
     /// Paths in the sums of each replicate.
     pub replicates: [PathCounts; REPLICATES],
-    /// What was rejected.
+    /// Rejected values.
     pub rejections: Rejections,
-    /// Seconds of rendering, over all parts.
+    /// Rendering time in seconds, summed over all parts.
     pub seconds: f64,
-    /// The error so far, by which the end of the render is decided.
+    /// Error so far, which decides about the end of the render.
     pub progress: MonitorProgress,
 }
 
 impl StateHeader {
-    /// True if every index of the goal is in the sums.
+    /// Whether every index of the goal is included in the sums.
     pub fn is_complete(&self) -> bool {
         self.indices.missing(self.goal.indices.clone()).count() == 0
     }
@@ -99,7 +99,7 @@ impl StateHeader {
         self.counts.paths() as f64 / texels
     }
 
-    /// How the picture of `other` is another one than this, in words that name both; `None` where they are parts of one picture.
+    /// Describes why `other` belongs to another picture, naming both values; `None` if they are parts of one picture.
     pub fn difference(&self, other: &Self) -> Option<String> {
         if self.identity.scene != other.identity.scene {
             return Some("the files of the scene differ".to_string());
@@ -116,7 +116,7 @@ impl StateHeader {
         })
     }
 
-    /// The error of a state that is not the render that was asked for.
+    /// Returns an error if a state does not belong to the requested render.
     pub fn check_same(&self, other: &Self, file: &Path) -> Result<()> {
         match self.difference(other) {
             None => Ok(()),
@@ -129,9 +129,9 @@ impl StateHeader {
     }
 }
 
-/// The first setting that decides sums and differs.
+/// The first setting that affects sums and differs.
 fn first_difference(a: &RunSpec, b: &RunSpec) -> Option<(String, String, String)> {
-    // Where the scene lies and what was asked for decide no sample.
+    // Settings that affect no sample.
     const FREE: [&str; 6] = ["scene", "spp", "first_index", "device", "auto", "aovs"];
     let [Value::Object(a), Value::Object(b)] =
         [a, b].map(|run| serde_json::to_value(run).unwrap_or_default())

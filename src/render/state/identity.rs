@@ -1,4 +1,4 @@
-//! By what a scene and the arithmetic that traces it are recognised, here and on other machines.
+//! Identification of a scene and of the arithmetic that traces it, across machines.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,25 +18,25 @@ use crate::tracer::integrator::{
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::{Camera, Integrator, Sampler, Scene};
 
-/// What the parts of one picture have in common, besides their settings.
+/// Properties common to all parts of a picture, besides their settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Hash of all files of the scene.
     pub scene: String,
-    /// Hash of the samples of the first chunk, and of random numbers of each randomisation: it differs where another version of the
-    /// program, another processor or another library of mathematical functions computes other samples.
+    /// Hash of the samples of the first chunk, and of random numbers of each randomisation. It differs if another version of the program,
+    /// CPU or mathematical library computes other samples.
     pub samples: String,
-    /// The unit of colours in the sums, a power of two at the mean luminance of these samples. It does not depend on the part of the
-    /// sequence that is traced.
+    /// Unit of colours in the sums: a power of two near the mean luminance of these samples. Independent of the traced part of the
+    /// sequence.
     pub luminance_scale: f32,
 }
 
 impl Identity {
-    /// The identity of a run whose scene consists of these files.
+    /// Identity of a run whose scene consists of these files.
     ///
     /// # Errors
     ///
-    /// When a file cannot be read any more.
+    /// When a file can no longer be read.
     pub fn of(run: &RunSpec, files: &[PathBuf], scene: &Arc<Scene>, camera: &Camera) -> Result<Self> {
         let mut first = FirstChunk::trace(run, scene, camera);
         let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
@@ -48,12 +48,12 @@ impl Identity {
     }
 }
 
-/// The unit of colours in the exact sums of a run.
+/// Unit of colours in the exact sums of a run.
 pub fn luminance_scale(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> f32 {
     FirstChunk::trace(run, scene, camera).luminance_scale()
 }
 
-/// The hash of what stands in files, in their order; where they lie does not matter.
+/// Hash of the contents of files, in order; their paths do not matter.
 pub fn hash_of_files(files: &[PathBuf]) -> Result<String> {
     let mut all = blake3::Hasher::new();
     for path in files {
@@ -65,10 +65,10 @@ pub fn hash_of_files(files: &[PathBuf]) -> Result<String> {
     Ok(all.finalize().to_hex()[..32].to_string())
 }
 
-/// Takes the samples of the first indices.
+/// Sink for the samples of the first indices.
 struct FirstChunk {
     hash: blake3::Hasher,
-    /// Sum and number of the luminances that are positive.
+    /// Sum and number of positive luminances.
     luminance: (f64, u64),
 }
 
@@ -92,13 +92,13 @@ impl FirstChunk {
         first
     }
 
-    /// Hashes random numbers of a randomisation at its start, and far out in the sequence: the samples of the first chunk are of the first randomisation,
-    /// and depend on the corner of the sequence alone, not on the division of the screen into cells.
+    /// Hashes random numbers of a randomisation at the start and far out in the sequence: the samples of the first chunk belong to the
+    /// first randomisation and depend only on the beginning of the sequence, not on the division of the screen into cells.
     fn take_numbers(&mut self, context: &RenderContext) {
         for index in [0, 1 << 40] {
             let path = Sampler::in_cells(index, context.seed, &context.cells);
             let (start, vertices) = (path.camera(), [path.vertex(0), path.vertex(1)]);
-            // Of a group of 2^5 paths that shares 2^4 light subpaths.
+            // In a group of 2^5 paths that share 2^4 light subpaths.
             let group = context.cells.visit_of_group(index, 5, context.seed);
             let light = LightSampler::of_group(group, 4, 1).vertex(1);
             for x in start.screen {
@@ -142,7 +142,8 @@ mod tests {
     use crate::render::load;
     use crate::render::options::SceneOptions;
 
-    /// The first samples of two divisions by the same part of the sequence are the same, the identities are not. Sizes that are divided alike have the same.
+    /// If two divisions of the screen yield the same first samples for part of the sequence, their identities still differ. Sizes with
+    /// equal divisions have equal identities.
     #[test]
     fn the_division_of_the_screen_is_part_of_the_identity() {
         let mut source = SceneOptions::of("scenes/cornell.xml".into());
@@ -163,7 +164,8 @@ mod tests {
         assert_ne!(usual.1, other.1);
     }
 
-    /// Of two renders whose first randomisation is the same, one of which has a second, the identities differ: its numbers are in the hash.
+    /// Renders with and without a second randomisation have different identities, even if the first is the same: the second one's numbers
+    /// are hashed too.
     #[test]
     fn the_second_randomisation_is_part_of_the_identity() {
         let source = SceneOptions::of("scenes/cornell.xml".into());

@@ -1,13 +1,13 @@
-//! A render on disk: its exact sums and what they are sums of, in one file that can be gone on with, or merged with others.
+//! A render on disk: exact sums and their description, in one file that can be resumed, or merged with others.
 //!
 //! ```text
 //! lanes ─▶ Recorder (whole chunks of indices) ─▶ ExactFilm, ExactReplicates ─▶ StateWriter ─▶ FILE.state
 //! FILE.state … ─▶ StateFile ─▶ RenderState ─▶ pictures, error, another state
 //! ```
 //!
-//! A sample is a pure function of scene, settings (the size of the picture is one), seed and index, and sums in fixed point do not depend on
-//! the order of their terms. So a state is a set of index ranges with the sums over them: going on adds a range, merging is addition, and a
-//! picture does not show how its indices were divided.
+//! A sample is a pure function of scene, settings (including the picture size), seed and index, and fixed-point sums do not depend on the
+//! order of their terms. So a state is a set of index ranges with the sums over them: resuming adds a range, merging is addition, and a
+//! picture is independent of how its indices were divided.
 //!
 //! | file | what |
 //! |---|---|

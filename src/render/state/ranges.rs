@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// A set of indices as ranges, ascending, with a gap between any two.
+/// A set of indices as ascending ranges with gaps between them.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<[u64; 2]>", into = "Vec<[u64; 2]>")]
 pub struct IndexRanges(Vec<Range<u64>>);
@@ -14,7 +14,7 @@ impl IndexRanges {
     /// The indices of one range.
     pub fn one(range: Range<u64>) -> Self {
         let mut ranges = Self::default();
-        // Nothing is there to be met twice.
+        // An empty set has no overlap.
         let _ = ranges.add(range);
         ranges
     }
@@ -29,7 +29,7 @@ impl IndexRanges {
         self.0.iter().map(|range| range.end - range.start).sum()
     }
 
-    /// Adds a range; where some of its indices are there already it changes nothing and returns those.
+    /// Adds a range; if some of its indices are present, changes nothing and returns those.
     pub fn add(&mut self, range: Range<u64>) -> Result<(), Range<u64>> {
         if range.is_empty() {
             return Ok(());
@@ -46,7 +46,7 @@ impl IndexRanges {
         Ok(())
     }
 
-    /// Indices of `range` that are in the set, if any are: those of the first range that has some.
+    /// Indices common to `range` and the set, if any: those of the first overlapping range.
     pub fn common(&self, range: &Range<u64>) -> Option<Range<u64>> {
         let at = self.0.partition_point(|other| other.end <= range.start);
         let other = self.0.get(at)?;
@@ -54,7 +54,7 @@ impl IndexRanges {
         (!common.is_empty()).then_some(common)
     }
 
-    /// Adds all of another set, or changes nothing and returns indices that both have.
+    /// Adds another set; if both have common indices, changes nothing and returns some.
     pub fn merge(&mut self, other: &Self) -> Result<(), Range<u64>> {
         if let Some(twice) = other.0.iter().find_map(|range| self.common(range)) {
             return Err(twice);
@@ -62,7 +62,7 @@ impl IndexRanges {
         other.0.iter().try_for_each(|range| self.add(range.clone()))
     }
 
-    /// What of `whole` is not in the set.
+    /// Indices of `whole` that are not in the set.
     pub fn missing(&self, whole: Range<u64>) -> Self {
         let mut missing = Vec::new();
         let mut next = whole.start;
@@ -101,7 +101,7 @@ impl From<IndexRanges> for Vec<[u64; 2]> {
     }
 }
 
-/// `0–1023, 4096–8191`; the middle of more than five is left out.
+/// Formats as `0–1023, 4096–8191`; of more than five ranges the middle ones are left out.
 impl fmt::Display for IndexRanges {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() {

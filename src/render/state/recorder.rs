@@ -1,4 +1,4 @@
-//! A render that keeps its state on disk.
+//! Records a render into a state on disk.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -11,17 +11,17 @@ use crate::render::state::file;
 use crate::render::state::header::StateHeader;
 use crate::stream::{Block, CHUNK, PathCounts, Rejections, Sample};
 
-/// Hands over whole chunks of indices, and writes the state every now and then.
+/// Passes on whole chunks of indices, and writes the state periodically.
 ///
-/// A block may end within a path, and a render may be stopped anywhere. So that the indices in the sums are known at any time, blocks,
-/// which must come in the order of indices, wait until all of their chunk is there.
+/// A block may end within a path, and a render may be stopped at any time. So that the indices in the sums are always known, blocks, which
+/// must arrive in index order, are held back until their chunk is complete.
 pub struct Recorder {
     file: PathBuf,
-    /// Time between two states.
+    /// Interval between writes of the state.
     every: Duration,
     saved: Instant,
     began: Instant,
-    /// Seconds of rendering before this run of the program.
+    /// Seconds of rendering before the state was resumed.
     before: f64,
     about: StateHeader,
     chunk: Chunk,
@@ -38,23 +38,23 @@ pub struct Chunk {
 }
 
 impl Recorder {
-    /// Writes the state `about` says to `file`, from now on.
+    /// Starts recording the render described by `about` to `file`.
     pub fn new(file: PathBuf, every: Duration, about: StateHeader) -> Self {
         let now = Instant::now();
         Self { file, every, saved: now, began: now, before: about.seconds, about, chunk: Chunk::default() }
     }
 
-    /// What is known of the render.
+    /// Header of the state so far.
     pub fn about(&self) -> &StateHeader {
         &self.about
     }
 
-    /// Forgets blocks that wait: another range of indices begins.
+    /// Discards held-back blocks, because another range of indices begins.
     pub fn begin_range(&mut self) {
         self.chunk = Chunk::default();
     }
 
-    /// Takes the next block, and returns its chunk if that is complete.
+    /// Takes the next block; returns its chunk if complete.
     pub fn take(&mut self, block: &Block) -> Option<&Chunk> {
         let (header, chunk) = (&block.header, &mut self.chunk);
         if header.first_index >= chunk.end() || chunk.indices == 0 && chunk.samples.is_empty() {
@@ -74,21 +74,21 @@ impl Recorder {
             return None;
         }
         self.about.rejections.merge(&chunk.rejections);
-        // Indices are traced once: those of a range that is there already were not asked for.
+        // An index is traced only once: ranges already present were not requested.
         let _ = self.about.indices.add(chunk.first_index..chunk.first_index + chunk.indices);
         Some(chunk)
     }
 
-    /// True when it is time for a state.
+    /// Whether a write is due.
     pub fn is_due(&self) -> bool {
         self.saved.elapsed() >= self.every
     }
 
-    /// Writes the state of all chunks that were handed over.
+    /// Writes the state of all chunks passed on so far.
     ///
     /// # Errors
     ///
-    /// When the file cannot be written; what stood there is as before.
+    /// When the file cannot be written; the previous file stays unchanged.
     pub fn save(&mut self, film: &mut dyn Film, observer: Option<&Observer>) -> Result<()> {
         film.flush().into_diagnostic()?;
         let Some(film) = film.exact() else { return Ok(()) };
@@ -102,7 +102,7 @@ impl Recorder {
 }
 
 impl Chunk {
-    /// One past the last index that may belong to it.
+    /// One past the last index that may belong to the chunk.
     fn end(&self) -> u64 {
         (self.first_index / CHUNK + 1).saturating_mul(CHUNK)
     }

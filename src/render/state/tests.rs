@@ -1,4 +1,4 @@
-//! Parts of a picture are its whole, however it was cut and merged; what is no part is refused.
+//! Merged parts equal the whole picture, however it was divided and merged; parts of other pictures are rejected.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
@@ -20,7 +20,7 @@ use crate::tracer::accel::SimdKernel;
 use crate::tracer::integrator::{BidirectionalTracer, PathTracer, RenderContext, Replicated};
 use crate::tracer::{Camera, Integrator, Scene};
 
-/// A picture, and the samples of each of its indices, traced with every kernel of this processor.
+/// A picture and the samples of each of its indices, traced with every kernel supported by this CPU.
 struct TracedPicture {
     about: StateHeader,
     paths: PathCounts,
@@ -97,7 +97,7 @@ fn samples_of<I: Integrator + From<RenderContext>>(
 }
 
 impl TracedPicture {
-    /// The state of a part, whose samples come from threads and kernels that `random` chooses.
+    /// State of a part, whose samples come from threads and kernels chosen by `random`.
     fn part(&self, range: Range<u64>, random: &mut Random) -> RenderState {
         let threads = [1, 2, 7][pick(random, 3)];
         let mut state = RenderState::new(self.about.clone(), threads).unwrap();
@@ -124,7 +124,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Any cut, any order, any tree of merges, any number of threads, any kernel: the bytes of the state are those of the whole.
+/// For any division, order, tree of merges, number of threads and kernel, the bytes of the state equal those of the whole.
 #[test]
 fn parts_are_the_whole_however_it_is_cut_and_merged() {
     let folder = folder("cuts");
@@ -142,7 +142,7 @@ fn parts_are_the_whole_however_it_is_cut_and_merged() {
         };
         let whole = bytes(&mut traced.part(0..INDICES, &mut Random(1)));
         for round in 0..334 {
-            // Cuts anywhere, also within chunks.
+            // Divisions anywhere, including within chunks.
             let mut cuts: Vec<u64> =
                 (0..pick(&mut random, 9)).map(|_| pick(&mut random, INDICES as usize) as u64).collect();
             cuts.extend([0, INDICES]);
@@ -162,7 +162,7 @@ fn parts_are_the_whole_however_it_is_cut_and_merged() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// Every byte of a state counts: a file with another one, or with fewer, is refused.
+/// A file with any byte changed or missing is rejected.
 #[test]
 fn damage_is_found() {
     let folder = folder("damage");
@@ -185,7 +185,7 @@ fn damage_is_found() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// Parts of a picture are cut at chunks, and touch.
+/// Parts of a picture are divided at chunk borders, without gaps.
 #[test]
 fn shares_cover_the_picture() {
     for (picture, of) in [(0..1, 3), (0..100_000, 7), (1000..1_000_000_000_000, 1000), (5..5000, 1)] {

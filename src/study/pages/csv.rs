@@ -1,15 +1,15 @@
-//! The numbers of a study as tidy CSV: one number per line, named by its part, its subject and what it is.
+//! The numbers of a study as tidy CSV: one number per line, with part, subject and quantity.
 
 use serde::Serialize;
 
 use crate::study::Interval;
 use crate::study::data::{CurvePoint, MethodResult, Study};
 
-/// The names of the fields of a [`CsvLine`], which stand there even if there is no line.
+/// Header line, written even if there are no lines.
 const HEAD: &[u8] =
     b"scene,part,subject,peer,setting,seconds,samples_per_pixel,runs,figure,unit,value,low,high,measured\n";
 
-/// A line, or what several lines have in common.
+/// A line, or the common fields of several lines.
 #[derive(Clone, Default, Serialize)]
 struct CsvLine<'a> {
     scene: &'a str,
@@ -34,13 +34,13 @@ struct CsvText<'a> {
 }
 
 impl<'a> CsvText<'a> {
-    /// What the lines about one subject have in common.
+    /// Common fields of the lines about one subject.
     fn about(&self, part: &'a str, subject: &'a str, setting: impl Into<String>) -> CsvLine<'a> {
         let (scene, setting) = (self.scene, setting.into());
         CsvLine { scene, part, subject, setting, measured: true, ..CsvLine::default() }
     }
 
-    /// Adds a line for each number that is there.
+    /// Adds a line for each number that is present.
     fn add(&mut self, about: &CsvLine<'a>, numbers: &[(&'a str, &'a str, Option<Interval>)]) {
         for &(figure, unit, interval) in numbers {
             let Some(interval) = interval else { continue };
@@ -51,7 +51,7 @@ impl<'a> CsvText<'a> {
     }
 }
 
-/// The shortest text that reads back as the same number; empty where there is none.
+/// Shortest text that parses back to the same number; empty if there is none.
 fn number(x: f64) -> String {
     match x {
         x if !x.is_finite() => String::new(),
@@ -93,7 +93,7 @@ fn method<'a>(text: &mut CsvText<'a>, m: &'a MethodResult) {
     text.add(&whole, &slopes);
     text.add(&whole, &[("efficiency", "1/s", m.efficiency)]);
     for price in &m.prices {
-        // A time that is missing is a finding too: its value is empty.
+        // A missing time is also a result: its value is empty.
         let seconds = price.seconds.unwrap_or(Interval::exact(f64::NAN));
         let setting = number(price.error);
         let about =

@@ -1,7 +1,7 @@
-//! A study as people read it: a summary for the terminal, one HTML page, CSV, and charts as files of their own.
+//! Reports of a study for readers: a summary for the terminal, one HTML page, CSV, and standalone charts.
 //!
-//! Everything here is a function from [`Study`] to text; it renders nothing, reads no file and asks no clock. Every sentence is made
-//! from the numbers, and a missing part names the command that measures it.
+//! All functions are pure, from [`Study`] to text: no rendering, file access or clock. Every sentence is derived from the numbers, and a
+//! missing part names the command that measures it.
 //!
 //! - `verdict`: conclusions that all outputs share
 //! - `page`: the page of a scene and the index of scenes; `sections` has its seven parts and the box at the top, `parts` what they
@@ -32,7 +32,7 @@ use crate::study::data::Study;
 use chart::{ChartSize, Drawing};
 use sections::{convergence, effects, prices};
 
-/// The charts of a study as SVG files of their own, with the ends of their names.
+/// Standalone SVG files of the charts, with the suffixes of their names.
 pub fn svg_files(study: &Study) -> [(&'static str, String); 3] {
     let named =
         |drawing: Drawing, label: &str| drawing.standalone(&format!("{}: {label}", verdict::name(study)));

@@ -1,4 +1,4 @@
-//! The page of a scene, put together from its sections, and the index of all scenes.
+//! The page of a scene, assembled from its sections, and the index of all scenes.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -16,7 +16,7 @@ const STYLE: &str = include_str!("style.css");
 const PLOTS: [&str; 2] = [include_str!("uplot/uPlot.iife.min.js"), include_str!("page.js")];
 const PLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 
-/// A part of the page: its anchor, its names in the contents and above it, its conclusion in one or two sentences, and the rest.
+/// A part of the page: anchor, title in the contents, heading, conclusion in one or two sentences, and body.
 struct Part(&'static str, &'static str, &'static str, fn(&Study) -> String, fn(&Study) -> Markup);
 
 const PARTS: [Part; 7] = [
@@ -29,7 +29,7 @@ const PARTS: [Part; 7] = [
     Part("stability", "7 Stability", "7  Stability", stability::conclusion, stability::body),
 ];
 
-/// The page of a study: one file, which fetches nothing. Without JavaScript its curves are still pictures.
+/// Page of a study: a single file without external resources. Without JavaScript its curves are static images.
 pub fn html(study: &Study) -> String {
     let name = verdict::name(study);
     let body = html! {
@@ -48,7 +48,7 @@ pub fn html(study: &Study) -> String {
     document(&format!("{}: what accuracy costs in time", shortened(&name, 80)), body)
 }
 
-/// The page of all scenes: one row each with the answers and a small curve. A study comes with the link to its own page.
+/// Index page of all scenes: one row each with the answers and a small curve. Each study has the link to its page.
 pub fn index(studies: &[(String, &Study)]) -> String {
     let body = html! {
         main.broad {
@@ -85,7 +85,7 @@ fn document(title: &str, body: Markup) -> String {
     page.into_string() + "\n"
 }
 
-/// The line under the title.
+/// Subtitle of the page.
 fn subtitle(study: &Study) -> String {
     let m = &study.machine;
     let mut parts = vec!["What accuracy costs in time".to_string()];
@@ -103,7 +103,7 @@ fn subtitle(study: &Study) -> String {
     parts.join(" · ")
 }
 
-/// The end of the page: machine, versions, reference, the command that repeats it all.
+/// Footer: machine, versions, reference, and the command that reproduces the study.
 fn origin(study: &Study) -> Markup {
     let m = &study.machine;
     let mut rows = vec![
@@ -145,7 +145,7 @@ pub fn reference_origin(r: &ReferenceImage) -> String {
     [Some(r.made_by.clone()), samples, time].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// How many scenes there are, and on how many each method is recommended.
+/// Number of scenes, and on how many each method is recommended.
 fn index_summary(studies: &[(String, &Study)]) -> String {
     let scenes = match studies.len() {
         0 => return "No scene has been studied yet.".into(),

@@ -1,4 +1,4 @@
-//! The parts of every section: headings, numbers, tables, notes.
+//! Building blocks of sections: headings, numbers, tables, notes.
 
 use maud::{Markup, Render, html};
 
@@ -6,12 +6,12 @@ use crate::study::data::Study;
 use crate::study::format::FormattedInterval;
 use crate::study::pages::chart::{BarChart, ChartSize, CurveChart, Drawing, MethodStyle, key, shortened};
 
-/// Rows of bars with their caption.
+/// A bar chart with its caption.
 pub fn bars(chart: &BarChart, caption: &str) -> Markup {
     html! { figure { (drawings(&chart.label, caption, |size| chart.draw(size))) } }
 }
 
-/// Curves with their caption; nothing if there are none.
+/// A curve chart with its caption; empty if there are no curves.
 pub fn curves(chart: &CurveChart, caption: &str) -> Markup {
     html! {
         @if !chart.is_empty() {
@@ -20,7 +20,7 @@ pub fn curves(chart: &CurveChart, caption: &str) -> Markup {
     }
 }
 
-/// The drawings of a chart, of which the one that fits the screen is shown, and its caption.
+/// The wide and narrow drawing of a chart, of which the fitting one is shown, with its caption.
 fn drawings(label: &str, caption: &str, draw: impl Fn(ChartSize) -> Drawing) -> Markup {
     html! {
         (draw(ChartSize::Wide).inline(label))
@@ -29,17 +29,17 @@ fn drawings(label: &str, caption: &str, draw: impl Fn(ChartSize) -> Drawing) -> 
     }
 }
 
-/// A column of a table: its heading, and the cell that it makes of an item.
+/// A table column: heading, and function that makes the cell of an item.
 pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> Markup);
 
-/// A table of one row for each item, by columns.
+/// A table with one row per item.
 pub fn listing<T>(label: &str, items: &[T], columns: &[Column<'_, T>]) -> Markup {
     let heads: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
     let row = |item: &T| columns.iter().map(|(_, cell)| cell(item)).collect();
     table(label, &heads, &items.iter().map(row).collect::<Vec<_>>())
 }
 
-/// A table whose first column names the rows; it scrolls within itself where it is too wide.
+/// A table whose first column names the rows; scrolls horizontally if too wide.
 pub fn table<H: AsRef<str>>(label: &str, heads: &[H], rows: &[Vec<Markup>]) -> Markup {
     html! {
         @if !rows.is_empty() {
@@ -74,7 +74,7 @@ pub fn maybe(content: Option<impl Render>) -> Markup {
     content.map_or_else(|| cell("—"), cell)
 }
 
-/// A cell of words, which may wrap.
+/// A text cell, which may wrap.
 pub fn words(text: &str) -> Markup {
     html! { span.text { (text) } }
 }
@@ -84,7 +84,7 @@ pub fn method(name: &str, style: MethodStyle) -> Markup {
     html! { (key(style)) "\u{a0}" (shortened(name, 60)) }
 }
 
-/// Explains how something was measured; it opens on demand.
+/// A collapsible note on how something was measured.
 pub fn note(text: &str) -> Markup {
     details("How this was measured", html! { p { (text) } })
 }
@@ -93,23 +93,23 @@ pub fn details(summary: &str, body: Markup) -> Markup {
     html! { details { summary { (summary) } (body) } }
 }
 
-/// A command to copy: a click selects all of it.
+/// A command to copy: one click selects all of it.
 pub fn command(text: &str) -> Markup {
     html! { pre { code { (text) } } }
 }
 
-/// A picture that is in the page itself: `data:image/…;base64,…`, and nothing that would be fetched or run.
+/// An embedded picture: `data:image/…;base64,…`, and nothing that would be fetched or executed.
 pub fn embedded(uri: Option<&str>) -> Option<&str> {
     let harmless = |c: char| c.is_ascii_alphanumeric() || "+/=;,-.".contains(c);
     uri.filter(|uri| uri.strip_prefix("data:image/").is_some_and(|data| data.chars().all(harmless)))
 }
 
-/// Pictures above one another with a caption.
+/// Pictures stacked vertically with a caption.
 pub fn pictures(all: &[(&str, String)], caption: &Markup) -> Markup {
     html! { figure { @for (uri, alt) in all { img src=(uri) alt=(alt); } figcaption { (caption) } } }
 }
 
-/// Stands in the place of a part that is missing, with the command that measures it.
+/// Placeholder for a missing part, with the command that measures it.
 pub fn missing(study: &Study, what: &str, part: &str) -> Markup {
     let asked: Vec<&str> = study.missing.iter().map(String::as_str).filter(|m| m.contains(part)).collect();
     html! {
@@ -123,7 +123,7 @@ pub fn missing(study: &Study, what: &str, part: &str) -> Markup {
     }
 }
 
-/// The command that repeats the study.
+/// Command that reproduces the study.
 pub fn command_of(study: &Study) -> String {
     match (study.command.trim(), study.scene.trim()) {
         ("", "") => "pointillist study SCENE.xml".into(),

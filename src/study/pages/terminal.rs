@@ -15,14 +15,14 @@ const WIDTH: usize = 100;
 /// Lines.
 const HEIGHT: usize = 24;
 
-/// Reasons below the headline.
+/// Number of reasons below the headline.
 const REASONS: usize = 3;
 
-/// Answer, price list and one line for each further part.
+/// Answer, price list, and one line per further part.
 pub fn terminal(study: &Study) -> String {
     let mut lines = vec![title(study)];
     lines.extend(wrapped(&answer::headline(study)));
-    // Machines, the most expensive effect, the runner-up.
+    // Machines, most expensive effect, runner-up.
     lines.extend(answer::reasons(study).iter().take(REASONS).flat_map(|reason| wrapped(reason)));
     lines.push(String::new());
     lines.extend(prices(study));
@@ -39,10 +39,10 @@ pub fn terminal(study: &Study) -> String {
     lines.iter().map(line).collect()
 }
 
-/// A sentence in lines that fit.
+/// Wraps a sentence to the width.
 fn wrapped(sentence: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
-    // A number stays together with its unit.
+    // A number and its unit are not separated.
     for word in sentence.split(' ') {
         let last = lines.len() - 1;
         if !lines[last].is_empty() && lines[last].chars().count() + 1 + word.chars().count() > WIDTH {
@@ -65,7 +65,7 @@ fn title(study: &Study) -> String {
     format!("{name} · {}×{}{cpu} · {}", study.size[0], study.size[1], m.date)
 }
 
-/// Most methods that are listed.
+/// Most methods listed.
 const MOST: usize = 7;
 
 fn prices(study: &Study) -> Vec<String> {

@@ -1,23 +1,23 @@
-//! Conclusions from a study, shared by all outputs so that they cannot disagree: which method to use, what a method costs against
-//! another, which effect is the most expensive.
+//! Conclusions from a study, shared by all outputs so that they agree: recommended method, cost ratios between methods, most expensive
+//! effect.
 
 use crate::study::Interval;
 use crate::study::data::{CurvePoint, EffectPrice, MethodResult, Stability, Study, TimeToError};
 use crate::study::method_curve::FLAT;
 
-/// The recommended method and the reasons for it.
+/// Recommended method, with reasons.
 pub struct Recommendation<'a> {
-    /// The program's own method that reaches `error` first.
+    /// The program's method that reaches `error` first.
     pub method: &'a MethodResult,
-    /// The relative error at 95 % of the picture that decided: 1 % if any time to it is known, else the smallest whose time is.
+    /// Relative error (95 % quantile) of the comparison: 1 % if any time to it is known, else the smallest error with a known time.
     pub error: f64,
-    /// Its time to that error.
+    /// Time to that error.
     pub seconds: Interval,
     /// False if the time is predicted.
     pub measured: bool,
-    /// The second-fastest of the program's methods and its time over the winner's; no ratio where it does not reach the error.
+    /// The program's second-fastest method and the ratio of its time to the winner's; no ratio if it does not reach the error.
     pub second: Option<(&'a MethodResult, Option<Interval>)>,
-    /// The best of other programs and its time over the winner's, or the winner's efficiency over its own where it has no times.
+    /// The best other program and the ratio of its time to the winner's or, if it has no times, of the winner's efficiency to its own.
     pub peer: Option<(&'a MethodResult, Interval)>,
 }
 
@@ -33,7 +33,7 @@ pub fn price(method: &MethodResult, error: f64) -> Option<(&TimeToError, Interva
     (seconds.value > 0.0).then_some((price, seconds))
 }
 
-/// The errors that have a time in the study, from the largest down, at most six.
+/// Errors with a time in the study, in descending order, at most six.
 pub fn errors(methods: &[MethodResult]) -> Vec<f64> {
     let prices = methods.iter().flat_map(|m| &m.prices);
     let mut errors: Vec<f64> = prices.map(|p| p.error).filter(|e| e.is_finite() && *e > 0.0).collect();
@@ -62,10 +62,10 @@ pub fn recommend(study: &Study) -> Option<Recommendation<'_>> {
     Some(Recommendation { method, error, seconds, measured: price.measured, second, peer })
 }
 
-/// A method and its time to an error, if it has one.
+/// A method with its time to an error, if known.
 type Timed<'a> = (&'a MethodResult, Option<(&'a TimeToError, Interval)>);
 
-/// The methods by their time to an error; those that do not reach it come last, by efficiency.
+/// Methods sorted by time to an error; those that do not reach it come last, by efficiency.
 pub fn ranked<'a>(methods: &[&'a MethodResult], error: f64) -> Vec<Timed<'a>> {
     let time = |p: &Option<(&TimeToError, Interval)>| p.map_or(f64::INFINITY, |(_, s)| s.expected());
     let efficiency = |m: &MethodResult| m.efficiency.and_then(|e| e.cleaned()).map_or(0.0, |e| e.value);
@@ -75,18 +75,18 @@ pub fn ranked<'a>(methods: &[&'a MethodResult], error: f64) -> Vec<Timed<'a>> {
     ranked
 }
 
-/// The name of the program's own method that is fastest.
+/// Name of the program's fastest method.
 pub fn fastest(study: &Study) -> Option<String> {
     recommend(study).map(|a| a.method.name.clone())
 }
 
-/// The error at which a method ended: that of 95 % of the picture if its replicates tell, else the root of relMSE.
+/// Final error of a method: at the 95 % quantile if estimated from replicates, else √relMSE.
 pub fn error_now(method: &MethodResult) -> Option<(Interval, f64)> {
     method.points.iter().rev().find_map(|point| Some((error_of(point)?, point.seconds)))
 }
 
-/// Seconds that halving the error takes on top: from the second-lowest price to the lowest if these are a factor of two
-/// apart, else from the end of the curve by its slope. With the error from which it is reckoned.
+/// Additional seconds to halve the error, with the error it starts from: from the second-lowest price to the lowest if these are a factor
+/// of two apart, else extrapolated from the end of the curve by its slope.
 pub fn halving(method: &MethodResult) -> Option<(f64, Interval)> {
     let pair = method.prices.iter().rev().find_map(|p| {
         let from = price(method, 2.0 * p.error)?.1;
@@ -105,7 +105,7 @@ pub fn halving(method: &MethodResult) -> Option<(f64, Interval)> {
     })
 }
 
-/// The effect of the scene that costs most per path.
+/// The effect of the scene with the highest cost per path.
 pub fn most_expensive_effect(study: &Study) -> Option<(&EffectPrice, Interval)> {
     let priced = study.effects.iter().filter(|e| e.on).filter_map(|e| Some((e, e.time?.cleaned()?)));
     priced.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))
@@ -117,25 +117,25 @@ pub fn flags(method: &MethodResult) -> Vec<String> {
     method.flags.iter().cloned().chain(unflagged).collect()
 }
 
-/// Samples of a method that were not finite.
+/// Number of rejected samples of a method.
 pub fn rejected_samples(of: &Stability) -> u64 {
     of.rejected.iter().fold(0, |n, (_, count, _)| n.saturating_add(*count))
 }
 
-/// Samples that were not finite, over all methods, and paths looked at.
+/// Rejected samples and checked paths, over all methods.
 pub fn rejected(study: &Study) -> (u64, u64) {
     let sum = |f: fn(&Stability) -> u64| study.stability.iter().map(f).fold(0, u64::saturating_add);
     (sum(rejected_samples), sum(|s| s.paths))
 }
 
-/// The scene's name: the file's, without folders and `.xml`.
+/// Name of the scene: the file name without directories and `.xml`.
 pub fn name(study: &Study) -> String {
     let file = study.scene.rsplit(['/', '\\']).next().unwrap_or("");
     let name = file.strip_suffix(".xml").unwrap_or(file);
     if name.is_empty() { "unnamed scene".into() } else { name.into() }
 }
 
-/// The longest time of pictures of full size that at least two of the program's own methods had, or the only one.
+/// Longest time of full-size pictures shared by at least two of the program's methods, or the time of the only one.
 pub fn shared_seconds(study: &Study) -> Option<f64> {
     let last = |m: &MethodResult| m.points.iter().rev().find(|p| error_of(p).is_some()).map(|p| p.seconds);
     let mut ends: Vec<f64> = own(study).into_iter().filter_map(last).collect();
@@ -150,17 +150,17 @@ pub fn at_time(method: &MethodResult, seconds: f64) -> Option<&CurvePoint> {
     timed.min_by(|a, b| far(a).total_cmp(&far(b)))
 }
 
-/// The relative error of a point: that of 95 % of the picture if its replicates tell, else the root of relMSE.
+/// Relative error of a point: at the 95 % quantile if estimated from replicates, else √relMSE.
 pub fn error_of(point: &CurvePoint) -> Option<Interval> {
     point.relative.map_or_else(|| point.rel_mse?.root(), |relative| relative[1].cleaned())
 }
 
-/// True where a curve is flatter than −0.4: a heavy tail, or bias.
+/// Whether a curve is flatter than −0.4, which indicates a heavy tail, or bias.
 pub fn flat(method: &MethodResult) -> bool {
     method.slope.and_then(|s| s.cleaned()).is_some_and(|s| s.value > FLAT)
 }
 
-/// True where a point at least is off by more than noise.
+/// Whether any point has a significant bias.
 pub fn biased(method: &MethodResult) -> bool {
     method.points.iter().any(CurvePoint::is_biased)
 }

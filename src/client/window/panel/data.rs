@@ -1,4 +1,4 @@
-//! What the panel shows: plain data, which the viewer fills in anew for every frame.
+//! Data of the panel: plain values, which the viewer fills in for every frame.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,33 +17,33 @@ use crate::client::window::viewport::Viewport;
 pub struct PanelData {
     /// Name and driver of the device.
     pub device: String,
-    /// Name of the integrator.
+    /// Name of the integrator in use.
     pub method: &'static str,
-    /// Names of those that can be chosen.
+    /// Names of the selectable integrators.
     pub methods: Vec<&'static str>,
-    /// The program chooses.
+    /// Whether the choice of the integrator is automatic.
     pub chooses_method: bool,
-    /// Why the program chose this integrator; empty where the user did.
+    /// Reason for the automatic choice; empty if the user chose the integrator.
     pub reason: String,
-    /// How tracer and display share the processor, in words.
+    /// How tracer and display share the CPU, for the user.
     pub plan: String,
     /// Size of the picture in pixels.
     pub extent: [u32; 2],
-    /// Which part of it is shown, and where.
+    /// Visible part of the picture, and its position.
     pub view: PictureView,
     /// Internal resolution: picture pixels per reconstructed pixel and axis.
     pub detail: u32,
     /// Samples and paths that the film has received.
     pub counts: FilmCounts,
-    /// Samples per second that the tracer makes.
+    /// Traced samples per second.
     pub traced_per_second: f64,
-    /// Samples per second that the client rasterises.
+    /// Rasterised samples per second.
     pub rasterised_per_second: f64,
-    /// Share of the time in which the display draws.
+    /// Fraction of the time that the display spends drawing.
     pub drawing: f64,
     /// Level of detail of camera and light stream, `None` without samples.
     pub lods: [Option<f32>; 2],
-    /// Blocks in the lanes, and how many fit.
+    /// Blocks in the lanes, and their capacity.
     pub ring: (usize, usize),
     /// Name and milliseconds of every pass in the last timed frame.
     pub passes: Vec<(&'static str, f64)>,
@@ -51,7 +51,7 @@ pub struct PanelData {
     pub frames: Vec<f32>,
     /// p50, p95, p99 of `frames`, milliseconds.
     pub percentiles: [f32; 3],
-    /// Time that a frame may take.
+    /// Target duration of a frame.
     pub budget: Duration,
     /// Time from the last edit to the first picture that shows it.
     pub edit_latency: Option<Duration>,
@@ -59,7 +59,7 @@ pub struct PanelData {
     pub edit_latency_p95: Option<Duration>,
     /// Number of tracing threads.
     pub threads: usize,
-    /// Tracers on other machines.
+    /// Remote tracers.
     pub tracers: Vec<TracerRow>,
     /// Time since the present epoch began.
     pub elapsed: Duration,
@@ -67,71 +67,71 @@ pub struct PanelData {
     pub message: Option<String>,
     /// The selected object, or the lights.
     pub selection: Option<Selection>,
-    /// Every effect, on or off.
+    /// All effects, on or off.
     pub effects: Vec<EffectRow>,
     /// Whether the costs of the effects are known.
     pub costs: CostState,
     /// Error of the picture; `None` where the render is not divided into replicates.
     pub error: Option<Arc<ErrorSummary>>,
-    /// What is drawn over the picture.
+    /// Map drawn over the picture.
     pub overlay: PictureOverlay,
     /// Names of the effects that are forced off.
     pub left_out: Vec<&'static str>,
     /// Values that the tracer has rejected since the last edit.
     pub rejected: RejectedList,
-    /// The pixel under the pointer, where it is inspected.
+    /// Values of the pixel under the pointer, while it is inspected.
     pub pixel: Option<PixelReading>,
-    /// What undo would take back, in words.
+    /// Name of the change that undo would revert.
     pub undo: Option<String>,
-    /// What redo would repeat.
+    /// Name of the change that redo would repeat.
     pub redo: Option<String>,
-    /// What the gizmo does.
+    /// Mode of the gizmo.
     pub gizmo_mode: GizmoMode,
-    /// The gizmo over the selected object, where it is shown.
+    /// Geometry of the gizmo over the selected object, if shown.
     pub gizmo: Option<GizmoDrawing>,
-    /// The rectangle of the picture that is traced alone, or is being dragged.
+    /// The region that is traced alone, or is being dragged.
     pub region: Option<RegionDrawing>,
-    /// The outline of the selected object: lines between places in pixels of the picture.
+    /// Outline of the selected object: line segments in pixels of the picture.
     pub outline: Option<Arc<Vec<[[f32; 2]; 2]>>>,
-    /// The paths of the pixel that was clicked at.
+    /// Paths of the last clicked pixel.
     pub paths: Option<Arc<PixelPaths>>,
-    /// They are being traced.
+    /// Whether those paths are being traced.
     pub traces_paths: bool,
-    /// The histogram of the picture, where the tab of the display is seen.
+    /// Histogram of the picture, if the display tab is visible.
     pub histogram: Option<Arc<Histogram>>,
     /// The light mix.
     pub mix: LightMixData,
     /// Pictures to compare with.
     pub comparison: ComparisonData,
-    /// Views that are kept, by number.
+    /// Numbers of the stored camera views.
     pub views: Vec<u8>,
-    /// Scenes that were open lately, the last first.
+    /// Recent scenes, newest first.
     pub recent: Vec<PathBuf>,
-    /// Tracing is paused.
+    /// Whether tracing is paused.
     pub is_paused: bool,
-    /// Camera in words: position, target, field of view.
+    /// Description of the camera: position, target, field of view.
     pub camera: String,
     /// Field of view in degrees, 0 when not known.
     pub fov: f64,
 }
 
-/// A rectangle of the picture, in pixels.
+/// A region of the picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegionDrawing {
-    /// Its first pixel.
+    /// First pixel.
     pub origin: [u32; 2],
-    /// Its size.
+    /// Width and height.
     pub extent: [u32; 2],
-    /// It is traced alone; otherwise it is being dragged.
+    /// Whether the region is traced alone; otherwise it is being dragged.
     pub is_traced: bool,
-    /// Paths per pixel of its own.
+    /// Paths per pixel of the region's samples.
     pub per_pixel: f64,
 }
 
-/// Which part of the picture is shown, and how large.
+/// Visible part of the picture, with its scale.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureView {
-    /// The part.
+    /// Viewport of the picture.
     pub viewport: Viewport,
     /// Physical pixels per point.
     pub pixels_per_point: f32,
@@ -143,73 +143,73 @@ impl Default for PictureView {
     }
 }
 
-/// One tracer on another machine.
+/// A remote tracer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracerRow {
-    /// Where it is.
+    /// Host and port.
     pub address: String,
-    /// How it is.
+    /// Status for the user.
     pub words: String,
-    /// Something is wrong with it.
+    /// Whether it is failing.
     pub ill: bool,
 }
 
-/// Values that were rejected: how many, and the first of them.
+/// Rejected values: total number, and the first ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RejectedList {
-    /// How many.
+    /// Total number.
     pub total: u64,
-    /// The first.
+    /// The first rejected values.
     pub rows: Vec<RejectedRow>,
 }
 
-/// One value that was rejected.
+/// A rejected value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RejectedRow {
-    /// What it was, and where.
+    /// Fault and location.
     pub what: String,
-    /// The command that shows it again.
+    /// Command that reproduces it.
     pub command: String,
 }
 
-/// One line of the list of effects.
+/// A line of the list of effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectRow {
-    /// Its name.
+    /// Name of the effect.
     pub name: &'static str,
     /// Whether it is simulated.
     pub on: bool,
-    /// What in the scene calls for it, and where, or why nothing does.
+    /// Object in the scene that needs the effect, with its location, or why none does.
     pub reason: String,
     /// Whether the user can switch it.
     pub can_switch: bool,
-    /// Its cost, once that was measured.
+    /// Measured cost, if known.
     pub cost: Option<EffectCost>,
 }
 
-/// The selected object, or the lights of the scene where nothing is selected.
+/// The selected object or, if nothing is selected, the lights of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// Its `id`, or kind and line of the file.
+    /// `id` of the object, or its kind and line in the file.
     pub name: String,
-    /// Whether the user has selected it and can deselect it.
+    /// Whether it is a selection that can be cleared.
     pub selected: bool,
-    /// Its values that can be changed, and behind them those of the lens.
+    /// Editable parameters, followed by those of the lens.
     pub parameters: Vec<SceneParameter>,
-    /// Where those of the lens begin.
+    /// Index of the first lens parameter.
     pub lens_from: usize,
 }
 
-/// One value of the selected object.
+/// An editable parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneParameter {
-    /// Label.
+    /// Label of the parameter.
     pub label: String,
     /// Present value.
     pub value: ParameterValue,
 }
 
-/// A value that can be changed.
+/// Value of an editable parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterValue {
     /// A factor ≥ 0 on the file's value, shown logarithmically.
@@ -231,12 +231,12 @@ pub enum ParameterValue {
     Vector {
         /// Present value.
         value: [f64; 3],
-        /// A small change of it.
+        /// Step of the value when dragged.
         step: f64,
     },
 }
 
-/// Target errors that the panel offers, with their labels.
+/// Selectable error targets, with their labels.
 pub const TARGETS: [(f64, &str); 7] = [
     (0.1, "10 %"),
     (0.05, "5 %"),
@@ -247,44 +247,44 @@ pub const TARGETS: [(f64, &str); 7] = [
     (0.001, "0.1 %"),
 ];
 
-/// The target error at the start.
+/// Initial error target.
 pub const DEFAULT_TARGET: f64 = 0.01;
 
 /// The relative error of the picture: now, so far, and predicted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ErrorSummary {
-    /// Median, 95 % and 99 % quantile of the error, each with its 90 % interval, in words. `None` before the first checkpoint.
+    /// Median, 95 % and 99 % quantiles of the error with their 90 % intervals, as text. `None` before the first checkpoint.
     pub quantiles: Option<[[String; 2]; 3]>,
-    /// The error of the picture through the noise filter (95 %) in words; `None` where it is shown as it is.
+    /// Error of the denoised picture (95 % quantile) as text; `None` if the picture is not denoised.
     pub filtered: Option<String>,
-    /// Seconds and error (95 %) of every checkpoint.
+    /// `[seconds, error]` of every checkpoint; error at the 95 % quantile.
     pub checkpoints: Vec<[f64; 2]>,
-    /// The line fitted to the checkpoints and extended to the target: seconds and errors.
+    /// The fitted line, extended to the target: `[seconds, error]`.
     pub fit: Vec<[f64; 2]>,
     /// Predicted time at which the target is reached, in seconds since the render began, and the ends of its 90 % interval.
     pub prediction: Option<[f64; 3]>,
-    /// The prediction in words, or why there is none.
+    /// The prediction as text, or why there is none.
     pub message: String,
-    /// Why the error cannot be trusted, in words.
+    /// Why the error is unreliable.
     pub warning: Option<String>,
-    /// Light that the picture lacks and the error counts, if it is worth telling.
+    /// Light missing from the picture and included in the error, if significant.
     pub unfound: Option<UnfoundSummary>,
     /// Seconds since the render began.
     pub seconds: f64,
-    /// Seconds and error of the checkpoints of the picture that this one is compared with.
+    /// `[seconds, error]` of the checkpoints of the reference picture.
     pub compared: Vec<[f64; 2]>,
 }
 
-/// Light that the picture lacks.
+/// Light missing from the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnfoundSummary {
-    /// How much, and of what kind.
+    /// Amount and kind, as text.
     pub text: String,
-    /// Name of the method that finds it, if one does.
+    /// Name of a method that finds it, if any.
     pub method: Option<&'static str>,
 }
 
-/// The map that the user wants to see over the picture.
+/// Map selected by the user.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MapChoice {
     /// No map.
@@ -292,15 +292,15 @@ pub enum MapChoice {
     None,
     /// Error of every neighbourhood of 8×8 pixels.
     Error,
-    /// Time that paths take, by region.
+    /// Time per path, by region.
     Cost,
     /// Relative difference of luminance from another picture.
     Difference,
-    /// What is noticed of the difference from another picture.
+    /// Perceptual difference (FLIP) from another picture.
     Flip,
 }
 
-/// What is drawn over the picture.
+/// Overlay on the picture.
 #[derive(Clone, Debug, Default)]
 pub enum PictureOverlay {
     /// Nothing.
@@ -308,24 +308,24 @@ pub enum PictureOverlay {
     None,
     /// A map.
     Map(Arc<FalseColorMap>),
-    /// A message that says why there is no map.
+    /// The reason why there is no map.
     Missing(String),
 }
 
-/// A map over the picture in false colours.
+/// A false-colour map over the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FalseColorMap {
-    /// Which map it is.
+    /// Kind of map.
     pub kind: MapChoice,
-    /// Columns and rows.
+    /// Number of columns and rows.
     pub grid: [usize; 2],
-    /// How many columns and rows fill the window: the last ones may reach beyond it.
+    /// Number of columns and rows that span the picture; the last ones may extend beyond it.
     pub cells: [f64; 2],
-    /// Relative errors, or microseconds per path, row by row; NaN where unknown.
+    /// Relative errors, or microseconds per path, row-major; NaN where unknown.
     pub values: Vec<f64>,
     /// Maps values to colours.
     pub scale: ColorScale,
-    /// Share of each cell in the total time; empty but for the map of costs.
+    /// Fraction of the total time per cell; empty except for the cost map.
     pub shares: Vec<f64>,
 }
 
@@ -336,7 +336,7 @@ pub struct ColorScale {
     pub low: f64,
     /// Value at the light end.
     pub high: f64,
-    /// Equal steps of colour are equal factors instead of equal differences.
+    /// Whether equal steps of colour are equal factors rather than equal differences.
     pub logarithmic: bool,
 }
 
@@ -345,39 +345,39 @@ impl ColorScale {
     pub fn position(self, value: f64) -> f32 {
         let Self { low, high, logarithmic } = self;
         let position = match logarithmic {
-            // Zero, which has no logarithm, lies far below the dark end.
+            // Zero, whose logarithm is undefined, is placed far below the dark end.
             true => (value.max(1e-9 * high) / low).ln() / (high / low).ln(),
             false => (value - low) / (high - low),
         };
         if value.is_nan() { f32::NAN } else { position as f32 }
     }
 
-    /// The value in the middle of the ramp.
+    /// Value at the middle of the ramp.
     pub fn middle(self) -> f64 {
         if self.logarithmic { (self.low * self.high).sqrt() } else { 0.5 * (self.low + self.high) }
     }
 }
 
-/// Whether the costs of the effects are known.
+/// State of the effects' costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CostState {
-    /// They were never measured.
+    /// Never measured.
     #[default]
     Unknown,
-    /// They are being measured.
+    /// Being measured.
     Measuring,
-    /// They hold for the scene as it is.
+    /// Valid for the present scene.
     Fresh,
     /// The scene was edited since they were measured.
     Stale,
 }
 
-/// What an effect costs.
+/// Cost of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EffectCost {
-    /// Share of the tracing time that is saved without it.
+    /// If on: fraction of the tracing time saved without it.
     Share(f64),
-    /// Relative increase of the tracing time by a small example of it, where it is off.
+    /// If off: relative increase of the tracing time with a small example of it.
     More(f64),
 }
 

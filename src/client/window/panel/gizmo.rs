@@ -44,9 +44,9 @@ pub enum GizmoHandle {
 /// Geometry of the gizmo. Positions are pixels of the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GizmoDrawing {
-    /// What it does.
+    /// Mode of the gizmo.
     pub mode: GizmoMode,
-    /// The centre of the object.
+    /// Centre of the object.
     pub pivot: [f64; 2],
     /// Line vertices of each axis.
     pub axes: [Vec<[f64; 2]>; 3],

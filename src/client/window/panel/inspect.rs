@@ -79,11 +79,11 @@ pub enum SegmentKind {
 /// A segment of a path. Positions are pixels of the picture, possibly outside of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathSegment {
-    /// One end.
+    /// Start of the segment.
     pub from: [f32; 2],
-    /// The other.
+    /// End of the segment.
     pub to: [f32; 2],
-    /// What it is.
+    /// Kind of segment.
     pub kind: SegmentKind,
 }
 

@@ -1,4 +1,4 @@
-//! Rows of bars or dots with their intervals, in one panel or several beside one another.
+//! Rows of bars or dots with intervals, in one or several adjacent panels.
 
 use maud::{Markup, html};
 
@@ -7,43 +7,43 @@ use super::style::MethodStyle;
 use super::{ChartSize, Drawing, path, px, text, tooltip};
 use crate::study::Interval;
 
-/// How the values of a panel are drawn.
+/// Mark of a panel's values.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum BarMark {
     /// A bar from 0, on a linear scale.
     Bar,
-    /// The row's marker, on a logarithmic scale.
+    /// The row's marker at the value, on a logarithmic scale.
     Dot,
 }
 
-/// One column of a chart of rows.
+/// A column of a bar chart.
 pub struct BarPanel {
     pub title: String,
     mark: BarMark,
-    /// Text at a tick.
+    /// Label of a tick.
     tick: fn(f64) -> String,
-    /// Text beside a value.
+    /// Label of a value.
     number: fn(&Interval) -> String,
 }
 
 pub struct BarRow {
-    /// Begins a group with this heading.
+    /// If given, the row begins a group with this heading.
     pub group: Option<String>,
     pub name: String,
-    /// Its colour and marker; hollow markers mean pale bars.
+    /// Colour and marker; a hollow marker means pale bars.
     pub style: MethodStyle,
     /// One value per panel.
     pub values: Vec<Option<Interval>>,
 }
 
 pub struct BarChart {
-    /// Its description for screen readers.
+    /// Description for screen readers.
     pub label: String,
     pub panels: Vec<BarPanel>,
     pub rows: Vec<BarRow>,
 }
 
-/// Width of a written value at most.
+/// Largest width of a value's label.
 const NUMBER: f64 = 62.0;
 /// Height of a group's heading.
 const HEADING: f64 = 24.0;
@@ -53,7 +53,7 @@ impl BarChart {
         !self.rows.iter().flat_map(|r| &r.values).any(|v| v.is_some_and(|v| v.cleaned().is_some()))
     }
 
-    /// The drawing. A wide one has the rows' names at the left, a narrow one above each row.
+    /// Draws the chart. A wide one has the row names at the left, a narrow one above each row.
     pub fn draw(&self, size: ChartSize) -> Drawing {
         let wide = size == ChartSize::Wide;
         let longest = self.rows.iter().map(|r| r.name.chars().count()).max().unwrap_or(0).min(40);
@@ -101,7 +101,7 @@ impl BarChart {
 }
 
 impl BarPanel {
-    /// A column with what writes a tick and a value.
+    /// A column with functions that format ticks and values.
     pub fn new(
         title: impl Into<String>,
         mark: BarMark,
@@ -112,7 +112,7 @@ impl BarPanel {
     }
 
     fn axis(&self, scale: &Scale, size: ChartSize, top: f64, bottom: f64) -> Markup {
-        // A label that would touch the one before it is left out.
+        // Labels that would touch the previous one are left out.
         let ticks = scale.ticks(if size == ChartSize::Wide { 46.0 } else { 40.0 }).into_iter();
         let ticks = ticks.scan(f64::NEG_INFINITY, |end, x| {
             let (at, label) = (scale.at(x), (self.tick)(x));

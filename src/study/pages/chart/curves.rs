@@ -1,4 +1,4 @@
-//! Curves on two logarithmic axes, with bands, whiskers, dotted extrapolations and lines to aim at.
+//! Curves on two logarithmic axes, with bands, whiskers, dotted extrapolations and target lines.
 
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
@@ -12,7 +12,7 @@ use crate::study::Interval;
 pub struct ChartPoint {
     pub x: f64,
     pub y: Interval,
-    /// The tooltip.
+    /// Tooltip text.
     pub note: String,
 }
 
@@ -21,30 +21,30 @@ pub struct ChartCurve {
     pub name: String,
     #[serde(flatten)]
     pub style: MethodStyle,
-    /// The measured points, from left to right.
+    /// Measured points, from left to right.
     pub points: Vec<ChartPoint>,
-    /// The dotted extrapolation, which begins at the end of the measured part.
+    /// Dotted extrapolation, beginning at the last measured point.
     pub beyond: Vec<[f64; 2]>,
-    /// The extrapolation has markers.
+    /// Whether the extrapolation has markers.
     pub marked: bool,
     /// A secondary curve: thin, without a band.
     pub thin: bool,
 }
 
-/// A chart of curves whose ordinates are shares. Serialised, it is what `page.js` draws.
+/// A chart of curves with relative values. Serialised for `page.js`, which draws it interactively.
 #[derive(Serialize)]
 pub struct CurveChart {
-    /// Its description for screen readers.
+    /// Description for screen readers.
     pub label: &'static str,
     pub x_name: &'static str,
     pub y_name: &'static str,
     pub curves: Vec<ChartCurve>,
-    /// Ordinates to aim at.
+    /// Ordinates of target lines.
     pub targets: Vec<f64>,
 }
 
 impl ChartCurve {
-    /// A curve of the points that can be drawn: finite and positive.
+    /// A curve of the drawable points: finite and positive.
     pub fn new(name: &str, style: MethodStyle, points: impl Iterator<Item = ChartPoint>) -> Self {
         let drawable = |p: ChartPoint| {
             let y = p.y.cleaned()?;
@@ -56,7 +56,7 @@ impl ChartCurve {
     }
 }
 
-/// A straight line on both logarithmic axes through the middle of the points, from the last one to `end`.
+/// Straight line on logarithmic axes through the centre of the points, from the last one to `end`.
 pub fn extension(points: &[ChartPoint], slope: Option<Interval>, end: f64) -> Vec<[f64; 2]> {
     let Some((slope, last)) = slope.and_then(|slope| slope.cleaned()).zip(points.last()) else {
         return Vec::new();
@@ -72,8 +72,8 @@ impl CurveChart {
         self.curves.iter().all(|c| c.points.is_empty())
     }
 
-    /// Scales that hold all points, along these ends. Bounds far away, which only say that nothing is known, are cut: they would
-    /// press everything else flat.
+    /// Scales that contain all points, between these ends. Interval bounds far away, which carry no information, are clipped, since they
+    /// would flatten everything else.
     fn scales(&self, x_ends: [f64; 2], y_ends: [f64; 2]) -> [Scale; 2] {
         let points = || self.curves.iter().flat_map(|c| &c.points);
         let beyond = || self.curves.iter().flat_map(|c| &c.beyond);
@@ -83,7 +83,7 @@ impl CurveChart {
         [Scale::logarithmic(xs, x_ends), Scale::logarithmic(ys, y_ends)]
     }
 
-    /// The chart's data for `page.js`, harmless within a script element.
+    /// Data of the chart for `page.js`, escaped for a script element.
     pub fn json(&self) -> Markup {
         let [x, y] = self.scales([0.0, 1.0], [0.0, 1.0]).map(|scale| scale.range);
         let json = serde_json::json!({ "x": x, "y": y, "chart": self }).to_string();

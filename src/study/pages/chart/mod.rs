@@ -1,7 +1,7 @@
 //! Charts as SVG: curves on logarithmic axes, rows of bars or dots with their intervals, a map of regions.
 //!
-//! A page holds each chart twice, for wide and for narrow screens, and shows the one that fits; `page.js` replaces curves by
-//! interactive ones. Drawing never fails: values that are not finite are left out, values beyond an axis are drawn at its end.
+//! A page contains each chart twice, for wide and for narrow screens, and shows the one that fits; `page.js` replaces curves by interactive
+//! ones. Drawing never fails: non-finite values are left out, values beyond an axis are clamped to its end.
 
 mod bars;
 mod curves;
@@ -17,10 +17,10 @@ pub use regions::RegionMap;
 pub use scale::{percent_label, tick_label};
 pub use style::{MethodStyle, PLAIN, key, style_of, styled};
 
-/// Colours, lines and text of every chart. A page includes it once, a standalone drawing has it inside.
+/// Style sheet of all charts, included once per page, and in every standalone drawing.
 pub const STYLE: &str = include_str!("chart.css");
 
-/// The width that a chart is drawn for, so that its text keeps its size on the screen.
+/// Width that a chart is drawn for, so that its text keeps its size on screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChartSize {
     /// 720 units, for 720 pixels.
@@ -36,7 +36,7 @@ impl ChartSize {
         [720.0, 340.0, 240.0][self as usize]
     }
 
-    /// Mean width of a character of the chart's text.
+    /// Mean width of a character in chart text.
     fn character(self) -> f64 {
         if self == Self::Wide { 6.7 } else { 5.9 }
     }
@@ -50,7 +50,7 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// The drawing within a page that has [`STYLE`].
+    /// The drawing for a page that contains [`STYLE`].
     pub fn inline(&self, label: &str) -> Markup {
         let class = ["chart wide", "chart narrow", "chart thumbnail"][self.size as usize];
         html! {
@@ -60,7 +60,7 @@ impl Drawing {
         }
     }
 
-    /// The drawing as a file of its own, with its style inside; it is light or dark as the reader's screen is.
+    /// The drawing as a standalone file including its style; light or dark according to the reader's preference.
     pub fn standalone(&self, title: &str) -> String {
         let [width, height] = [self.width, self.height].map(px);
         let svg = html! {
@@ -86,25 +86,25 @@ pub fn shortened(text: &str, length: usize) -> String {
     }
 }
 
-/// A coordinate with one decimal; a number that SVG does not know becomes 0.
+/// Formats a coordinate with one decimal; non-finite numbers become 0.
 fn px(x: f64) -> String {
     let x = if x.is_finite() { x.clamp(-1e5, 1e5) } else { 0.0 };
     let text = format!("{x:.1}");
     text.strip_suffix(".0").unwrap_or(&text).to_string()
 }
 
-/// A chain of straight lines, or the area within.
+/// A polyline, or the area it encloses.
 fn path(class: &str, points: &[[f64; 2]]) -> Markup {
     let steps: Vec<String> = points.iter().map(|[x, y]| format!("{} {}", px(*x), px(*y))).collect();
     html! { @if !steps.is_empty() { path class=(class) d={ "M" (steps.join("L")) } {} } }
 }
 
-/// Text; class `end` ends at the place, `middle` is centred there.
+/// Text element; class `end` is right-aligned at the position, `middle` is centred.
 fn text(class: &str, [x, y]: [f64; 2], text: &str) -> Markup {
     html! { text class=(class) x=(px(x)) y=(px(y)) { (shortened(text, 60)) } }
 }
 
-/// What a pointer that rests on a mark is told.
+/// Tooltip of a mark.
 fn tooltip(text: &str) -> Markup {
     html! { title { (shortened(text, 200)) } }
 }

@@ -13,11 +13,11 @@ pub struct RegionMap<'a> {
     pub methods: Vec<(&'a str, MethodStyle)>,
     /// Height of the picture over its width.
     pub aspect: f64,
-    /// `data:` URI of the picture, which shows through.
+    /// `data:` URI of the picture shown behind the map.
     pub picture: Option<&'a str>,
 }
 
-/// Classes of strength by how much larger the second best method's error is, and what they are called.
+/// Classes of strength by the ratio of the second-best method's error to the best one's, with their names.
 const STRENGTHS: [(f64, &str, &str); 4] = [
     (4.0, "a4", "×4 and more"),
     (2.0, "a3", "×2–4"),
@@ -26,7 +26,7 @@ const STRENGTHS: [(f64, &str, &str); 4] = [
 ];
 
 impl RegionMap<'_> {
-    /// Columns and rows; none of a map that is too fine to be read, or incomplete.
+    /// Columns and rows; empty if the map is too fine to be legible, or incomplete.
     fn grid(&self) -> [usize; 2] {
         let [columns, rows] = self.regions.grid;
         let sound = columns.checked_mul(rows).is_some_and(|n| n <= self.regions.winner.len().min(10_000));
@@ -71,7 +71,7 @@ impl RegionMap<'_> {
         }
     }
 
-    /// What colours, markers and strengths mean.
+    /// Legend of colours, markers and strengths.
     pub fn legend(&self) -> Markup {
         html! {
             ul.legend {

@@ -1,8 +1,8 @@
-//! Axes: the place of a value, and the values that are written beside.
+//! Axes: positions of values, and ticks.
 
 use crate::study::format::{THIN, significant, trimmed};
 
-/// Maps values to places along an axis, linearly or logarithmically.
+/// Maps values to positions along an axis, linearly or logarithmically.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     pub range: [f64; 2],
@@ -11,7 +11,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A logarithmic scale of all positive values, but at most ten decades.
+    /// A logarithmic scale over all positive values, at most ten decades.
     pub fn logarithmic(values: impl IntoIterator<Item = f64>, ends: [f64; 2]) -> Self {
         let usable = values.into_iter().filter(|x| (1e-30..1e30).contains(x));
         let (low, high) = usable.fold((f64::INFINITY, 0f64), |(low, high), x| (low.min(x), high.max(x)));
@@ -27,7 +27,7 @@ impl Scale {
         Self { range, ends, logarithmic: true }
     }
 
-    /// A linear scale of 0 and all values.
+    /// A linear scale over 0 and all values.
     pub fn linear(values: impl IntoIterator<Item = f64>, ends: [f64; 2]) -> Self {
         let usable = values.into_iter().filter(|x| x.abs() < 1e30);
         let (low, high) = usable.fold((0f64, 0f64), |(low, high), x| (low.min(x), high.max(x)));
@@ -35,7 +35,7 @@ impl Scale {
         Self { range, ends, logarithmic: false }
     }
 
-    /// The place of `x`; an end if `x` lies beyond it or is no number.
+    /// Position of `x`, clamped to the ends; an end for NaN.
     pub fn at(&self, x: f64) -> f64 {
         let [low, high] = self.range;
         let share =
@@ -48,7 +48,7 @@ impl Scale {
         (self.range[0]..=self.range[1]).contains(&x)
     }
 
-    /// Round values about `room` apart or more: 1, 2 and 5 times powers of ten, or every n-th power alone.
+    /// Round tick values at least about `room` apart: 1, 2 and 5 times powers of ten, or every n-th power alone.
     pub fn ticks(&self, room: f64) -> Vec<f64> {
         let mut ticks = if self.logarithmic { self.powers(room) } else { self.steps(room) };
         ticks.retain(|x| self.holds(*x));
@@ -73,7 +73,7 @@ impl Scale {
         let least = (high - low) / most;
         let power = 10f64.powf(least.log10().floor());
         let steps = [10.0, 5.0, 2.0, 1.0].map(|k| k * power);
-        // The smallest step that leaves room, but none so large that only 0 would be written.
+        // The smallest step that leaves room, but not so large that 0 would be the only tick.
         let mut fitting = steps.into_iter().filter(|s| *s <= high.max(-low));
         let roomy = fitting.clone().rfind(|s| *s >= least * 0.999);
         let step = roomy.or_else(|| fitting.next()).unwrap_or(high - low);
@@ -86,7 +86,7 @@ pub fn tick_label(x: f64) -> String {
     trimmed(&significant(x, 2)).replace(".0·", "·")
 }
 
-/// The same in per cent of what `x` is.
+/// As the plain label, with `x` as a fraction in per cent.
 pub fn percent_label(x: f64) -> String {
     format!("{}{THIN}%", tick_label(x))
 }

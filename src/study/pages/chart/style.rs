@@ -1,4 +1,5 @@
-//! The style of methods: a colour that belongs to the method in every chart, and a marker and a dash for readers without colours.
+//! Styles of methods: a colour per method, the same in every chart, with a marker and a dash pattern for readers who cannot distinguish
+//! colours.
 
 use maud::{Markup, html};
 use serde::Serialize;
@@ -10,7 +11,7 @@ use crate::study::data::{MethodResult, Study};
 pub struct MethodStyle {
     /// CSS class of the colour: `m0` … `m7`, `p0` … `p2` for other programs.
     pub class: &'static str,
-    /// Lengths of line and gap, as SVG and canvas take them.
+    /// Dash pattern: lengths of line and gap, as in SVG and canvas.
     pub dash: &'static str,
     /// Outline of the marker: an SVG path of about radius 1 around the origin.
     pub marker: &'static str,
@@ -31,7 +32,7 @@ const fn peer(class: &'static str, dash: &'static str, marker: &'static str) -> 
     MethodStyle { class, dash, marker, hollow: true }
 }
 
-/// The program's methods in the order of `NAMES`, then those without a fixed style.
+/// The program's methods in the order of `NAMES`, followed by styles for any others.
 const OWN: [MethodStyle; 8] = [
     own("m0", "", CIRCLE),
     own("m1", "9 3", SQUARE),
@@ -44,11 +45,11 @@ const OWN: [MethodStyle; 8] = [
 ];
 const NAMES: [&str; 5] = ["path", "bidirectional", "photon", "light", "vcm"];
 
-/// Other programs in their order.
+/// Other programs, in order of appearance.
 const PEERS: [MethodStyle; 3] =
     [peer("p0", "", DIAMOND), peer("p1", "7 3", SQUARE), peer("p2", "3 3", TRIANGLE)];
 
-/// The style of a value that belongs to no method.
+/// Style of values that belong to no method.
 pub const PLAIN: MethodStyle = own("m0", "", CIRCLE);
 
 /// The methods of a study in their order, each with its style.

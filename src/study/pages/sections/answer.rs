@@ -1,4 +1,4 @@
-//! The box at the top: the method to use, how long it takes, what is expensive, what to watch out for.
+//! The summary box at the top: recommended method, its time, expensive effects, and warnings.
 
 use maud::{Markup, html};
 
@@ -8,7 +8,7 @@ use crate::study::format::{THIN, count, factor, goal, seconds, seconds_of};
 use crate::study::pages::parts::list;
 use crate::study::pages::verdict::{self, Recommendation};
 
-/// Numbers of machines whose times are told.
+/// Numbers of machines whose times are listed.
 const MACHINES: [u32; 2] = [4, 16];
 
 /// The first sentence: `Use path: 95 % of the picture is within 5 % after about 42 s (90 %: 36–55) and within 1 % after about 12 min
@@ -31,10 +31,10 @@ pub fn headline(study: &Study) -> String {
     format!("Use {}: 95{THIN}% of the picture is {first}{last}.", a.method.name)
 }
 
-/// The error of a preview.
+/// Error target of a preview.
 const PREVIEW: f64 = 0.05;
 
-/// The reasons below it, one sentence each.
+/// Reasons below the headline, one sentence each.
 pub fn reasons(study: &Study) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(a) = verdict::recommend(study) {
@@ -73,7 +73,7 @@ pub fn dearest_effect(study: &Study, a: &Recommendation) -> Option<String> {
         .then(|| format!("Without {}, {what} would take {:.0}{THIN}% less time.", effect.name, 100.0 * saved))
 }
 
-/// What `auto` would do.
+/// What `auto` would choose.
 fn auto(study: &Study, a: &Recommendation) -> Option<String> {
     let auto = study.auto.as_ref()?;
     let trial = seconds_of(auto.seconds);
@@ -102,12 +102,12 @@ fn other_program(a: &Recommendation) -> Option<String> {
     Some(format!("{} takes {} as long{what}{}.", method.name, factor(ratio).prose(), judged(ratio)))
 }
 
-/// What a ratio of times that may be 1 means.
+/// Interprets a ratio of times that may be 1.
 fn judged(ratio: &Interval) -> &'static str {
     if ratio.holds(1.0) { ", which is no measurable difference" } else { "" }
 }
 
-/// Another method that is faster at the largest error, for a preview.
+/// A method that is faster at the largest error, for a preview.
 fn faster_preview(study: &Study, a: &Recommendation) -> Option<String> {
     let error = *verdict::errors(&study.methods).first()?;
     let (method, found) = verdict::ranked(&verdict::own(study), error).into_iter().next()?;

@@ -1,4 +1,4 @@
-//! Part 1: how the error falls with time and samples.
+//! Part 1: decrease of the error with time and samples.
 
 use maud::{Markup, html};
 
@@ -74,7 +74,7 @@ fn curve(
     ChartCurve::new(&m.name, style, m.points.iter().filter_map(point))
 }
 
-/// A chart of the curves that have points.
+/// Chart of the non-empty curves.
 fn chart(
     label: &'static str,
     x_name: &'static str,
@@ -85,7 +85,7 @@ fn chart(
     CurveChart { label, x_name, y_name, curves, targets: Vec::new() }
 }
 
-/// Error at 95 % of the picture against seconds, extrapolated to the prices that were not measured.
+/// Error at the 95 % quantile against seconds, extrapolated to errors that were not measured.
 fn at_95_percent(study: &Study) -> CurveChart {
     let make = |(m, style): Styled<'_>| {
         let mut c = curve((m, style), |p| p.seconds, |p| p.relative.map(|r| r[1]));
@@ -138,7 +138,7 @@ fn by_samples(study: &Study) -> CurveChart {
     root_mean_square(study, label, x_name, |p| p.samples_per_pixel, |m| m.slope_samples, 2.0)
 }
 
-/// Bias and noise of the methods that are biased, as roots.
+/// √bias and √noise of the biased methods.
 fn bias(study: &Study) -> CurveChart {
     let both = |(m, style): Styled<'_>| {
         let mut bias = curve((m, style), |p| p.seconds, |p| p.bias?.root());
@@ -172,7 +172,7 @@ fn last_errors(study: &Study) -> Markup {
     )
 }
 
-/// How fast each method's error falls, with warnings.
+/// Slope of each method's error curve, with warnings.
 fn slopes(study: &Study) -> Markup {
     let slope = |s: Option<Interval>| maybe(s.map(|s| with_unit(&s, 1.0, "")));
     let measured = styled(study).filter(|(m, _)| !m.points.is_empty());

@@ -1,4 +1,4 @@
-//! Part 4: the cost and the benefit of the display's settings.
+//! Part 4: cost and benefit of the display settings.
 
 use maud::{Markup, html};
 
@@ -10,7 +10,7 @@ use crate::study::pages::chart::{
 };
 use crate::study::pages::parts::{bars, cell, listing, maybe, missing, note};
 
-/// The conclusion: what the most expensive change of a setting costs, and which lowers the error most.
+/// Conclusion: cost of the most expensive change of a setting, and which change lowers the error most.
 pub fn conclusion(study: &Study) -> String {
     if study.display.is_empty() {
         return "The cost of the display's settings has not been measured.".into();
@@ -44,7 +44,7 @@ pub fn conclusion(study: &Study) -> String {
     text
 }
 
-/// A setting against the default of its group, at as many samples.
+/// A setting compared with the default of its group, at equal samples.
 struct SettingChange<'a> {
     of: &'a DisplayPrice,
     /// Additional milliseconds.
@@ -62,8 +62,8 @@ fn change<'a>(study: &'a Study, d: &'a DisplayPrice) -> Option<SettingChange<'a>
     (!d.default).then(|| SettingChange { of: d, milliseconds: milliseconds(), error: error() })
 }
 
-/// Settings as rows of bars, grouped by knob: those that cost time per million samples, or those per repaint. One panel of time,
-/// and one of error for each number of samples.
+/// Bar chart of settings grouped by knob: those that cost time per million samples, or those per repaint. One panel for time, and one for
+/// the error at each number of samples.
 fn chart(study: &Study, per_sample: bool) -> BarChart {
     let mut samples: Vec<f64> =
         study.display.iter().map(|d| d.samples_per_pixel).filter(|n| n.is_finite()).collect();

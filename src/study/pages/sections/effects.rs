@@ -1,4 +1,4 @@
-//! Part 3: the cost of each effect, and what it contributes.
+//! Part 3: cost of each effect, and its contribution.
 
 use maud::{Markup, html};
 

@@ -1,4 +1,4 @@
-//! The parts of the page, one file each. Every one begins with a conclusion that is made from the numbers.
+//! Sections of the page, one file each. Each begins with a conclusion derived from the numbers.
 
 pub mod answer;
 pub mod convergence;

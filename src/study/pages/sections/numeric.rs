@@ -1,4 +1,4 @@
-//! Part 5: the cost and the benefit of more exact arithmetic.
+//! Part 5: cost and benefit of more precise arithmetic.
 
 use maud::{Markup, html};
 
@@ -29,7 +29,7 @@ pub fn conclusion(study: &Study) -> String {
     text + &other
 }
 
-/// The choice whose exact form saves most error, in a few words.
+/// Short name of the choice whose precise form reduces the error most.
 pub fn summary(study: &Study) -> String {
     let errors = study.numeric.iter().filter_map(|n| Some((n, n.error.cleaned()?)));
     let Some((n, error)) = errors.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else {

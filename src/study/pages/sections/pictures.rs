@@ -1,4 +1,4 @@
-//! Part 1, continued: pictures as time goes on, pictures of equal time with their error maps, the best method of each region.
+//! Part 1, continued: pictures over time, pictures at equal time with error maps, best method per region.
 
 use maud::{Markup, html};
 
@@ -36,7 +36,7 @@ pub fn html(study: &Study) -> Markup {
     }
 }
 
-/// The share of the picture in which each method is best.
+/// Fraction of the picture in which each method is best.
 pub fn conclusion(study: &Study) -> Option<String> {
     let map = region_map(study)?;
     let mut shares: Vec<(f64, &str)> =
@@ -82,7 +82,7 @@ fn as_time_goes_on(study: &Study) -> Markup {
     let at = |m: &MethodResult, seconds: f64| {
         m.points.iter().position(|p| p.budget == seconds && p.picture.is_some())
     };
-    // Every method has a cell for each time that any of them has, so that pictures of one time stand below one another.
+    // Every method has a cell for every time of any method, so that pictures of equal time are aligned.
     let times: Vec<f64> =
         FIGURES.into_iter().filter(|s| study.methods.iter().any(|m| at(m, *s).is_some())).collect();
     let snapshots = |m: &MethodResult| -> Vec<Option<Markup>> {

@@ -1,4 +1,4 @@
-//! Part 6: whether predictions came true, whether stated errors held, and what it costs to know the error.
+//! Part 6: accuracy of predictions and of stated errors, and the cost of the error estimate.
 
 use maud::{Markup, html};
 
@@ -8,7 +8,7 @@ use crate::study::format::{THIN, factor, percent_interval, significant};
 use crate::study::pages::chart::style_of;
 use crate::study::pages::parts::{cell, listing, maybe, method, missing, note};
 
-/// The share of outcomes that an interval should contain.
+/// Nominal coverage of the intervals.
 const STATED: f64 = 0.9;
 
 pub fn conclusion(study: &Study) -> String {

@@ -1,4 +1,4 @@
-//! Part 2: the time to an error.
+//! Part 2: time to an error.
 
 use maud::{Markup, html};
 
@@ -23,7 +23,7 @@ pub fn conclusion(study: &Study) -> String {
     format!("Time to {}: {}.{halving}", goal(a.error), times.join(", "))
 }
 
-/// Times as rows of dots, grouped by error.
+/// Dot chart of times, grouped by error.
 pub fn chart(study: &Study) -> BarChart {
     let timed = || styled(study).filter(|(m, _)| m.prices.iter().any(|p| p.seconds.is_some()));
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! Part 7: samples that were not finite, and the brightness of the picture.
+//! Part 7: rejected samples, and brightness of the picture.
 
 use maud::{Markup, html};
 
@@ -27,7 +27,7 @@ pub fn conclusion(study: &Study) -> String {
     text
 }
 
-/// The same in a few words.
+/// Short form of the conclusion.
 pub fn summary(study: &Study) -> String {
     let (bad, paths) = verdict::rejected(study);
     let energies = study.stability.iter().filter(|s| !s.biased).filter_map(|s| s.energy?.cleaned());
