@@ -30,8 +30,9 @@
 //! It is neither the standard error that the display steers its blur by (`client/pass/variance.rs`) nor a difference to
 //! another picture ([`image::compare`](crate::image::compare)).
 //!
-//! It is the error of the unblurred picture, as the EXR has it. Both replicates share the bias of photon mapping, of which their difference knows
-//! nothing: how it shrinks tells it ([`blur`]), once photons have become more. The error excludes light that neither samples nor witnesses have met. Where it is likely that much light is still being found, [`late`] says so.
+//! It is the error of the picture without reconstruction blur, as in the EXR. Both replicates share the bias of photon mapping, which their
+//! difference does not show; it is estimated from how it shrinks as the number of photons grows ([`blur`]). The error excludes light that
+//! neither samples nor witnesses have found. If much light is probably still being found, [`late`] reports it.
 //!
 //! # Example
 //!
