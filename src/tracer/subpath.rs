@@ -260,7 +260,8 @@ impl<const FROM_LIGHT: bool> Subpath<FROM_LIGHT> {
     ) -> Option<Ray> {
         let s = Walk::<FROM_LIGHT>::sample(&vertex.surface, u)?;
         if s.hero_only {
-            self.split(vertex, &s, u.roulette, rr_depth, each);
+            // A copy, so that the compiler keeps the sample in registers.
+            self.split(vertex, &{ s }, u.roulette, rr_depth, each);
             return None;
         }
         self.follow(vertex, &s, u.roulette, rr_depth)

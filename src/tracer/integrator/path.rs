@@ -157,7 +157,8 @@ impl PathTracer {
         let s = Walk::<false>::sample(vertex, u)?;
         path.add_light_behind_deltas(&self.context, vertex, &s);
         if s.hero_only {
-            self.follow_each_wavelength(path, vertex, &s, sampler, u.roulette);
+            // A copy, so that the compiler keeps the sample in registers.
+            self.follow_each_wavelength(path, vertex, &{ s }, sampler, u.roulette);
             return None;
         }
         let wi = path.scatter(vertex, &s)?;
