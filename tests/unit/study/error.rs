@@ -2,6 +2,7 @@
 
 use pointillist::math::bits::mix;
 use pointillist::study::error::*;
+use pointillist::study::error_tile::{ReplicatePixel, TILE};
 
 /// Noise of a known size: 5 % of the luminance in either replicate, independent.
 fn noisy(side: usize, seed: u64) -> Vec<ReplicatePixel> {
