@@ -15,13 +15,13 @@
 //! - `resources/sync.rs` is the only place that knows stages, access masks and layouts: a pass says
 //!   [`Cmd::access`]`(&mut image, `[`Access::Sampled`]`)`.
 //! - Compiled pipelines can be taken as bytes ([`Gpu::take_pipelines`]) and loaded by a later run ([`Gpu::load_pipelines`]);
-//! `render/pipelines.rs` keeps them in a file.
+//!   `render/pipelines.rs` keeps them in a file.
 //! - With `POINTILLIST_VALIDATION=1` (or [`GpuOptions::validation`]) the Khronos validation layer runs with
 //!   synchronization validation; every message is logged and collected ([`Gpu::validation_messages`]).
 //! - With `POINTILLIST_COMPUTE=1` or `0` (or [`GpuOptions::compute`]) passes with both a compute and a fragment shader use the one or the
-//! other, to measure both; otherwise the kind of device decides ([`Gpu::prefers_compute`]).
+//!   other, to measure both; otherwise the kind of device decides ([`Gpu::prefers_compute`]).
 //! - With `POINTILLIST_AS_GPU=1` (or [`GpuOptions::as_gpu`]) a CPU device is treated as a GPU, to test on lavapipe what otherwise only GPUs
-//! do: it computes the sums of a window, whose loop is one frame ahead.
+//!   do: it computes the sums of a window, whose loop is one frame ahead.
 //!
 //! `unsafe` is confined to this module because Vulkan's handles are raw; a comment beside each call states what it relies on.
 

@@ -62,7 +62,9 @@ impl PendingRender {
             progress.reason = reason;
         }
         if progress.workers == 0 {
-            progress.work.take().map(drop_caught);
+            if let Some(work) = progress.work.take() {
+                drop_caught(work);
+            }
             let (epoch, reason) = (self.task.epoch, progress.reason.clone());
             // The event comes first, so that whoever sees the end of the epoch finds the event. The receiver may be gone.
             let _ = self.events.send(Event::Finished { epoch, reason, at: Instant::now() });
