@@ -260,24 +260,23 @@ impl<const FROM_LIGHT: bool> Subpath<FROM_LIGHT> {
     ) -> Option<Ray> {
         let s = Walk::<FROM_LIGHT>::sample(&vertex.surface, u)?;
         if s.hero_only {
-            // A copy, so that the compiler keeps the sample in registers.
-            self.split(vertex, &{ s }, u.roulette, rr_depth, each);
+            self.split(vertex, s.weight, u.roulette, rr_depth, each);
             return None;
         }
         self.follow(vertex, &s, u.roulette, rr_depth)
     }
 
-    /// The subpaths of the four wavelengths after the dispersive delta `s`.
+    /// The subpaths of the four wavelengths after the dispersive delta of this weight.
     #[cold]
     fn split<B: Scattering>(
         &self,
         vertex: &SubpathVertex<B>,
-        s: &BsdfSample,
+        weight: SampledSpectrum,
         u: f32,
         rr_depth: u32,
         mut each: impl FnMut(Self, Ray),
     ) {
-        for (walk, s) in self.walk.split_wavelengths(&vertex.surface, s) {
+        for (walk, s) in self.walk.split_wavelengths(&vertex.surface, weight) {
             let mut own = Self { walk, ..*self };
             if let Some(ray) = own.follow(vertex, &s, u, rr_depth) {
                 each(own, ray);

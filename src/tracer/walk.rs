@@ -122,18 +122,20 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         self.throughput = SampledSpectrum(self.throughput.0 * Vec4::X);
     }
 
-    /// The walks of the four wavelengths, each alone, that follow the dispersive delta `s` at `vertex`, and the sample with which each
+    /// The walks of the four wavelengths, each alone, that follow the dispersive delta of this weight at `vertex`, and the sample with which each
     /// [scatters](Self::scatter) into its own direction. Wavelengths that are totally reflected are left out.
     pub(super) fn split_wavelengths<'a, B: Scattering>(
         &'a self,
         vertex: &'a SurfaceVertex<B>,
-        s: &'a BsdfSample,
+        weight: SampledSpectrum,
     ) -> impl Iterator<Item = (Self, BsdfSample)> + 'a {
-        (0..4).filter_map(|lane| {
+        (0..4).filter_map(move |lane| {
             let (wi, eta2) = vertex.bsdf.refract(vertex.wo, lane)?;
             let throughput = SampledSpectrum(self.throughput.0 * Vec4::AXES[lane]);
             let walk = Self { lambda: self.lambda.alone(lane), throughput, ..*self };
-            Some((walk, BsdfSample { wi, eta2, ..*s }))
+            // The probability of the lobe is in its weight.
+            let s = BsdfSample::delta(wi, weight, 1.0);
+            Some((walk, BsdfSample { transmitted: true, hero_only: true, eta2, ..s }))
         })
     }
 }

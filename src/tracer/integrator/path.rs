@@ -26,9 +26,10 @@
 //! The first pictures consist of single samples: there, many places seen once are worth more than few seen well. So the
 //! first paths of the sequence do not split.
 
+use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, BsdfSample, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
 use crate::tracer::interaction::SurfaceVertex;
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::output::send_camera;
@@ -157,8 +158,8 @@ impl PathTracer {
         let s = Walk::<false>::sample(vertex, u)?;
         path.add_light_behind_deltas(&self.context, vertex, &s);
         if s.hero_only {
-            // A copy, so that the compiler keeps the sample in registers.
-            self.follow_each_wavelength(path, vertex, &{ s }, sampler, u.roulette);
+            // Only the weight, so that the compiler keeps the sample in registers.
+            self.follow_each_wavelength(path, vertex, s.weight, sampler, u.roulette);
             return None;
         }
         let wi = path.scatter(vertex, &s)?;
@@ -167,18 +168,18 @@ impl PathTracer {
         Some(vertex.hit.spawn(wi))
     }
 
-    /// Follows each wavelength to its end after the dispersive delta `s`. All use the same random numbers, so that
+    /// Follows each wavelength to its end after the dispersive delta of this weight. All use the same random numbers, so that
     /// what they have in common has no colour noise.
     #[cold]
     fn follow_each_wavelength<B: Scattering>(
         &self,
         path: &mut PathState<B::Credits>,
         vertex: &SurfaceVertex<B>,
-        s: &BsdfSample,
+        weight: SampledSpectrum,
         sampler: &Sampler,
         u: f32,
     ) {
-        for (walk, s) in { path.walk }.split_wavelengths(vertex, s) {
+        for (walk, s) in { path.walk }.split_wavelengths(vertex, weight) {
             let mut own = path.alone(walk);
             if let Some(wi) = own.scatter(vertex, &s)
                 && own.roulette(self.context.rr_depth, u).is_some()
