@@ -35,6 +35,7 @@
 //!
 //! Imports go downwards only; `tests/architecture.rs` holds the table and fails with file and line.
 
+mod accounting;
 pub mod client;
 pub mod cmd;
 pub mod color;
@@ -52,4 +53,5 @@ pub mod spectrum;
 pub mod stream;
 pub mod study;
 pub mod tracer;
+mod threads;
 mod viewer;

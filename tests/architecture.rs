@@ -22,32 +22,34 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("remote", &["math", "color", "stream"]),
     ("scene", &["math", "color", "spectrum", "image"]),
     ("tracer", &["math", "memory", "color", "spectrum", "scene", "stream"]),
-    ("server", &["math", "job", "tracer", "scene", "stream"]),
+    ("server", &["math", "job", "threads", "tracer", "scene", "stream"]),
     ("gpu", &[]),
     ("client", &["job", "gpu", "stream", "color", "image", "math"]),
     ("study", &["image", "color", "math", "stream"]),
+    ("threads", &[]),
+    ("accounting", &["threads", "stream", "study"]),
     (
         "denoise",
-        &["math", "color", "spectrum", "image", "scene", "stream", "study", "gpu", "client", "tracer"],
+        &["math", "color", "spectrum", "image", "scene", "stream", "study", "gpu", "client", "tracer", "accounting"],
     ),
     (
         "render",
         &[
-            "math", "job", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
+            "math", "job", "threads", "accounting", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
             "tracer", "server", "remote", "denoise",
         ],
     ),
     (
         "viewer",
         &[
-            "math", "job", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
+            "math", "job", "threads", "accounting", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
             "tracer", "server", "remote", "denoise", "render",
         ],
     ),
     (
         "cmd",
         &[
-            "math", "job", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
+            "math", "job", "threads", "accounting", "color", "spectrum", "image", "stream", "study", "gpu", "client", "scene",
             "tracer", "server", "remote", "denoise", "render", "viewer",
         ],
     ),

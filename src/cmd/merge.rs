@@ -24,7 +24,7 @@ use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
 use crate::study::witness::Witnesses;
 use crate::study::{
-    ErrorEstimate, ErrorMonitor, ErrorStatus, ErrorTarget, Interval, MonitorProgress, SamplesApart,
+    AccumulatedSamples, ErrorEstimate, ErrorMonitor, ErrorStatus, ErrorTarget, Interval, MonitorProgress, SamplesApart,
 };
 use crate::tracer::{Camera, Scene};
 
@@ -316,11 +316,12 @@ impl Merged {
     fn measure(&mut self) -> ErrorStatus {
         let Some(replicates) = &self.state.replicates else { return ErrorStatus::default() };
         let film = &self.state.about.run.film;
-        let monitor = ErrorMonitor::new([film.width, film.height], film.filter.energy(), None)
-            .that_blurs(self.state.about.run.is_blurred());
-        let mut monitor = monitor.exact(replicates.clone(), self.progress.clone());
+        let size = [film.width, film.height];
+        let accumulated = AccumulatedSamples::new(size, film.filter.energy()).exact(replicates.clone());
+        let monitor = ErrorMonitor::new(size, None).that_blurs(self.state.about.run.is_blurred());
+        let mut monitor = monitor.resumed(self.progress.clone());
         self.witnesses.take().into_iter().for_each(|witnesses| monitor.set_witnesses(witnesses));
-        monitor.take_checkpoint(self.state.about.seconds);
+        monitor.take_checkpoint(&accumulated, self.state.about.seconds);
         self.witnesses = monitor.take_witnesses();
         self.progress.checkpoints = monitor.status().checkpoints.clone();
         monitor.status().clone()

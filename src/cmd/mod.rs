@@ -20,7 +20,7 @@
 //! use pointillist::color::Profile;
 //! use pointillist::server::{RenderJob, Server};
 //! use pointillist::stream::{DrainOrder, Epoch};
-//! use pointillist::study::ErrorMonitor;
+//! use pointillist::study::{AccumulatedSamples, ErrorMonitor};
 //! use pointillist::tracer::integrator::{RenderContext, Replicated};
 //! use pointillist::tracer::{Camera, PathTracer, Scene};
 //!
@@ -35,7 +35,8 @@
 //! let mut job = RenderJob::new(Arc::new(tracer), 0..16 * width * height);
 //! job.window = spec.window();
 //!
-//! let (mut film, mut monitor) = (ReferenceFilm::new(spec, 1)?, ErrorMonitor::new([64, 64], filter.energy(), None));
+//! let mut film = ReferenceFilm::new(spec, 1)?;
+//! let (mut accumulated, mut monitor) = (AccumulatedSamples::new([64, 64], filter.energy()), ErrorMonitor::new([64, 64], None));
 //! let (server, mut lanes) = Server::start(2)?;
 //! lanes.follow(Epoch(1), DrainOrder::Arrival);
 //! server.render(job, Epoch(1))?;
@@ -44,13 +45,13 @@
 //!     let mut added = Ok(());
 //!     lanes.drain(65_536, |block| {
 //!         film.count_paths(block.header.paths);
-//!         monitor.add(block.header.first_index, block.header.paths, block.samples());
+//!         accumulated.add(block.header.first_index, block.header.paths, block.samples());
 //!         added = std::mem::replace(&mut added, Ok(())).and_then(|()| film.add(block.samples()));
 //!     });
 //!     added?;
 //! }
 //! film.flush()?;
-//! monitor.take_checkpoint(0.0);
+//! monitor.take_checkpoint(&accumulated, 0.0);
 //!
 //! let picture = develop::linear_rgb(&film.develop()?, &Profile::srgb());
 //! let [median, p95, _] = monitor.status().estimate.relative;

@@ -1,5 +1,5 @@
-//! The noise filter of the window: a thread that accumulates both randomisations per pixel, traces the feature buffers of an epoch after
-//! its first picture, denoises on request, and occasionally estimates the error of the denoised picture. The loop is never blocked. If only
+//! The noise filter of the window: a thread that traces the feature buffers of an epoch after its first picture, denoises the accumulated
+//! samples on request, and occasionally estimates the error of the denoised picture. The loop is never blocked. If only
 //! the camera has moved, the last picture is reprojected ([`reprojection`](crate::denoise::reprojection)), and features are traced at once.
 
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result};
 
+use crate::accounting::accumulator::AccountReader;
 use crate::client::oidn::OidnQuality;
 use crate::client::wavelet::out_of_memory;
 use crate::client::{ClientError, Denoise, FilmData, FilmSpec};
@@ -19,8 +20,7 @@ use crate::denoise::reprojection::{KnownView, Prior, ViewSurfaces};
 use crate::denoise::view_filter::{FeatureGrid, OidnOptions, ViewFilter, first_hits};
 use crate::gpu::Gpu;
 use crate::image::Grid;
-use crate::stream::{PathCounts, Sample};
-use crate::study::{ErrorEstimate, Replicates, SamplesApart};
+use crate::study::{AccumulatedSamples, ErrorEstimate};
 use crate::tracer::{Camera, Scene};
 
 /// Samples per pixel from which on a picture is denoised; with fewer, the mip pyramid reconstructs more.
@@ -53,18 +53,12 @@ enum FilterMessage {
         view: Box<EpochView>,
         /// Reproject the last picture, if it shows the same scene.
         reproject: bool,
-        /// Estimate the error of the denoised picture.
-        wants_error: bool,
     },
-    Samples {
-        first_index: u64,
-        paths: PathCounts,
-        samples: Box<[Sample]>,
-    },
-    /// Trace the feature buffers for a filter of this kind; wavelets run on this device, if any.
-    Prepare(Denoise, Option<Arc<Gpu>>),
-    /// Denoise with a filter of this kind: this many samples of the film, with its sums if sub-pixel detail is wanted.
-    Filter(Denoise, u64, Option<FilmData>),
+    /// Trace the feature buffers for a filter of this kind; wavelets run on this device, if any. A reprojected picture begins with these
+    /// samples.
+    Prepare(Denoise, Option<Arc<Gpu>>, Receiver<AccumulatedSamples>),
+    /// Denoise these samples with a filter of this kind: this many samples of the film, with its sums if sub-pixel detail is wanted.
+    Filter(Denoise, u64, Option<FilmData>, Receiver<AccumulatedSamples>),
 }
 
 /// A message, and the number of the film that it refers to.
@@ -116,6 +110,8 @@ struct FilterProgress {
 
 /// Handle to the thread; dropping it ends the thread.
 pub struct NoiseFilter {
+    /// The accounts of the render whose pictures are denoised.
+    account: AccountReader,
     /// `None` once the thread was told to end.
     messages: Option<Sender<NumberedMessage>>,
     answers: Receiver<FilterAnswer>,
@@ -146,8 +142,8 @@ pub struct NoiseFilter {
 }
 
 impl NoiseFilter {
-    /// Starts the thread. Filters with threads of their own use this many.
-    pub fn start(threads: usize) -> Result<Self> {
+    /// Starts the thread, which reads its samples from these accounts. Filters with threads of their own use this many.
+    pub fn start(threads: usize, account: AccountReader) -> Result<Self> {
         let (messages, inbox) = channel();
         let (outbox, answers) = channel();
         let progress = Arc::new(FilterProgress {
@@ -159,6 +155,7 @@ impl NoiseFilter {
         let thread =
             Builder::new().name("noise filter".into()).spawn(move || work(&inbox, &outbox, &own, threads));
         Ok(Self {
+            account,
             messages: Some(messages),
             answers,
             progress,
@@ -184,9 +181,9 @@ impl NoiseFilter {
         self.device = device;
     }
 
-    /// Begins a film of this epoch. `wants_error`: estimate the error of the denoised picture. With `reproject` the last picture, if it
-    /// shows the same scene, is reprojected and displayed until a filter of this kind has enough samples.
-    pub fn begin(&mut self, film: FilmSpec, view: EpochView, wants_error: bool, reproject: Option<Denoise>) {
+    /// Begins a film of this epoch, whose account has begun. With `reproject` the last picture, if it shows the same scene, is reprojected
+    /// and displayed until a filter of this kind has enough samples.
+    pub fn begin(&mut self, film: FilmSpec, view: EpochView, reproject: Option<Denoise>) {
         self.progress.number.fetch_add(1, Ordering::Relaxed);
         (self.shown, self.busy, self.preparing) = (None, false, false);
         self.error = None;
@@ -195,21 +192,16 @@ impl NoiseFilter {
         (self.stands_in, self.reprojecting) = (reproject.is_some() && is_known, false);
         self.scene = Some(view.scene.clone());
         let (view, reproject_now) = (Box::new(view), reproject.is_some());
-        self.send(FilterMessage::Begin { film, view, reproject: reproject_now, wants_error });
+        self.send(FilterMessage::Begin { film, view, reproject: reproject_now });
         if let Some(kind) = reproject.filter(|_| self.stands_in && self.reprojection <= AT_FIRST) {
             self.prepare(kind);
         }
     }
 
-    /// Copies the samples of a block that goes to the film.
-    pub fn samples(&self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
-        self.send(FilterMessage::Samples { first_index, paths, samples: samples.into() });
-    }
-
     /// Allows tracing of features once the first picture is shown, for a filter of this kind first.
     pub fn prepare(&mut self, kind: Denoise) {
         if !std::mem::replace(&mut self.preparing, true) {
-            self.send(FilterMessage::Prepare(kind, self.device.clone()));
+            self.send(FilterMessage::Prepare(kind, self.device.clone(), self.account.ask()));
             self.reprojecting = self.stands_in;
         }
     }
@@ -242,10 +234,10 @@ impl NoiseFilter {
         self.busy
     }
 
-    /// Begins to denoise the samples given so far: `samples` samples of a film with these sums.
+    /// Begins to denoise the samples accumulated so far: `samples` samples of a film with these sums.
     pub fn filter(&mut self, kind: Denoise, samples: u64, data: Option<FilmData>) {
         self.busy = true;
-        self.send(FilterMessage::Filter(kind, samples, data));
+        self.send(FilterMessage::Filter(kind, samples, data, self.account.ask()));
     }
 
     /// The last picture.
@@ -355,9 +347,6 @@ fn is_enough(film: &FilmSpec, samples: u64) -> bool {
 struct FilteredFilm {
     film: FilmSpec,
     view: EpochView,
-    replicates: Replicates,
-    /// About half of the samples, kept apart to estimate the error of the denoised picture, if wanted.
-    apart: Option<SamplesApart>,
     /// Filter of the last error estimate, and number of paths at that time.
     estimated: Option<(Denoise, f64)>,
     /// Reproject the last picture of another view of the scene.
@@ -391,15 +380,12 @@ fn work(
             AnswerContent::Picture(PictureAnswer { is_reprojection, frame, took: start.elapsed() })
         };
         match (message, &mut state) {
-            (FilterMessage::Begin { film, view, reproject, wants_error }, state) => {
+            (FilterMessage::Begin { film, view, reproject }, state) => {
                 known = known.filter(|(scene, _)| Arc::ptr_eq(scene, &view.scene));
                 let spare = state.take().and_then(|last| last.filter.or(last.spare));
-                let replicates = Replicates::new([film.width, film.height], film.filter.energy());
                 *state = Some(FilteredFilm {
                     film,
                     view: *view,
-                    apart: wants_error.then(|| SamplesApart::half_to_come(&replicates)),
-                    replicates,
                     estimated: None,
                     reproject,
                     surfaces: None,
@@ -408,15 +394,10 @@ fn work(
                     prior: None,
                 });
             }
-            (FilterMessage::Samples { first_index, paths, samples }, Some(state)) => {
-                state.replicates.add(first_index, paths, &samples);
-                if let Some(apart) = &mut state.apart {
-                    apart.add(first_index, paths, &samples);
-                }
-            }
-            (FilterMessage::Prepare(kind, device), Some(state)) => {
+            (FilterMessage::Prepare(kind, device, accumulated), Some(state)) => {
                 if let Some((_, known)) = known.as_ref().filter(|_| state.reproject) {
-                    let shown = state.look(known, &is_over);
+                    let accumulated = accumulated.recv().ok();
+                    let shown = accumulated.and_then(|samples| state.look(known, &samples, &is_over));
                     let frame = shown.map(|shown| FilteredFrame { shown, filtered: None, kind, samples: 0 });
                     let is_shown = frame.is_some();
                     answer(kind, picture(true, frame));
@@ -429,8 +410,13 @@ fn work(
                     progress.prepared.store(number, Ordering::Relaxed);
                 }
             }
-            (FilterMessage::Filter(kind, samples, data), Some(state)) => {
-                let made = state.picture(kind, samples, data.as_ref());
+            (FilterMessage::Filter(kind, samples, data, accumulated), Some(state)) => {
+                let Ok(accumulated) = accumulated.recv() else {
+                    // Another film has begun, or the samples are lost.
+                    answer(kind, picture(false, None));
+                    continue;
+                };
+                let made = state.picture(kind, samples, data.as_ref(), &accumulated);
                 let made = made.inspect_err(|error| {
                     tracing::warn!("the picture is shown without noise filter: {error}");
                 });
@@ -442,7 +428,7 @@ fn work(
                 });
                 let is_made = frame.is_some();
                 answer(kind, picture(false, frame));
-                if let Some(error) = is_made.then(|| state.error(kind, &is_over)).flatten() {
+                if let Some(error) = is_made.then(|| state.error(kind, &accumulated, &is_over)).flatten() {
                     answer(kind, AnswerContent::Error(error));
                 }
             }
@@ -455,15 +441,21 @@ impl FilteredFilm {
     /// Surfaces hit by the primary rays of this grid. `None` if memory runs out, or the film `is_over`.
     fn surfaces(&self, rays: FeatureGrid, is_over: &(dyn Fn() -> bool + Sync)) -> Option<ViewSurfaces> {
         let EpochView { scene, camera } = &self.view;
+        let size = [self.film.width, self.film.height].map(|n| n as usize);
         let hits = first_hits(scene, camera, &self.film, rays, is_over)?;
-        ViewSurfaces::new(camera, self.replicates.size(), rays, hits)
+        ViewSurfaces::new(camera, size, rays, hits)
     }
 
     /// Reprojects a known view. `None` if it shows too little, memory runs out, or the film `is_over`.
-    fn look(&mut self, known: &KnownView, is_over: &(dyn Fn() -> bool + Sync)) -> Option<FilteredPicture> {
+    fn look(
+        &mut self,
+        known: &KnownView,
+        accumulated: &AccumulatedSamples,
+        is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Option<FilteredPicture> {
         let coarse = self.surfaces(REPROJECTED, is_over)?;
         let prior = self.prior.insert(Prior::new(known, &coarse)?);
-        if prior.is_enough() { prior.filled(&self.replicates) } else { None }
+        if prior.is_enough() { prior.filled(&accumulated.replicates()) } else { None }
     }
 
     /// Prepares the filter. `None` if memory runs out, or the film `is_over`.
@@ -495,8 +487,10 @@ impl FilteredFilm {
         kind: Denoise,
         samples: u64,
         data: Option<&FilmData>,
+        accumulated: &AccumulatedSamples,
     ) -> Result<(FilteredFrame, Option<KnownView>), ClientError> {
-        let Self { film, replicates, surfaces, filter, prior, .. } = self;
+        let Self { film, surfaces, filter, prior, .. } = self;
+        let replicates = &accumulated.replicates();
         let size @ [width, height] = replicates.size();
         let no_memory = || out_of_memory(size);
         let per_pixel = replicates.paths() as f32 / (width * height) as f32;
@@ -517,19 +511,24 @@ impl FilteredFilm {
         Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
     }
 
-    /// Error of the denoised picture of these samples, when an estimate is due: `Some(None)` if there are too few. Pictures with
+    /// Error of the denoised picture of these samples, if some were held out, when an estimate is due: `Some(None)` if there are too few. Pictures with
     /// reprojected content have no estimate.
-    fn error(&mut self, kind: Denoise, is_over: &dyn Fn() -> bool) -> Option<Option<ErrorEstimate>> {
-        let Self { film, replicates, apart, filter, prior, estimated, .. } = self;
-        let paths = replicates.paths() as f64;
+    fn error(
+        &mut self,
+        kind: Denoise,
+        accumulated: &AccumulatedSamples,
+        is_over: &dyn Fn() -> bool,
+    ) -> Option<Option<ErrorEstimate>> {
+        let Self { film, filter, prior, estimated, .. } = self;
+        let paths = accumulated.paths() as f64;
         let before = estimated.filter(|(of, _)| *of == kind).map(|(_, paths)| ERROR_RATIO * paths);
         let due = before.unwrap_or(ERROR_FROM * f64::from(film.width) * f64::from(film.height));
-        let (filter, apart) = filter.as_mut().zip(apart.as_ref())?;
+        let (filter, apart) = filter.as_mut().zip(accumulated.apart())?;
         if paths < due || prior.is_some() {
             return None;
         }
         *estimated = Some((kind, paths));
-        let error = filtered_error(replicates, apart, filter, kind, is_over).inspect_err(|error| {
+        let error = filtered_error(&accumulated.replicates(), apart, filter, kind, is_over).inspect_err(|error| {
             tracing::warn!("the error of the filtered picture is not known: {error}");
         });
         (!is_over()).then(|| error.unwrap_or_default())

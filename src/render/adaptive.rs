@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::client::DisplayView;
 use crate::render::method::paths_per_index;
-use crate::render::observer::Observer;
+use crate::accounting::observer::Observer;
 use crate::render::options::RenderOptions;
 use crate::render::run_spec::RunSpec;
 use crate::render::state::RenderGoal;
@@ -178,7 +178,7 @@ pub fn stages(run: &RunSpec, goal: &RenderGoal) -> Result<Vec<RenderStage>> {
 pub fn sampling(run: &RunSpec, observer: &Observer) -> (ScreenSampling, AdaptiveReport) {
     let texels: f64 = run.film.padded_extent().map(f64::from).iter().product();
     let level = ScreenDensity::level(texels);
-    let seen = observer.replicates();
+    let seen = observer.accumulated().map(|samples| samples.replicates());
     let errors = seen.as_ref().and_then(|seen| seen.region_errors(&run.film.window(), level));
     let density = ScreenDensity::new(&errors.unwrap_or_else(|| vec![1.0; 1 << (2 * level)]));
     let mut sorted: Vec<f32> = density.relative().collect();

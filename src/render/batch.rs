@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::accounting::accumulator::CheckpointPolicy;
+use crate::accounting::observer::Observer;
 use crate::client::oidn::OidnQuality;
 use crate::client::reference::ExactFilm;
 use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
@@ -20,7 +22,6 @@ use crate::render::light_groups::{self, GroupFilms, GroupMemory};
 use crate::render::live_outputs::{LiveOutputs, LiveRender};
 use crate::render::load::{self, Opened};
 use crate::render::method::{self, CheckOrder, RenderOrder};
-use crate::render::observer::{Backpressure, Observer};
 use crate::render::options::RenderOptions;
 use crate::render::outputs::{Extras, Outputs};
 use crate::render::process::tell;
@@ -31,14 +32,14 @@ use crate::render::run_spec::{RunEnd, RunSpec};
 use crate::render::state::identity::luminance_scale;
 use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
 use crate::render::timings::{self, TimingCapture};
-use crate::render::{effect_plan, layers, predictions, process, warnings};
+use crate::render::{effect_plan, layers, observed, predictions, process, warnings};
 use crate::scene::Loaded;
 use crate::scene::light_groups::{of_sources, text};
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
 use crate::study::prediction::PredictionOutcome;
-use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates, Replicates, SamplesApart};
+use crate::study::{AccumulatedSamples, ErrorEstimate, ErrorStatus, ExactReplicates};
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
@@ -146,9 +147,8 @@ struct Traced {
     tally: Option<Arc<PlanCheckTally>>,
     /// Error of the picture and outcomes of predictions; `None` with a single randomisation.
     error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
-    /// Sums of both randomisations, for the noise filter, including samples kept apart to estimate its error.
-    replicates: Option<Replicates>,
-    apart: Option<SamplesApart>,
+    /// Accumulated samples, for the noise filter.
+    accumulated: Option<AccumulatedSamples>,
     adaptive: Option<AdaptiveReport>,
 }
 
@@ -254,9 +254,9 @@ impl<'a> BatchRender<'a> {
         let (args, run, goal) = (self.args, &self.run, &self.goal);
         let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
             (Some(sums), Some(recorder)) => {
-                Observer::resume(run, goal.error, sums, recorder.about().progress.clone())
+                observed::resume(run, goal.error, sums, recorder.about().progress.clone())
             }
-            _ => Observer::start(run, goal.error, Backpressure::Wait),
+            _ => observed::observe(run, goal.error, CheckpointPolicy::Exact),
         });
         let observer = observer.transpose()?;
         let filters = self.settings.denoise != Denoise::Off;
@@ -361,8 +361,7 @@ impl<'a> BatchRender<'a> {
         }
         self.server.term();
         let filtered = observer.as_ref().filter(|_| filters);
-        let (replicates, apart) =
-            (filtered.and_then(Observer::replicates), filtered.and_then(Observer::take_apart));
+        let accumulated = filtered.and_then(Observer::accumulated);
         let error = observer.map(|observer| observer.end());
         if let Some((_, predictions)) = &error {
             predictions::log(run, predictions);
@@ -376,7 +375,7 @@ impl<'a> BatchRender<'a> {
         self.seconds.render = driven.wall.as_secs_f64();
         self.seconds.rasterise = driven.rasterise.as_secs_f64();
         self.seconds.trace = tracing_time(&stats).as_secs_f64();
-        Ok(Traced { driven, stats, tally, error, replicates, apart, adaptive })
+        Ok(Traced { driven, stats, tally, error, accumulated, adaptive })
     }
 
     /// The check requested by `--check-plan`.
@@ -407,8 +406,8 @@ impl<'a> BatchRender<'a> {
             layers.extend(groups.channels()?);
         }
         let start_filter = Instant::now();
-        let denoised = match &traced.replicates {
-            Some(replicates) => {
+        let denoised = match &traced.accumulated {
+            Some(accumulated) => {
                 let data = self.client.develop().into_diagnostic()?;
                 let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
                 let view = FilteredView { scene: &self.scene, camera: &self.camera, film: &self.run.film };
@@ -416,8 +415,8 @@ impl<'a> BatchRender<'a> {
                 // If the estimate would not cover all of the error, it is not worth its time.
                 let state = traced.error.as_ref().map(|(state, _)| state);
                 let wants_error = state.is_some_and(|state| self.run.states_filtered_error(state));
-                let apart = traced.apart.as_ref().filter(|_| wants_error);
-                let filtered = view.filter(replicates, apart, &data, kind, oidn);
+                let apart = accumulated.apart().filter(|_| wants_error);
+                let filtered = view.filter(&accumulated.replicates(), apart, &data, kind, oidn);
                 let (picture, error) = filtered.into_diagnostic()?;
                 if wants_error && error.is_none() && self.recorder.is_some() && !self.args.quiet {
                     tell(UNKNOWN_FILTERED_ERROR);

@@ -8,7 +8,7 @@ use crate::client::{ClientError, Film};
 use crate::render::film_writer::FilmWriter;
 use crate::render::light_groups::GroupFilms;
 use crate::render::live_outputs::LiveOutputs;
-use crate::render::observer::Observer;
+use crate::accounting::observer::Observer;
 use crate::render::process;
 use crate::render::progress::Progress;
 use crate::render::state::Recorder;

@@ -2,17 +2,15 @@
 
 use crate::client::light_meter::LightMeter;
 use crate::client::{ClientError, Film};
-use crate::denoise::noise_filter::NoiseFilter;
 use crate::render::light_groups::GroupFilms;
-use crate::render::observer::Observer;
+use crate::accounting::observer::Observer;
 use crate::stream::{Block, PathCounts, Sample};
 
-/// Adds blocks to a film: counts their paths, adds their samples, and passes copies to the error observer and the noise filter. After the
+/// Adds blocks to a film: counts their paths, adds their samples, and passes copies to the observer. After the
 /// first error of the film, which is kept, no more samples are added.
 pub struct FilmWriter<'a> {
     film: &'a mut dyn Film,
     observer: Option<&'a Observer>,
-    filter: Option<&'a NoiseFilter>,
     meter: Option<&'a mut LightMeter>,
     groups: Option<&'a mut GroupFilms>,
     outcome: Result<(), ClientError>,
@@ -21,12 +19,7 @@ pub struct FilmWriter<'a> {
 impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, filter: None, meter: None, groups: None, outcome: Ok(()) }
-    }
-
-    /// Also copies samples to this noise filter.
-    pub fn with_filter(self, filter: Option<&'a NoiseFilter>) -> Self {
-        Self { filter, ..self }
+        Self { film, observer, meter: None, groups: None, outcome: Ok(()) }
     }
 
     /// Also copies samples to this light meter.
@@ -39,7 +32,7 @@ impl<'a> FilmWriter<'a> {
         Self { groups, ..self }
     }
 
-    /// Error observer that receives copies.
+    /// The observer that receives copies.
     pub fn observer(&self) -> Option<&'a Observer> {
         self.observer
     }
@@ -61,9 +54,6 @@ impl<'a> FilmWriter<'a> {
         self.outcome = self.film.add(samples);
         if let Some(observer) = self.observer {
             observer.samples(first_index, paths, samples);
-        }
-        if let Some(filter) = self.filter {
-            filter.samples(first_index, paths, samples);
         }
         if let Some(meter) = &mut self.meter {
             meter.add(paths, samples);

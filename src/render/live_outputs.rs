@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::{Denoise, Film, Settings};
 use crate::job::{Job, StopFlag};
-use crate::render::observer::Observer;
+use crate::accounting::observer::Observer;
 use crate::render::options::RenderOptions;
 use crate::render::outputs::{Outputs, PendingSnapshot};
 use crate::render::process;

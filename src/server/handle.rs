@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
@@ -13,8 +13,9 @@ use crate::server::job::{RenderJob, Task};
 use crate::server::render::PendingRender;
 use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
-use crate::server::worker::{Priority, Work, Worker, trace_chunks};
+use crate::server::worker::{Work, Worker, trace_chunks};
 use crate::stream::{BlockSink, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
+use crate::threads::{Priority, unpoisoned};
 use crate::tracer::Integrator;
 
 /// Errors of [`Server`].
@@ -227,9 +228,4 @@ impl TracerPool {
             Err(source) => Err(ServerError::Spawn { number: threads.len(), threads: count, source }),
         }
     }
-}
-
-/// Locks `mutex`, even after a panic of another thread: for state that is valid at every moment.
-pub(crate) fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

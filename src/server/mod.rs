@@ -52,9 +52,9 @@ pub mod stats;
 mod worker;
 
 pub use cost::{COST_CELLS, CostMap};
-pub(crate) use handle::unpoisoned;
+
 pub use handle::{Server, ServerError};
 pub use job::{CHUNK, DEADLINE, RenderJob};
 pub use spans::{ChunkSpan, Spans};
 pub use stats::{Stats, WorkerStats, thread_cpu_time};
-pub use worker::Priority;
+pub use crate::threads::Priority;

@@ -12,31 +12,6 @@ use crate::server::stats::{StatsCell, Stopwatch};
 use crate::stream::{BlockSink, FinishReason};
 use crate::tracer::Integrator;
 
-/// Scheduling priority of the tracing threads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Priority {
-    /// That of every other thread.
-    #[default]
-    Normal,
-    /// The lowest: the window, or a driver that renders on the CPU, comes first. The scheduler of Linux shares by weight, so
-    /// the threads still run and respond to commands.
-    Background,
-}
-
-impl Priority {
-    /// Gives the calling thread this priority. Lowering it needs no privileges. On systems without thread priorities nothing
-    /// changes.
-    pub fn apply(self) {
-        #[cfg(target_os = "linux")]
-        if self == Priority::Background {
-            /// The lowest priority of nice(2).
-            const LOWEST: i32 = 19;
-            // On Linux a nice value belongs to a thread, and `None` stands for the calling one.
-            let _ = rustix::process::setpriority_process(None, LOWEST);
-        }
-    }
-}
-
 /// [`trace_chunks`] for one type of integrator. This is the only dynamic call: one per worker and render.
 pub(super) type Work = Arc<dyn Fn(&mut Worker, &Task, &mut Stopwatch) -> FinishReason + Send + Sync>;
 

@@ -51,17 +51,15 @@ impl Blur {
 }
 
 /// Monitors how the blur of a render shrinks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct BlurWatch {
-    schedule: BlurSchedule,
-    blurred: BlurredSamples,
     moment: Option<Moment>,
     known: Option<KnownBlur>,
 }
 
 /// Number of samples, and sums of the gathering areas and radii that they used, relative to the first generation.
 #[derive(Clone, Copy, Debug, Default)]
-struct BlurredSamples {
+pub(super) struct BlurredSamples {
     samples: f64,
     areas: f64,
     radii: f64,
@@ -130,6 +128,12 @@ impl BlurSchedule {
 }
 
 impl BlurredSamples {
+    /// Adds a block that begins at this index.
+    pub(super) fn add(&mut self, schedule: &BlurSchedule, first_index: u64, paths: PathCounts) {
+        let (_, index) = replicate(first_index);
+        *self = self.plus(&schedule.samples(index, paths.camera), 1.0);
+    }
+
     fn plus(&self, other: &Self, times: f64) -> Self {
         Self {
             samples: self.samples + times * other.samples,
@@ -157,23 +161,12 @@ impl BlurredSamples {
 }
 
 impl BlurWatch {
-    /// A monitor without an estimate.
-    pub fn new(schedule: BlurSchedule) -> Self {
-        Self { schedule, blurred: BlurredSamples::default(), moment: None, known: None }
-    }
-
-    /// Records a block that is added to the sums, beginning at this index.
-    pub(super) fn add(&mut self, first_index: u64, paths: PathCounts) {
-        let (_, index) = replicate(first_index);
-        self.blurred = self.blurred.plus(&self.schedule.samples(index, paths.camera), 1.0);
-    }
-
-    /// The blur of the picture of these sums; `None` while there is too little data.
-    pub(super) fn update(&mut self, sums: &Replicates) -> Option<Blur> {
+    /// The blur of the picture of these sums, whose samples are blurred this much; `None` while there is too little data.
+    pub(super) fn update(&mut self, sums: &Replicates, blurred_so_far: BlurredSamples) -> Option<Blur> {
         let paths = sums.paths();
         let since = self.moment.as_ref().map_or(f64::INFINITY, |moment| paths as f64 / moment.paths as f64);
         if let Some(moment) = self.moment.as_ref().filter(|_| since >= COMPARED) {
-            let found = self.found(sums, moment);
+            let found = Self::found(sums, blurred_so_far, moment);
             let less_noise = |found: &KnownBlur| {
                 self.known.as_ref().is_none_or(|k| found.noise < k.noise * found.blurred.over(&k.blurred))
             };
@@ -183,10 +176,10 @@ impl BlurWatch {
             }
         }
         if since >= RENEWED {
-            self.moment = Some(Moment::of(sums, self.blurred));
+            self.moment = Some(Moment::of(sums, blurred_so_far));
         }
         let KnownBlur { blurred, relative, deviation, is_significant, .. } = self.known.as_ref()?;
-        let later = self.blurred.over(blurred);
+        let later = blurred_so_far.over(blurred);
         let against = brightness(sums)?;
         let squares =
             relative.iter().zip(against).map(|(square, against)| square * later * against * against);
@@ -194,8 +187,8 @@ impl BlurWatch {
     }
 
     /// Estimate from the samples before and after the moment.
-    fn found(&self, sums: &Replicates, moment: &Moment) -> Option<KnownBlur> {
-        let [areas, radii] = self.blurred.of_whole(&moment.blurred);
+    fn found(sums: &Replicates, now: BlurredSamples, moment: &Moment) -> Option<KnownBlur> {
+        let [areas, radii] = now.of_whole(&moment.blurred);
         let ratio = 0.5 * (areas + radii);
         if ratio.is_nan() || ratio > LARGEST_RATIO * LARGEST_RATIO {
             return None;
@@ -205,7 +198,7 @@ impl BlurWatch {
         let common = compare(sums, moment)?;
         let is_significant = common.is_significant;
         Some(KnownBlur {
-            blurred: self.blurred,
+            blurred: now,
             deviation: match is_significant {
                 true => (common.deviation / common.mean).hypot(apart).min(1.0),
                 false => 1.0 / Z90,
@@ -406,7 +399,7 @@ mod tests {
     /// noise of 50 % in every sample. Returns the estimate, and the mean of the true squared bias.
     fn watched(seed: u64, bias: f64, law: f64, per_pixel: u64) -> (Option<Blur>, f64) {
         let (mut sums, mut random) = (Replicates::new([SIDE as u32; 2], 1.0), Random(seed));
-        let mut watch = BlurWatch::new(SCHEDULE);
+        let (mut watch, mut blurred) = (BlurWatch::default(), BlurredSamples::default());
         let chunks = per_pixel * (SIDE * SIDE) as u64 / CHUNK;
         let (mut known, mut brighter) = (None, 0.0);
         for chunk in 0..chunks {
@@ -423,9 +416,9 @@ mod tests {
             let samples: Vec<Sample> = (0..CHUNK).map(|_| sample(&mut random)).collect();
             let paths = PathCounts { camera: CHUNK, light: 0 };
             sums.add(chunk * CHUNK, paths, &samples);
-            watch.add(chunk * CHUNK, paths);
+            blurred.add(&SCHEDULE, chunk * CHUNK, paths);
             if (chunk + 1).is_power_of_two() && chunk + 1 >= chunks / 16 {
-                known = watch.update(&sums);
+                known = watch.update(&sums, blurred);
             }
         }
         (known, 0.5 * brighter * brighter)
@@ -487,7 +480,7 @@ mod tests {
     fn before_photons_have_become_more_nothing_is_known() {
         let (mut sums, mut random) = (Replicates::new([SIDE as u32; 2], 1.0), Random(1));
         let schedule = BlurSchedule { samples_per_generation: 1 << 30, ..SCHEDULE };
-        let mut watch = BlurWatch::new(schedule);
+        let (mut watch, mut blurred) = (BlurWatch::default(), BlurredSamples::default());
         for chunk in 0..64 {
             let sample = |random: &mut Random| {
                 let (uv, y) = ([random.f32(), random.f32()], random.f32());
@@ -496,8 +489,8 @@ mod tests {
             let samples: Vec<Sample> = (0..CHUNK).map(|_| sample(&mut random)).collect();
             let paths = PathCounts { camera: CHUNK, light: 0 };
             sums.add(chunk * CHUNK, paths, &samples);
-            watch.add(chunk * CHUNK, paths);
-            assert_eq!(watch.update(&sums), None);
+            blurred.add(&schedule, chunk * CHUNK, paths);
+            assert_eq!(watch.update(&sums, blurred), None);
         }
     }
 }

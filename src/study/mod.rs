@@ -15,7 +15,7 @@
 //! 3. [`error`], [`interval`]: [`ErrorEstimate`] states the relative errors that 50 %, 95 % and 99 % of the tiles stay below,
 //!    each with an [`Interval`] that contains the true error of this very picture with a probability of 90 %, but less often where
 //!    light is found late ([`late`]). Of that light, [`witness`] tells what other methods find: it counts as error where the picture lacks it.
-//! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] (`monitor.rs`, run by `render/observer.rs` on a thread) takes checkpoints of
+//! 4. [`curve`] and [`prediction`]: [`ErrorMonitor`] (`monitor.rs`, run by `accounting/observer.rs` on a thread) takes checkpoints of
 //!    the error during a render, fits a power law through them and predicts the time to the target. It is silent before 4
 //!    samples per pixel and predicts nothing before 8. Every prediction is scored afterwards.
 //!
@@ -73,6 +73,7 @@
 //!   from pictures of full size, which tell by how much the errors of both differ.
 //! - [`brightness`]: the audit of mean luminance, from sums of samples, with an alarm that clean studies do not raise.
 
+mod accumulated;
 pub mod analysis;
 mod apart;
 pub mod blur;
@@ -105,6 +106,7 @@ pub mod unfound;
 pub mod witness;
 mod witness_comparison;
 
+pub use accumulated::AccumulatedSamples;
 pub use apart::SamplesApart;
 pub use error::{ErrorEstimate, ErrorField, TileSubset};
 pub use exact_replicates::{ExactPixel, ExactReplicates};

@@ -1,12 +1,10 @@
 //! Monitors the error of a picture while it is rendered: checkpoints, predictions, and whether the target is reached.
 
-use crate::stream::{PathCounts, Sample};
-use crate::study::apart::SamplesApart;
-use crate::study::blur::{BlurSchedule, BlurWatch};
+use crate::study::accumulated::AccumulatedSamples;
+use crate::study::blur::BlurWatch;
 use crate::study::curve::{Checkpoint, PowerLaw};
 use crate::study::error::{ErrorEstimate, OtherSamples, TileSubset};
 use crate::study::error_tile::ReplicatePixel;
-use crate::study::exact_replicates::ExactReplicates;
 use crate::study::late::LateLight;
 use crate::study::prediction::{
     LightClass, Prediction, PredictionOutcome, next_target, predict, time_reached,
@@ -109,12 +107,11 @@ pub struct MonitorProgress {
     pub due: Option<f64>,
 }
 
-/// Accumulates the samples of one render and updates its [`ErrorStatus`].
+/// Looks at the [accumulated samples](AccumulatedSamples) of one render now and then and updates its [`ErrorStatus`].
 #[derive(Debug)]
 pub struct ErrorMonitor {
-    sums: Replicates,
-    /// Exact sums, if the render keeps them; `sums` are then rounded from these on demand.
-    exact: Option<ExactReplicates>,
+    /// Width and height of the picture in pixels.
+    size: [usize; 2],
     target: Option<ErrorTarget>,
     at: ErrorQuantile,
     status: ErrorStatus,
@@ -123,8 +120,6 @@ pub struct ErrorMonitor {
     blur: Option<BlurWatch>,
     /// Whether the method has photon blur, known or not.
     blurs: bool,
-    /// Held-out samples of each replicate, if any.
-    apart: Option<SamplesApart>,
     /// Other samples; the displayed picture is the mean of this render and these.
     others: Vec<OtherSamples>,
     /// Number of paths among these that cover the whole picture.
@@ -136,12 +131,11 @@ pub struct ErrorMonitor {
 }
 
 impl ErrorMonitor {
-    /// A monitor of a picture of `size` pixels, whose film's filter has this [energy](Replicates::new).
-    pub fn new(size: [u32; 2], energy: f32, target: Option<ErrorTarget>) -> Self {
+    /// A monitor of a picture of `size` pixels.
+    pub fn new(size: [u32; 2], target: Option<ErrorTarget>) -> Self {
         let pixels = f64::from(size[0]) * f64::from(size[1]);
         Self {
-            sums: Replicates::new(size, energy),
-            exact: None,
+            size: size.map(|n| n as usize),
             at: target.map(|target| target.at).unwrap_or_default(),
             target,
             status: ErrorStatus::default(),
@@ -149,7 +143,6 @@ impl ErrorMonitor {
             witnesses: None,
             blur: None,
             blurs: false,
-            apart: None,
             others: Vec::new(),
             base: 0.0,
             coverage: 1.0,
@@ -157,15 +150,10 @@ impl ErrorMonitor {
         }
     }
 
-    /// As `self`, for samples whose weights are the inverse of their density.
-    pub fn with_density_weights(mut self) -> Self {
-        self.sums.set_density_weights();
-        self
-    }
-
-    /// As `self`, for a method whose photon blur follows this schedule: the error includes the blur.
-    pub fn with_blur(self, schedule: BlurSchedule) -> Self {
-        Self { blur: Some(BlurWatch::new(schedule)), ..self }
+    /// As `self`, for a method whose photon blur follows the schedule that the [samples](AccumulatedSamples::with_blur) have: the error
+    /// includes the blur.
+    pub fn with_blur(self) -> Self {
+        Self { blur: Some(BlurWatch::default()), ..self }
     }
 
     /// As `self`, for a method with or without photon blur, which determines the prior of the slope.
@@ -173,33 +161,18 @@ impl ErrorMonitor {
         Self { blurs, ..self }
     }
 
-    /// Begins to hold out some of the samples of each replicate.
-    pub fn keep_apart(&mut self) {
-        self.round();
-        self.apart = Some(match self.sums.paths() {
-            0 => SamplesApart::half_to_come(&self.sums),
-            _ => SamplesApart::so_far(&self.sums),
-        });
-    }
-
-    /// Takes the held-out samples and stops holding out.
-    pub fn take_apart(&mut self) -> Option<SamplesApart> {
-        self.apart.take()
-    }
-
-    /// As `self`, resuming with exact sums and the progress of another monitor.
-    pub fn exact(self, sums: ExactReplicates, seen: MonitorProgress) -> Self {
+    /// As `self`, resuming with the progress of another monitor.
+    pub fn resumed(self, seen: MonitorProgress) -> Self {
         let MonitorProgress { checkpoints, due } = seen;
         let due = due.unwrap_or(self.due);
         // A state does not contain the moments needed to estimate blur, and every resumed render must state the same error.
         let blur = None;
-        Self { exact: Some(sums), blur, due, status: ErrorStatus { checkpoints, ..self.status }, ..self }
+        Self { blur, due, status: ErrorStatus { checkpoints, ..self.status }, ..self }
     }
 
-    /// Exact sums, if any, and the progress from which another monitor can resume.
-    pub fn progress(&self) -> Option<(ExactReplicates, MonitorProgress)> {
-        let seen = MonitorProgress { checkpoints: self.status.checkpoints.clone(), due: Some(self.due) };
-        Some((self.exact.clone()?, seen))
+    /// The progress from which another monitor can resume.
+    pub fn progress(&self) -> MonitorProgress {
+        MonitorProgress { checkpoints: self.status.checkpoints.clone(), due: Some(self.due) }
     }
 
     /// Includes light that these witnesses find and the picture lacks in the stated error.
@@ -218,10 +191,10 @@ impl ErrorMonitor {
         Self { coverage, ..self }
     }
 
-    /// Averages the displayed picture within a rectangle with these samples, weighted by paths; `seconds` after the render began, the error
-    /// changes accordingly.
-    pub fn add_others(&mut self, others: OtherSamples, seconds: f64) {
-        let is_whole = others.origin == [0, 0] && others.size == self.sums.size();
+    /// Averages the displayed picture within a rectangle with these other samples, weighted by paths; `seconds` after the render began, the
+    /// error changes accordingly.
+    pub fn add_others(&mut self, others: OtherSamples, samples: &AccumulatedSamples, seconds: f64) {
+        let is_whole = others.origin == [0, 0] && others.size == self.size;
         if is_whole {
             self.base += others.per_pixel.iter().map(|n| f64::from(*n)).sum::<f64>() / self.coverage;
         }
@@ -229,16 +202,20 @@ impl ErrorMonitor {
         // Earlier errors belong to another picture and must not enter the fit.
         let had_any = !std::mem::take(&mut self.status.checkpoints).is_empty();
         if is_whole || had_any {
-            self.take_checkpoint(seconds);
+            self.take_checkpoint(samples, seconds);
         }
     }
 
     /// The displayed picture in a rectangle that begins at pixel `first`, for a monitor of that rectangle; `None` before each replicate has
     /// traced a path.
-    pub fn shown(&mut self, first: [usize; 2], size: [usize; 2]) -> Option<OtherSamples> {
-        self.round();
-        let [width, height] = self.sums.size();
-        let (pixels, per_pixel) = self.pixels()?;
+    pub fn shown(
+        &self,
+        samples: &AccumulatedSamples,
+        first: [usize; 2],
+        size: [usize; 2],
+    ) -> Option<OtherSamples> {
+        let [width, height] = self.size;
+        let (pixels, per_pixel) = self.pixels(&samples.replicates())?;
         let rows = first[1]..(first[1] + size[1]).min(height);
         let columns = first[0]..(first[0] + size[0]).min(width);
         let places = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x));
@@ -251,32 +228,26 @@ impl ErrorMonitor {
     }
 
     /// This render alone, for a monitor of a picture in which it begins at pixel `origin`; `None` as for [`shown`](Self::shown).
-    pub fn own(&mut self, origin: [i64; 2]) -> Option<OtherSamples> {
-        self.round();
-        let (size, pixels) = (self.sums.size(), self.sums.pixels()?);
-        let per_pixel = vec![self.per_pixel(); pixels.len()];
-        Some(OtherSamples { origin, size, pixels, per_pixel })
+    pub fn own(&self, samples: &AccumulatedSamples, origin: [i64; 2]) -> Option<OtherSamples> {
+        let pixels = samples.replicates().pixels()?;
+        let per_pixel = vec![self.per_pixel(samples.paths()); pixels.len()];
+        Some(OtherSamples { origin, size: self.size, pixels, per_pixel })
     }
 
-    /// Paths of this render per pixel.
-    fn per_pixel(&self) -> f32 {
-        let [width, height] = self.sums.size();
-        (self.paths() * self.coverage / (width * height) as f64) as f32
+    /// This many paths of the render, per pixel.
+    fn per_pixel(&self, paths: u64) -> f32 {
+        let [width, height] = self.size;
+        (paths as f64 * self.coverage / (width * height) as f64) as f32
     }
 
     /// Mean and difference of the replicates per pixel of the displayed picture, and its paths per pixel.
-    fn pixels(&self) -> Option<(Vec<ReplicatePixel>, Vec<f32>)> {
-        let [width, height] = self.sums.size();
+    fn pixels(&self, sums: &Replicates) -> Option<(Vec<ReplicatePixel>, Vec<f32>)> {
+        let [width, height] = self.size;
         let unseen = || (!self.others.is_empty()).then(|| vec![ReplicatePixel::default(); width * height]);
-        let mut pixels = self.sums.pixels().or_else(unseen)?;
-        let mut per_pixel = vec![self.per_pixel(); pixels.len()];
+        let mut pixels = sums.pixels().or_else(unseen)?;
+        let mut per_pixel = vec![self.per_pixel(sums.paths()); pixels.len()];
         self.others.iter().for_each(|others| others.mix_into(&mut pixels, width, &mut per_pixel));
         Some((pixels, per_pixel))
-    }
-
-    /// Number of paths of the displayed picture, including those of others that cover all of it.
-    fn samples(&self) -> f64 {
-        self.paths() + self.base
     }
 
     /// Sets another target at the same quantile and predicts it from the checkpoints so far.
@@ -288,33 +259,9 @@ impl ErrorMonitor {
         }
     }
 
-    /// Adds a block; see [`Replicates::add`].
-    pub fn add(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
-        if let Some(blur) = &mut self.blur {
-            blur.add(first_index, paths);
-        }
-        if let Some(apart) = &mut self.apart {
-            apart.add(first_index, paths, samples);
-        }
-        match &mut self.exact {
-            Some(exact) => exact.add(first_index, paths, samples),
-            None => self.sums.add(first_index, paths, samples),
-        }
-    }
-
-    /// Whether there are enough new samples for a checkpoint.
-    pub fn is_due(&self) -> bool {
-        self.samples() >= self.due
-    }
-
-    fn paths(&self) -> f64 {
-        self.exact.as_ref().map_or_else(|| self.sums.paths(), ExactReplicates::paths) as f64
-    }
-
-    fn round(&mut self) {
-        if let Some(exact) = &self.exact {
-            self.sums = exact.rounded();
-        }
+    /// Number of paths of this render from which on a checkpoint is due.
+    pub fn due(&self) -> f64 {
+        self.due - self.base
     }
 
     /// Status at the last checkpoint.
@@ -322,28 +269,22 @@ impl ErrorMonitor {
         &self.status
     }
 
-    /// The sums of the replicates.
-    pub fn replicates(&mut self) -> &Replicates {
-        self.round();
-        &self.sums
-    }
-
-    /// Estimates the error, `seconds` after the render began, and updates the prediction.
-    pub fn take_checkpoint(&mut self, seconds: f64) {
-        self.round();
-        let samples = self.samples();
+    /// Estimates the error of the picture of these samples, `seconds` after the render began, and updates the prediction.
+    pub fn take_checkpoint(&mut self, samples: &AccumulatedSamples, seconds: f64) {
+        let (sums, blurred) = (samples.replicates(), samples.blurred());
+        // Those of others that cover the whole picture count as well.
+        let samples = samples.paths() as f64 + self.base;
         self.due = samples.max(1.0) * CHECKPOINT_RATIO;
-        let size = self.sums.size();
-        let Some((pixels, _)) = self.pixels() else { return };
+        let size = self.size;
+        let Some((pixels, _)) = self.pixels(&sums) else { return };
         let others = self.base * self.coverage / (size[0] * size[1]) as f64;
-        let per_pixel = self.sums.per_pixel() + others;
-        let Some((mut field, largest)) = self.sums.error_with(&pixels, per_pixel) else { return };
+        let per_pixel = sums.per_pixel() + others;
+        let Some((mut field, largest)) = sums.error_with(&pixels, per_pixel) else { return };
         if let Some(witnesses) = &mut self.witnesses {
             witnesses.update(samples, size, self.target.is_some());
         }
-        let largest_samples = &self.sums.largest;
-        let energy = self.sums.kernel().energy();
-        let unfound = unfound(self.witnesses.as_ref(), &pixels, size, largest_samples, per_pixel, energy);
+        let energy = sums.kernel().energy();
+        let unfound = unfound(self.witnesses.as_ref(), &pixels, size, &sums.largest, per_pixel, energy);
         self.status.late = LateLight {
             largest,
             missing: unfound.share,
@@ -353,7 +294,7 @@ impl ErrorMonitor {
         field.add_unfound(unfound);
         // If other samples are displayed as well, their blur differs.
         let own = self.blur.as_mut().filter(|_| self.others.is_empty());
-        let blur = own.and_then(|blur| blur.update(&self.sums));
+        let blur = own.and_then(|blur| blur.update(&sums, blurred));
         self.status.blur = blur.and_then(|blur| field.add_blur(blur));
         let estimate = field.estimate(TileSubset::All);
         let error = estimate.relative[self.at.index()];

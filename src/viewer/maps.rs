@@ -7,7 +7,7 @@ use crate::client::window::panel::{
     ColorScale, ErrorSummary, FalseColorMap, MapChoice, PictureOverlay, UnfoundSummary,
 };
 use crate::render::method;
-use crate::render::observer::Observer;
+use crate::accounting::observer::Observer;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{COST_CELLS, CostMap};

@@ -21,8 +21,9 @@ use crate::denoise::noise_filter::{EpochView, FilteredFrame};
 use crate::gpu::{FrameNumber, Gpu, Region};
 use crate::render::figures::human;
 use crate::render::light_groups::{GroupFilms, GroupMemory};
-use crate::render::method;
-use crate::render::observer::{Backpressure, Observer};
+use crate::render::{method, observed};
+use crate::accounting::accumulator::CheckpointPolicy;
+use crate::accounting::observer::{ObservedRender, Observer};
 use crate::render::run_spec::RunSpec;
 use crate::scene::light_groups::LightGroup;
 use crate::study::{ErrorEstimate, ErrorTarget};
@@ -120,10 +121,19 @@ const MOST_COARSE: u64 = RETAINED_SAMPLES as u64 / 4;
 /// Number of such errors after which the picture freezes; before that the frame is retried.
 const FAILURES: u32 = 2;
 
+/// What the accounts of a picture begin with; samples are held out for the error of the denoised picture if that can be stated.
+fn accounts(run: &RunSpec, target: Option<ErrorTarget>) -> ObservedRender {
+    let mut render = observed::observed(run, target, CheckpointPolicy::WhenIdle);
+    if run.can_state_filtered_error() {
+        render.samples.keep_apart();
+    }
+    render
+}
+
 impl LivePicture {
     /// A picture without a window, for this many tracer threads. Starts the observer if the render is divided into replicates.
     pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget, threads: usize) -> Result<Self> {
-        let observe = || Observer::start(run, Some(target), Backpressure::LeaveOut);
+        let observe = || observed::observe(run, Some(target), CheckpointPolicy::WhenIdle);
         let now = Instant::now();
         Ok(Self {
             screen: None,
@@ -312,7 +322,9 @@ impl LivePicture {
         self.regions.clear();
         self.mix.begin_epoch();
         if let Some(observer) = &mut self.observer {
-            observer.begin(run, method::witnesses(run, &view.scene, &view.camera));
+            let accounts = accounts(run, observer.target());
+            let witnesses = method::witnesses(run, &view.scene, &view.camera);
+            observer.begin(accounts.with_witnesses(witnesses));
         }
         self.filter.begin_epoch(run, view, settings);
         (self.unseen, self.running, self.failures) = (true, true, 0);
@@ -458,7 +470,7 @@ impl LivePicture {
         self.kept.rewind();
         self.meter.clear();
         if let Some(observer) = &mut self.observer {
-            observer.begin_again(run);
+            observer.begin_again(accounts(run, observer.target()));
         }
         self.filter.begin(run);
         if !self.unseen {
@@ -474,7 +486,10 @@ impl LivePicture {
         let device =
             self.gpu().filter(|_| self.film().is_some_and(|film| !film.is_summed_on_host())).cloned();
         match self.filter.is_wanting(run, settings) {
-            true => self.filter.start(run, &self.kept, !self.unseen, device),
+            true => {
+                let account = self.observer.as_ref().map(Observer::account);
+                self.filter.start(run, account, !self.unseen, device);
+            }
             false => self.filter.set_device(device),
         }
         if let Some(time) = self.filter.poll() {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::client::retained::RetainedSamples;
+use crate::accounting::accumulator::AccountReader;
 use crate::client::{Denoise, FilmData, Settings};
 use crate::denoise::filtered_picture::FilteredPicture;
 use crate::denoise::noise_filter::{EpochView, FilteredFrame, NoiseFilter};
@@ -16,8 +16,6 @@ pub struct WindowFilter {
     thread: Option<NoiseFilter>,
     /// Number of threads for filters that bring their own.
     threads: usize,
-    /// Whether the error of the displayed picture is estimated.
-    states_error: bool,
     /// The selected filter.
     kind: Denoise,
     /// Whether the thread could not be started.
@@ -32,12 +30,7 @@ impl WindowFilter {
     /// A filter without a thread yet; filters with threads of their own use this many.
     pub fn new(threads: usize) -> Self {
         let kind = Denoise::default();
-        Self { thread: None, threads, states_error: true, kind, refused: false, view: None, fresh: false }
-    }
-
-    /// As `self`, without error estimates.
-    pub fn without_error(self) -> Self {
-        Self { states_error: false, ..self }
+        Self { thread: None, threads, kind, refused: false, view: None, fresh: false }
     }
 
     /// Selects the filter of the settings.
@@ -67,28 +60,26 @@ impl WindowFilter {
     fn begin_film(&mut self, run: &RunSpec, reproject: Option<Denoise>) {
         self.fresh = false;
         if let Some((thread, view)) = self.thread.as_mut().zip(self.view.clone()) {
-            thread.begin(run.film, view, self.states_error && run.can_state_filtered_error(), reproject);
+            thread.begin(run.film, view, reproject);
         }
     }
 
-    /// Starts the thread. It begins with the samples of the film if all are retained, and otherwise with the next epoch; features are
-    /// traced at once if there `is_picture` already. Wavelets are computed on this device, or on the CPU.
+    /// Starts the thread on the present film; features are traced at once if there `is_picture` already. Wavelets are computed on this
+    /// device, or on the CPU.
     pub fn start(
         &mut self,
         run: &RunSpec,
-        kept: &RetainedSamples,
+        account: Option<AccountReader>,
         is_picture: bool,
         device: Option<Arc<Gpu>>,
     ) {
         // If no thread can be started, the picture stays noisy.
-        self.thread = NoiseFilter::start(self.threads).ok();
+        self.thread = account.and_then(|account| NoiseFilter::start(self.threads, account).ok());
         self.refused = self.thread.is_none();
         self.set_device(device);
         self.begin(run);
-        let Some(thread) = self.thread.as_mut().filter(|_| kept.complete()) else { return };
-        kept.each(|samples, first_index, paths| thread.samples(first_index, paths, samples));
         if is_picture {
-            thread.prepare(self.kind);
+            self.prepare();
         }
     }
 
@@ -96,16 +87,13 @@ impl WindowFilter {
     pub fn start_anew(
         &mut self,
         run: &RunSpec,
+        account: Option<AccountReader>,
         view: EpochView,
         settings: &Settings,
         device: Option<Arc<Gpu>>,
     ) {
         self.view = Some(view);
-        if run.replicated {
-            self.thread = NoiseFilter::start(self.threads).ok();
-            self.set_device(device);
-            self.begin(run);
-        }
+        self.start(run, account, false, device);
         self.prepare_for(run, settings);
     }
 
@@ -120,11 +108,6 @@ impl WindowFilter {
     /// Whether these settings need the thread and it is not running.
     pub fn is_wanting(&self, run: &RunSpec, settings: &Settings) -> bool {
         is_asked_for(run, settings) && self.thread.is_none() && !self.refused && self.view.is_some()
-    }
-
-    /// The filter thread, which must receive a copy of all samples.
-    pub fn thread(&self) -> Option<&NoiseFilter> {
-        self.thread.as_ref()
     }
 
     /// Allows tracing of features, once the first picture of the epoch is shown.

@@ -10,7 +10,7 @@ use crate::support::welch;
 use pointillist::color::Xyz;
 use pointillist::scene::SceneDesc;
 use pointillist::stream::{CHUNK, PathCounts, Sample, SampleSink, UvWindow};
-use pointillist::study::{ErrorField, ErrorMonitor, TileSubset};
+use pointillist::study::{AccumulatedSamples, ErrorField, ErrorMonitor, TileSubset};
 use pointillist::tracer::integrator::{RenderContext, Replicated};
 use pointillist::tracer::sampler::cells::ScreenCells;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
@@ -76,20 +76,26 @@ impl SampleSink for Chunk {
     }
 }
 
-/// What a monitor of a square picture has seen after so many paths per pixel.
-fn monitored(desc: &SceneDesc, camera: &Camera, seed: u32, side: u32, per_pixel: u64) -> ErrorMonitor {
+/// So many paths per pixel of a square picture, and a monitor that has not looked at them yet.
+fn monitored(
+    desc: &SceneDesc,
+    camera: &Camera,
+    seed: u32,
+    side: u32,
+    per_pixel: u64,
+) -> (ErrorMonitor, AccumulatedSamples) {
     let scene = Arc::new(Scene::prepare(desc).unwrap());
     let context = RenderContext::new(scene, camera.clone(), &desc.integrator, seed, UvWindow::PICTURE);
     let context = RenderContext { cells: ScreenCells::of_pixels([f64::from(side); 2]), ..context };
     let tracer = Replicated::new(&context, true, PathTracer::from);
-    let mut monitor = ErrorMonitor::new([side; 2], 1.0, None);
+    let mut accumulated = AccumulatedSamples::new([side; 2], 1.0);
     let mut scratch = Default::default();
     for first in (0..u64::from(side * side) * per_pixel).step_by(CHUNK as usize) {
         let mut chunk = Chunk::default();
         (first..first + CHUNK).for_each(|index| tracer.trace(index, &mut scratch, &mut chunk));
-        monitor.add(first, PathCounts { camera: CHUNK, light: 0 }, &chunk.0);
+        accumulated.add(first, PathCounts { camera: CHUNK, light: 0 }, &chunk.0);
     }
-    monitor
+    (ErrorMonitor::new([side; 2], None), accumulated)
 }
 
 /// A region of 16 paths per pixel within a picture of 4, before and after it is released: the stated error of 95 % over the true one, against a
@@ -102,8 +108,8 @@ fn the_stated_error_is_that_of_what_is_shown() {
     let part = whole.clone().cropped(DVec2::splat(0.25), DVec2::splat(0.5));
     let size = [SIDE as usize; 2];
     let reference: Vec<[f32; 3]> = {
-        let mut monitor = monitored(&desc, &part, 999, SIDE, 2048);
-        monitor.own([0, 0]).unwrap().pixels.iter().map(|pixel| pixel.mean).collect()
+        let (monitor, accumulated) = monitored(&desc, &part, 999, SIDE, 2048);
+        monitor.own(&accumulated, [0, 0]).unwrap().pixels.iter().map(|pixel| pixel.mean).collect()
     };
     let ratio = |stated: f64, shown: &[[f32; 3]]| {
         let truth = ErrorField::against(shown, &reference, size).unwrap();
@@ -114,23 +120,23 @@ fn the_stated_error_is_that_of_what_is_shown() {
     };
     let mut ratios: [Vec<f64>; 3] = Default::default();
     for seed in 0..24 {
-        let mut all = monitored(&desc, &whole, 2 * seed, 2 * SIDE, 4);
-        let mut region = monitored(&desc, &part, 2 * seed + 1, SIDE, 16);
-        let own = region.own([16, 16]).unwrap();
-        region.take_checkpoint(1.0);
+        let (mut all, of_all) = monitored(&desc, &whole, 2 * seed, 2 * SIDE, 4);
+        let (mut region, of_region) = monitored(&desc, &part, 2 * seed + 1, SIDE, 16);
+        let own = region.own(&of_region, [16, 16]).unwrap();
+        region.take_checkpoint(&of_region, 1.0);
         let stated = region.status().estimate.relative[1].value;
-        let alone = means(region.own([0, 0]).unwrap());
+        let alone = means(region.own(&of_region, [0, 0]).unwrap());
         ratios[0].push(ratio(stated, &alone));
-        region.add_others(all.shown([16, 16], size).unwrap(), 1.0);
+        region.add_others(all.shown(&of_all, [16, 16], size).unwrap(), &of_region, 1.0);
         // The curve begins anew, at the paths of both.
         let [now] = region.status().checkpoints[..] else { panic!("one checkpoint") };
         assert_eq!(now.samples, f64::from(SIDE * SIDE) * 20.0);
         let stated = region.status().estimate.relative[1].value;
-        let shown = means(region.shown([0, 0], size).unwrap());
+        let shown = means(region.shown(&of_region, [0, 0], size).unwrap());
         ratios[1].push(ratio(stated, &shown));
         // Released, the picture of the whole shows the same there.
-        all.add_others(own, 1.0);
-        let released = means(all.shown([16, 16], size).unwrap());
+        all.add_others(own, &of_all, 1.0);
+        let released = means(all.shown(&of_all, [16, 16], size).unwrap());
         let off = released.iter().flatten().zip(shown.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(off.fold(0.0, f32::max) < 1e-4, "the released region shows something else");
         ratios[2].push(ratio(stated, &released));

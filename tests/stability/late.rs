@@ -4,7 +4,7 @@ use pointillist::color::Xyz;
 use pointillist::math::bits::mix;
 use pointillist::stream::{CHUNK, PathCounts, Sample};
 use pointillist::study::error_tile::ReplicatePixel;
-use pointillist::study::{ErrorField, ErrorMonitor, Replicates, TileSubset};
+use pointillist::study::{AccumulatedSamples, ErrorField, ErrorMonitor, Replicates, TileSubset};
 
 use crate::Row;
 
@@ -115,15 +115,16 @@ fn stated_error_of_small_lamps() {
 #[test]
 fn stated_error_of_light_that_most_tiles_have_not_met() {
     let errors = |seed: u64| {
-        let mut monitor = ErrorMonitor::new([SIDE as u32; 2], 1.0, None);
-        trace(seed, 2048.0, |first, paths, samples| monitor.add(first, paths, samples));
-        monitor.take_checkpoint(1.0);
+        let mut accumulated = AccumulatedSamples::new([SIDE as u32; 2], 1.0);
+        trace(seed, 2048.0, |first, paths, samples| accumulated.add(first, paths, samples));
+        let mut monitor = ErrorMonitor::new([SIDE as u32; 2], None);
+        monitor.take_checkpoint(&accumulated, 1.0);
         let stated = monitor.status().estimate;
-        let pixels = monitor.replicates().pixels().unwrap();
+        let pixels = accumulated.replicates().pixels().unwrap();
         let picture: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.mean).collect();
         let truth = vec![[1.0 + 999.0 / 2048.0; 3]; SIDE * SIDE];
         let truth = ErrorField::against(&picture, &truth, [SIDE; 2]).unwrap().estimate(TileSubset::All);
-        let (replicates, _) = monitor.replicates().error(&pixels).unwrap();
+        let (replicates, _) = accumulated.replicates().error(&pixels).unwrap();
         [truth, stated, replicates.estimate(TileSubset::All)].map(|e| e.relative[0].value.max(1e-6).ln())
     };
     let [truth, stated, replicates] =

@@ -15,7 +15,7 @@ use pointillist::stream::UvWindow;
 use pointillist::study::error_tile::TILE;
 use pointillist::study::largest::LargestShares;
 use pointillist::study::late::LateLight;
-use pointillist::study::{ErrorField, ErrorMonitor, TileSubset};
+use pointillist::study::{AccumulatedSamples, ErrorField, ErrorMonitor, TileSubset};
 use pointillist::tracer::integrator::{BidirectionalTracer, PathTracer, RenderContext, Replicated};
 use pointillist::tracer::witness;
 use pointillist::tracer::{Camera, Integrator, Scene};
@@ -117,7 +117,7 @@ impl Subject {
     pub(super) fn reference(&self, spp: u64) -> Vec<[f32; 3]> {
         let half = |seed: u32| {
             let mut all = Vec::new();
-            let look = &mut |_, monitor: &mut ErrorMonitor| all = picture(monitor);
+            let look = &mut |_, accumulated: &AccumulatedSamples| all = picture(accumulated);
             trace::<BidirectionalTracer>(&self.context(seed), &[spp / 2], self.side, look);
             all
         };
@@ -130,8 +130,8 @@ impl Subject {
     }
 }
 
-fn picture(monitor: &mut ErrorMonitor) -> Vec<[f32; 3]> {
-    let pixels = monitor.replicates().pixels().unwrap_or_default();
+fn picture(accumulated: &AccumulatedSamples) -> Vec<[f32; 3]> {
+    let pixels = accumulated.replicates().pixels().unwrap_or_default();
     pixels.iter().map(|pixel| pixel.mean).collect()
 }
 
@@ -149,13 +149,13 @@ fn study(path: &Path, arguments: &Arguments, score: &mut Score) -> Outcome {
         let run = |seed: u32| {
             let mut levels = Vec::new();
             let context = subject.context(seed);
-            let mut witnesses = witness::pair(context.clone(), TILE as u32, method);
-            trace(&context, &spp, side, &mut |spp, monitor| {
-                if let Some(witnesses) = witnesses.take() {
-                    monitor.set_witnesses(Box::new(witnesses));
-                }
-                monitor.take_checkpoint(spp as f64);
-                let truth = ErrorField::against(&picture(monitor), &reference, size);
+            let mut monitor = ErrorMonitor::new([side; 2], None);
+            if let Some(witnesses) = witness::pair(context.clone(), TILE as u32, method) {
+                monitor.set_witnesses(Box::new(witnesses));
+            }
+            trace(&context, &spp, side, &mut |spp, accumulated| {
+                monitor.take_checkpoint(accumulated, spp as f64);
+                let truth = ErrorField::against(&picture(accumulated), &reference, size);
                 let Some(truth) = truth.map(|field| field.estimate(TileSubset::All)) else { return };
                 let status = monitor.status();
                 let ratio = |i: usize| {
@@ -224,27 +224,30 @@ fn study(path: &Path, arguments: &Arguments, score: &mut Score) -> Outcome {
 }
 
 /// Traces a render of one method and looks at it at these samples per pixel.
-type Tracing<'a> = &'a (dyn Fn(&RenderContext, &[u64], u32, &mut dyn FnMut(u64, &mut ErrorMonitor)) + Sync);
+type Tracing<'a> = &'a (dyn Fn(&RenderContext, &[u64], u32, Look<'_>) + Sync);
+
+/// Looks at the samples after so many per pixel.
+type Look<'a> = &'a mut dyn FnMut(u64, &AccumulatedSamples);
 
 fn trace<I: Integrator + From<RenderContext>>(
     context: &RenderContext,
     levels: &[u64],
     side: u32,
-    look: &mut dyn FnMut(u64, &mut ErrorMonitor),
+    look: Look<'_>,
 ) {
     let integrator = Replicated::new(context, true, I::from);
     let per = integrator.paths_per_index();
     let each = per.camera.max(per.light);
-    let mut monitor = ErrorMonitor::new([side; 2], 1.0, None);
+    let mut accumulated = AccumulatedSamples::new([side; 2], 1.0);
     let (mut scratch, mut sink, mut index) = (Default::default(), Sink::new(side as usize), 0);
     for &spp in levels {
         let end = (spp * u64::from(side).pow(2)).div_ceil(each);
         while index < end {
             sink.samples.clear();
             integrator.trace(index, &mut scratch, &mut sink);
-            monitor.add(index, per, &sink.samples);
+            accumulated.add(index, per, &sink.samples);
             index += 1;
         }
-        look(spp, &mut monitor);
+        look(spp, &accumulated);
     }
 }

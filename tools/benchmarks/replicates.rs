@@ -25,7 +25,7 @@ use pointillist::stream::{Sample, SampleSink, UvWindow};
 use pointillist::study::blur::BlurSchedule;
 use pointillist::study::error_tile::TILE;
 use pointillist::study::interval::Z90;
-use pointillist::study::{ErrorField, ErrorMonitor, Interval, TileSubset};
+use pointillist::study::{AccumulatedSamples, ErrorField, ErrorMonitor, Interval, TileSubset};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, CAMERA_SUBPATHS, LAST_GENERATION, ParticleTracer, PathTracer, PhotonTracer,
     RenderContext, Replicated, SAMPLES_PER_GENERATION, VcmTracer,
@@ -269,9 +269,10 @@ fn trace<I: Integrator + From<RenderContext>>(
     let pixels = u64::from(options.side).pow(2);
     let per = integrator.paths_per_index();
     let each = per.camera.max(per.light);
-    let mut monitor = ErrorMonitor::new([options.side; 2], options.filter.energy(), None);
+    let mut accumulated = AccumulatedSamples::new([options.side; 2], options.filter.energy());
+    let mut monitor = ErrorMonitor::new([options.side; 2], None);
     if let Some(schedule) = options.blur {
-        monitor = monitor.with_blur(schedule);
+        (monitor, accumulated) = (monitor.with_blur(), accumulated.with_blur(schedule));
     }
     let witnesses = options.witnesses.and_then(|method| witness::pair(context.clone(), TILE as u32, method));
     if let Some(witnesses) = witnesses {
@@ -286,7 +287,7 @@ fn trace<I: Integrator + From<RenderContext>>(
             sink.samples.clear();
             integrator.trace(index, &mut scratch, &mut sink);
             if divided {
-                monitor.add(index, per, &sink.samples);
+                accumulated.add(index, per, &sink.samples);
             } else {
                 sink.add();
             }
@@ -299,7 +300,7 @@ fn trace<I: Integrator + From<RenderContext>>(
         }
         if halves % 2 == 0 && spp.is_power_of_two() && spp >= 2 {
             levels.push(match divided {
-                true => stated(spp, &mut monitor),
+                true => stated(spp, &accumulated, &mut monitor),
                 false => whole(spp, &snapshots),
             });
         }
@@ -308,9 +309,9 @@ fn trace<I: Integrator + From<RenderContext>>(
 }
 
 /// A level of a divided run.
-fn stated(spp: u64, monitor: &mut ErrorMonitor) -> Level {
-    let known = monitor.replicates().pixels().unwrap_or_default();
-    monitor.take_checkpoint(spp as f64);
+fn stated(spp: u64, accumulated: &AccumulatedSamples, monitor: &mut ErrorMonitor) -> Level {
+    let known = accumulated.replicates().pixels().unwrap_or_default();
+    monitor.take_checkpoint(accumulated, spp as f64);
     let status = monitor.status();
     let is_known = status.checkpoints.last().is_some_and(|last| last.seconds == spp as f64);
     let f = status.estimate;

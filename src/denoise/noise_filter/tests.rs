@@ -4,7 +4,8 @@ use crate::client::{SplatFilter, Summation};
 use crate::color::Xyz;
 use crate::denoise::noise_filter::*;
 use crate::math::random::Random;
-use crate::stream::CHUNK;
+use crate::accounting::accumulator::{Accumulator, CheckpointPolicy, RenderAccount};
+use crate::stream::{CHUNK, PathCounts, Sample};
 
 const SIDE: u32 = 64;
 
@@ -23,10 +24,21 @@ fn cornell_box() -> EpochView {
     EpochView { scene, camera: Camera::of(&desc).unwrap() }
 }
 
-/// A filter of the Cornell box that was given this many noisy samples per pixel and has denoised them.
+/// The accounts of a render, which hold samples out if the error is wanted.
+fn accounts(wants_error: bool) -> Accumulator {
+    let mut samples = AccumulatedSamples::new([SIDE; 2], FILM.filter.energy());
+    if wants_error {
+        samples.keep_apart();
+    }
+    let account = RenderAccount { render: 0, samples, due: f64::INFINITY };
+    Accumulator::start(account, CheckpointPolicy::WhenIdle, drop).unwrap()
+}
+
+/// A filter of the Cornell box that has denoised this many noisy samples per pixel.
 fn filtered(per_pixel: u64, wants_error: bool) -> NoiseFilter {
-    let mut filter = NoiseFilter::start(1).unwrap();
-    filter.begin(FILM, cornell_box(), wants_error, None);
+    let accounts = accounts(wants_error);
+    let mut filter = NoiseFilter::start(1, accounts.reader()).unwrap();
+    filter.begin(FILM, cornell_box(), None);
     let mut random = Random(3);
     let samples = per_pixel * u64::from(SIDE * SIDE);
     for chunk in 0..samples / CHUNK {
@@ -36,7 +48,7 @@ fn filtered(per_pixel: u64, wants_error: bool) -> NoiseFilter {
             Sample { uv, xyz: Xyz::new(y, y, y), w: 1.0 }
         };
         let block: Vec<Sample> = (0..CHUNK).map(sample).collect();
-        filter.samples(chunk * CHUNK, PathCounts { camera: CHUNK, light: 0 }, &block);
+        accounts.add(chunk * CHUNK, PathCounts { camera: CHUNK, light: 0 }, &block, Duration::ZERO);
     }
     filter.prepare(Denoise::Wavelet);
     // The first answer is about the error, the second is the picture.
@@ -55,7 +67,7 @@ fn the_error_of_the_filtered_picture_is_estimated_where_it_is_wanted() {
     assert!(error > 0.0 && error < 0.072, "{error}");
     assert!(known.error(Denoise::Oidn).is_none());
     // Another film begins without a picture.
-    known.begin(FILM, cornell_box(), true, None);
+    known.begin(FILM, cornell_box(), None);
     assert!(known.error(Denoise::Wavelet).is_none());
     assert!(filtered(16, false).error(Denoise::Wavelet).is_none(), "nobody wants it");
     assert!(filtered(2, true).error(Denoise::Wavelet).is_none(), "there are too few samples");
@@ -64,7 +76,8 @@ fn the_error_of_the_filtered_picture_is_estimated_where_it_is_wanted() {
 /// If the last view shows too little of the present one, samples are waited for, and the filter works as without an earlier view.
 #[test]
 fn a_view_that_shows_too_little_is_not_a_failure() {
-    let mut filter = NoiseFilter::start(1).unwrap();
+    let accounts = accounts(false);
+    let mut filter = NoiseFilter::start(1, accounts.reader()).unwrap();
     let kind = Denoise::Wavelet;
     filter.reprojecting = true;
     let took = Duration::from_millis(30);

@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::Film;
-use crate::render::observer::Observer;
+use crate::accounting::observer::Observer;
 use crate::render::state::file;
 use crate::render::state::header::StateHeader;
 use crate::stream::{Block, CHUNK, PathCounts, Rejections, Sample};
+use crate::study::AccumulatedSamples;
 
 /// Passes on whole chunks of indices, and writes the state periodically.
 ///
@@ -92,10 +93,11 @@ impl Recorder {
     pub fn save(&mut self, film: &mut dyn Film, observer: Option<&Observer>) -> Result<()> {
         film.flush().into_diagnostic()?;
         let Some(film) = film.exact() else { return Ok(()) };
-        let (replicates, progress) = observer.and_then(Observer::progress).unzip();
-        self.about.progress = progress.unwrap_or_default();
+        self.about.progress = observer.map(Observer::progress).unwrap_or_default();
+        let accumulated = observer.and_then(Observer::accumulated);
+        let replicates = accumulated.as_ref().and_then(AccumulatedSamples::exact_sums);
         self.about.seconds = self.before + self.began.elapsed().as_secs_f64();
-        file::write(&self.file, &self.about, film, replicates.as_ref())?;
+        file::write(&self.file, &self.about, film, replicates)?;
         self.saved = Instant::now();
         Ok(())
     }

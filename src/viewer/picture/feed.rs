@@ -58,8 +58,8 @@ impl LivePicture {
     fn take(&mut self, session: &mut RenderSession, budget: usize) -> Result<(), ClientError> {
         let left = self.feed(budget)?;
         if let Some(region) = self.regions.traced_mut() {
-            let (film, observer, filter) = region.feed();
-            let mut writer = FilmWriter::new(film, observer).with_filter(filter.thread());
+            let (film, observer) = region.feed();
+            let mut writer = FilmWriter::new(film, observer);
             let drained = session.drain(left.max(BLOCK_SAMPLES), |block| writer.block(block));
             self.rasterised += drained.samples as u64;
             return writer.finish();
@@ -76,8 +76,8 @@ impl LivePicture {
             self.read_ahead(session, budget);
             return Ok(());
         };
-        let (filter, coarse) = (self.filter.thread(), film.is_coarse());
-        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        let coarse = film.is_coarse();
+        let mut writer = FilmWriter::new(film, observer).with_meter(&mut self.meter);
         writer = writer.with_groups(self.mix.films());
         let mut left = left.max(BLOCK_SAMPLES);
         while left > 0 {
@@ -119,8 +119,8 @@ impl LivePicture {
     fn feed(&mut self, budget: usize) -> Result<usize, ClientError> {
         let observer = self.observer.as_ref();
         let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else { return Ok(budget) };
-        let (mut left, filter) = (budget, self.filter.thread());
-        let mut writer = FilmWriter::new(film, observer).with_filter(filter).with_meter(&mut self.meter);
+        let mut left = budget;
+        let mut writer = FilmWriter::new(film, observer).with_meter(&mut self.meter);
         while left > 0
             && let Some((samples, first_index, paths)) = self.kept.feed()
         {

@@ -22,8 +22,9 @@ use crate::client::{ClientError, Film, FilmData, FilmSpec, Settings, develop};
 use crate::denoise::noise_filter::EpochView;
 use crate::gpu::{Cmd, Gpu, Region};
 use crate::image::Grid;
-use crate::render::method;
-use crate::render::observer::{Backpressure, Observer};
+use crate::render::{method, observed};
+use crate::accounting::accumulator::CheckpointPolicy;
+use crate::accounting::observer::Observer;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::study::ErrorTarget;
@@ -124,9 +125,9 @@ impl RegionRender {
         self.filter.filter(samples, data.and_then(Result::ok));
     }
 
-    /// Consumers of the region's samples: film, observer and filter.
-    pub fn feed(&mut self) -> (&mut VulkanFilm, Option<&Observer>, &WindowFilter) {
-        (&mut self.film, self.observer.as_ref(), &self.filter)
+    /// Consumers of the region's samples: film and observer.
+    pub fn feed(&mut self) -> (&mut VulkanFilm, Option<&Observer>) {
+        (&mut self.film, self.observer.as_ref())
     }
 
     /// Error observer of the region.
@@ -430,11 +431,11 @@ impl LivePicture {
             deterministic: false,
             ..whole.clone()
         };
-        let observe = || Observer::start(&run, Some(target), Backpressure::LeaveOut);
+        let observe = || observed::observe(&run, Some(target), CheckpointPolicy::WhenIdle);
         let mut region = RegionRender {
             rectangle,
             film: screen.new_film(film).into_diagnostic()?,
-            filter: WindowFilter::new(session.tracers.threads()).without_error(),
+            filter: WindowFilter::new(session.tracers.threads()),
             observer: run.replicated.then(observe).transpose()?,
             run,
             began: Instant::now(),
@@ -446,13 +447,15 @@ impl LivePicture {
             observer.call(witnesses);
         }
         let view = EpochView { camera: camera.clone(), ..view };
-        region.filter.start_anew(&region.run, view, settings, device);
+        let account = region.observer.as_ref().map(Observer::account);
+        region.filter.start_anew(&region.run, account, view, settings, device);
         session.trace_region(editor, &region.run, camera)?;
         if let Some((whole, own)) = self.observer.as_ref().zip(region.observer.as_ref()) {
+            let [origin, extent] = [rectangle.origin, rectangle.extent].map(|pair| pair.map(|n| n as usize));
             // The samples of the last region are accounted for first.
             match self.regions.list.last().and_then(|last| last.observer.as_ref()).filter(|_| last) {
-                Some(last) => last.ask_for(rectangle, whole, own),
-                None => whole.share_shown(rectangle, own),
+                Some(last) => last.ask_for(origin, extent, whole, own),
+                None => whole.share_shown(origin, extent, own),
             }
         }
         self.regions.list.push(region);
