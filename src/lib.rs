@@ -52,6 +52,6 @@ pub mod server;
 pub mod spectrum;
 pub mod stream;
 pub mod study;
-pub mod tracer;
 mod threads;
+pub mod tracer;
 mod viewer;

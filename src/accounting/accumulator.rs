@@ -52,7 +52,7 @@ pub struct RenderAccount {
 }
 
 /// An entry of the queue.
-enum Entry {
+enum QueueEntry {
     /// A block with this number of the queued samples.
     Block {
         first_index: u64,
@@ -67,16 +67,16 @@ enum Entry {
     Snapshot(Sender<AccumulatedSamples>),
 }
 
-/// Entries in order, and the samples of all of their blocks, one after the other.
+/// QueueEntries in order, and the samples of all of their blocks, one after the other.
 #[derive(Default)]
-struct Entries {
-    entries: VecDeque<Entry>,
+struct QueueEntries {
+    entries: VecDeque<QueueEntry>,
     samples: Vec<Sample>,
 }
 
-/// The queue of an [`Accumulator`].
+/// The queue of an [`SampleAccumulator`].
 struct Queue {
-    waiting: Entries,
+    waiting: QueueEntries,
     /// A snapshot is asked for.
     is_urgent: bool,
     /// Nothing that is not urgent is processed before this time.
@@ -100,19 +100,19 @@ struct Shared {
 }
 
 /// A handle to the thread; dropping it ends the thread.
-pub struct Accumulator {
+pub struct SampleAccumulator {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What other threads read of an [`Accumulator`].
+/// What other threads read of an [`SampleAccumulator`].
 #[derive(Clone)]
 pub struct AccountReader(Arc<Shared>);
 
-/// What the thread that takes checkpoints has of an [`Accumulator`]. When it is dropped no more checkpoints are taken.
+/// What the thread that takes checkpoints has of an [`SampleAccumulator`]. When it is dropped no more checkpoints are taken.
 pub(super) struct CheckpointTaker(Arc<Shared>);
 
-impl Accumulator {
+impl SampleAccumulator {
     /// Starts the thread. It calls `take_checkpoint` whenever a checkpoint is due; the next one comes after
     /// [`set_due`](CheckpointTaker::set_due).
     ///
@@ -125,19 +125,15 @@ impl Accumulator {
         take_checkpoint: impl Fn(DueCheckpoint) + Send + 'static,
     ) -> std::io::Result<Self> {
         let queue = Queue {
-            waiting: Entries::default(),
+            waiting: QueueEntries::default(),
             is_urgent: false,
             rest: Instant::now(),
             due: None,
             has_taker: true,
             is_closed: false,
         };
-        let shared = Arc::new(Shared {
-            queue: Mutex::new(queue),
-            news: Condvar::new(),
-            room: Condvar::new(),
-            policy,
-        });
+        let shared =
+            Arc::new(Shared { queue: Mutex::new(queue), news: Condvar::new(), room: Condvar::new(), policy });
         let own = shared.clone();
         let work = move || {
             let _last = CloseOnExit(&own);
@@ -165,7 +161,7 @@ impl Accumulator {
         if self.shared.policy == CheckpointPolicy::WhenIdle {
             queue.rest = Instant::now() + REST;
         }
-        self.shared.push(&mut queue, Entry::Begin(Box::new(account)));
+        self.shared.push(&mut queue, QueueEntry::Begin(Box::new(account)));
     }
 
     /// Copies the samples of a block into the queue, `at` this time after the render began. Waits for room.
@@ -176,12 +172,12 @@ impl Accumulator {
             queue = self.shared.room.wait(queue).unwrap_or_else(|poisoned| poisoned.into_inner());
         }
         queue.waiting.samples.extend_from_slice(samples);
-        self.shared.push(&mut queue, Entry::Block { first_index, paths, samples: samples.len(), at });
+        self.shared.push(&mut queue, QueueEntry::Block { first_index, paths, samples: samples.len(), at });
     }
 
     /// Begins to hold out some of the samples of each replicate.
     pub fn keep_apart(&self) {
-        self.shared.push(&mut unpoisoned(&self.shared.queue), Entry::KeepApart);
+        self.shared.push(&mut unpoisoned(&self.shared.queue), QueueEntry::KeepApart);
     }
 
     /// Takes no more samples and ends the thread soon.
@@ -196,7 +192,7 @@ impl Accumulator {
     }
 }
 
-impl Drop for Accumulator {
+impl Drop for SampleAccumulator {
     fn drop(&mut self) {
         self.close();
         if let Some(thread) = self.thread.take() {
@@ -209,7 +205,7 @@ impl AccountReader {
     /// Asks for the sums of all samples so far. There is no answer if another account begins before, or the thread is gone.
     pub fn ask(&self) -> Receiver<AccumulatedSamples> {
         let (answer, answers) = channel();
-        self.0.push(&mut unpoisoned(&self.0.queue), Entry::Snapshot(answer));
+        self.0.push(&mut unpoisoned(&self.0.queue), QueueEntry::Snapshot(answer));
         answers
     }
 
@@ -235,7 +231,7 @@ impl Drop for CheckpointTaker {
     }
 }
 
-impl Entries {
+impl QueueEntries {
     fn clear(&mut self) {
         self.entries.clear();
         self.samples.clear();
@@ -243,11 +239,11 @@ impl Entries {
 }
 
 impl Shared {
-    fn push(&self, queue: &mut Queue, entry: Entry) {
+    fn push(&self, queue: &mut Queue, entry: QueueEntry) {
         if queue.is_closed {
             return queue.waiting.clear();
         }
-        queue.is_urgent |= matches!(entry, Entry::Snapshot(_));
+        queue.is_urgent |= matches!(entry, QueueEntry::Snapshot(_));
         queue.waiting.entries.push_back(entry);
         // Otherwise the thread is awake, or deliberately left asleep.
         if queue.waiting.entries.len() == 1 || queue.is_urgent || queue.waiting.samples.len() > MOST / 2 {
@@ -266,7 +262,7 @@ impl Shared {
 
     /// Waits for entries and exchanges them for `processed` ones; false at the end. Samples of a render that has just begun stay queued,
     /// and so do those for which shared sums would have to be copied, unless they become many or a snapshot is asked for.
-    fn next(&self, account: &mut RenderAccount, processed: &mut Entries) -> bool {
+    fn next(&self, account: &mut RenderAccount, processed: &mut QueueEntries) -> bool {
         let mut queue = unpoisoned(&self.queue);
         while !queue.is_closed {
             let left = queue.rest.saturating_duration_since(Instant::now());
@@ -317,12 +313,12 @@ impl Drop for CloseOnExit<'_> {
 
 /// Body of the thread.
 fn accumulate(shared: &Shared, mut account: RenderAccount, take_checkpoint: &dyn Fn(DueCheckpoint)) {
-    let mut taken = Entries::default();
+    let mut taken = QueueEntries::default();
     while shared.next(&mut account, &mut taken) {
         let mut samples = taken.samples.as_slice();
         for entry in taken.entries.drain(..) {
             match entry {
-                Entry::Block { first_index, paths, samples: count, at } => {
+                QueueEntry::Block { first_index, paths, samples: count, at } => {
                     let (block, rest) = samples.split_at(count);
                     samples = rest;
                     account.samples.add(first_index, paths, block);
@@ -333,10 +329,10 @@ fn accumulate(shared: &Shared, mut account: RenderAccount, take_checkpoint: &dyn
                         shared.wait_for_due(&mut account);
                     }
                 }
-                Entry::Begin(new) => account = *new,
-                Entry::KeepApart => account.samples.keep_apart(),
+                QueueEntry::Begin(new) => account = *new,
+                QueueEntry::KeepApart => account.samples.keep_apart(),
                 // If nobody waits for it any more, it is dropped.
-                Entry::Snapshot(answer) => _ = answer.send(account.samples.clone()),
+                QueueEntry::Snapshot(answer) => _ = answer.send(account.samples.clone()),
             }
         }
         taken.samples.clear();

@@ -2,7 +2,7 @@
 //! predictions read from there.
 //!
 //! ```text
-//! FilmWriter ─▶ Accumulator: bounded queue ─▶ thread "accounting" ─▶ AccumulatedSamples
+//! FilmWriter ─▶ SampleAccumulator: bounded queue ─▶ thread "accounting" ─▶ AccumulatedSamples
 //!                                                                      │ snapshots
 //!                               Observer: thread "observer" ◀──────────┴─────────▶ noise filter
 //!                               checkpoints, error, predictions                    halves, held-out samples

@@ -7,11 +7,10 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crate::accounting::accumulator::{
-    AccountReader, Accumulator, CheckpointPolicy, CheckpointTaker, DueCheckpoint, RenderAccount,
+    AccountReader, CheckpointPolicy, CheckpointTaker, DueCheckpoint, RenderAccount, SampleAccumulator,
 };
 use crate::stream::{PathCounts, Sample};
 use crate::study::error::OtherSamples;
-use crate::study::error_tile::ReplicatePixel;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::witness::Witnesses;
 use crate::study::{AccumulatedSamples, ErrorMonitor, ErrorStatus, ErrorTarget, MonitorProgress};
@@ -88,7 +87,7 @@ type Published = Mutex<(u64, Arc<ErrorStatus>)>;
 
 /// A handle to both threads; dropping it ends them.
 pub struct Observer {
-    accumulator: Accumulator,
+    accumulator: SampleAccumulator,
     /// `None` once the thread was told to end.
     messages: Option<Sender<Message>>,
     status: Arc<Published>,
@@ -115,7 +114,7 @@ impl Observer {
         let checkpoints = messages.clone();
         // If the observer is gone nobody reads the error any more.
         let send = move |checkpoint| _ = checkpoints.send(Message::Checkpoint(checkpoint));
-        let accumulator = Accumulator::start(account, policy, send)?;
+        let accumulator = SampleAccumulator::start(account, policy, send)?;
         let thread = ObserverThread {
             monitor,
             log,
@@ -179,7 +178,9 @@ impl Observer {
     pub fn ask_for(&self, origin: [usize; 2], size: [usize; 2], whole: &Observer, to: &Observer) {
         let estimate = SharedEstimate::Shown { origin, size };
         let ends = Subscriber::new(whole).zip(Subscriber::new(to));
-        ends.into_iter().for_each(|(whole, to)| self.send(Message::AskFor(estimate, whole, to)));
+        if let Some((whole, to)) = ends {
+            self.send(Message::AskFor(estimate, whole, to));
+        }
     }
 
     /// Sends this render's own estimate to the observer of the picture in which it begins at pixel `origin`: the reverse of
@@ -189,7 +190,9 @@ impl Observer {
     }
 
     fn share(&self, estimate: SharedEstimate, to: &Observer) {
-        Subscriber::new(to).into_iter().for_each(|to| self.send(Message::Share(estimate, to)));
+        if let Some(to) = Subscriber::new(to) {
+            self.send(Message::Share(estimate, to));
+        }
     }
 
     /// The error target.
@@ -233,12 +236,6 @@ impl Observer {
         self.account().read()
     }
 
-    /// Mean and difference of the replicates of every pixel so far, as [`Replicates::pixels`](crate::study::Replicates::pixels) returns them;
-    /// empty before each replicate has traced a path.
-    pub fn pixels(&self) -> Vec<ReplicatePixel> {
-        self.accumulated().and_then(|samples| samples.replicates().pixels()).unwrap_or_default()
-    }
-
     /// Begins to keep some of the samples of each replicate apart.
     pub fn keep_apart(&self) {
         self.accumulator.keep_apart();
@@ -272,8 +269,10 @@ impl Observer {
     }
 
     fn send(&self, message: Message) {
-        // If the send fails the thread has panicked and has said so.
-        self.messages.iter().for_each(|messages| _ = messages.send(message));
+        if let Some(messages) = &self.messages {
+            // If the send fails the thread has panicked and has said so.
+            let _ = messages.send(message);
+        }
     }
 }
 

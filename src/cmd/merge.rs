@@ -24,7 +24,8 @@ use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
 use crate::study::witness::Witnesses;
 use crate::study::{
-    AccumulatedSamples, ErrorEstimate, ErrorMonitor, ErrorStatus, ErrorTarget, Interval, MonitorProgress, SamplesApart,
+    AccumulatedSamples, ErrorEstimate, ErrorMonitor, ErrorStatus, ErrorTarget, Interval, MonitorProgress,
+    SamplesApart,
 };
 use crate::tracer::{Camera, Scene};
 

@@ -528,9 +528,10 @@ impl FilteredFilm {
             return None;
         }
         *estimated = Some((kind, paths));
-        let error = filtered_error(&accumulated.replicates(), apart, filter, kind, is_over).inspect_err(|error| {
-            tracing::warn!("the error of the filtered picture is not known: {error}");
-        });
+        let error =
+            filtered_error(&accumulated.replicates(), apart, filter, kind, is_over).inspect_err(|error| {
+                tracing::warn!("the error of the filtered picture is not known: {error}");
+            });
         (!is_over()).then(|| error.unwrap_or_default())
     }
 }

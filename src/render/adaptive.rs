@@ -8,9 +8,9 @@ use std::time::Duration;
 use miette::Result;
 use serde::Serialize;
 
+use crate::accounting::observer::Observer;
 use crate::client::DisplayView;
 use crate::render::method::paths_per_index;
-use crate::accounting::observer::Observer;
 use crate::render::options::RenderOptions;
 use crate::render::run_spec::RunSpec;
 use crate::render::state::RenderGoal;

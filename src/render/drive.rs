@@ -4,11 +4,11 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::accounting::observer::Observer;
 use crate::client::{ClientError, Film};
 use crate::render::film_writer::FilmWriter;
 use crate::render::light_groups::GroupFilms;
 use crate::render::live_outputs::LiveOutputs;
-use crate::accounting::observer::Observer;
 use crate::render::process;
 use crate::render::progress::Progress;
 use crate::render::state::Recorder;

@@ -1,9 +1,9 @@
 //! The film's side of the stream: the one routine by which `render`, `view` and `bench` put blocks onto a film.
 
+use crate::accounting::observer::Observer;
 use crate::client::light_meter::LightMeter;
 use crate::client::{ClientError, Film};
 use crate::render::light_groups::GroupFilms;
-use crate::accounting::observer::Observer;
 use crate::stream::{Block, PathCounts, Sample};
 
 /// Adds blocks to a film: counts their paths, adds their samples, and passes copies to the observer. After the

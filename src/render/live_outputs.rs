@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::accounting::observer::Observer;
 use crate::client::{Denoise, Film, Settings};
 use crate::job::{Job, StopFlag};
-use crate::accounting::observer::Observer;
 use crate::render::options::RenderOptions;
 use crate::render::outputs::{Outputs, PendingSnapshot};
 use crate::render::process;

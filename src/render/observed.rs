@@ -45,11 +45,7 @@ pub fn resume(
     start(ObservedRender { monitor, samples, log }, target, policy)
 }
 
-fn start(
-    render: ObservedRender,
-    target: Option<ErrorTarget>,
-    policy: CheckpointPolicy,
-) -> Result<Observer> {
+fn start(render: ObservedRender, target: Option<ErrorTarget>, policy: CheckpointPolicy) -> Result<Observer> {
     let observer = Observer::start(render, target, policy).into_diagnostic();
     observer.wrap_err("cannot start the threads that watch the error; --replicates 1 does without")
 }

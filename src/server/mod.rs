@@ -53,8 +53,8 @@ mod worker;
 
 pub use cost::{COST_CELLS, CostMap};
 
+pub use crate::threads::Priority;
 pub use handle::{Server, ServerError};
 pub use job::{CHUNK, DEADLINE, RenderJob};
 pub use spans::{ChunkSpan, Spans};
 pub use stats::{Stats, WorkerStats, thread_cpu_time};
-pub use crate::threads::Priority;

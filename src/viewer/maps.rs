@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::accounting::observer::Observer;
 use crate::client::window::panel::{
     ColorScale, ErrorSummary, FalseColorMap, MapChoice, PictureOverlay, UnfoundSummary,
 };
 use crate::render::method;
-use crate::accounting::observer::Observer;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::server::{COST_CELLS, CostMap};

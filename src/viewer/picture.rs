@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
+use crate::accounting::accumulator::CheckpointPolicy;
+use crate::accounting::observer::{ObservedRender, Observer};
 use crate::client::film::VulkanFilm;
 use crate::client::light_meter::LightMeter;
 use crate::client::pacing::Pacer;
@@ -21,10 +23,8 @@ use crate::denoise::noise_filter::{EpochView, FilteredFrame};
 use crate::gpu::{FrameNumber, Gpu, Region};
 use crate::render::figures::human;
 use crate::render::light_groups::{GroupFilms, GroupMemory};
-use crate::render::{method, observed};
-use crate::accounting::accumulator::CheckpointPolicy;
-use crate::accounting::observer::{ObservedRender, Observer};
 use crate::render::run_spec::RunSpec;
+use crate::render::{method, observed};
 use crate::scene::light_groups::LightGroup;
 use crate::study::{ErrorEstimate, ErrorTarget};
 use crate::viewer::editor::SceneEditor;

@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
+use crate::accounting::accumulator::CheckpointPolicy;
 use crate::render::method::{self, RenderOrder};
-use crate::render::observer::{Backpressure, Observer};
+use crate::render::observed;
 use crate::render::process;
 use crate::render::progress::{Goal, Progress};
 use crate::render::run_spec::RunSpec;
@@ -80,7 +81,7 @@ impl Budget {
     pub fn measure(subject: &TrialSubject, target: ErrorTarget, time: Duration) -> Result<Self> {
         let TrialSubject { run, scene, camera, threads, setup } = *subject;
         let run = &RunSpec { replicated: true, ..run.clone() };
-        let observer = Observer::start(run, Some(target), Backpressure::Wait)?;
+        let observer = observed::observe(run, Some(target), CheckpointPolicy::Exact)?;
         if let Some(witnesses) = method::witnesses(run, scene, camera) {
             observer.call(witnesses);
         }

@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::accounting::accumulator::CheckpointPolicy;
+use crate::accounting::observer::Observer;
 use crate::client::{Denoise, DisplayImage, Film, FilmData, FilmSpec, Settings, develop};
 use crate::cmd::args::StudyArgs;
 use crate::color::Profile;
@@ -18,12 +20,11 @@ use crate::render::figures::Seconds;
 use crate::render::light_groups::GroupFilms;
 use crate::render::load::{self, Opened};
 use crate::render::method::{self, RenderOrder};
-use crate::render::observer::{Backpressure, Observer};
 use crate::render::options::SceneOptions;
 use crate::render::progress::{Goal, Progress};
 use crate::render::run_spec::{RunSpec, shown_variance};
 use crate::render::state::RenderGoal;
-use crate::render::warnings;
+use crate::render::{observed, warnings};
 use crate::scene::SceneDesc;
 use crate::scene::desc::IntegratorKind;
 use crate::scene::light_groups::LightGroup;
@@ -108,7 +109,7 @@ pub struct StudyRender {
     /// Mean and difference of its replicates per pixel; empty for an undivided run.
     pub pixels: Vec<ReplicatePixel>,
     /// Sums of its replicates; `None` for an undivided run.
-    replicates: Option<Replicates>,
+    replicates: Option<Arc<Replicates>>,
 }
 
 impl StudyRender {
@@ -119,7 +120,7 @@ impl StudyRender {
 
     /// Mean luminance of each replicate.
     pub fn brightness(&self) -> Vec<MeanLuminance> {
-        self.replicates.iter().flat_map(Replicates::mean_luminances).flatten().collect()
+        self.replicates.iter().flat_map(|sums| sums.mean_luminances()).flatten().collect()
     }
 }
 
@@ -223,7 +224,8 @@ impl StudyRenderer {
             true => adaptive::stages(run, &goal)?,
             false => vec![RenderStage::even(goal.indices, time)],
         };
-        let observer = run.replicated.then(|| Observer::start(run, None, Backpressure::Wait)).transpose()?;
+        let observer =
+            run.replicated.then(|| observed::observe(run, None, CheckpointPolicy::Exact)).transpose()?;
         // The error that a user is shown includes witness paths; in shorter renders they would take too much of the time.
         let has_witnesses = time.is_some_and(|time| time >= WITNESSED);
         let witnesses = has_witnesses.then(|| method::witnesses(run, &scene, &camera)).flatten();
@@ -289,8 +291,9 @@ impl StudyRenderer {
         if let Some((index, message)) = &driven.panicked {
             miette::bail!("path {index} panicked: {message}: {}", run.command(*index, 1));
         }
-        let pixels = observer.as_ref().map(Observer::pixels).unwrap_or_default();
-        let replicates = observer.as_ref().and_then(Observer::replicates);
+        let replicates =
+            observer.as_ref().and_then(Observer::accumulated).map(|samples| samples.replicates());
+        let pixels = replicates.as_ref().and_then(|replicates| replicates.pixels()).unwrap_or_default();
         let (state, predictions) = observer.as_ref().map(Observer::end).unwrap_or_default();
         let data = self.film.client.develop().into_diagnostic()?;
         let [width, height] = [run.film.width, run.film.height].map(|side| side as usize);

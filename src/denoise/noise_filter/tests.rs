@@ -1,10 +1,10 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
+use crate::accounting::accumulator::{CheckpointPolicy, RenderAccount, SampleAccumulator};
 use crate::client::{SplatFilter, Summation};
 use crate::color::Xyz;
 use crate::denoise::noise_filter::*;
 use crate::math::random::Random;
-use crate::accounting::accumulator::{Accumulator, CheckpointPolicy, RenderAccount};
 use crate::stream::{CHUNK, PathCounts, Sample};
 
 const SIDE: u32 = 64;
@@ -25,13 +25,13 @@ fn cornell_box() -> EpochView {
 }
 
 /// The accounts of a render, which hold samples out if the error is wanted.
-fn accounts(wants_error: bool) -> Accumulator {
+fn accounts(wants_error: bool) -> SampleAccumulator {
     let mut samples = AccumulatedSamples::new([SIDE; 2], FILM.filter.energy());
     if wants_error {
         samples.keep_apart();
     }
     let account = RenderAccount { render: 0, samples, due: f64::INFINITY };
-    Accumulator::start(account, CheckpointPolicy::WhenIdle, drop).unwrap()
+    SampleAccumulator::start(account, CheckpointPolicy::WhenIdle, drop).unwrap()
 }
 
 /// A filter of the Cornell box that has denoised this many noisy samples per pixel.

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::client::Film;
 use crate::accounting::observer::Observer;
+use crate::client::Film;
 use crate::render::state::file;
 use crate::render::state::header::StateHeader;
 use crate::stream::{Block, CHUNK, PathCounts, Rejections, Sample};
