@@ -109,6 +109,11 @@ impl RetainedSamples {
         self.fed == self.blocks.len()
     }
 
+    /// Whether every block of the epoch was retained.
+    pub fn complete(&self) -> bool {
+        !self.full
+    }
+
     /// Number of retained samples.
     pub fn len(&self) -> usize {
         self.samples.len()
