@@ -2,9 +2,9 @@
 
 use std::any::Any;
 use std::io;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
@@ -104,6 +104,11 @@ impl<T> Drop for Job<T> {
     fn drop(&mut self) {
         self.stop.0.store(true, Ordering::Relaxed);
     }
+}
+
+/// Locks `mutex`, even after a panic of another thread: for state that is valid at every moment.
+pub(crate) fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// The words of a panic, if it has any.

@@ -13,10 +13,11 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use crate::gpu::Region;
+use crate::job::unpoisoned;
 use crate::render::run_spec::RunSpec;
 use crate::render::{method, predictions};
 use crate::scene::desc::IntegratorKind;
-use crate::server::{Priority, unpoisoned};
+use crate::server::Priority;
 use crate::stream::{PathCounts, Sample};
 use crate::study::blur::BlurSchedule;
 use crate::study::error::OtherSamples;

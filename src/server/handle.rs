@@ -2,12 +2,13 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::job::unpoisoned;
 use crate::server::cost::{CostGrid, CostMap};
 use crate::server::job::{RenderJob, Task};
 use crate::server::render::PendingRender;
@@ -227,9 +228,4 @@ impl TracerPool {
             Err(source) => Err(ServerError::Spawn { number: threads.len(), threads: count, source }),
         }
     }
-}
-
-/// Locks `mutex`, even after a panic of another thread: for state that is valid at every moment.
-pub(crate) fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -52,7 +52,6 @@ pub mod stats;
 mod worker;
 
 pub use cost::{COST_CELLS, CostMap};
-pub(crate) use handle::unpoisoned;
 pub use handle::{Server, ServerError};
 pub use job::{CHUNK, DEADLINE, RenderJob};
 pub use spans::{ChunkSpan, Spans};

@@ -5,7 +5,7 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use crate::server::handle::unpoisoned;
+use crate::job::unpoisoned;
 use crate::server::job::Task;
 use crate::server::stats::Stopwatch;
 use crate::server::worker::{Work, Worker, stop_after_panic};

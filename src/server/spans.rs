@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::server::unpoisoned;
+use crate::job::unpoisoned;
 use crate::stream::LaneWriter;
 
 /// Most chunks that are kept per worker; a chunk takes about a millisecond. The oldest ones are dropped first.

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use crate::server::unpoisoned;
+use crate::job::unpoisoned;
 use crate::stream::{Epoch, Rejections, Totals};
 
 /// Statistics of one worker in one render.
