@@ -251,7 +251,7 @@ impl LightMix {
     }
 
     fn device_films(&mut self) -> impl Iterator<Item = &mut VulkanFilm> {
-        self.films.iter_mut().flat_map(|films| films.films()).filter_map(|film| film.on_device())
+        self.films.iter_mut().flat_map(|films| films.films()).filter_map(|film| VulkanFilm::of(film.as_mut()))
     }
 
     /// Rasterises the waiting samples.

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::Film;
+use crate::client::reference::ExactFilm;
 use crate::render::observer::Observer;
 use crate::render::state::file;
 use crate::render::state::header::StateHeader;
@@ -91,7 +92,7 @@ impl Recorder {
     /// When the file cannot be written; the previous file stays unchanged.
     pub fn save(&mut self, film: &mut dyn Film, observer: Option<&Observer>) -> Result<()> {
         film.flush().into_diagnostic()?;
-        let Some(film) = film.exact() else { return Ok(()) };
+        let Some(film) = ExactFilm::of(film) else { return Ok(()) };
         let (replicates, progress) = observer.and_then(Observer::progress).unzip();
         self.about.progress = progress.unwrap_or_default();
         self.about.seconds = self.before + self.began.elapsed().as_secs_f64();
