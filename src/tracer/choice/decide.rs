@@ -11,7 +11,7 @@
 
 use crate::scene::desc::IntegratorKind;
 
-use super::survey::Survey;
+use super::survey::{DELTAS, Survey};
 use super::trial::{CELLS, SIDE, Trial};
 
 /// Number of blocks along either side of the picture in which means are compared.
@@ -30,9 +30,6 @@ const WORTH: f64 = 1.25;
 /// Factor by which photon mapping must beat the best of the others: its samples share one map, so that noise falls more slowly
 /// than a trial can tell, and they blur.
 const PHOTONS_WORTH: f64 = 6.0;
-
-/// Share of the picture that may show deltas before particle tracing is excluded: none, but for a stray ray between two edges.
-pub(super) const DELTAS: f64 = 0.0002;
 
 /// The reason mentions light that a method missed from this share on.
 const WORTH_TELLING: f64 = 0.02;

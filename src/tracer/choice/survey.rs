@@ -11,8 +11,20 @@ use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{Subpath, SubpathVertex};
 
-use super::decide::DELTAS;
-use super::{CANDIDATES, SEED};
+/// The seed of survey and trials: not that of any picture, and always the same.
+pub(super) const SEED: u32 = 0x6175_746f;
+
+/// The methods that are tried. Another one is one more line here, and an arm in [`Trial::of`](super::Trial::of) and for its cost beside it.
+pub const CANDIDATES: [IntegratorKind; 5] = [
+    IntegratorKind::Path,
+    IntegratorKind::Light,
+    IntegratorKind::Bidirectional,
+    IntegratorKind::Photon,
+    IntegratorKind::Vcm,
+];
+
+/// Share of the picture that may show deltas before particle tracing is excluded: none, but for a stray ray between two edges.
+pub(super) const DELTAS: f64 = 0.0002;
 
 /// Number of walks from either end.
 const WALKS: u64 = 2048;

@@ -8,8 +8,7 @@ use crate::tracer::integrator::{
     PhotonTracer, RenderContext, VcmTracer,
 };
 
-use super::SEED;
-use super::survey::Survey;
+use super::survey::{SEED, Survey};
 
 /// Work of one trial, in the units of [`cost_of`].
 const WORK: f64 = 200_000.0;

@@ -3,8 +3,8 @@
 use crate::scene::desc::{BsdfDesc, IntegratorKind, LightDesc, Place, SceneDesc};
 use crate::spectrum::Spectrum;
 
+use super::entry::{Entry, never};
 use super::used::{Used, by, known};
-use super::{Entry, never};
 
 pub(super) const LIGHT_STREAM: Entry = Entry {
     name: "light-stream",
