@@ -8,7 +8,7 @@
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
-//! vcm              bidirectional path tracing, and photons for what it cannot connect
+//! vcm              bidirectional path tracing, and photons for what it cannot connect; `prefix` tells the two apart
 //! caustic_witness  the same with few paths, for the error of other methods
 //! depth            distances, without light
 //! check            `--check-plan`: the plan of effects is compared with the code for everything
@@ -52,6 +52,7 @@ mod direct_lighting;
 mod particle;
 mod path;
 mod photon;
+mod prefix;
 mod vcm;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
