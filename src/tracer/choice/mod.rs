@@ -25,7 +25,7 @@ mod survey;
 mod trial;
 
 pub use decide::{IntegratorChoice, IntegratorRating, decide};
-pub use survey::{CANDIDATES, SubpathLengths, Survey};
+pub use survey::{SubpathLengths, Survey};
 pub use trial::Trial;
 
 use super::integrator::RenderContext;

@@ -46,6 +46,10 @@ impl VcmTracer {
 }
 
 impl SeesPhotons for VcmTracer {
+    fn without_photons(context: RenderContext, deterministic: bool) -> Self {
+        Self::new(context, deterministic)
+    }
+
     fn seeing(self, generations: u64) -> Self {
         Self { photons: self.photons.seeing(generations), ..self }
     }

@@ -25,7 +25,6 @@ use crate::image::Grid;
 use crate::render::method;
 use crate::render::observer::{Backpressure, Observer};
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::IntegratorKind;
 use crate::study::ErrorTarget;
 use crate::tracer::Camera;
 use crate::viewer::editor::SceneEditor;
@@ -397,9 +396,11 @@ impl LivePicture {
         settings: &Settings,
         target: ErrorTarget,
     ) -> Result<()> {
-        if session.run_spec().integrator == IntegratorKind::Light {
+        let method = session.run_spec().integrator;
+        if let [false, _] = method.streams() {
             return Err(miette!(
-                "particle tracing cannot be kept to a region: its paths begin at the lights; choose another method on the tab Render"
+                "{} cannot be kept to a region: its paths begin at the lights; choose another method on the tab Render",
+                method.traits().title
             ));
         }
         self.sharpen().into_diagnostic()?;

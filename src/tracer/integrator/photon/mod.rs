@@ -226,6 +226,10 @@ impl Integrator for PhotonTracer {
 }
 
 impl SeesPhotons for PhotonTracer {
+    fn without_photons(context: RenderContext, deterministic: bool) -> Self {
+        Self::new(context, deterministic)
+    }
+
     fn seeing(self, generations: u64) -> Self {
         Self { generations: Some(generations), deterministic: true, ..self }
     }

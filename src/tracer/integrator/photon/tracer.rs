@@ -37,7 +37,10 @@ pub struct PhotonTracer {
 }
 
 /// An integrator whose samples see photons: what it takes to trace one of them again.
-pub trait SeesPhotons {
+pub trait SeesPhotons: Sized {
+    /// A tracer with an empty map; `deterministic` as in [`PhotonTracer::new`].
+    fn without_photons(context: RenderContext, deterministic: bool) -> Self;
+
     /// This tracer for samples that have seen so many generations of photons.
     fn seeing(self, generations: u64) -> Self;
 
