@@ -38,11 +38,11 @@
 //! 4. **Contract**: `sample` chooses directions with exactly the density that `eval` states, over all of its random numbers; its weight
 //!    is `eval`'s value over that density. `eval` and `sample` agree on which lobe exists. Nothing but black, `None` or finite
 //!    numbers leaves either. Where the model is reciprocal, f(wo, wi)/nᵢ² = f(wi, wo)/nₒ². No more light leaves than arrives.
-//! 5. **Tests**: add the model to each of these lists by hand. `materials()` in `tests/tracer/bsdf.rs` (chi² of `sample` against `eval`'s density,
-//!    weights against values, reciprocity, energy, grazing and normal directions); the generator of random scenes in
-//!    `tests/tracer/effects_check.rs`; the furnaces of `tests/agreement/furnace.rs` and the agreement of all methods in
-//!    `tests/agreement/meshes.rs`; the plugin's defaults and faults in `tests/scene`; a scene of it, `scenes/plugins/bsdf_velvet.xml`,
-//!    that agrees with Mitsuba (`tools/compare_mitsuba`), and its golden picture (`tools/golden bsdf_velvet`).
+//! 5. **Tests**: one entry in `tests/support/bsdfs.rs`. General tests read that list: sampling against density and value, reciprocity,
+//!    energy and hard cases, random scenes with and without the plan of effects, white furnaces by several methods, and impossible
+//!    parameters. Beside it a case in `tests/stability/bsdf/cases.rs`, which says how wide the lobes are; a scene,
+//!    `scenes/plugins/bsdf_velvet.xml`, that agrees with Mitsuba (`tools/compare_mitsuba`), and its golden picture
+//!    (`tools/golden bsdf_velvet`). A test fails and says so where one of these is missing.
 //!
 //! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead. The smooth and the rough form
 //! of one material stand in one file.
