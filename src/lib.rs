@@ -52,6 +52,5 @@ pub mod server;
 pub mod spectrum;
 pub mod stream;
 pub mod study;
-mod threads;
 pub mod tracer;
 mod viewer;

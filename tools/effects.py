@@ -1,6 +1,6 @@
 """The speed of the code that the plan of effects chooses, over that of the code for any scene, in one program.
 
-A scene is traced as planned (special code, see `src/tracer/bsdf/scattering.rs`; in a scene made grey also paths of one white) and with
+A scene is traced as planned (special code, see `src/tracer/bsdf/models.rs`; in a scene made grey also paths of one white) and with
 everything (general code), in turn, some milliseconds each, so that both have the same share of the machine. Where a linker puts functions
 changes the speed of a program by some percent, whatever the functions do; so the program is linked anew with its functions in several
 random orders. What is printed is the mean ratio over these orders with its 95 % interval (Student's t over the logarithms), and the

@@ -6,9 +6,9 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crate::job::unpoisoned;
 use crate::stream::{PathCounts, Sample};
 use crate::study::AccumulatedSamples;
-use crate::threads::unpoisoned;
 
 /// Most queued samples: 64 MiB.
 pub(super) const MOST: usize = (64 << 20) / size_of::<Sample>();

@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 use crate::accounting::accumulator::{
     AccountReader, CheckpointPolicy, CheckpointTaker, DueCheckpoint, RenderAccount, SampleAccumulator,
 };
+use crate::job::{Priority, unpoisoned};
 use crate::stream::{PathCounts, Sample};
 use crate::study::error::OtherSamples;
 use crate::study::prediction::PredictionOutcome;
 use crate::study::witness::Witnesses;
 use crate::study::{AccumulatedSamples, ErrorMonitor, ErrorStatus, ErrorTarget, MonitorProgress};
-use crate::threads::{Priority, unpoisoned};
 
 /// What an observer needs to know of a render.
 pub struct ObservedRender {

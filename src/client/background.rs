@@ -18,7 +18,7 @@ pub enum BackgroundPolicy {
 
 /// A value being computed in the background. Dropping the task abandons the value without blocking: its thread runs to the end, and
 /// [`join_abandoned`] waits for it.
-pub(in crate::client) struct BackgroundTask<T>(Option<Job<T>>);
+pub(super) struct BackgroundTask<T>(Option<Job<T>>);
 
 /// Threads of abandoned tasks.
 static ABANDONED: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());

@@ -1,5 +1,6 @@
 //! The film on a Vulkan device: sums, repaint, and coarse sums for a moving picture.
 
+use std::any::Any;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -77,6 +78,11 @@ impl VulkanFilm {
             policy: BackgroundPolicy::Block,
             keep_batch: false,
         })
+    }
+
+    /// `film`, if it is one on a Vulkan device.
+    pub fn of(film: &mut dyn Film) -> Option<&mut Self> {
+        film.as_any()?.downcast_mut()
     }
 
     /// Moves the film to another device after this one was lost; `None` if its sums were on it.
@@ -407,7 +413,7 @@ impl Film for VulkanFilm {
         self.present().counts()
     }
 
-    fn on_device(&mut self) -> Option<&mut VulkanFilm> {
+    fn as_any(&mut self) -> Option<&mut dyn Any> {
         Some(self)
     }
 

@@ -77,6 +77,8 @@ pub use error::ClientError;
 pub use readback::Readback;
 pub use settings::*;
 
+use std::any::Any;
+
 use crate::stream::{PathCounts, Sample};
 
 /// A film and the passes that fill and show it. Its errors are those of [`ClientError`]: an image cannot be made, the settings
@@ -124,13 +126,9 @@ pub trait Film {
         None
     }
 
-    /// This film, if it is one on a Vulkan device.
-    fn on_device(&mut self) -> Option<&mut film::VulkanFilm> {
-        None
-    }
-
-    /// This film, if its sums do not depend on the order of samples, so that they can be kept in a file.
-    fn exact(&mut self) -> Option<&mut reference::ExactFilm> {
+    /// This film as its own type, if it can do more than this trait says: `of` of [`VulkanFilm`](film::VulkanFilm::of) and of
+    /// [`ExactFilm`](reference::ExactFilm::of) ask for theirs.
+    fn as_any(&mut self) -> Option<&mut dyn Any> {
         None
     }
 }

@@ -25,7 +25,7 @@ use crate::cmd::args::ExplainArgs;
 use crate::cmd::bench::{BenchJob, measure};
 use crate::gpu::Inventory;
 use crate::render::device::Device;
-use crate::render::effect_plan::{EffectSide, PlannedEffect, plan, streams};
+use crate::render::effect_plan::{EffectSide, PlannedEffect, plan};
 use crate::render::figures::{Seconds, check_json, print, write_json};
 use crate::render::load::{self, Opened};
 use crate::render::run_spec::{RunSpec, shown_variance};
@@ -82,7 +82,7 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     run.film.variance = shown_variance(&settings);
     let mut plan = plan(&input.loaded.desc, &run, &settings);
     let atlas = matches!(&device, Device::Vulkan(gpu) if !gpu.fetches_any_level());
-    let film_memory = film_memory(&run.film, &settings, streams(run.integrator), usize::MAX, atlas);
+    let film_memory = film_memory(&run.film, &settings, run.integrator.streams(), usize::MAX, atlas);
     let silent = args.json.as_deref() == Some(Path::new("-"));
     let say = |words: &str| silent || print(words, "the plan");
     let columns = std::io::stdout().is_terminal().then_some(COLUMNS);

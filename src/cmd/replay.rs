@@ -13,14 +13,10 @@ use crate::render::method;
 use crate::render::rejected;
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
-use crate::scene::desc::IntegratorKind;
 use crate::spectrum::SampledSpectrum;
 use crate::stream::rejections::fault_of_sample;
 use crate::stream::{SampleSink, replicate};
-use crate::tracer::integrator::{
-    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, Replicated,
-    SeesPhotons, VcmTracer,
-};
+use crate::tracer::integrator::{IntegratorVisitor, RenderContext, Replicated, SeesPhotons, visit};
 use crate::tracer::record::{PathEvent, recorded};
 use crate::tracer::{Camera, Integrator, Scene};
 
@@ -48,7 +44,9 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     let trace = |scene: Arc<Scene>| {
         let context = method::render_context(&run, scene, camera.clone(), run.film.window());
         let mut samples = Samples::default();
-        let events = recorded(|| trace_again(args, &run, &context, &mut samples));
+        let events = recorded(|| {
+            visit(run.integrator, TracedAgain { args, run: &run, context: &context, out: &mut samples });
+        });
         (samples, events)
     };
     // The rendering code decides whether the value is wrong; the recording code tells why.
@@ -77,45 +75,38 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     Ok(())
 }
 
-/// Traces the index with the run's method.
-fn trace_again(args: &ReplayArgs, run: &RunSpec, context: &RenderContext, out: &mut Samples) {
-    fn trace<I: Integrator + From<RenderContext>>(
-        args: &ReplayArgs,
-        run: &RunSpec,
-        context: &RenderContext,
-        out: &mut Samples,
-    ) {
+/// Traces the index again with the method of a run.
+struct TracedAgain<'a> {
+    args: &'a ReplayArgs,
+    run: &'a RunSpec,
+    context: &'a RenderContext,
+    out: &'a mut Samples,
+}
+
+impl IntegratorVisitor for TracedAgain<'_> {
+    type Output = ();
+
+    fn visit<I: Integrator + From<RenderContext>>(self) {
+        let Self { args, run, context, out } = self;
         let tracer = Replicated::new(context, run.replicated, I::from);
         tracer.trace(args.index, &mut Default::default(), out);
     }
-    match run.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => trace::<PathTracer>(args, run, context, out),
-        IntegratorKind::Light => trace::<ParticleTracer>(args, run, context, out),
-        IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(args, run, context, out),
-        IntegratorKind::Depth => trace::<DepthTracer>(args, run, context, out),
-        IntegratorKind::Photon => trace_seeing::<PhotonTracer>(args, run, context, out),
-        IntegratorKind::Vcm => trace_seeing::<VcmTracer>(args, run, context, out),
-    }
-}
 
-/// Traces a path with the photon map it has read, or one of the light paths that stored its photons.
-fn trace_seeing<I: Integrator + From<RenderContext> + SeesPhotons>(
-    args: &ReplayArgs,
-    run: &RunSpec,
-    context: &RenderContext,
-    out: &mut Samples,
-) {
-    let make = |context| match (I::from(context), args.generations) {
-        (tracer, Some(generations)) => tracer.seeing(generations),
-        (tracer, None) => tracer,
-    };
-    let tracer = Replicated::new(context, run.replicated, make);
-    match args.light_path {
-        Some(number) => {
-            let part = if run.replicated { replicate(args.index).0 } else { 0 };
-            tracer.parts[part].photons().trace_light_path(number);
+    /// Traces a path with the photon map it has read, or one of the light paths that stored its photons.
+    fn visit_with_photons<I: Integrator + From<RenderContext> + SeesPhotons>(self) {
+        let Self { args, run, context, out } = self;
+        let make = |context| match (I::from(context), args.generations) {
+            (tracer, Some(generations)) => tracer.seeing(generations),
+            (tracer, None) => tracer,
+        };
+        let tracer = Replicated::new(context, run.replicated, make);
+        match args.light_path {
+            Some(number) => {
+                let part = if run.replicated { replicate(args.index).0 } else { 0 };
+                tracer.parts[part].photons().trace_light_path(number);
+            }
+            None => tracer.trace(args.index, &mut Default::default(), out),
         }
-        None => tracer.trace(args.index, &mut Default::default(), out),
     }
 }
 

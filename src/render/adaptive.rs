@@ -10,11 +10,9 @@ use serde::Serialize;
 
 use crate::accounting::observer::Observer;
 use crate::client::DisplayView;
-use crate::render::method::paths_per_index;
 use crate::render::options::RenderOptions;
 use crate::render::run_spec::RunSpec;
 use crate::render::state::RenderGoal;
-use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, REPLICATES};
 use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::screen::{ScreenDensity, ScreenSampling};
@@ -135,13 +133,14 @@ pub fn check(args: &RenderOptions) -> Result<()> {
 ///
 /// If the method traces no camera paths, or there are too few samples for a pilot.
 pub fn stages(run: &RunSpec, goal: &RenderGoal) -> Result<Vec<RenderStage>> {
-    if run.integrator == IntegratorKind::Light {
+    if let [false, _] = run.integrator.streams() {
         return Err(miette::miette!(
             help = "choose --integrator bidirectional or path, or leave --adaptive away",
-            "--adaptive distributes camera paths over the screen, and `light` traces none"
+            "--adaptive distributes camera paths over the screen, and `{}` traces none",
+            run.integrator.name()
         ));
     }
-    let per_index = paths_per_index(run.integrator) as f64;
+    let per_index = run.integrator.paths_per_index() as f64;
     let texels: f64 = run.film.padded_extent().map(f64::from).iter().product();
     // Whole chunks of every replicate.
     let indices_of =

@@ -267,7 +267,7 @@ impl<'a> BatchRender<'a> {
         if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
             observer.call(witnesses);
         }
-        let per_index = method::paths_per_index(run.integrator);
+        let per_index = run.integrator.paths_per_index();
         let bar = Progress::new(
             match (goal.time, goal.indices.end) {
                 (Some(limit), _) => Goal::Time(limit),
@@ -459,7 +459,7 @@ impl<'a> BatchRender<'a> {
     /// and with `--adaptive` only in the whole render.
     fn replay(&self, tally: Option<&PlanCheckTally>, index: u64) -> String {
         let run = &self.run;
-        let per_index = method::paths_per_index(run.integrator);
+        let per_index = run.integrator.paths_per_index();
         match tally.and_then(PlanCheckTally::reach) {
             Some((first, last)) => run.command(first, (last - first + 1) * per_index) + " --check-plan 1",
             None if run.adaptive => {
@@ -480,7 +480,7 @@ impl<'a> BatchRender<'a> {
         let (target, at) = (self.goal.error, self.args.error_at);
         let error = traced.error.as_ref();
         // Only paths of this run: a resumed state contains others.
-        let paths = traced.stats.total().paths * method::paths_per_index(run.integrator);
+        let paths = traced.stats.total().paths * run.integrator.paths_per_index();
         let warnings = self.loaded.warnings.iter().map(ToString::to_string);
         RenderReport {
             version: env!("CARGO_PKG_VERSION"),

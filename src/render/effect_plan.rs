@@ -6,7 +6,7 @@ use crate::client::Settings;
 use crate::client::effect_list::{ClientEffect, effect_list};
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
-use crate::scene::desc::{IntegratorKind, Place};
+use crate::scene::desc::Place;
 use crate::tracer::effects::{self, Effect};
 
 /// One effect of the plan. Field names are JSON keys.
@@ -89,7 +89,7 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
             client: None,
         }
     });
-    let entries = effect_list(&run.film, settings, streams(run.integrator));
+    let entries = effect_list(&run.film, settings, run.integrator.streams());
     let shown = entries.into_iter().map(|entry| PlannedEffect {
         name: entry.name,
         side: EffectSide::Client,
@@ -102,15 +102,4 @@ pub fn plan(desc: &SceneDesc, run: &RunSpec, settings: &Settings) -> Vec<Planned
         client: Some(entry),
     });
     traced.chain(shown).collect()
-}
-
-/// Whether a method fills the camera stream and the light stream.
-pub fn streams(kind: IntegratorKind) -> [bool; 2] {
-    match kind {
-        IntegratorKind::Light => [false, true],
-        IntegratorKind::Bidirectional | IntegratorKind::Vcm => [true, true],
-        IntegratorKind::Path | IntegratorKind::Photon | IntegratorKind::Depth | IntegratorKind::Auto => {
-            [true, false]
-        }
-    }
 }

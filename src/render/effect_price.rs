@@ -10,13 +10,10 @@ use crate::render::effect_plan::PlannedEffect;
 use crate::render::run_spec::RunSpec;
 use crate::render::{method, process};
 use crate::scene::SceneDesc;
-use crate::scene::desc::IntegratorKind;
 use crate::server::thread_cpu_time;
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::effects;
-use crate::tracer::integrator::{
-    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, VcmTracer,
-};
+use crate::tracer::integrator::{IntegratorVisitor, PathTracer, RenderContext, visit};
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// Effort of a measurement.
@@ -121,13 +118,19 @@ pub type Runner = Box<dyn FnMut(Duration) -> f64>;
 pub fn runner(run: &RunSpec, scene: Arc<Scene>, camera: Camera, desc: &SceneDesc) -> Runner {
     let run = RunSpec { photons: desc.integrator.photons, ..run.clone() };
     let context = method::render_context(&run, scene, camera, UvWindow::PICTURE);
-    match desc.integrator.kind {
-        IntegratorKind::Path | IntegratorKind::Auto => tracing_timer(PathTracer { context }),
-        IntegratorKind::Light => tracing_timer(ParticleTracer { context }),
-        IntegratorKind::Bidirectional => tracing_timer(BidirectionalTracer { context }),
-        IntegratorKind::Photon => tracing_timer(PhotonTracer::new(context, true)),
-        IntegratorKind::Vcm => tracing_timer(VcmTracer::new(context, true)),
-        IntegratorKind::Depth => tracing_timer(DepthTracer::from(context)),
+    visit(desc.integrator.kind, TimedPaths { context })
+}
+
+/// Makes the runner of a method.
+struct TimedPaths {
+    context: RenderContext,
+}
+
+impl IntegratorVisitor for TimedPaths {
+    type Output = Runner;
+
+    fn visit<I: Integrator + From<RenderContext>>(self) -> Runner {
+        tracing_timer(I::from(self.context))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::render::options::RenderOptions;
 use crate::render::outputs::Outputs;
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
-use crate::scene::desc::{AovDesc, IntegratorKind};
+use crate::scene::desc::{AovDesc, NoLight};
 use crate::scene::light_groups::{self, Emitter, LightGroup, NamedGroup};
 use crate::stream::Block;
 use crate::tracer::Scene;
@@ -72,10 +72,11 @@ pub fn check(args: &RenderOptions, outputs: &Outputs) -> Result<()> {
 ///
 /// When the scene has no emitter of a given name, or method or other layers are incompatible.
 pub fn plan(asked: &[NamedGroup], run: &RunSpec, desc: &SceneDesc, scene: &Scene) -> Result<Vec<LightGroup>> {
-    if run.integrator == IntegratorKind::Depth {
+    if let Some(NoLight { shows, .. }) = run.integrator.traits().no_light {
         return Err(miette::miette!(
             help = "choose another --integrator",
-            "--light-groups: the method `depth` shows distances, which are of no light"
+            "--light-groups: the method `{}` shows {shows}, which are of no light",
+            run.integrator.name()
         ));
     }
     let emitters = light_groups::emitters(desc);
@@ -118,10 +119,7 @@ pub fn summary(groups: &[LightGroup], run: &RunSpec, memory: GroupMemory) -> Str
             _ => format!("{} ({})", group.name, names.join(", ")),
         }
     };
-    let streams = match run.integrator {
-        IntegratorKind::Bidirectional | IntegratorKind::Vcm => 2,
-        _ => 1,
-    };
+    let streams = run.integrator.streams().into_iter().filter(|filled| *filled).count() as u64;
     let per_texel = match memory {
         GroupMemory::Host => SUM_BYTES[0],
         GroupMemory::Device => SUM_BYTES[1],

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Result};
 
 use crate::accounting::observer::Observer;
+use crate::client::reference::ExactFilm;
 use crate::client::{Denoise, Film, Settings};
 use crate::job::{Job, StopFlag};
 use crate::render::options::RenderOptions;
@@ -103,7 +104,7 @@ impl<'a> LiveOutputs<'a> {
     fn save(&mut self, film: &mut dyn Film, observer: Option<&Observer>, server: &Server) -> Result<()> {
         let rejections = server.stats().total().rejections;
         let mut outcome = RunEnd {
-            prefix: self.run.deterministic && film.exact().is_some(),
+            prefix: self.run.deterministic && ExactFilm::of(film).is_some(),
             rejected: RejectedReport::new(self.run, self.desc, self.scene, &rejections).summary(),
             notes: Vec::new(),
         };

@@ -1,6 +1,6 @@
 //! Light transport of a run: choosing the method (`--integrator auto`) and starting its tracer.
 //!
-//! [`start`] is the one match over methods; behind it everything is generic over the integrator.
+//! Behind [`start`] everything is generic over the integrator.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,8 +20,8 @@ use crate::study::witness::Witnesses;
 use crate::study::{LateLight, MissingLight};
 use crate::tracer::choice::{self, IntegratorChoice, Survey, Trial};
 use crate::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, CheckedIntegrator, DepthTracer, ParticleTracer, PathTracer,
-    PhotonTracer, PlanCheckTally, RenderContext, Replicated, VcmTracer,
+    CheckedIntegrator, IntegratorVisitor, PhotonTracer, PlanCheckTally, RenderContext, Replicated,
+    SeesPhotons, visit,
 };
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::witness;
@@ -57,17 +57,9 @@ pub struct CheckOrder {
     pub general: Arc<Scene>,
 }
 
-/// Number of paths per index of a method.
-pub fn paths_per_index(kind: IntegratorKind) -> u64 {
-    match kind {
-        IntegratorKind::Bidirectional | IntegratorKind::Vcm => CAMERA_SUBPATHS,
-        _ => 1,
-    }
-}
-
 /// Converts a range of indices to the unit of [`RenderOrder::range`].
 pub fn as_paths(kind: IntegratorKind, indices: &Range<u64>) -> Range<u64> {
-    let paths = (indices.end - indices.start).saturating_mul(paths_per_index(kind));
+    let paths = (indices.end - indices.start).saturating_mul(kind.paths_per_index());
     indices.start..indices.start.saturating_add(paths)
 }
 
@@ -98,33 +90,50 @@ pub fn start(
     photons: &mut Option<Photons>,
 ) -> Result<Option<Arc<PlanCheckTally>>> {
     let last = photons.take();
-    match run.integrator {
-        IntegratorKind::Path | IntegratorKind::Auto => special::<PathTracer>(server, run, order),
-        IntegratorKind::Light => special::<ParticleTracer>(server, run, order),
-        IntegratorKind::Bidirectional => special::<BidirectionalTracer>(server, run, order),
-        IntegratorKind::Depth if order.check.is_some() => Err(miette::miette!(
-            "--check-plan compares paths of light, and `depth` traces none: choose another --integrator"
-        )),
-        IntegratorKind::Depth => special::<DepthTracer>(server, run, order),
-        IntegratorKind::Photon if order.check.is_some() => check_photons::<PhotonTracer>(server, run, order),
-        IntegratorKind::Vcm if order.check.is_some() => check_photons::<VcmTracer>(server, run, order),
-        IntegratorKind::Vcm => {
-            let make = |context| VcmTracer::new(context, run.deterministic);
-            let tracer = Replicated::new(&context_of(run, &order), run.replicated, make);
-            send(server, run, tracer, order).map(|()| None)
+    if run.integrator == IntegratorKind::Photon && order.check.is_none() {
+        let mut last = last.iter().flat_map(|last| &last.parts);
+        let make = |context| {
+            let new = PhotonTracer::new(context, run.deterministic);
+            match last.next() {
+                Some(last) => new.after(last),
+                None => new,
+            }
+        };
+        let tracer = photons.insert(Replicated::new(&context_of(run, &order), run.replicated, make));
+        return send(server, run, tracer.clone(), order).map(|()| None);
+    }
+    visit(run.integrator, Start { server, run, order })
+}
+
+/// Starts the tracer of a method.
+struct Start<'a> {
+    server: &'a Server,
+    run: &'a RunSpec,
+    order: RenderOrder,
+}
+
+impl IntegratorVisitor for Start<'_> {
+    type Output = Result<Option<Arc<PlanCheckTally>>>;
+
+    fn visit<I: Integrator + From<RenderContext>>(self) -> Self::Output {
+        let Self { server, run, order } = self;
+        if order.check.is_some() && !run.integrator.shows_light() {
+            return Err(miette::miette!(
+                "--check-plan compares paths of light, and `{}` traces none: choose another --integrator",
+                run.integrator.name()
+            ));
         }
-        IntegratorKind::Photon => {
-            let mut last = last.iter().flat_map(|last| &last.parts);
-            let tracer =
-                photons.insert(Replicated::new(&context_of(run, &order), run.replicated, |context| {
-                    let new = PhotonTracer::new(context, run.deterministic);
-                    match last.next() {
-                        Some(last) => new.after(last),
-                        None => new,
-                    }
-                }));
-            send(server, run, tracer.clone(), order).map(|()| None)
+        special::<I>(server, run, order)
+    }
+
+    fn visit_with_photons<I: Integrator + From<RenderContext> + SeesPhotons>(self) -> Self::Output {
+        let Self { server, run, order } = self;
+        if order.check.is_some() {
+            return check_photons::<I>(server, run, order);
         }
+        let make = |context| I::without_photons(context, run.deterministic);
+        let tracer = Replicated::new(&context_of(run, &order), run.replicated, make);
+        send(server, run, tracer, order).map(|()| None)
     }
 }
 

@@ -4,9 +4,9 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 
 use crate::accounting::accumulator::CheckpointPolicy;
 use crate::accounting::observer::{ObservedRender, Observer};
+use crate::render::predictions;
 use crate::render::run_spec::RunSpec;
-use crate::render::{method, predictions};
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::PhotonUse;
 use crate::study::blur::BlurSchedule;
 use crate::study::{AccumulatedSamples, ErrorMonitor, ErrorTarget, ExactReplicates, MonitorProgress};
 use crate::tracer::integrator::{LAST_GENERATION, SAMPLES_PER_GENERATION};
@@ -52,15 +52,15 @@ fn start(render: ObservedRender, target: Option<ErrorTarget>, policy: Checkpoint
 
 /// Schedule of the photon radius of this render; `None` without photons, and if it may begin with the photon maps of the last render.
 fn blur(run: &RunSpec, policy: CheckpointPolicy) -> Option<BlurSchedule> {
-    let last_generation = match run.integrator {
-        IntegratorKind::Photon if run.deterministic || policy == CheckpointPolicy::Exact => LAST_GENERATION,
+    let last_generation = match run.integrator.traits().photons {
+        PhotonUse::Gathered if run.deterministic || policy == CheckpointPolicy::Exact => LAST_GENERATION,
         // Only a small fraction of its light paths store photons.
-        IntegratorKind::Vcm if run.photons.caustics => u64::MAX,
+        PhotonUse::Merged if run.photons.caustics => u64::MAX,
         _ => return None,
     };
     Some(BlurSchedule {
         samples_per_generation: SAMPLES_PER_GENERATION,
-        samples_per_index: method::paths_per_index(run.integrator),
+        samples_per_index: run.integrator.paths_per_index(),
         alpha: run.photons.alpha.unwrap_or(0.0),
         last_generation,
     })

@@ -11,7 +11,7 @@ use crate::render::figures::{Seconds, human};
 use crate::render::light_groups::LightGroupReport;
 use crate::render::rejected::RejectedReport;
 use crate::render::run_spec::{ChoiceReport, RunSpec};
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::PhotonUse;
 use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
 use crate::study::prediction::Prediction;
@@ -212,12 +212,12 @@ impl ErrorReport {
             denoised: None,
             unfound: state.late.unfound(),
             warning: state.late.warning(),
-            besides: match run.integrator {
+            besides: match run.integrator.traits().photons {
                 _ if run.reweighted.is_some() => Some("the reweighting of fireflies"),
                 _ if filter != Denoise::Off => Some("the noise filter, of the picture without it"),
                 _ if state.blur.is_some() => None,
-                IntegratorKind::Photon => Some("the blur of photon mapping"),
-                IntegratorKind::Vcm if run.photons.caustics => Some("the blur of merged photons"),
+                PhotonUse::Gathered => Some("the blur of photon mapping"),
+                PhotonUse::Merged if run.photons.caustics => Some("the blur of merged photons"),
                 _ => None,
             },
             quantile: at.share(),

@@ -148,11 +148,7 @@ const DEFAULT_SPP: u64 = 16;
 impl RunSpec {
     /// Whether the method blurs the picture by photon density estimation.
     pub fn is_blurred(&self) -> bool {
-        match self.integrator {
-            IntegratorKind::Photon => true,
-            IntegratorKind::Vcm => self.photons.caustics,
-            _ => false,
-        }
+        self.photons.blur(self.integrator)
     }
 
     /// Whether the error of the denoised picture can be estimated: the estimate misses bias common to both randomisations

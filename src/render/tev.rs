@@ -14,8 +14,8 @@ use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use crate::client::{ClientError, Film, FilmCounts, FilmData, develop};
 use crate::color::Profile;
+use crate::job::unpoisoned;
 use crate::render::process::tell;
-use crate::threads::unpoisoned;
 
 /// Interval between pictures.
 const EVERY: Duration = Duration::from_secs(1);

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::job::{Priority, unpoisoned};
 use crate::server::cost::{CostGrid, CostMap};
 use crate::server::job::{RenderJob, Task};
 use crate::server::render::PendingRender;
@@ -15,7 +16,6 @@ use crate::server::spans::{SpanLog, Spans};
 use crate::server::stats::{Stats, StatsCell};
 use crate::server::worker::{Work, Worker, trace_chunks};
 use crate::stream::{BlockSink, Epoch, Event, Hub, LANE_BLOCKS, Lanes, lanes};
-use crate::threads::{Priority, unpoisoned};
 use crate::tracer::Integrator;
 
 /// Errors of [`Server`].

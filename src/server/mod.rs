@@ -51,9 +51,8 @@ pub mod spans;
 pub mod stats;
 mod worker;
 
+pub use crate::job::Priority;
 pub use cost::{COST_CELLS, CostMap};
-
-pub use crate::threads::Priority;
 pub use handle::{Server, ServerError};
 pub use job::{CHUNK, DEADLINE, RenderJob};
 pub use spans::{ChunkSpan, Spans};

@@ -5,11 +5,11 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
+use crate::job::unpoisoned;
 use crate::server::job::Task;
 use crate::server::stats::Stopwatch;
 use crate::server::worker::{Work, Worker, stop_after_panic};
 use crate::stream::{Event, FinishReason};
-use crate::threads::unpoisoned;
 
 /// A render that some workers have yet to trace or to end.
 pub(super) struct PendingRender {

@@ -5,8 +5,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::job::unpoisoned;
 use crate::stream::LaneWriter;
-use crate::threads::unpoisoned;
 
 /// Most chunks that are kept per worker; a chunk takes about a millisecond. The oldest ones are dropped first.
 pub const MAX_SPANS: usize = 4096;

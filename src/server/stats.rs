@@ -3,8 +3,8 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use crate::job::unpoisoned;
 use crate::stream::{Epoch, Rejections, Totals};
-use crate::threads::unpoisoned;
 
 /// Statistics of one worker in one render.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

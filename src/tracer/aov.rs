@@ -8,7 +8,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
 use super::Scene;
 use super::accel::Ray;
-use super::interaction::SurfaceMaterial;
+use super::scene::SurfaceMaterial;
 
 /// Sets of four wavelengths at which a reflectance becomes a colour.
 const SETS: usize = 8;

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::Scene;
 use super::accel::Ray;
 use super::bsdf::{Bsdf, ScatteringModel};
-use super::interaction::SurfaceVertex;
+use super::vertex::SurfaceVertex;
 use crate::spectrum::SampledWavelengths;
 
 /// Mirrors and panes that are followed, at most.

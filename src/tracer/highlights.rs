@@ -22,9 +22,10 @@ use super::Scene;
 use super::accel::Ray;
 use super::bsdf::{Bsdf, ScatteringModel};
 use super::integrator::RenderContext;
-use super::interaction::{SurfaceInteraction, SurfaceVertex};
+use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, LightSampleContext};
 use super::specular_chain::is_followed;
+use super::vertex::SurfaceVertex;
 
 /// Most deltas of a chain.
 const LONGEST: u32 = 12;

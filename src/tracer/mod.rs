@@ -71,13 +71,14 @@ pub mod subpath;
 pub mod subpath_mis;
 mod tangents;
 mod texture_coordinates;
+pub mod vertex;
 pub mod walk;
 pub mod wavelength_mis;
 pub mod witness;
 
 pub use camera::Camera;
 pub use integrator::{Integrator, PathTracer};
-pub use interaction::{SurfaceInteraction, SurfaceMaterial};
+pub use interaction::SurfaceInteraction;
 pub use prepare::{PrepareError, PrepareOptions};
 pub use sampler::Sampler;
-pub use scene::{MaterialClass, Pick, Scene, TracingMode};
+pub use scene::{MaterialClass, Pick, Scene, SurfaceMaterial, TracingMode};

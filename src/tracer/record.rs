@@ -1,7 +1,8 @@
 //! The record of a path, event by event: what `pointillist replay` prints.
 //!
-//! Integrators are generic over the set of materials. Compiled for [`Recorded`], which is every material and tells what it is asked, they
-//! record what they do; compiled for any other set they have no trace of this. [`Scattering::record`] is what they call.
+//! Integrators are generic over the set of materials. Compiled for [`Recorded`](super::bsdf::Recorded), which is every material and tells
+//! what it is asked, they record what they do; compiled for any other set they have no trace of this.
+//! [`Scattering::record`](super::bsdf::Scattering::record) is what they call.
 
 use std::cell::RefCell;
 
@@ -13,13 +14,10 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::Fault;
 use crate::stream::faults;
 
-use super::bsdf::{
-    Bsdf, BsdfSample, DeltaLobes, Diffuse, Material, MaterialEvalContext, Scattering, ScatteringModel,
-};
+use super::bsdf::BsdfSample;
 use super::interaction::SurfaceInteraction;
 use super::light::LightSample;
-use super::walk::Walk;
-use super::wavelength_mis::{Dispersion, WavelengthMis};
+use super::wavelength_mis::WavelengthMis;
 
 /// Something that happened on a path.
 #[derive(Clone, Debug)]
@@ -117,13 +115,6 @@ pub struct CarriedLight {
     pub from_light: bool,
 }
 
-impl<const FROM_LIGHT: bool> From<&Walk<FROM_LIGHT>> for CarriedLight {
-    fn from(walk: &Walk<FROM_LIGHT>) -> Self {
-        let Walk { lambda, throughput, wavelength_mis, .. } = *walk;
-        Self { lambda, throughput, wavelength_mis, from_light: FROM_LIGHT }
-    }
-}
-
 thread_local! {
     static EVENTS: RefCell<Vec<PathEvent>> = const { RefCell::new(Vec::new()) };
 }
@@ -151,81 +142,4 @@ pub fn recorded(path: impl FnOnce()) -> Vec<PathEvent> {
     record_faults(&mut events);
     faults::take();
     events
-}
-
-/// Every model of scattering, and what it is asked is recorded.
-#[derive(Clone, Copy, Debug)]
-pub struct Recorded(Bsdf);
-
-impl Scattering for Recorded {
-    const RECORDS: bool = true;
-    type Credits = ();
-
-    fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
-        Self(Bsdf::of(material, context, lambda))
-    }
-}
-
-impl ScatteringModel for Recorded {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> Option<(SampledSpectrum, PdfW)> {
-        let value = self.0.eval(wo, wi);
-        record(PathEvent::Evaluated { wo, wi, value });
-        value
-    }
-
-    fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        let sample = self.0.sample(wo, u, lobe);
-        record(PathEvent::Sampled { wo, u: u.into(), lobe, sample });
-        sample
-    }
-
-    fn sample_from_light(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
-        let sample = self.0.sample_from_light(wo, u, lobe);
-        record(PathEvent::Sampled { wo, u: u.into(), lobe, sample });
-        sample
-    }
-
-    fn pdf_from_light(&self, wo: Vec3, wi: Vec3) -> f32 {
-        self.0.pdf_from_light(wo, wi)
-    }
-
-    fn as_diffuse(&self) -> Option<&Diffuse> {
-        self.0.as_diffuse()
-    }
-
-    fn has_diffuse_part(&self) -> bool {
-        self.0.has_diffuse_part()
-    }
-
-    fn is_delta(&self) -> bool {
-        self.0.is_delta()
-    }
-
-    fn is_glossy(&self) -> bool {
-        self.0.is_glossy()
-    }
-
-    fn transmits(&self) -> bool {
-        self.0.transmits()
-    }
-
-    fn is_dispersive(&self) -> bool {
-        self.0.is_dispersive()
-    }
-
-    fn dispersion(&self, wo: Vec3, wi: Vec3) -> Dispersion {
-        self.0.dispersion(wo, wi)
-    }
-
-    fn delta_lobes(&self, wo: Vec3) -> DeltaLobes {
-        self.0.delta_lobes(wo)
-    }
-
-    fn delta_lobe(&self, wo: Vec3, lobe: f32, transmitted: bool) -> f32 {
-        self.0.delta_lobe(wo, lobe, transmitted)
-    }
-
-    fn refract(&self, wo: Vec3, lane: usize) -> Option<(Vec3, f32)> {
-        self.0.refract(wo, lane)
-    }
 }

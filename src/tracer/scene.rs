@@ -5,12 +5,13 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::math::float::safe_origin;
+use crate::math::frame::Frame;
 use crate::scene::desc::RenderingSpace;
-use crate::spectrum::White;
+use crate::spectrum::{SampledWavelengths, White};
 
 use super::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
-use super::bsdf::{Material, MaterialEvalContext, Sides};
-use super::interaction::{SurfaceInteraction, SurfaceMaterial};
+use super::bsdf::{Material, MaterialEvalContext, Scattering, Sides};
+use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
 use super::opacity::Opacity;
 use super::prepare::{SceneStructure, SpecularUse};
@@ -27,6 +28,25 @@ pub struct Pick {
     pub position: DVec3,
     /// Distance from the origin of the ray, which for a camera lies on its near plane.
     pub distance: f32,
+}
+
+/// The material that a surface shows at a point to the side that it is seen from.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceMaterial<'a> {
+    /// The material.
+    pub material: &'a Material,
+    /// The shading frame that it is evaluated in.
+    pub frame: Frame,
+    /// The point at which it is evaluated.
+    pub context: MaterialEvalContext,
+}
+
+impl SurfaceMaterial<'_> {
+    /// The material at the wavelengths of a path.
+    #[inline(always)]
+    pub fn bsdf<B: Scattering>(&self, lambda: &SampledWavelengths) -> B {
+        B::of(self.material, &self.context, lambda)
+    }
 }
 
 /// The class of materials in a scene. Integrators have special code for each.

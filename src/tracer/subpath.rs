@@ -11,12 +11,13 @@ use crate::stream::{FaultyValue, faults};
 use super::Scene;
 use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
-use super::interaction::{SurfaceInteraction, SurfaceVertex};
+use super::interaction::SurfaceInteraction;
 use super::light::{Emission, EmissionOrigin};
 use super::record::PathEvent;
 use super::roulette::{self, Policy};
 use super::sampler::VertexNumbers;
 use super::subpath_mis::{CONNECTION_SAMPLES, SubpathMis};
+use super::vertex::SurfaceVertex;
 use super::walk::Walk;
 use super::wavelength_mis::WavelengthMis;
 

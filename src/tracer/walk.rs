@@ -17,9 +17,10 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, faults};
 
 use super::bsdf::{BsdfSample, Scattering};
-use super::interaction::SurfaceVertex;
+use super::record::CarriedLight;
 use super::roulette;
 use super::sampler::VertexNumbers;
+use super::vertex::SurfaceVertex;
 use super::wavelength_mis::WavelengthMis;
 
 /// The state of a random walk between two vertices.
@@ -137,6 +138,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             let s = BsdfSample::delta(wi, weight, 1.0);
             Some((walk, BsdfSample { transmitted: true, hero_only: true, eta2, ..s }))
         })
+    }
+}
+
+impl<const FROM_LIGHT: bool> From<&Walk<FROM_LIGHT>> for CarriedLight {
+    fn from(walk: &Walk<FROM_LIGHT>) -> Self {
+        let Walk { lambda, throughput, wavelength_mis, .. } = *walk;
+        Self { lambda, throughput, wavelength_mis, from_light: FROM_LIGHT }
     }
 }
 

@@ -15,7 +15,7 @@ use glam::Vec3;
 use crate::color::Xyz;
 use crate::color::profile::rec709_from_xyz;
 use crate::math::bits::mix;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, LateFind};
 use crate::stream::{Highlight, PathCounts, SampleSink, UvWindow, Witnessed, WitnessedArea};
 use crate::tracer::MaterialClass;
 use crate::tracer::highlights::HighlightFinder;
@@ -38,17 +38,15 @@ pub fn pair(
     side: u32,
     method: IntegratorKind,
 ) -> Option<impl FnMut(u64, [u32; 2]) -> Witnessed + Send + 'static> {
-    let all = match method {
-        IntegratorKind::Path | IntegratorKind::Light => Some(true),
-        IntegratorKind::Bidirectional => Some(false),
-        // These methods find all light early except highlights.
-        IntegratorKind::Photon | IntegratorKind::Vcm => None,
-        IntegratorKind::Auto | IntegratorKind::Depth => return None,
+    let all = match method.traits().finds_late {
+        LateFind::Nothing => return None,
+        LateFind::Highlights => None,
+        LateFind::SeenCaustics => Some(false),
+        LateFind::Indirect => Some(true),
     };
     let context = RenderContext { window: UvWindow::PICTURE, ..context };
-    // Particle tracing shows mirrors and glass black.
     let has_mirrors =
-        context.scene.material_class() != MaterialClass::Diffuse && method != IntegratorKind::Light;
+        context.scene.material_class() != MaterialClass::Diffuse && method.traits().finds_deltas;
     let mut made: Option<[Witness; 2]> = None;
     let mut highlights: Option<KnownHighlights> = None;
     Some(move |paths: u64, size: [u32; 2]| {

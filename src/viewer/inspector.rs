@@ -18,11 +18,11 @@ use crate::gpu::Region;
 use crate::job::{Job, StopFlag};
 use crate::render::method;
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, IntegratorTraits};
 use crate::stream::{SampleSink, UvWindow};
 use crate::study::error_tile::TILE;
 use crate::tracer::camera::CameraLines;
-use crate::tracer::integrator::{BidirectionalTracer, DepthTracer, PathTracer, RenderContext, Replicated};
+use crate::tracer::integrator::{IntegratorVisitor, RenderContext, Replicated, visit};
 use crate::tracer::record::{PathEvent, recorded};
 use crate::tracer::{Camera, Integrator, Scene};
 use crate::viewer::editor::SceneEditor;
@@ -69,21 +69,20 @@ impl Inspector {
     ) -> Result<()> {
         self.clear();
         let mut run = session.run_spec().clone();
-        let note = match run.integrator {
-            IntegratorKind::Vcm => {
-                run.integrator = IntegratorKind::Bidirectional;
+        let IntegratorTraits { extends, hides_paths, .. } = run.integrator.traits();
+        let note = match (hides_paths, extends) {
+            (Some(why), _) => *why,
+            (None, Some(connected)) => {
+                run.integrator = *connected;
                 "without the photons that were merged"
             }
-            IntegratorKind::Photon => "photon mapping gathers photons of all paths: its paths are not drawn",
-            IntegratorKind::Light => "particle tracing has no paths from the camera",
-            _ => "",
+            (None, None) => "",
         };
+        let has_paths = hides_paths.is_none();
         let size = session.size();
-        let indices = match run.integrator {
-            IntegratorKind::Path | IntegratorKind::Bidirectional | IntegratorKind::Depth => {
-                indices(picture.kept(), run.integrator, pixel, size)
-            }
-            _ => PixelIndices::default(),
+        let indices = match has_paths {
+            true => indices(picture.kept(), run.integrator, pixel, size),
+            false => PixelIndices::default(),
         };
         let (scene, camera, window) = (editor.scene(), editor.camera(size)?, session.window());
         let trace = move |stop: &StopFlag| {
@@ -95,7 +94,6 @@ impl Inspector {
             }
             let within = method::render_context(&run, scene, camera.clone(), window_of(pixel, size));
             // Paths of any other method would not be the ones that made the picture.
-            let has_paths = note.is_empty() || run.integrator == IntegratorKind::Bidirectional;
             let count = if has_paths { SPECTRUM_INDICES } else { 0 };
             for index in (0..count).take_while(|_| !stop.is_set()) {
                 study.add_to_spectrum(&run, &within, index);
@@ -189,7 +187,7 @@ struct PixelIndices {
 /// Finds the path indices behind a pixel among the retained samples: within a block, camera samples are stored in the order of their paths.
 /// If a block filled up in the middle of an index, the remaining samples begin the next block.
 fn indices(kept: &RetainedSamples, method: IntegratorKind, pixel: [u32; 2], size: [u32; 2]) -> PixelIndices {
-    let per_index = method::paths_per_index(method);
+    let per_index = method.paths_per_index();
     let mut found = PixelIndices::default();
     // Number of camera samples in the previous block, by index.
     let mut sent = HashMap::new();
@@ -326,15 +324,23 @@ impl PathCollector {
 
 /// Traces an index again in a scene that [records](Scene::recorded); returns the events on its paths.
 fn trace_recorded(run: &RunSpec, context: &RenderContext, index: u64) -> Vec<PathEvent> {
-    fn trace<I: Integrator + From<RenderContext>>(run: &RunSpec, context: &RenderContext, index: u64) {
-        let tracer = Replicated::new(context, run.replicated, I::from);
-        tracer.trace(index, &mut Default::default(), &mut Discarded);
+    recorded(|| visit(run.integrator, EventsOnly { run, context, index }))
+}
+
+/// Traces an index for the events on its paths.
+struct EventsOnly<'a> {
+    run: &'a RunSpec,
+    context: &'a RenderContext,
+    index: u64,
+}
+
+impl IntegratorVisitor for EventsOnly<'_> {
+    type Output = ();
+
+    fn visit<I: Integrator + From<RenderContext>>(self) {
+        let tracer = Replicated::new(self.context, self.run.replicated, I::from);
+        tracer.trace(self.index, &mut Default::default(), &mut Discarded);
     }
-    recorded(|| match run.integrator {
-        IntegratorKind::Bidirectional => trace::<BidirectionalTracer>(run, context, index),
-        IntegratorKind::Depth => trace::<DepthTracer>(run, context, index),
-        _ => trace::<PathTracer>(run, context, index),
-    })
 }
 
 /// Sink that drops samples, for paths traced only for their events.
@@ -364,6 +370,7 @@ mod tests {
     use crate::render::load;
     use crate::render::options::SceneOptions;
     use crate::stream::{BlockSink, DrainOrder, Epoch, LANE_BLOCKS, REPLICATES, lanes};
+    use crate::tracer::integrator::{BidirectionalTracer, PathTracer};
 
     const SIZE: [u32; 2] = [6, 5];
 

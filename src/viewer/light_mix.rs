@@ -102,7 +102,7 @@ pub struct LightMix {
 /// If the scene has no lights, or the method does not support groups.
 pub fn groups_of(desc: &SceneDesc, scene: &Scene, run: &RunSpec) -> Result<Vec<LightGroup>> {
     let emitters = groups::emitters(desc);
-    if emitters.is_empty() || run.integrator == IntegratorKind::Depth {
+    if emitters.is_empty() || !run.integrator.shows_light() {
         return Err(miette!("there is no light to mix"));
     }
     Ok(groups::each(emitters, &scene.lights().power_shares()))
@@ -251,7 +251,7 @@ impl LightMix {
     }
 
     fn device_films(&mut self) -> impl Iterator<Item = &mut VulkanFilm> {
-        self.films.iter_mut().flat_map(|films| films.films()).filter_map(|film| film.on_device())
+        self.films.iter_mut().flat_map(|films| films.films()).filter_map(|film| VulkanFilm::of(film.as_mut()))
     }
 
     /// Rasterises the waiting samples.

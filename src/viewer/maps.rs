@@ -55,9 +55,9 @@ impl MapCache {
                 .error_map(observer.state(), session.size())
                 .ok_or("no error map yet: after 4 samples per pixel"),
             (MapChoice::Cost, _) => match session.run_spec().integrator {
-                IntegratorKind::Light => Err("no cost map: paths do not start at the picture"),
-                IntegratorKind::Bidirectional | IntegratorKind::Vcm => {
-                    Err("no cost map: paths from eight places are traced at once")
+                kind if !kind.streams()[0] => Err("no cost map: paths do not start at the picture"),
+                kind if kind.paths_per_index() > 1 => {
+                    Err("no cost map: paths from several places are traced at once")
                 }
                 _ if session.is_in_region() => Err("no cost map: a region is traced"),
                 _ if session.tracers.server().is_none() => Err("no cost map: paths are traced elsewhere"),

@@ -22,7 +22,6 @@ use crate::render::effect_plan::{self, PlannedEffect};
 use crate::render::rejected::RejectedExample;
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
-use crate::tracer::choice::CANDIDATES;
 use crate::tracer::effects::{self, refusal};
 use crate::viewer::costs::EffectCosts;
 use crate::viewer::editor::SceneEditor;
@@ -251,7 +250,7 @@ impl ViewerPanel {
             }),
             plan: session.processor_sharing.clone(),
             method: run.integrator.name(),
-            methods: CANDIDATES.map(IntegratorKind::name).to_vec(),
+            methods: IntegratorKind::candidates().map(IntegratorKind::name).collect(),
             chooses_method: session.chooses_method(),
             reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
             extent: session.size(),

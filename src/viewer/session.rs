@@ -14,10 +14,10 @@ use crate::remote::{Health, TracerStatus};
 use crate::render::method::{self, Chooser, RenderOrder};
 use crate::render::rejected::RejectedReport;
 use crate::render::run_spec::RunSpec;
+use crate::scene::desc::IntegratorKind;
 use crate::scene::light_groups::{self, LightGroup};
 use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, Rejections, UvWindow};
 use crate::study::LateLight;
-use crate::tracer::choice::CANDIDATES;
 use crate::tracer::{Camera, Scene};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::tracers::Tracers;
@@ -186,7 +186,7 @@ impl RenderSession {
 
     /// Selects the method of this name, or the automatic choice by a trial in the scene. Returns whether the render must restart.
     pub fn set_method(&mut self, name: Option<&str>) -> bool {
-        let named = name.and_then(|name| CANDIDATES.into_iter().find(|kind| kind.name() == name));
+        let named = name.and_then(|name| IntegratorKind::candidates().find(|kind| kind.name() == name));
         self.chooser = Chooser::new(named.is_none());
         self.run.auto = None;
         named.is_some_and(|kind| std::mem::replace(&mut self.run.integrator, kind) != kind)
@@ -282,7 +282,7 @@ impl RenderSession {
         let camera = editor.camera(self.size())?;
         let (epoch, first) = (self.next_epoch(), self.reached);
         let paths = self.paths.map_or(u64::MAX - first, |paths| {
-            paths.saturating_sub(self.arrived.saturating_mul(method::paths_per_index(self.run.integrator)))
+            paths.saturating_sub(self.arrived.saturating_mul(self.run.integrator.paths_per_index()))
         });
         let scene = match self.groups.as_slice() {
             [] => editor.scene(),

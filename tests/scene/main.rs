@@ -7,6 +7,7 @@ mod support;
 
 mod aov;
 mod attributes;
+mod bsdfs;
 mod bumps;
 mod edit;
 mod editable;

@@ -17,8 +17,8 @@ use pointillist::spectrum::SampledSpectrum;
 use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::bsdf::{Bsdf, BsdfSample, ScatteringModel};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext};
-use pointillist::tracer::interaction::SurfaceVertex;
 use pointillist::tracer::record::{CarriedLight, PathEvent, recorded};
+use pointillist::tracer::vertex::SurfaceVertex;
 use pointillist::tracer::wavelength_mis::WavelengthMis;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::coats::coats;
 use crate::empirical::{empirical_materials, phong, ward};
+use crate::support::bsdfs;
 use crate::support::scenes::{Random, assert_counts};
 use pointillist::scene::desc::texture::TexturePoint;
 use pointillist::scene::desc::{
@@ -212,6 +213,7 @@ fn materials(alphas: &[[f32; 2]]) -> Vec<(String, Bsdf, f32)> {
     all.extend(textured());
     all.extend(empirical_materials());
     all.extend(coats());
+    all.extend(bsdfs::materials());
     for facets in [Facets::Beckmann, Facets::Ggx] {
         for &alpha in alphas {
             let name = |kind: &str| format!("{kind} {facets:?} {alpha:?}");

@@ -3,8 +3,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
+use crate::support::bsdfs::{BSDFS, BsdfEntry};
 use pointillist::color::Xyz;
 use pointillist::scene::{SceneDesc, load, load_str};
 use pointillist::stream::{SampleSink, UvWindow};
@@ -122,72 +123,42 @@ fn colour(grey: bool) -> BoxedStrategy<String> {
     }
 }
 
+/// A plugin of the list with random values, and with one of its variants.
+fn listed(entry: &'static BsdfEntry, grey: bool) -> BoxedStrategy<String> {
+    // What is there and does nothing must not be taken for something that does.
+    let black = Just("0".to_string());
+    let colours = prop::collection::vec(prop_oneof![5 => colour(grey), 1 => black], entry.colours.len());
+    let shares = prop::collection::vec(prop_oneof![Just(0.0f32), Just(1.0), 0.1..0.9f32], entry.shares.len());
+    let alphas = prop::collection::vec(0.02..0.6f32, entry.alphas.len());
+    let variants: Vec<&str> =
+        entry.variants.iter().filter(|(_, coloured)| !(grey && *coloured)).map(|v| v.0).collect();
+    let text = move |(colours, shares, alphas, variant): (Vec<String>, Vec<f32>, Vec<f32>, &str)| {
+        let colours = entry.colours.iter().zip(colours);
+        let colours: String = colours.map(|(name, v)| format!("<rgb name='{name}' value='{v}'/>")).collect();
+        let numbers = entry.shares.iter().zip(shares).chain(entry.alphas.iter().zip(alphas));
+        let numbers: String =
+            numbers.map(|(name, v)| format!("<float name='{name}' value='{v}'/>")).collect();
+        entry.with(&(variant.to_owned() + &colours + &numbers))
+    };
+    (colours, shares, alphas, prop::sample::select(variants)).prop_map(text).boxed()
+}
+
 /// Which materials a scene may have: matt ones, also smooth ones, also rough ones.
 fn material(grey: bool, class: usize) -> BoxedStrategy<String> {
-    let rgb =
-        move |name: &'static str| colour(grey).prop_map(move |v| format!("<rgb name='{name}' value='{v}'/>"));
-    let words = |text: &'static str| Just(text.to_string()).boxed();
-    let apart = match grey {
-        true => words("<float name='int_ior' value='1.5'/>"),
-        false => prop_oneof![
-            words("<string name='int_ior' value='bk7'/>"),
-            words("<float name='int_ior' value='1.7'/>")
-        ]
-        .boxed(),
-    };
-    let alike = words("<string name='int_ior' value='sf11'/><string name='ext_ior' value='sf11'/>");
-    let index = prop_oneof![3 => apart.clone(), 1 => alike].boxed();
-    let metal = match grey {
-        true => Just("none").boxed(),
-        false => prop_oneof![Just("Au"), Just("Cu"), Just("none")].boxed(),
-    };
-    let bsdf = |kind: &'static str, inside: BoxedStrategy<String>| {
-        inside.prop_map(move |inside| format!("<bsdf type='{kind}'>{inside}</bsdf>")).boxed()
-    };
-    let alpha = (0.02..0.6f32).prop_map(|a| format!("<float name='alpha' value='{a}'/>"));
-    let metal = metal.prop_map(|m| format!("<string name='material' value='{m}'/>")).boxed();
-    let both = |a: BoxedStrategy<String>, b: BoxedStrategy<String>| (a, b).prop_map(|(a, b)| a + &b).boxed();
-    // What is there and does nothing: it must not be taken for something that does.
-    let black = |name: &str| Just(format!("<rgb name='{name}' value='0'/>")).boxed();
-    let all = [
-        bsdf("diffuse", rgb("reflectance").boxed()),
-        bsdf("twosided", bsdf("diffuse", rgb("reflectance").boxed())),
-        bsdf("conductor", both(metal.clone(), black("specular_reflectance"))),
-        bsdf("dielectric", both(index.clone(), rgb("specular_transmittance").boxed())),
-        bsdf("dielectric", both(index.clone(), black("specular_transmittance"))),
-        bsdf("conductor", both(metal.clone(), rgb("specular_reflectance").boxed())),
-        bsdf("plastic", both(index.clone(), rgb("diffuse_reflectance").boxed())),
-        bsdf("thindielectric", both(index.clone(), rgb("specular_transmittance").boxed())),
-        bsdf("null", words("")),
-        bsdf("roughconductor", both(metal, alpha.clone().boxed())),
-        bsdf(
-            "roughdielectric",
-            both(both(apart.clone(), alpha.clone().boxed()), black("specular_transmittance")),
-        ),
-        bsdf("roughdielectric", both(apart, alpha.clone().boxed())),
-        bsdf("roughplastic", both(alpha.boxed(), rgb("diffuse_reflectance").boxed())),
-        bsdf(
-            "principled",
-            both(rgb("base_color").boxed(), shares(["metallic", "roughness", "spec_trans", "sheen_tint"])),
-        ),
-        bsdf(
-            "principled",
-            both(rgb("base_color").boxed(), shares(["spec_tint", "clearcoat", "sheen", "flatness"])),
-        ),
-        bsdf(
-            "principledthin",
-            both(rgb("base_color").boxed(), shares(["spec_trans", "diff_trans", "sheen", "spec_tint"])),
-        ),
-        bsdf("roughdiffuse", rgb("reflectance").boxed()),
-        bsdf("phong", both(rgb("diffuse_reflectance").boxed(), rgb("specular_reflectance").boxed())),
-        bsdf(
-            "ward",
-            both(shares(["alpha_u", "alpha_v", "diffuse_reflectance", "specular_reflectance"]), words("")),
-        ),
-        bsdf("difftrans", rgb("transmittance").boxed()),
-    ];
-    let count = [3, 9, all.len()][class.min(2)];
-    let one = prop::strategy::Union::new(all.into_iter().take(count)).boxed();
+    // The list does not change while the tests run.
+    static CLASSES: LazyLock<Vec<usize>> =
+        LazyLock::new(|| BSDFS.iter().map(|b| b.class() as usize).collect());
+    let of_class = BSDFS.iter().zip(CLASSES.iter()).filter(|(_, own)| **own <= class.min(2));
+    let mut all: Vec<_> = of_class.map(|(entry, _)| listed(entry, grey)).collect();
+    let matt = colour(grey)
+        .prop_map(|v| format!("<bsdf type='diffuse'><rgb name='reflectance' value='{v}'/></bsdf>"));
+    all.push(matt.prop_map(|bsdf| format!("<bsdf type='twosided'>{bsdf}</bsdf>")).boxed());
+    let unseen = "<bsdf type='conductor'><rgb name='specular_reflectance' value='0'/></bsdf>";
+    all.push(Just(unseen.to_string()).boxed());
+    if class > 0 {
+        all.push(Just("<bsdf type='null'/>".to_string()).boxed());
+    }
+    let one = prop::strategy::Union::new(all).boxed();
     let share = 0.0..1.0f32;
     let mask = (one.clone(), share.clone())
         .prop_map(|(bsdf, v)| format!("<bsdf type='mask'>{bsdf}{}</bsdf>", share_of("opacity", v)));
@@ -205,16 +176,6 @@ fn share_of(name: &str, v: f32) -> String {
     let colors = format!("<float name='color0' value='{v}'/><float name='color1' value='0'/>");
     let squares = "<transform name='to_uv'><scale value='4'/></transform>";
     format!("<texture type='checkerboard' name='{name}'>{colors}{squares}</texture>")
-}
-
-/// Parameters from 0 to 1, often one of the two.
-fn shares(names: [&'static str; 4]) -> BoxedStrategy<String> {
-    let share = prop_oneof![Just(0.0f32), Just(1.0), 0.1..0.9f32];
-    let text = move |values: Vec<f32>| {
-        let one = |(name, v): (&&str, f32)| format!("<float name='{name}' value='{v}'/>");
-        names.iter().zip(values).map(one).collect::<String>()
-    };
-    prop::collection::vec(share, 4).prop_map(text).boxed()
 }
 
 fn scene((grey, class): (bool, usize)) -> impl Strategy<Value = (bool, String)> {

@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 
 use libloading::Library;
 
-use super::OidnError;
+use crate::image::Grid;
 
 /// Environment variable with the path of the library; if set, no other place is tried.
 pub const VARIABLE: &str = "OIDN_LIBRARY";
@@ -25,6 +25,34 @@ pub const NAMES: &[&str] = if cfg!(target_os = "windows") {
 } else {
     &["libOpenImageDenoise.so.2", "libOpenImageDenoise.so.1", "libOpenImageDenoise.so"]
 };
+
+/// An error of Open Image Denoise.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum OidnError {
+    /// The system's loader does not find the library.
+    #[error("Open Image Denoise is not installed: none of {} can be loaded ({reason})", NAMES.join(", "))]
+    Missing {
+        /// Why the first candidate cannot be loaded.
+        reason: String,
+    },
+
+    /// The file named by the environment variable is unusable.
+    #[error("Open Image Denoise cannot be loaded from {place}: {reason}")]
+    Unusable {
+        /// Variable and value.
+        place: String,
+        /// Why the file is unusable.
+        reason: String,
+    },
+
+    /// There is not enough memory.
+    #[error("no memory for Open Image Denoise: choose a smaller --size or close other programs")]
+    Memory,
+
+    /// The library failed.
+    #[error("Open Image Denoise failed: {0}")]
+    Failed(String),
+}
 
 /// `OIDN_DEVICE_TYPE_CPU`.
 const CPU_DEVICE: c_int = 1;
@@ -289,7 +317,7 @@ impl RtFilter {
         };
         let mut filter = Self { device: device.clone(), handle, images: Vec::new() };
         for (i, name) in parameters.images.iter().enumerate() {
-            let pixels = super::black(size)?.into_pixels().into_boxed_slice();
+            let pixels = black(size)?.into_pixels().into_boxed_slice();
             let pixels = NonNull::from(Box::leak(pixels));
             filter.images.push(pixels);
             filter.set_image(name, pixels, size);
@@ -348,4 +376,9 @@ impl Drop for RtFilter {
             drop(unsafe { Box::from_raw(pixels.as_ptr()) });
         }
     }
+}
+
+/// A black image for the library.
+fn black([width, height]: [usize; 2]) -> Result<Grid<[f32; 3]>, OidnError> {
+    Grid::try_filled(width, height, [0.0; 3]).ok_or(OidnError::Memory)
 }

@@ -17,38 +17,10 @@ use rayon::prelude::*;
 
 pub use self::holes::OidnFeatures;
 use self::library::{FilterParameters, RtFilter};
-pub use self::library::{NAMES, OidnDevice, OidnLibrary, OidnVersion, VARIABLE, library};
+pub use self::library::{NAMES, OidnDevice, OidnError, OidnLibrary, OidnVersion, VARIABLE, library};
 use crate::client::wavelet::{Filtered, HalfPicture, PixelFeatures};
 use crate::color::Profile;
 use crate::image::Grid;
-
-/// An error of Open Image Denoise.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum OidnError {
-    /// The system's loader does not find the library.
-    #[error("Open Image Denoise is not installed: none of {} can be loaded ({reason})", NAMES.join(", "))]
-    Missing {
-        /// Why the first candidate cannot be loaded.
-        reason: String,
-    },
-
-    /// The file named by the environment variable is unusable.
-    #[error("Open Image Denoise cannot be loaded from {place}: {reason}")]
-    Unusable {
-        /// Variable and value.
-        place: String,
-        /// Why the file is unusable.
-        reason: String,
-    },
-
-    /// There is not enough memory.
-    #[error("no memory for Open Image Denoise: choose a smaller --size or close other programs")]
-    Memory,
-
-    /// The library failed.
-    #[error("Open Image Denoise failed: {0}")]
-    Failed(String),
-}
 
 /// Installation hint.
 pub const HOW_TO_GET: &str = "it comes with `pip install pyoidn`: set OIDN_LIBRARY to …/site-packages/pyoidn/oidn/lib/libOpenImageDenoise.so.2; \
@@ -189,9 +161,4 @@ pub fn input(halves: [&HalfPicture; 2], features: OidnFeatures<'_>) -> Option<Gr
     let mut picture = holes::fill(&sums, features)?;
     picture.pixels_mut().par_iter_mut().for_each(|pixel| *pixel = (from_xyz * *pixel).max(Vec3::ZERO));
     Some(picture)
-}
-
-/// A black image for the library.
-fn black([width, height]: [usize; 2]) -> Result<Grid<[f32; 3]>, OidnError> {
-    Grid::try_filled(width, height, [0.0; 3]).ok_or(OidnError::Memory)
 }

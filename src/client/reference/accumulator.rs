@@ -9,12 +9,12 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::client::error::ClientError;
-use crate::client::reference::exact::ExactTexel;
 use crate::client::reference::fold::fold;
 use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, splat_color, touched};
 use crate::client::reference::variance::{Means, VarianceParameters, splat_variance};
 use crate::client::settings::{FilmSpec, Summation};
 use crate::image::Grid;
+use crate::math::exact_sum::ExactSum;
 
 /// Sums of one stream over the padded film.
 pub struct Accumulator {
@@ -27,6 +27,9 @@ pub struct Accumulator {
     variance_hi: Vec<f32>,
     variance_lo: Vec<f32>,
 }
+
+/// The exact sums of one texel: X, Y and Z in units of the luminance scale, weights, and squared luminance in units of that scale squared.
+pub type ExactTexel = [ExactSum; 5];
 
 /// Scratch buffers reused between bands. Only texels touched by a band's sprites are defined.
 #[derive(Default)]

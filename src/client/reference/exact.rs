@@ -4,13 +4,15 @@
 //! sequence equal the sum over its parts, whatever the parts and the order of merging. Batches need no fold, and threads and bands do not
 //! affect the result.
 
+use std::any::Any;
+
 use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::client::Film;
 use crate::client::error::ClientError;
 use crate::client::reference::ReferenceFilm;
-use crate::client::reference::accumulator::Accumulator;
+use crate::client::reference::accumulator::{Accumulator, ExactTexel};
 use crate::client::reference::splat::{BAND_ROWS, Band, Bins, Sprite, draw};
 use crate::client::reference::sums::HostSums;
 use crate::client::settings::{CHUNK_SAMPLES, DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
@@ -18,9 +20,6 @@ use crate::client::state::FilmState;
 use crate::image::Grid;
 use crate::math::exact_sum::ExactSum;
 use crate::stream::{PathCounts, Sample};
-
-/// The sums of one texel: X, Y and Z in units of the luminance scale, weights, and squared luminance in units of that scale squared.
-pub type ExactTexel = [ExactSum; 5];
 
 /// A film with exact sums. Its pictures equal those of a [`ReferenceFilm`] with the same sums, rounded.
 pub struct ExactFilm {
@@ -50,6 +49,11 @@ impl ExactFilm {
         // The 64-bit sums have no room for larger batches.
         film.state.take_small_batches();
         Ok(Self { film, luminance_scale, streams: Default::default() })
+    }
+
+    /// `film`, if its sums do not depend on the order of samples, so that they can be kept in a file.
+    pub fn of(film: &mut dyn Film) -> Option<&mut Self> {
+        film.as_any()?.downcast_mut()
     }
 
     /// The specification of the film.
@@ -265,7 +269,7 @@ impl Film for ExactFilm {
         Ok(data)
     }
 
-    fn exact(&mut self) -> Option<&mut ExactFilm> {
+    fn as_any(&mut self) -> Option<&mut dyn Any> {
         Some(self)
     }
 }

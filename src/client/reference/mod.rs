@@ -36,5 +36,6 @@ pub mod sums;
 pub mod tonemap;
 pub mod variance;
 
-pub use exact::{ExactFilm, ExactTexel};
+pub use accumulator::ExactTexel;
+pub use exact::ExactFilm;
 pub use film::ReferenceFilm;

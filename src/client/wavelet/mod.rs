@@ -20,12 +20,10 @@ use rayon::prelude::*;
 
 use self::bands::{Level, RowOutput, transform, weigh};
 use self::prepare::{mean_of_halves, no_features, separate_fireflies, tolerances};
+pub use self::rows::LEVELS;
 use self::rows::{BORDER, FEATURES, PlanarRows, RESULT, SUMS, WEIGHTS};
 use crate::client::ClientError;
 use crate::image::Grid;
-
-/// Levels of the transform; level l has steps of 2^l pixels.
-pub const LEVELS: u32 = 5;
 
 /// One half: per pixel the mean X, Y and Z of its samples, and their number, which may be 0.
 pub type HalfPicture = Grid<glam::Vec4>;

@@ -7,7 +7,8 @@ use std::ops::{Deref, DerefMut, Range};
 
 use rayon::prelude::*;
 
-use super::LEVELS;
+/// Levels of the transform; level l has steps of 2^l pixels.
+pub const LEVELS: u32 = 5;
 
 /// Pixels of border around the picture, which are read and have no influence.
 pub(super) const BORDER: usize = 1 << (LEVELS - 1);

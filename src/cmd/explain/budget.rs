@@ -117,7 +117,7 @@ impl Budget {
         let reached = reached.map(Interval::exact);
         let predicted = state.prediction.filter(|said| said.target == target.error);
         let alone = reached.or(predicted.map(|said| said.seconds));
-        let cost = farm_cost(setup, width * height, run.integrator.is_bidirectional());
+        let cost = farm_cost(setup, width * height, run.integrator.streams() == [true; 2]);
         let FarmCost { setup, merge } = cost;
         let on = |alone, machines| MachineTime { machines, seconds: cost.on(machines, alone) };
         Ok(Self {

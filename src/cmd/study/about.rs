@@ -16,7 +16,7 @@ use crate::gpu;
 use crate::render::method;
 use crate::render::options::SceneOptions;
 use crate::render::run_spec::{ChoiceReport, quoted};
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, IntegratorTraits};
 use crate::study::data::{AutoChoice, DroppedMethod, Machine, Study};
 use crate::study::measurement::Measurement;
 
@@ -35,38 +35,45 @@ pub fn choose(renderer: &mut StudyRenderer, folder: &mut StudyFolder) -> Result<
 
 /// Methods to compare: the requested ones, or all that can render the picture. The reasons for leaving out others are stored.
 pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<IntegratorKind>> {
-    use IntegratorKind::{Auto, Bidirectional, Depth, Light, Path, Photon, Vcm};
-    miette::ensure!(
-        !args.methods.contains(&Depth),
-        "--methods depth shows no light, so there is nothing to compare"
-    );
+    if let Some(dark) = args.methods.iter().find(|kind| !kind.shows_light()) {
+        miette::bail!("--methods {} shows no light, so there is nothing to compare", dark.name());
+    }
     let choice = session.choice.clone();
     let mut methods: Vec<IntegratorKind> = Vec::new();
     // `auto` is measured as the method it chooses.
-    for kind in args.methods.iter().map(|kind| if *kind == Auto { choice.kind } else { *kind }) {
+    for kind in
+        args.methods.iter().map(|kind| if *kind == IntegratorKind::Auto { choice.kind } else { *kind })
+    {
         if !methods.contains(&kind) {
             methods.push(kind);
         }
     }
     if methods.iter().all(|kind| kind.has_photons()) && !methods.is_empty() && args.against.is_none() {
         // Methods with photons cannot estimate their own bias, so an unbiased one is included.
-        methods.push(Bidirectional);
+        methods.push(IntegratorKind::Bidirectional);
     }
     if !methods.is_empty() {
         return Ok(methods);
     }
-    for kind in [Path, Light, Bidirectional, Photon, Vcm] {
+    for kind in IntegratorKind::candidates() {
         let tried = choice.candidates.iter().find(|tried| tried.method == kind.name());
-        let reason = match (kind, tried) {
-            (Vcm, None) => "is bidirectional where the picture shows no mirrors and no glass",
-            (Light, Some(tried)) if !tried.complete => "alone cannot show mirrors and glass",
-            (Path, Some(tried)) if !tried.complete => "cannot find light that leaves along normals only",
+        let IntegratorTraits { extends, finds_deltas, finds_beams, .. } = kind.traits();
+        let reason = match (tried, extends) {
+            (None, Some(same)) => {
+                format!("is {} where the picture shows no mirrors and no glass", same.name())
+            }
+            (Some(tried), _) if !tried.complete && !finds_deltas => {
+                "alone cannot show mirrors and glass".into()
+            }
+            (Some(tried), _) if !tried.complete && !finds_beams => {
+                "cannot find light that leaves along normals only".into()
+            }
             _ => {
                 methods.push(kind);
                 continue;
             }
         };
-        let dropped = DroppedMethod { method: kind.name().to_string(), reason: reason.to_string() };
+        let dropped = DroppedMethod { method: kind.name().to_string(), reason };
         session.folder.keep(Measurement::Dropped(dropped))?;
     }
     // Determines the order before anything has been measured.

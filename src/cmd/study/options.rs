@@ -12,7 +12,6 @@ use crate::cmd::study::session::{StudySession, TimeBudget};
 use crate::image::Grid;
 use crate::render::process;
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::IntegratorKind;
 use crate::scene::light_groups::{each, emitters, of_sources};
 use crate::study::Interval;
 use crate::study::data::OptionPrice;
@@ -99,7 +98,7 @@ pub fn options(session: &mut StudySession, budget: &TimeBudget) -> Result<()> {
     drop(plain);
     let kind = run.integrator;
     let others = [
-        (NAMES[0], kind != IntegratorKind::Light, RunSpec { adaptive: true, ..run.clone() }),
+        (NAMES[0], kind.streams()[0], RunSpec { adaptive: true, ..run.clone() }),
         (NAMES[2], true, RunSpec { reweighted: Some(KAPPA), ..run.clone() }),
     ];
     for (name, possible, run) in others {

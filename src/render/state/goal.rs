@@ -7,7 +7,6 @@ use std::time::Duration;
 use miette::{IntoDiagnostic, Result};
 
 use crate::image::write::{check_place, same_file};
-use crate::render::method;
 use crate::render::options::RenderOptions;
 use crate::render::options::SceneOptions;
 use crate::render::run_spec::RunSpec;
@@ -155,7 +154,7 @@ impl PlannedGoal {
         let [width, height] = run.film.padded_extent().map(u64::from);
         let counted = args.samples.is_some() || args.spp.is_some() || error.is_none();
         let paths = args.samples.unwrap_or_else(|| run.spp.saturating_mul(width * height));
-        let indices = paths.div_ceil(method::paths_per_index(run.integrator));
+        let indices = paths.div_ceil(run.integrator.paths_per_index());
         let end = match args.time.is_none() && counted {
             true => run.first_index.saturating_add(indices),
             false => u64::MAX,

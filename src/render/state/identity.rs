@@ -10,11 +10,8 @@ use crate::client::lod::power_of_two_below;
 use crate::color::Xyz;
 use crate::render::method::render_context;
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, REPLICATES, Sample, SampleSink};
-use crate::tracer::integrator::{
-    BidirectionalTracer, DepthTracer, ParticleTracer, PathTracer, PhotonTracer, RenderContext, VcmTracer,
-};
+use crate::tracer::integrator::{IntegratorVisitor, RenderContext, visit};
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::{Camera, Integrator, Sampler, Scene};
 
@@ -65,6 +62,19 @@ pub fn hash_of_files(files: &[PathBuf]) -> Result<String> {
     Ok(all.finalize().to_hex()[..32].to_string())
 }
 
+/// Traces the first chunk by a method.
+struct FirstPaths {
+    context: RenderContext,
+}
+
+impl IntegratorVisitor for FirstPaths {
+    type Output = FirstChunk;
+
+    fn visit<I: Integrator + From<RenderContext>>(self) -> FirstChunk {
+        FirstChunk::of(&I::from(self.context))
+    }
+}
+
 /// Sink for the samples of the first indices.
 struct FirstChunk {
     hash: blake3::Hasher,
@@ -75,14 +85,7 @@ struct FirstChunk {
 impl FirstChunk {
     fn trace(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Self {
         let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
-        match run.integrator {
-            IntegratorKind::Path | IntegratorKind::Auto => Self::of(&PathTracer { context }),
-            IntegratorKind::Light => Self::of(&ParticleTracer { context }),
-            IntegratorKind::Bidirectional => Self::of(&BidirectionalTracer { context }),
-            IntegratorKind::Photon => Self::of(&PhotonTracer::new(context, true)),
-            IntegratorKind::Vcm => Self::of(&VcmTracer::new(context, true)),
-            IntegratorKind::Depth => Self::of(&DepthTracer::from(context)),
-        }
+        visit(run.integrator, FirstPaths { context })
     }
 
     fn of<I: Integrator>(tracer: &I) -> Self {

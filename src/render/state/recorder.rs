@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::accounting::observer::Observer;
 use crate::client::Film;
+use crate::client::reference::ExactFilm;
 use crate::render::state::file;
 use crate::render::state::header::StateHeader;
 use crate::stream::{Block, CHUNK, PathCounts, Rejections, Sample};
@@ -92,7 +93,7 @@ impl Recorder {
     /// When the file cannot be written; the previous file stays unchanged.
     pub fn save(&mut self, film: &mut dyn Film, observer: Option<&Observer>) -> Result<()> {
         film.flush().into_diagnostic()?;
-        let Some(film) = film.exact() else { return Ok(()) };
+        let Some(film) = ExactFilm::of(film) else { return Ok(()) };
         self.about.progress = observer.map(Observer::progress).unwrap_or_default();
         let accumulated = observer.and_then(Observer::accumulated);
         let replicates = accumulated.as_ref().and_then(AccumulatedSamples::exact_sums);

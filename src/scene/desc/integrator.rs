@@ -1,6 +1,7 @@
 //! The light transport method and its parameters.
 
 use super::aov::AovDesc;
+use super::integrator_kind::{IntegratorKind, PhotonUse};
 
 /// The light transport method and its parameters.
 #[derive(Clone, Debug)]
@@ -51,56 +52,19 @@ pub struct PhotonDesc {
     pub gather: bool,
 }
 
+impl PhotonDesc {
+    /// Whether a method with these photons blurs the picture by density estimation.
+    pub fn blur(&self, kind: IntegratorKind) -> bool {
+        match kind.traits().photons {
+            PhotonUse::None => false,
+            PhotonUse::Gathered => true,
+            PhotonUse::Merged => self.caustics,
+        }
+    }
+}
+
 impl Default for PhotonDesc {
     fn default() -> Self {
         Self { initial_radius: None, alpha: None, lookup_size: None, caustics: true, gather: true }
-    }
-}
-
-/// The methods the program has. The comments are the help of `--integrator`.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize, serde::Deserialize,
-)]
-pub enum IntegratorKind {
-    /// Path tracing: from the camera, with next-event estimation at each vertex.
-    #[default]
-    Path,
-    /// Particle tracing: from the lights, each vertex connected to the camera. Nothing is seen in mirrors or glass.
-    Light,
-    /// Bidirectional path tracing: subpaths from both ends, connected at every vertex.
-    Bidirectional,
-    /// One-pass photon mapping: final gathering from photons that light paths leave. It converges: its blur shrinks as it goes.
-    Photon,
-    /// Vertex connection and merging: bidirectional path tracing, but caustics seen in mirrors and through glass are found by
-    /// photons. Their blur shrinks as it goes; all else is unbiased.
-    Vcm,
-    /// No light: the distance to the first surface, as grey.
-    Depth,
-    /// The method that suits the scene, chosen by a short trial of each; the program says why. Path tracing until then.
-    Auto,
-}
-
-impl IntegratorKind {
-    /// The method's name on the command line and in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            IntegratorKind::Auto => "auto",
-            IntegratorKind::Path => "path",
-            IntegratorKind::Light => "light",
-            IntegratorKind::Bidirectional => "bidirectional",
-            IntegratorKind::Photon => "photon",
-            IntegratorKind::Vcm => "vcm",
-            IntegratorKind::Depth => "depth",
-        }
-    }
-
-    /// True for the methods whose camera paths gather photons.
-    pub const fn has_photons(self) -> bool {
-        matches!(self, IntegratorKind::Photon | IntegratorKind::Vcm)
-    }
-
-    /// True for the methods that connect subpaths from both ends.
-    pub const fn is_bidirectional(self) -> bool {
-        matches!(self, IntegratorKind::Bidirectional | IntegratorKind::Vcm)
     }
 }

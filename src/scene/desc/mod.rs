@@ -8,7 +8,8 @@
 //! |---|---|
 //! | `scene.rs` | [`SceneDesc`] |
 //! | `ids.rs` | indices into its lists, names and places of its objects |
-//! | `camera.rs`, `integrator.rs` | camera and film; light transport method, layers by `aov.rs` |
+//! | `camera.rs` | camera and film |
+//! | `integrator.rs`, `integrator_kind.rs` | light transport of a scene, layers by `aov.rs`; what each method can do |
 //! | `shape.rs`, `mesh.rs` | shapes, groups and curves; triangle meshes |
 //! | `bsdf/` | materials, a file for each plugin or for its smooth and rough form |
 //! | `light.rs` | lights that are not shapes |
@@ -26,6 +27,7 @@ mod camera;
 pub mod emission_texture;
 mod ids;
 mod integrator;
+mod integrator_kind;
 mod light;
 mod mesh;
 mod moved;
@@ -40,7 +42,8 @@ pub use aov::{AovDesc, AovKind};
 pub use bsdf::*;
 pub use camera::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
 pub use ids::{BsdfId, GroupId, MeshId, Name, Names, Place};
-pub use integrator::{IntegratorDesc, IntegratorKind, PhotonDesc};
+pub use integrator::{IntegratorDesc, PhotonDesc};
+pub use integrator_kind::{IntegratorKind, IntegratorTraits, LateFind, NoLight, PhotonUse};
 pub use light::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
 pub use mesh::{Mesh, MeshAttribute};
 pub use rendering_space::RenderingSpace;

@@ -1,27 +1,21 @@
 //! Integrators and samplers: read for depths and counts.
+//!
+//! `light`, `bidirectional`, `photon`, `vcm` and `auto` are not in Mitsuba 3.
 
 use super::document::ElementId;
 use super::params::Params;
 use super::reader::Reader;
 use super::unsupported;
 use crate::scene::desc::aov::{self, AovDesc, AovKind, AovList};
-use crate::scene::desc::{IntegratorDesc, IntegratorKind, PhotonDesc};
+use crate::scene::desc::{IntegratorDesc, IntegratorKind, NoLight, PhotonDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
 use crate::scene::suggest;
 
-/// Integrators that are read with all their parameters. `ptracer` is Mitsuba's name of particle tracing; `light`,
-/// `bidirectional`, `photon`, `vcm` and `auto` are not in Mitsuba 3.
-pub(super) const OURS: &[(&str, IntegratorKind)] = &[
-    ("path", IntegratorKind::Path),
-    ("ptracer", IntegratorKind::Light),
-    ("light", IntegratorKind::Light),
-    ("bidirectional", IntegratorKind::Bidirectional),
-    ("photon", IntegratorKind::Photon),
-    ("vcm", IntegratorKind::Vcm),
-    (DEPTH, IntegratorKind::Depth),
-    ("auto", IntegratorKind::Auto),
-];
+/// Names of the integrators that are read with all their parameters.
+pub(super) fn ours() -> impl Iterator<Item = &'static str> {
+    IntegratorKind::all().flat_map(|kind| kind.traits().plugins).copied()
+}
 
 /// Integrators of Mitsuba 3, then of 0.6, for which a method of ours shows the same light: only depths are read, with a
 /// remark. Any other is a warning and `auto`; one that holds an integrator stands back for that.
@@ -51,9 +45,6 @@ const DIRECT: &str = "direct";
 /// Layers beside the picture of an integrator in it.
 const AOV: &str = "aov";
 
-/// No light at all: distances.
-const DEPTH: &str = "depth";
-
 /// Samplers of Mitsuba 3 and 0.6. The program has a sequence of its own and takes only the count.
 pub(super) const SAMPLERS: &[&str] =
     &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "halton", "hammersley", "sobol"];
@@ -66,10 +57,8 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<IntegratorD
 fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<IntegratorDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
     let aovs = if params.plugin() == AOV { aovs(&params)? } else { Vec::new() };
-    let find = |table: &[(&str, IntegratorKind)]| {
-        table.iter().find(|(name, _)| *name == params.plugin()).map(|(_, kind)| *kind)
-    };
-    let (own, name) = (find(OURS), shorten(params.plugin()));
+    let own = IntegratorKind::all().find(|kind| kind.traits().plugins.contains(&params.plugin()));
+    let name = shorten(params.plugin());
     if own.is_none()
         && let Some((inner, _)) = params.objects("integrator").first().copied()
     {
@@ -96,10 +85,10 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
         return Ok(read);
     }
     params.without_effect(&["samples_per_pass", "block_size", "timeout", "strict_normals"]);
-    let kind = own.or_else(|| find(FOREIGN)).unwrap_or(IntegratorKind::Auto);
-    if kind == IntegratorKind::Depth {
-        let found = params.type_fault("the picture shows distances as grey, in units of the scene");
-        params.note(found.help("distances beside a picture: an integrator `aov`, or --aov depth").advice());
+    let foreign = || FOREIGN.iter().find(|(name, _)| *name == params.plugin()).map(|(_, kind)| *kind);
+    let kind = own.or_else(foreign).unwrap_or(IntegratorKind::Auto);
+    if let Some(NoLight { remark, help, .. }) = kind.traits().no_light {
+        params.note(params.type_fault(remark).help(help).advice());
     } else if own.is_none() && kind != IntegratorKind::Auto {
         let found = params.type_fault(format!("`{}` renders the light of `{name}`", kind.name()));
         params.note(found.help("another method: --integrator").advice());
@@ -108,7 +97,7 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
             Some(why) => format!("`{name}` is not supported: {why}"),
             None => format!("there is no integrator `{name}`: `auto` chooses the method"),
         };
-        let names: Vec<&str> = OURS.iter().map(|k| k.0).collect();
+        let names: Vec<&str> = ours().collect();
         params.note(params.type_fault(message).help(suggest::hint(params.plugin(), &names)).warning());
     }
     params.default("max_depth", if params.plugin() == DIRECT { 2 } else { -1 });
@@ -126,7 +115,7 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
     })?;
     let hide_emitters = params.boolean("hide_emitters", false)?;
     let photons = match own {
-        Some(IntegratorKind::Photon | IntegratorKind::Vcm | IntegratorKind::Auto) => photons(&params)?,
+        Some(kind) if kind.has_photons() || kind == IntegratorKind::Auto => photons(&params)?,
         _ => PhotonDesc::default(),
     };
     if own.is_none() {

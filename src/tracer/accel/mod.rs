@@ -7,7 +7,7 @@
 //! 1. `binary`: a binary BVH by the surface area heuristic (SAH), improved by reinsertion with obvhs.
 //! 2. `collapse`: dynamic programming over the SAH selects which of its nodes become wide nodes, and which become leaves.
 //! 3. `write`: nodes and leaf blocks are written to memory in depth-first order, in the format that `layout` describes.
-//! 4. `build` drives these steps for the world and for each group of primitives.
+//! 4. `build` drives these steps for the world and for each group of `shapes`.
 //!
 //! `refit` writes the same tree for primitives that have moved.
 //!
@@ -28,10 +28,14 @@ mod bvh;
 mod collapse;
 mod kernels;
 mod layout;
+mod ray;
 mod refit;
+mod shapes;
+mod simd_kernel;
 mod write;
 
-pub use build::{Instance, PrimitiveGroup, Shapes, TriangleSource};
-pub use bvh::{Accel, Hit, PrimRange, Ray};
-pub(in crate::tracer) use kernels::AvailableKernel;
-pub use kernels::SimdKernel;
+pub use bvh::Accel;
+pub use ray::{Hit, PrimRange, Ray};
+pub use shapes::{Instance, PrimitiveGroup, Shapes, TriangleSource};
+pub(in crate::tracer) use simd_kernel::AvailableKernel;
+pub use simd_kernel::SimdKernel;

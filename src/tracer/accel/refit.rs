@@ -7,11 +7,10 @@ use bytemuck::cast_slice;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::build::{
-    Instance, PrimitiveGroup, Shapes, analytic_bounds, instance_bounds, placed, triangle_bounds,
-};
+use super::build::{analytic_bounds, instance_bounds, placed, triangle_bounds};
 use super::bvh::{Accel, BvhRoot};
 use super::layout::{Arena, CHILD_ROW, F32x8, Leaf, NODE_LINES, NodeRef, SHARED_ROWS, WIDTH, block_rows};
+use super::shapes::{Instance, PrimitiveGroup, Shapes};
 use super::write::ArenaBuilder;
 
 /// Levels of nodes that are written last. The subtrees below them are written in parallel.

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use crate::memory::advise_huge_pages;
 
-use super::build::TriangleSource;
 use super::collapse::{CollapsePlan, Primitive};
 use super::layout::{
     CHILD_ROW, CORNER_ROW, CacheLine, F32x8, Leaf, MAX_SHARED, NODE_LINES, NodeRef, SHARED_ROWS, WIDTH,
     block_rows,
 };
+use super::shapes::TriangleSource;
 
 /// Levels of nodes that are written first. The subtrees below them are written in parallel.
 const UPPER_LEVELS: usize = 3;

@@ -9,6 +9,7 @@ use crate::scene::desc::{AlphaTexture, DielectricDesc, RoughDielectricDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::wavelength_mis::{self, Dispersion, WavelengthMis};
 
+use super::microfacet::{bend, refracting_half, refracting_normal};
 use super::scattering::lobe_probability;
 use super::{BsdfSample, DeltaLobes, MaterialModel, Microfacet, ScatteringModel, Unmixed, fresnel};
 
@@ -370,24 +371,4 @@ impl ScatteringModel for RoughDielectric {
         let relative = facing.eta / facing.eta.x;
         Dispersion { wavelength_mis, eta2: relative * relative }
     }
-}
-
-/// `wo` + η `wi`, which is along the normal of the facet that refracts `wi` to `wo`, and points into the denser medium. The sum of the
-/// directions themselves is exact where they are nearly opposite.
-#[inline]
-pub(super) fn refracting_half(wo: Vec3, wi: Vec3, eta: f32) -> Vec3 {
-    (wo + wi) + wi * (eta - 1.0)
-}
-
-/// The normal of that facet, above the horizon.
-#[inline]
-pub(super) fn refracting_normal(half: Vec3) -> Vec3 {
-    half.normalize_or_zero() * 1f32.copysign(half.z)
-}
-
-/// How far a facet bends light: wo + η wi = −m · bend, η cos θₜ − cos θₒ, without their difference; `through` is
-/// [`fresnel::through`]. The solid angle of facets per solid angle of refracted directions is η · `through` / bend² (Walter et al., eq. 17).
-#[inline]
-pub(super) fn bend(cos: f32, eta: f32, through: f32) -> f32 {
-    (eta - 1.0) * (eta + 1.0) / (cos + through)
 }

@@ -127,6 +127,26 @@ pub(super) fn resolves(half: Vec3, alpha: f32) -> bool {
     half.length() * alpha > NARROWEST
 }
 
+/// `wo` + η `wi`, which is along the normal of the facet that refracts `wi` to `wo`, and points into the denser medium. The sum of the
+/// directions themselves is exact where they are nearly opposite.
+#[inline]
+pub(super) fn refracting_half(wo: Vec3, wi: Vec3, eta: f32) -> Vec3 {
+    (wo + wi) + wi * (eta - 1.0)
+}
+
+/// The normal of that facet, above the horizon.
+#[inline]
+pub(super) fn refracting_normal(half: Vec3) -> Vec3 {
+    half.normalize_or_zero() * 1f32.copysign(half.z)
+}
+
+/// How far a facet bends light: wo + η wi = −m · bend, η cos θₜ − cos θₒ, without their difference; `through` is
+/// [`fresnel::through`](super::fresnel::through). The solid angle of facets per solid angle of refracted directions is η · `through` / bend² (Walter et al., eq. 17).
+#[inline]
+pub(super) fn bend(cos: f32, eta: f32, through: f32) -> f32 {
+    (eta - 1.0) * (eta + 1.0) / (cos + through)
+}
+
 /// Visible normal (any length) of GGX with roughness 1: half-way between `w` and a point of the spherical cap of
 /// reflections (Dupuy and Benyoub, *Sampling Visible GGX Normals with Spherical Caps*, 2023). With the cap's radius
 /// from the unit disk, height and radius are sums and products of what is not negative: nothing cancels.

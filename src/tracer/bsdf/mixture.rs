@@ -13,11 +13,10 @@ use crate::tracer::wavelength_mis::Dispersion;
 
 use super::bump::{Bump, BumpMaterial};
 use super::coating::{Coating, CoatingMaterial};
-use super::scattering::{
-    BsdfSample, LAST_LOBE, MaterialEvalContext, MaterialModel, Scattering, ScatteringModel,
-};
+use super::diffuse::Diffuse;
+use super::models::{Material, Scattering, Unmixed};
+use super::scattering::{BsdfSample, LAST_LOBE, MaterialEvalContext, MaterialModel, ScatteringModel};
 use super::share::SurfaceShare;
-use super::{Diffuse, Material, Unmixed};
 
 /// A mixture, seen from one side of a surface.
 #[derive(Clone, Debug, Default)]

@@ -16,8 +16,7 @@ use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{PrincipledDesc, PrincipledLobes};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
 
-use super::dielectric::{bend, refracting_half, refracting_normal};
-use super::microfacet::resolves;
+use super::microfacet::{bend, refracting_half, refracting_normal, resolves};
 use super::scattering::lobe_probability;
 use super::thin_film::index_of;
 use super::{BsdfSample, MaterialModel, Microfacet, ScatteringModel, ThinFilm, fresnel};

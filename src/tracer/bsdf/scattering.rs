@@ -1,4 +1,4 @@
-//! The contract between paths and materials: of every model of scattering, and of the sets of models that code is compiled for.
+//! The contract between paths and materials, which every model of scattering keeps.
 
 use std::f32::consts::PI;
 
@@ -8,12 +8,10 @@ use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
-use crate::tracer::light_groups::LightCredits;
-use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::attainable;
 use crate::tracer::wavelength_mis::Dispersion;
 
-use super::{Diffuse, Material};
+use super::diffuse::Diffuse;
 
 /// A lobe number that chooses whatever comes last: transmission.
 pub(super) const LAST_LOBE: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -235,47 +233,5 @@ pub trait ScatteringModel: Copy {
     #[inline]
     fn refract(&self, _wo: Vec3, _lane: usize) -> Option<(Vec3, f32)> {
         None
-    }
-}
-
-/// A set of models that covers the materials of a scene. Integrators are generic over it, so that the code for a scene of diffuse
-/// surfaces contains no mirrors, glass or rough metal.
-///
-/// Speed of the code for the smallest set over that of the code for all, same program, 95 % over random orders of its functions
-/// (`tools/bench effects`), and instructions per path:
-///
-/// | scene | code for | path tracing | | bidirectional |
-/// |---|---|---|---|---|
-/// | Cornell box | [`Diffuse`] | 1.069 [1.064, 1.073] | 28 800, not 30 900 | 1.097 [1.074, 1.121] |
-/// | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
-/// | with mirror and glass balls | [`Smooth`](super::Smooth) | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
-pub trait Scattering: ScatteringModel {
-    /// Whether a path [records](crate::tracer::record) what it does.
-    const RECORDS: bool = false;
-
-    /// The radiance of a path by [groups of lights](crate::tracer::light_groups).
-    type Credits: LightCredits;
-
-    /// Records what the path does, if it records anything.
-    #[inline(always)]
-    fn record(event: impl FnOnce() -> PathEvent) {
-        if Self::RECORDS {
-            record(event());
-        }
-    }
-
-    /// The material at a point and the wavelengths of a path. A material whose model is not in the set is black.
-    fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self;
-}
-
-impl Scattering for Diffuse {
-    type Credits = ();
-
-    #[inline]
-    fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
-        match material {
-            Material::Diffuse(material) => material.at(context, lambda),
-            _ => Diffuse::new(SampledSpectrum::ZERO),
-        }
     }
 }

@@ -9,9 +9,9 @@
 //!   paths that bring a mean of Δ and of which none was among n have a second moment of at least n Δ². Bidirectional tracing with
 //!   merging traces the paths of bidirectional tracing alone, so that any difference of these two is what merging finds.
 
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, IntegratorTraits, PhotonUse};
 
-use super::survey::Survey;
+use super::survey::{DELTAS, Survey};
 use super::trial::{CELLS, SIDE, Trial};
 
 /// Number of blocks along either side of the picture in which means are compared.
@@ -30,9 +30,6 @@ const WORTH: f64 = 1.25;
 /// Factor by which photon mapping must beat the best of the others: its samples share one map, so that noise falls more slowly
 /// than a trial can tell, and they blur.
 const PHOTONS_WORTH: f64 = 6.0;
-
-/// Share of the picture that may show deltas before particle tracing is excluded: none, but for a stray ray between two edges.
-pub(super) const DELTAS: f64 = 0.0002;
 
 /// The reason mentions light that a method missed from this share on.
 const WORTH_TELLING: f64 = 0.02;
@@ -62,7 +59,7 @@ impl IntegratorRating {
 
     /// The same, on the safe side for photon mapping.
     fn cautious_time(&self) -> f64 {
-        if self.kind == IntegratorKind::Photon { PHOTONS_WORTH * self.time() } else { self.time() }
+        if shares_one_map(self.kind) { PHOTONS_WORTH * self.time() } else { self.time() }
     }
 }
 
@@ -79,10 +76,9 @@ pub struct IntegratorChoice {
 
 /// Chooses one of the methods that were tried.
 pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
-    let complete = |t: &Trial| match t.kind {
-        IntegratorKind::Light => survey.delta_seen <= DELTAS,
-        IntegratorKind::Path => !survey.beams,
-        _ => true,
+    let complete = |t: &Trial| {
+        let IntegratorTraits { finds_deltas, finds_beams, .. } = t.kind.traits();
+        (*finds_deltas || survey.delta_seen <= DELTAS) && (*finds_beams || !survey.beams)
     };
     let brightness = brightness(trials.iter().filter(|t| complete(t)));
     let mean = brightness.iter().sum::<f64>() / CELLS as f64;
@@ -115,10 +111,15 @@ pub fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
     IntegratorChoice { kind, reason, ratings }
 }
 
+/// True for photon mapping, all samples of which share one map.
+fn shares_one_map(kind: IntegratorKind) -> bool {
+    kind.traits().photons == PhotonUse::Gathered
+}
+
 /// Luminance of each cell by all methods that can show it (`complete`), smoothed, since single cells are noisy. Photon mapping is left out:
 /// all samples of its trial share one map, whose blotches no number of samples averages.
 fn brightness<'a>(complete: impl Iterator<Item = &'a Trial>) -> Vec<f64> {
-    let used: Vec<&Trial> = complete.filter(|t| t.kind != IntegratorKind::Photon).collect();
+    let used: Vec<&Trial> = complete.filter(|t| !shares_one_map(t.kind)).collect();
     let raw: Vec<f64> = (0..CELLS)
         .map(|cell| used.iter().map(|t| t.grid.mean(cell)).sum::<f64>() / used.len().max(1) as f64)
         .collect();
@@ -161,11 +162,11 @@ fn charge(rating: &mut IntegratorRating, trial: &Trial, others: &[Trial], bright
         let gap = |other: &Trial| {
             let (more, v) = mean_of(other, block);
             let gap = more - mean;
-            let same_paths = trial.kind == IntegratorKind::Bidirectional && other.kind == IntegratorKind::Vcm;
+            let same_paths = other.kind.traits().extends == Some(trial.kind);
             let counts = same_paths || gap > SIGNIFICANT * (v + variance).sqrt();
             if counts { gap } else { 0.0 }
         };
-        let others = others.iter().filter(|o| o.kind != trial.kind && o.kind != IntegratorKind::Photon);
+        let others = others.iter().filter(|o| o.kind != trial.kind && !shares_one_map(o.kind));
         let gap = others.map(gap).fold(0.0, f64::max);
         if gap > 0.0 {
             let y = cells_of(block).map(|cell| brightness[cell]).sum::<f64>() / (WIDTH * WIDTH) as f64;
@@ -207,7 +208,7 @@ fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[IntegratorRating]) -
     if survey.beams {
         parts.push("paths from the camera alone do not find light that leaves along normals".to_string());
     }
-    if ratings.iter().any(|r| !r.complete && r.kind == IntegratorKind::Light) {
+    if ratings.iter().any(|r| !r.complete && !r.kind.traits().finds_deltas) {
         let seen = percent(survey.delta_seen);
         parts.push(format!("particles alone cannot show mirrors and glass ({seen} of the picture)"));
     }
@@ -216,13 +217,7 @@ fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[IntegratorRating]) -
 
 /// Compares a rival with the chosen method, over whose time its own is `ratio`.
 fn compare(rival: &IntegratorRating, ratio: f64) -> String {
-    let name = match rival.kind {
-        IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => "camera paths",
-        IntegratorKind::Light => "particles",
-        IntegratorKind::Bidirectional => "paths from both ends",
-        IntegratorKind::Photon => "photons",
-        IntegratorKind::Vcm => "vertex connection and merging",
-    };
+    let name = rival.kind.traits().traces;
     match ratio {
         r if !r.is_finite() || r > 1000.0 => format!("{name} need over 1000 times as long"),
         r if r >= 10.0 => format!("{name} need {r:.0} times as long"),

@@ -29,19 +29,6 @@ pub use survey::{SubpathLengths, Survey};
 pub use trial::Trial;
 
 use super::integrator::RenderContext;
-use crate::scene::desc::IntegratorKind;
-
-/// The seed of survey and trials: not that of any picture, and always the same.
-const SEED: u32 = 0x6175_746f;
-
-/// The methods that are tried. Another one is one more line here, and an arm in [`Trial::of`] and for its cost beside it.
-pub const CANDIDATES: [IntegratorKind; 5] = [
-    IntegratorKind::Path,
-    IntegratorKind::Light,
-    IntegratorKind::Bidirectional,
-    IntegratorKind::Photon,
-    IntegratorKind::Vcm,
-];
 
 /// Survey, trials and decision, one after the other.
 pub fn choose(context: &RenderContext) -> IntegratorChoice {

@@ -11,8 +11,11 @@ use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::subpath::{Subpath, SubpathVertex};
 
-use super::decide::DELTAS;
-use super::{CANDIDATES, SEED};
+/// The seed of survey and trials: not that of any picture, and always the same.
+pub(super) const SEED: u32 = 0x6175_746f;
+
+/// Share of the picture that may show deltas before particle tracing is excluded: none, but for a stray ray between two edges.
+pub(super) const DELTAS: f64 = 0.0002;
 
 /// Number of walks from either end.
 const WALKS: u64 = 2048;
@@ -74,7 +77,7 @@ impl Survey {
     /// The methods that are worth a trial: merging finds only light that the picture shows in mirrors and glass.
     pub fn candidates(&self, context: &RenderContext) -> impl Iterator<Item = IntegratorKind> + use<> {
         let merges = context.photons.caustics && self.delta_seen > DELTAS;
-        CANDIDATES.into_iter().filter(move |&kind| kind != IntegratorKind::Vcm || merges)
+        IntegratorKind::candidates().filter(move |kind| kind.traits().extends.is_none() || merges)
     }
 
     /// Finds the share of the picture whose first hits have a delta part.

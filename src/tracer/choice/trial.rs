@@ -1,15 +1,11 @@
 //! A few thousand paths of one method: the variance of its samples, and what a path costs.
 
 use crate::color::Xyz;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, IntegratorTraits, PhotonUse};
 use crate::stream::{PathCounts, SampleSink, UvWindow};
-use crate::tracer::integrator::{
-    BidirectionalTracer, CAMERA_SUBPATHS, Integrator, LIGHT_SUBPATHS, ParticleTracer, PathTracer,
-    PhotonTracer, RenderContext, VcmTracer,
-};
+use crate::tracer::integrator::{Integrator, IntegratorVisitor, RenderContext, visit};
 
-use super::SEED;
-use super::survey::Survey;
+use super::survey::{SEED, Survey};
 
 /// Work of one trial, in the units of [`cost_of`].
 const WORK: f64 = 200_000.0;
@@ -64,22 +60,14 @@ impl Trial {
     pub fn of(context: &RenderContext, survey: &Survey, kind: IntegratorKind) -> Self {
         let cost = cost_of(kind, survey);
         // With merging and without it bidirectional tracing traces the same paths, so that their means differ by what is merged.
-        let share = if kind == IntegratorKind::Vcm { MERGING } else { 1.0 };
+        let share = if kind.traits().extends.is_some() { MERGING } else { 1.0 };
         let paths = (WORK * share / cost).clamp(PATHS[0], PATHS[1]) as u64;
         // Lights that are seen directly have no noise in any method, but would be most of what few places see.
         let (seed, window) = (SEED, UvWindow::PICTURE);
         let places = 1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2).min(PLACE_BITS);
         let context =
             RenderContext { seed, window, hide_emitters: true, places: Some(places), ..context.clone() };
-        let grid = match kind {
-            IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => {
-                MomentGrid::trace(&PathTracer { context }, paths)
-            }
-            IntegratorKind::Light => MomentGrid::trace(&ParticleTracer { context }, paths),
-            IntegratorKind::Bidirectional => MomentGrid::trace(&BidirectionalTracer { context }, paths),
-            IntegratorKind::Photon => MomentGrid::trace(&PhotonTracer::new(context, true), paths),
-            IntegratorKind::Vcm => MomentGrid::trace(&VcmTracer::new(context, true), paths),
-        };
+        let grid = visit(kind, TracedPaths { context, paths });
         Self { kind, paths, cost, grid }
     }
 }
@@ -92,16 +80,35 @@ fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
     let later = VERTEX * (camera.vertices - 1.0).max(0.0) + SHADOW * (camera.open - 1.0).max(0.0);
     let path = START + first + BRANCHES * later;
     let lit = START + VERTEX_OF_BOTH * light.vertices + SHADOW * light.open;
-    match kind {
-        IntegratorKind::Path | IntegratorKind::Depth | IntegratorKind::Auto => path,
-        IntegratorKind::Light => lit,
-        IntegratorKind::Bidirectional => {
-            let share = LIGHT_SUBPATHS as f64 / CAMERA_SUBPATHS as f64;
+    let IntegratorTraits { paths_per_index: [camera_paths, light_paths], photons, .. } = kind.traits();
+    match (photons, camera_paths, light_paths) {
+        (PhotonUse::Gathered, ..) => GATHERING * path,
+        (_, 0, _) => lit,
+        (_, _, 0) => path,
+        (merged, ..) => {
+            let share = *light_paths as f64 / *camera_paths as f64;
             let both = camera.open.min(light.open).min(1.0);
-            START + VERTEX_OF_BOTH * camera.vertices + SHADOW * camera.open + share * lit + CONNECTIONS * both
+            let connected = START
+                + VERTEX_OF_BOTH * camera.vertices
+                + SHADOW * camera.open
+                + share * lit
+                + CONNECTIONS * both;
+            if *merged == PhotonUse::Merged { MERGING * connected } else { connected }
         }
-        IntegratorKind::Vcm => MERGING * cost_of(IntegratorKind::Bidirectional, survey),
-        IntegratorKind::Photon => GATHERING * path,
+    }
+}
+
+/// Traces the paths of a trial.
+struct TracedPaths {
+    context: RenderContext,
+    paths: u64,
+}
+
+impl IntegratorVisitor for TracedPaths {
+    type Output = MomentGrid;
+
+    fn visit<I: Integrator + From<RenderContext>>(self) -> MomentGrid {
+        MomentGrid::trace(&I::from(self.context), self.paths)
     }
 }
 

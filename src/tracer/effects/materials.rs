@@ -16,8 +16,8 @@ use crate::spectrum::dispersion::{Ior, SODIUM_D};
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum, White};
 use crate::tracer::wavelength_mis;
 
+use super::entry::{Entry, Reason, never};
 use super::used::{Object, Used, by, known, shown};
-use super::{Entry, Reason, never};
 
 /// Without it all that is seen has one white, and every path carries its wavelengths.
 pub(super) const WAVELENGTHS: Entry = Entry {

@@ -1,23 +1,17 @@
 //! The effects that lights, the camera and the method call for.
 
-use crate::scene::desc::{BsdfDesc, IntegratorKind, LightDesc, Place, SceneDesc};
+use crate::scene::desc::{BsdfDesc, IntegratorKind, LightDesc, PhotonUse, Place, SceneDesc};
 use crate::spectrum::Spectrum;
 
+use super::entry::{Entry, never};
 use super::used::{Used, by, known};
-use super::{Entry, never};
 
 pub(super) const LIGHT_STREAM: Entry = Entry {
     name: "light-stream",
     at_run_time: "the method: its code asks for light samples or does not",
-    find: |_, kind| match kind {
-        IntegratorKind::Light => Ok(("particle tracing shows light paths to the camera".to_string(), None)),
-        IntegratorKind::Bidirectional => {
-            Ok(("bidirectional path tracing shows light paths to the camera".to_string(), None))
-        }
-        IntegratorKind::Vcm => {
-            Ok(("vertex connection and merging shows light paths to the camera".to_string(), None))
-        }
-        _ => Err("the method shows camera paths only"),
+    find: |_, kind| match kind.streams() {
+        [_, true] => Ok((format!("{} shows light paths to the camera", kind.traits().title), None)),
+        [_, false] => Err("the method shows camera paths only"),
     },
     refusal: |_| Some("which streams there are is the method's: choose --integrator path or light"),
     without: |_| (),
@@ -114,9 +108,9 @@ pub(super) const CAUSTIC_PHOTONS: Entry = Entry {
         }
         by(used.material(BsdfDesc::is_specular), "may focus light", "nothing mirrors or refracts light")
     },
-    refusal: |kind| match kind {
-        IntegratorKind::Vcm => None,
-        _ => without_photons(kind),
+    refusal: |kind| match kind.traits().photons {
+        PhotonUse::Merged => None,
+        PhotonUse::None | PhotonUse::Gathered => without_photons(kind),
     },
     without: |desc| desc.integrator.photons.caustics = false,
     with: |desc| map_photons(desc, BsdfDesc::is_specular),
@@ -126,7 +120,7 @@ pub(super) const GATHER: Entry = Entry {
     name: "gather",
     at_run_time: "the method; rays are sent out where a path is first spread (PhotonDesc::gather)",
     find: |used, kind| {
-        photons(kind == IntegratorKind::Photon, used.desc.integrator.photons.gather)?;
+        photons(kind.traits().photons == PhotonUse::Gathered, used.desc.integrator.photons.gather)?;
         by(used.material(BsdfDesc::is_diffuse), "spreads light", "nothing has a diffuse part")
     },
     refusal: without_photons,
@@ -145,7 +139,7 @@ fn photons(has: bool, wanted: bool) -> Result<(), &'static str> {
 
 /// The refusal of an effect that only photon mapping has. `Auto` may turn out to be photon mapping.
 fn without_photons(kind: IntegratorKind) -> Option<&'static str> {
-    let may_be = matches!(kind, IntegratorKind::Photon | IntegratorKind::Auto);
+    let may_be = kind.traits().photons == PhotonUse::Gathered || kind == IntegratorKind::Auto;
     (!may_be).then_some("only photon mapping has photons: choose --integrator photon")
 }
 

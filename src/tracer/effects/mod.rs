@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! mod        what an effect is; the plan of a scene (decide); the scene as planned
+//! entry      what the table says of each effect
 //! used       the materials and lights that take part in a scene
 //! materials  the effects that materials and meshes call for
 //! methods    the effects that lights, the camera and the method call for
@@ -17,12 +18,13 @@
 //!
 //! # Adding an effect
 //!
-//! 1. An `Entry` in `materials.rs` or `methods.rs`: its name, what decides it while paths are traced, what in a scene calls for it,
+//! 1. An `Entry` (`entry.rs`) in `materials.rs` or `methods.rs`: its name, what decides it while paths are traced, what in a scene calls for it,
 //!    why it cannot be left out of a method, and how it is taken out of a description and put into one. `LENS` is a short example.
 //! 2. One line in the table below. The command line (`--effects`), `explain`, the window's panel and the study then know it.
 //! 3. A scene that calls for it and one that does not in `tests/tracer/effects_plan.rs`. `effects_check.rs` there generates scenes of all
 //!    effects and compares them with and without the plan.
 
+mod entry;
 mod materials;
 mod methods;
 mod used;
@@ -34,34 +36,8 @@ use crate::tracer::scene::MaterialClass;
 
 pub(in crate::tracer) use materials::at_sodium;
 
+use entry::Entry;
 use used::Used;
-
-/// The table entry of an effect: when a scene calls for it and why, and how to make a scene without it and with it.
-struct Entry {
-    /// Its name on the command line and in files.
-    name: &'static str,
-    /// The decision that remains while paths are traced, and how often it is made; for the user.
-    at_run_time: &'static str,
-    /// Finds what calls for it, in a scene that is traced by this method.
-    find: fn(&Used, IntegratorKind) -> Found,
-    /// Says why it cannot be left out of what this method traces, and what to do instead.
-    refusal: fn(IntegratorKind) -> Option<&'static str>,
-    /// Takes it out of a description. Changes nothing where nothing calls for it.
-    without: fn(&mut SceneDesc),
-    /// Puts a small example into a description; false if nothing there can carry it.
-    with: fn(&mut SceneDesc) -> bool,
-}
-
-/// The reason why a scene calls for an effect, or why it does not.
-type Found = Result<Reason, &'static str>;
-
-/// The words that say what calls for an effect, and its place in the file.
-type Reason = (String, Option<Place>);
-
-/// The refusal of an effect that can always be left out.
-fn never(_: IntegratorKind) -> Option<&'static str> {
-    None
-}
 
 macro_rules! table {
     ($($(#[$doc:meta])* $effect:ident = $entry:path,)*) => {

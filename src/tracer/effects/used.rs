@@ -7,7 +7,7 @@ use crate::scene::desc::{
 };
 use crate::spectrum::{Spectrum, White};
 
-use super::Found;
+use super::entry::Found;
 
 /// A description with the materials that its shapes show.
 pub(super) struct Used<'a> {

@@ -4,9 +4,9 @@ use glam::Vec3;
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::bsdf::{BsdfSample, DeltaLobes, Scattering};
-use crate::tracer::interaction::SurfaceVertex;
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::specular_chain::SpecularChain;
+use crate::tracer::vertex::SurfaceVertex;
 
 use super::RenderContext;
 

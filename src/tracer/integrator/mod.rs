@@ -8,9 +8,10 @@
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
-//! vcm              bidirectional path tracing, and photons for what it cannot connect
+//! vcm              bidirectional path tracing, and photons for what it cannot connect; `prefix` tells the two apart
 //! caustic_witness  the same with few paths, for the error of other methods
 //! depth            distances, without light
+//! visitor          the integrator of a method that is known at run time only
 //! check            `--check-plan`: the plan of effects is compared with the code for everything
 //! ```
 //!
@@ -36,9 +37,10 @@
 //!    Camera paths build on `direct_lighting::PathState`, light paths and connections on
 //!    [`Subpath`](crate::tracer::subpath::Subpath); both take their steps by [`Walk`](crate::tracer::walk::Walk).
 //!    Random numbers come only from the [`Sampler`](crate::tracer::Sampler) of the index, so that a path is a pure function.
-//! 2. `impl From<RenderContext>`, by which `--check-plan` compares its special code with the general.
-//! 3. A variant of `scene::desc::IntegratorKind` with its name for file and command line, and the arms that the compiler then asks
-//!    for: `render/method.rs` starts it, `tracer/choice` tries it ([`CANDIDATES`](crate::tracer::choice::CANDIDATES)).
+//! 2. `impl From<RenderContext>`, by which everything makes one. One that sees photons implements [`SeesPhotons`], too.
+//! 3. A variant of [`IntegratorKind`](crate::scene::desc::IntegratorKind), which is the help of `--integrator`, and in the same file its
+//!    [traits](crate::scene::desc::IntegratorTraits): its names, its paths per index, what it finds and what it cannot do. The command line,
+//!    the reader of scene files, the window and the study ask nothing else. One line in `visitor.rs` names its type.
 //! 4. A row in the table above, and lines in `tests/agreement`, where all integrators must agree on every scene, and in
 //!    `tests/tracer/effects_check.rs`.
 
@@ -52,7 +54,9 @@ mod direct_lighting;
 mod particle;
 mod path;
 mod photon;
+mod prefix;
 mod vcm;
+mod visitor;
 
 pub use bidirectional::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 pub use caustic_witness::{CausticWitness, SeenCaustic, WitnessScratch};
@@ -63,6 +67,7 @@ pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{LAST_GENERATION, PhotonScratch, PhotonTracer, SAMPLES_PER_GENERATION, SeesPhotons};
 pub use vcm::{VcmScratch, VcmTracer};
+pub use visitor::{IntegratorVisitor, visit};
 
 use crate::stream::{PathCounts, REPLICATES, SampleSink, replicate};
 

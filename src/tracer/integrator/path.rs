@@ -29,12 +29,12 @@
 use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
-use crate::tracer::interaction::SurfaceVertex;
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Recorded, Scattering, Smooth, Unmixed};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::output::send_camera;
-use crate::tracer::record::{PathEvent, Recorded};
+use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 

@@ -14,7 +14,7 @@ use crate::math::warp;
 use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::shape::SurfacePoint;
 
-use super::lights::infinite_ray;
+use super::emission::infinite_ray;
 
 /// Share of the rays that are aimed, where there is something to aim at. relMSE at equal time of bidirectional tracing (96², 32 paths a pixel):
 ///

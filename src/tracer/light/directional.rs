@@ -3,12 +3,14 @@
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::lights::{infinite_pdf, infinite_ray};
-use super::selector::LightBounds;
-use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
+use super::bounds::LightBounds;
+use super::emission::{EmissionOrigin, EmissionPdf, infinite_pdf, infinite_ray};
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 
 /// Parallel light. Its spectrum is the irradiance of a surface that faces it.
 #[derive(Clone, Debug)]

@@ -10,12 +10,14 @@ use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths};
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::lights::{UNIFORM_PDF, infinite_pdf, infinite_ray};
-use super::selector::LightBounds;
-use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
+use super::bounds::LightBounds;
+use super::emission::{EmissionPdf, UNIFORM_PDF, infinite_pdf, infinite_ray};
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 
 /// An environment whose directions are sampled alike at every point of the scene: for emission all of them, by luminance, and
 /// for next-event estimation those that are brighter than the mean.

@@ -9,15 +9,17 @@ use crate::math::float::{UNIT_ROUNDOFF, gamma};
 use crate::math::frame::Frame;
 use crate::math::pdf::{PdfA, PdfW};
 use crate::math::warp;
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::{Disk, SurfacePoint, Triangle};
 
-use super::lights::surface_pdf;
+use super::bounds::LightBounds;
+use super::emission::{EmissionPdf, surface_pdf};
 use super::rectangle::{Rectangle, SubtendedRectangle};
-use super::selector::LightBounds;
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 use super::spherical_triangle::SubtendedTriangle;
 use super::subtended::SubtendedShape;
-use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// A flat surface whose points can be sampled uniformly by area.
 pub trait FlatShape {

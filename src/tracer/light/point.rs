@@ -4,12 +4,14 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::math::warp;
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::lights::UNIFORM_PDF;
-use super::selector::LightBounds;
-use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
+use super::bounds::LightBounds;
+use super::emission::{EmissionOrigin, EmissionPdf, UNIFORM_PDF};
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 
 /// A point.
 #[derive(Clone, Debug)]

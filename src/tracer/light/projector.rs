@@ -9,13 +9,16 @@ use crate::math::distribution_2d::Distribution2d;
 use crate::math::pdf::PdfW;
 use crate::scene::desc::emission_texture::EmissionTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
+use super::bounds::LightBounds;
+use super::emission::{EmissionOrigin, EmissionPdf};
 use super::point::sample_point;
-use super::selector::LightBounds;
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 use super::textured::LuminancePyramid;
-use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
 
 /// Cells along either side of the picture, at most.
 const SIDE: usize = 1024;

@@ -7,12 +7,14 @@ use glam::Vec3;
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
 use crate::math::warp;
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::{Sphere, SurfacePoint};
 
-use super::lights::surface_pdf;
-use super::selector::LightBounds;
-use super::{BoundingSphere, EmissionPdf, LightSample, LightSampleContext, LightSource};
+use super::bounds::LightBounds;
+use super::emission::{EmissionPdf, surface_pdf};
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 
 /// A sphere that emits from its front.
 #[derive(Clone, Debug)]

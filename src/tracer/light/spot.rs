@@ -7,12 +7,15 @@ use crate::math::pdf::PdfW;
 use crate::math::warp;
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
+use super::bounds::LightBounds;
+use super::emission::{EmissionOrigin, EmissionPdf};
 use super::point::sample_point;
-use super::selector::LightBounds;
-use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 
 /// A point whose intensity is the same within a beam, and falls from there in proportion to the angle, to 0 at the cutoff (as
 /// Mitsuba's `spot`).

@@ -6,8 +6,12 @@
 
 use glam::Vec3;
 
-use super::selector::LightBounds;
-use super::{BoundingSphere, Light, LightSampleContext, LightSource, with_light};
+use crate::tracer::bounding_sphere::BoundingSphere;
+
+use super::bounds::LightBounds;
+use super::sample::LightSampleContext;
+use super::shapes::{Light, with_light};
+use super::source::LightSource;
 
 /// Least probability of lights infinitely far away and of the tree, where there are both.
 const LEAST: f32 = 0.1;

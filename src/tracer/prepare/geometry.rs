@@ -30,7 +30,7 @@ use crate::tracer::tangents::{self, Tangents};
 use crate::tracer::texture_coordinates::{self, ShapeAttributes, TextureCoordinates};
 
 use super::coincident::{CoincidenceKey, CoincidentSurfaces};
-use super::{MAX_PRIMITIVES, PrepareError};
+use super::error::{MAX_PRIMITIVES, PrepareError};
 
 /// Largest magnitude of a coordinate. Its square and its product with an extent stay finite.
 pub(super) const MAX_COORDINATE: f32 = 1e12;

@@ -9,8 +9,8 @@ use crate::tracer::placement::Placement;
 use crate::tracer::tangents::Tangents;
 use crate::tracer::texture_coordinates::TextureCoordinates;
 
-use super::PrepareError;
 use super::coincident::CoincidentSurfaces;
+use super::error::PrepareError;
 use super::geometry::{Geometry, MAX_COORDINATE, describe};
 
 /// The groups and instances of a scene.

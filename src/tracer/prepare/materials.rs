@@ -14,7 +14,7 @@ use crate::tracer::bsdf::{
 use crate::tracer::effects::at_sodium;
 use crate::tracer::opacity::Opacity;
 
-use super::PrepareError;
+use super::error::PrepareError;
 
 /// The materials of a scene, and which of them each surface has.
 pub(super) struct SceneMaterials {

@@ -26,7 +26,6 @@ use crate::gpu::{Cmd, Gpu, Region};
 use crate::image::Grid;
 use crate::render::run_spec::RunSpec;
 use crate::render::{method, observed};
-use crate::scene::desc::IntegratorKind;
 use crate::study::ErrorTarget;
 use crate::tracer::Camera;
 use crate::viewer::editor::SceneEditor;
@@ -398,9 +397,11 @@ impl LivePicture {
         settings: &Settings,
         target: ErrorTarget,
     ) -> Result<()> {
-        if session.run_spec().integrator == IntegratorKind::Light {
+        let method = session.run_spec().integrator;
+        if let [false, _] = method.streams() {
             return Err(miette!(
-                "particle tracing cannot be kept to a region: its paths begin at the lights; choose another method on the tab Render"
+                "{} cannot be kept to a region: its paths begin at the lights; choose another method on the tab Render",
+                method.traits().title
             ));
         }
         self.sharpen().into_diagnostic()?;

@@ -11,6 +11,7 @@ use super::quadrature::{Fault, Means, examine};
 use super::textbook::Textbook;
 use super::{INCIDENCES, direction};
 use crate::Row;
+use crate::support::bsdfs::BSDFS;
 
 /// A material, a direction to it, and what was found.
 struct Finding {
@@ -131,4 +132,14 @@ fn n1_n9_n17_every_material() {
         bound: 1e-3,
     }
     .check();
+}
+
+/// The widths of lobes and the energy that a model returns are known for each model alone: what has no case is not examined.
+#[test]
+fn every_plugin_has_a_case() {
+    let cases = all();
+    for plugin in BSDFS.iter().map(|entry| entry.plugin) {
+        let has_case = cases.iter().any(|case| case.model.split(',').next() == Some(plugin));
+        assert!(has_case, "tests/stability/bsdf/cases.rs: add a case for `{plugin}` to the list of `all`");
+    }
 }

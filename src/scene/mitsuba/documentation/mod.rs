@@ -115,7 +115,7 @@ const KINDS: &[KindTable] = &[
     },
     KindTable {
         name: "integrator",
-        plugins: || [names(integrator::OURS), names(integrator::FOREIGN)].concat(),
+        plugins: || integrator::ours().chain(names(integrator::FOREIGN)).collect(),
         places: TOP,
     },
     KindTable {

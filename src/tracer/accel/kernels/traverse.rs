@@ -4,8 +4,9 @@ use std::hint::{black_box, select_unpredictable};
 
 use glam::Vec3;
 
-use crate::tracer::accel::bvh::{Accel, BvhRoot, Hit, PrimRange, Ray};
+use crate::tracer::accel::bvh::{Accel, BvhRoot};
 use crate::tracer::accel::layout::{CHILD_ROW, F32x8, Leaf, NodeRef, SHARED_ROWS, block_rows};
+use crate::tracer::accel::ray::{Hit, PrimRange, Ray};
 
 use super::polygon::{BlockHits, corners, exact_distance, quads, shared, shared_corners, triangles};
 use super::ray::{ShearedRay, prepare_ray};

@@ -51,7 +51,7 @@ use super::importance::{
 };
 use super::light_pool::{GROUP, LightPool};
 use super::strategies::{PathContribution, connection_weight};
-use super::{BidirectionalTracer, LIGHT_SUBPATHS};
+use super::tracer::{BidirectionalTracer, LIGHT_SUBPATHS};
 
 /// Mean number of connections of one camera subpath.
 const CONNECTIONS: f32 = 10.0;

@@ -25,7 +25,7 @@ use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::{Sampler, roulette};
 
 use super::importance::{DiffuseSummary, LightRows};
-use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
+use super::tracer::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 
 /// Indices of a group: a power of two, so that chunks of indices, which workers claim, are whole groups.
 pub(super) const GROUP: u64 = 4;

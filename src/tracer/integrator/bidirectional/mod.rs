@@ -22,36 +22,25 @@ mod connections;
 mod importance;
 mod light_pool;
 mod strategies;
+mod tracer;
 
 use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Recorded, Scattering, Smooth, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::output::send_camera;
-use crate::tracer::record::{PathEvent, Recorded};
+use crate::tracer::record::PathEvent;
 use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::walk::Walk;
 use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
-use super::vcm::Prefix;
+use super::prefix::Prefix;
 use super::{Integrator, RenderContext};
 use connections::Candidates;
 use light_pool::{LightPool, group_visit};
 use strategies::{PathContribution, SPLAT_SAMPLES};
-
-/// Subpaths from the camera in one index.
-pub const CAMERA_SUBPATHS: u64 = 8;
-
-/// Subpaths from lights in one index.
-pub const LIGHT_SUBPATHS: u64 = 4;
-
-/// Traces subpaths from either end and connects them.
-#[derive(Clone, Debug)]
-pub struct BidirectionalTracer {
-    /// Scene, view and settings.
-    pub context: RenderContext,
-}
+pub use tracer::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 
 /// Memory that a worker reuses; only the vertices of the scene's [`MaterialClass`] and [`TracingMode`] are used.
 #[derive(Debug, Default)]
@@ -229,11 +218,5 @@ impl Integrator for BidirectionalTracer {
 
     fn wavelength_number(index: u64, context: &RenderContext) -> f32 {
         Sampler::group_wavelength(group_visit(index, context))
-    }
-}
-
-impl From<RenderContext> for BidirectionalTracer {
-    fn from(context: RenderContext) -> Self {
-        Self { context }
     }
 }

@@ -20,7 +20,7 @@ use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::subpath::{Subpath, SubpathVertex, VertexScattering};
 use crate::tracer::subpath_mis::{CONNECTION_SAMPLES, SubpathMis, quotient, weight};
 
-use super::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
+use super::tracer::{BidirectionalTracer, CAMERA_SUBPATHS, LIGHT_SUBPATHS};
 
 /// Samples that the strategy t = 1 counts as in weights, for one of next-event estimation. It has [`LIGHT_SUBPATHS`] for [`CAMERA_SUBPATHS`],
 /// but a splat that reaches a pixel by chance is worse than its density says, which the weights compare: from the camera the pixel is always

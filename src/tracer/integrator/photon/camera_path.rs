@@ -7,19 +7,22 @@ use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering};
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
-use crate::tracer::integrator::vcm::Prefix;
-use crate::tracer::interaction::{SurfaceInteraction, SurfaceMaterial, SurfaceVertex};
+use crate::tracer::integrator::prefix::Prefix;
+use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::scene::SurfaceMaterial;
 use crate::tracer::specular_chain::SpecularChain;
+use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 use crate::tracer::{Sampler, Scene};
 
-use super::{PhotonScratch, PhotonTracer};
+use super::recorded_scattering::RecordedScattering;
+use super::tracer::{PhotonScratch, PhotonTracer};
 
 /// A path whose wavelength MIS weight exceeds this goes on with the hero alone: 1 is no dispersion, 4 is complete.
 const DISPERSED: f32 = 2.0;
@@ -275,73 +278,6 @@ impl<C: LightCredits> CameraPath<'_, C> {
         // Blur over place and over wavelength shrink together; disc times window holds as many photons as before.
         let shrink = 1.0 / (self.lookup.generations.max(1) as f32).cbrt();
         (wanted, self.tracer.schedule.radius * shrink, Some(WINDOW * shrink))
-    }
-}
-
-/// One scattering of a camera path, to be evaluated again at the wavelengths of a photon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RecordedScattering {
-    /// The index of the material.
-    material: u32,
-    context: MaterialEvalContext,
-    wo: Vec3,
-    wi: Vec3,
-    delta: bool,
-    transmitted: bool,
-    /// A lobe number that chooses the same delta.
-    lobe: f32,
-    /// Roulette's factor over the density with which the direction, or the delta, was chosen.
-    scale: f32,
-}
-
-impl RecordedScattering {
-    /// The scattering `sample` at `vertex`, which roulette has let go on with this factor.
-    fn new<B: Scattering>(
-        scene: &Scene,
-        vertex: &SurfaceVertex<B>,
-        sample: &BsdfSample,
-        lobe: f32,
-        roulette: f32,
-    ) -> Self {
-        let BsdfSample { wi, pdf, delta, transmitted, .. } = *sample;
-        let scale = 1.0 / pdf.0 * roulette;
-        let lobe = vertex.bsdf.delta_lobe(vertex.wo, lobe, transmitted);
-        let material = scene.material_index(&vertex.hit);
-        let context = scene.surface_material(&vertex.hit).context;
-        Self { material, context, wo: vertex.wo, wi, delta, transmitted, lobe, scale }
-    }
-
-    /// The weight of this scattering at other wavelengths.
-    #[inline]
-    pub fn weight<B: Scattering>(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let material = scene.material(self.material);
-        let bsdf = B::of(material, &self.context, lambda);
-        let value = if self.delta {
-            // The same lobe; where these wavelengths never choose it, its value is zero.
-            match bsdf.sample(self.wo, [0.5; 2], self.lobe) {
-                Some(s) if s.delta && s.transmitted == self.transmitted => s.weight * s.pdf.0,
-                _ => SampledSpectrum::ZERO,
-            }
-        } else {
-            self.value(material, &bsdf, lambda)
-        };
-        value * self.scale
-    }
-
-    /// f·|cos| per lane. Where colours part, values hold a factor of the hero's, so each wavelength is evaluated alone.
-    #[inline]
-    fn value<B: Scattering>(
-        &self,
-        material: &Material,
-        bsdf: &B,
-        lambda: &SampledWavelengths,
-    ) -> SampledSpectrum {
-        let at = |bsdf: &B| bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
-        if !bsdf.is_dispersive() {
-            return at(bsdf);
-        }
-        let lane = |i: usize| at(&B::of(material, &self.context, &lambda.alone(i))).0[i];
-        SampledSpectrum(Vec4::from_array([0, 1, 2, 3].map(lane)))
     }
 }
 

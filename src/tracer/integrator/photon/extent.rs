@@ -7,10 +7,11 @@
 use glam::Vec3;
 
 use crate::stream::faults;
+use crate::tracer::integrator::RenderContext;
 use crate::tracer::photon_map::PhotonBatch;
 
 use super::light_paths::trace_light_paths;
-use super::{PhotonPaths, RenderContext};
+use super::tracer::PhotonPaths;
 
 /// Light paths that tell where light goes.
 const SCOUTS: u64 = 256;

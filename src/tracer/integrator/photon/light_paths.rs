@@ -10,16 +10,17 @@ use std::sync::Arc;
 
 use crate::math::bits::mix;
 use crate::stream::{FaultyValue, faults};
-use crate::tracer::bsdf::{Bsdf, Scattering, Unmixed};
+use crate::tracer::bsdf::{Bsdf, Recorded, Scattering, Unmixed};
+use crate::tracer::integrator::RenderContext;
 use crate::tracer::light::EmissionOrigin;
 use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
-use crate::tracer::record::{PathEvent, Recorded};
+use crate::tracer::record::PathEvent;
 use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
-use super::{PhotonPaths, PhotonScratch, PhotonTracer, RenderContext};
+use super::tracer::{PhotonPaths, PhotonScratch, PhotonTracer};
 
 /// Makes the random numbers of light paths differ from those of the camera paths of the same index.
 const SEED: u32 = 0x5bd1_e995;

@@ -28,6 +28,8 @@
 mod camera_path;
 mod extent;
 mod light_paths;
+mod recorded_scattering;
+mod tracer;
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -38,16 +40,17 @@ use crate::color::Xyz;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Scattering, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Recorded, Scattering, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::output::send_camera;
-use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
-use crate::tracer::record::Recorded;
+use crate::tracer::photon_map::{PhotonMap, Schedule, Snapshot};
 use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::{Integrator, RenderContext};
-use camera_path::{PathStart, RecordedScattering};
+use camera_path::PathStart;
 use extent::photon_box;
+use tracer::PhotonPaths;
+pub use tracer::{PhotonScratch, PhotonTracer, SeesPhotons};
 
 /// Light paths of one generation. They take a few hundredths of a second, so that the first picture is not kept waiting.
 const PATHS: u64 = 4096;
@@ -64,61 +67,6 @@ pub(super) const LIMIT: usize = 1 << 25;
 
 /// About the generation of the last photons, where a light path leaves two.
 pub const LAST_GENERATION: u64 = LIMIT as u64 / (2 * PATHS);
-
-/// How far light paths go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum PhotonPaths {
-    /// To their end.
-    Whole,
-    /// While they scatter from deltas: their photons are those that merging needs.
-    Specular,
-}
-
-/// Traces paths from the camera and light paths into a map of photons that both share.
-///
-/// Clones share the map, and so do tracers of other views ([`PhotonTracer::after`]).
-#[derive(Clone, Debug)]
-pub struct PhotonTracer {
-    context: RenderContext,
-    /// The photons.
-    pub map: Arc<PhotonMap>,
-    /// How photons follow samples.
-    pub schedule: Schedule,
-    /// The box of the photons.
-    bounds: [Vec3; 2],
-    photon_paths: PhotonPaths,
-    deterministic: bool,
-    /// The generations that every sample sees, if not those that its index demands.
-    generations: Option<u64>,
-}
-
-/// An integrator whose samples see photons: what it takes to trace one of them again.
-pub trait SeesPhotons {
-    /// This tracer for samples that have seen so many generations of photons.
-    fn seeing(self, generations: u64) -> Self;
-
-    /// The tracer of the light paths.
-    fn photons(&self) -> &PhotonTracer;
-}
-
-/// Memory that one worker reuses from path to path of one tracer.
-#[derive(Debug, Default)]
-pub struct PhotonScratch {
-    snapshot: Option<Arc<Snapshot>>,
-    query: QueryScratch,
-    scatterings: Vec<RecordedScattering>,
-    /// Samples so far.
-    samples: u32,
-    /// Effective number of the photons that the last path gathered, (Σ x)² / Σ x² of their contributions x (Kish 1965).
-    pub(super) gathered: f32,
-}
-
-impl PhotonScratch {
-    /// Keeps the snapshot of the last path for the next one.
-    pub(super) fn keep(&mut self, snapshot: Arc<Snapshot>) {
-        self.snapshot = Some(snapshot);
-    }
-}
 
 impl PhotonTracer {
     /// A tracer with an empty map. If `deterministic`, a sample sees exactly the photons that its index demands, whichever worker
@@ -278,6 +226,10 @@ impl Integrator for PhotonTracer {
 }
 
 impl SeesPhotons for PhotonTracer {
+    fn without_photons(context: RenderContext, deterministic: bool) -> Self {
+        Self::new(context, deterministic)
+    }
+
     fn seeing(self, generations: u64) -> Self {
         Self { generations: Some(generations), deterministic: true, ..self }
     }

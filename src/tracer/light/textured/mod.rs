@@ -17,12 +17,14 @@ use crate::math::pdf::{PdfA, PdfW};
 use crate::math::warp;
 use crate::scene::desc::emission_texture::EmissionTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
 use crate::tracer::shape::SurfacePoint;
 
-use super::lights::surface_pdf;
-use super::selector::LightBounds;
-use super::{BoundingSphere, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, LightSource};
+use super::bounds::LightBounds;
+use super::emission::{EmissionOrigin, EmissionPdf, surface_pdf};
+use super::sample::{LightSample, LightSampleContext};
+use super::source::LightSource;
 
 pub(in crate::tracer) use pyramid::LuminancePyramid;
 pub use surface::{EmittingSurface, FlatPatch};

@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 use crate::math::float::UNIT_ROUNDOFF;
-use crate::tracer::light::selector::LightBounds;
+use crate::tracer::light::bounds::LightBounds;
 use crate::tracer::shape::{Cylinder, Disk, Sphere, SurfacePoint, Triangle};
 
 /// A surface that emits, with coordinates of its own.
