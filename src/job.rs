@@ -67,24 +67,25 @@ impl<T> Job<T> {
 
     /// Waits for the value.
     pub fn wait(mut self) -> Result<T, JobPanic> {
-        self.value.recv().map_err(|_| self.panic())
+        let value = self.value.recv().ok();
+        self.end(value)
     }
 
     /// Waits this long for the value; gives the job back where it is not there by then.
     pub fn wait_for(mut self, time: Duration) -> Result<Result<T, JobPanic>, Self> {
         match self.value.recv_timeout(time) {
-            Ok(value) => Ok(Ok(value)),
+            Ok(value) => Ok(self.end(Some(value))),
             Err(RecvTimeoutError::Timeout) => Err(self),
-            Err(RecvTimeoutError::Disconnected) => Ok(Err(self.panic())),
+            Err(RecvTimeoutError::Disconnected) => Ok(self.end(None)),
         }
     }
 
     /// The value, once, if it is there; the panic at every call after one.
     pub fn poll(&mut self) -> Option<Result<T, JobPanic>> {
         match self.value.try_recv() {
-            Ok(value) => Some(Ok(value)),
+            Ok(value) => Some(self.end(Some(value))),
             Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Err(self.panic())),
+            Err(TryRecvError::Disconnected) => Some(self.end(None)),
         }
     }
 
@@ -93,10 +94,14 @@ impl<T> Job<T> {
         self.thread.take()
     }
 
-    fn panic(&mut self) -> JobPanic {
+    /// Joins the thread, which ends right after it has sent the value or without one.
+    fn end(&mut self, value: Option<T>) -> Result<T, JobPanic> {
         let panic = self.thread.take().and_then(|thread| thread.join().err());
-        let why = panic.and_then(|panic| panic_message(panic.as_ref()));
-        JobPanic { name: self.name, why: why.unwrap_or_else(|| "no message".to_owned()) }
+        let why = || panic.and_then(|panic| panic_message(panic.as_ref()));
+        value.ok_or_else(|| JobPanic {
+            name: self.name,
+            why: why().unwrap_or_else(|| "no message".to_owned()),
+        })
     }
 }
 

@@ -56,12 +56,6 @@ impl Effects {
         Self { detail, masking, view, glare, curve, output, peak, table, dither }
     }
 
-    /// As [`new`](Self::new); with glare the whole picture is computed at half resolution, at which the Fourier transforms take a quarter
-    /// of the time.
-    pub fn with_coarse_glare(settings: &Settings, detail: u32) -> Self {
-        Self::with_glare_at(settings, detail, 2)
-    }
-
     /// As [`new`](Self::new); with glare the whole picture is computed on a grid of `coarse` picture pixels, one of [`DETAILS`].
     pub fn with_glare_at(settings: &Settings, detail: u32, coarse: u32) -> Self {
         let glare = !settings.view.is_error() && settings.glare.is_some();

@@ -294,12 +294,7 @@ impl VulkanFilm {
         self.policy = policy;
     }
 
-    /// Whether a table is being computed in the background that [`paint`](Self::paint) went without.
-    pub fn awaits_background(&self) -> bool {
-        self.repaint.as_ref().is_some_and(Repaint::awaits_background)
-    }
-
-    /// Whether such a table is ready: the next [`paint`](Self::paint) shows another picture.
+    /// Whether a table that [`paint`](Self::paint) went without is ready: the next [`paint`](Self::paint) shows another picture.
     pub fn is_background_ready(&self) -> bool {
         self.repaint.as_ref().is_some_and(Repaint::is_background_ready)
     }

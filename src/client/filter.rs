@@ -25,9 +25,6 @@ pub const MAX_TAPS: usize = 6;
 /// Truncation radius `R` of the reconstruction Gaussian, in texels of the mip level (paper §4.3).
 pub const RECONSTRUCTION_RADIUS: f32 = 2.5;
 
-/// Exponent `E` of the reconstruction window `1 − smoothstep(0, R, d)^E` (paper §4.3).
-pub const RECONSTRUCTION_EXPONENT: i32 = 8;
-
 /// Threshold `t` of the reconstruction: the smallest `σ` summed on a level before the next is used (paper §4.3).
 pub const RECONSTRUCTION_THRESHOLD: f32 = 1.0;
 

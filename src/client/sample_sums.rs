@@ -113,11 +113,6 @@ impl SampleSums {
         [self.streams[0].is_some(), self.streams[1].is_some()]
     }
 
-    /// The sums, if in main memory.
-    pub fn on_host(&self) -> Option<&HostSums> {
-        self.raster.host_sums()
-    }
-
     /// Adds samples to the batch; full batches are rasterised, at once or soon.
     ///
     /// # Errors

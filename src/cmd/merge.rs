@@ -253,16 +253,8 @@ impl Merged {
 
     fn first(file: StateFile, args: &MergeArgs, threads: usize) -> Result<Self> {
         let about = file.about.clone();
-        let empty = StateHeader {
-            share: None,
-            indices: IndexRanges::default(),
-            counts: Default::default(),
-            replicates: Default::default(),
-            rejections: Default::default(),
-            seconds: 0.0,
-            progress: MonitorProgress::default(),
-            ..about.clone()
-        };
+        let StateHeader { program, run, identity, picture, goal, .. } = about.clone();
+        let empty = StateHeader { program, ..StateHeader::empty(run, identity, picture, goal) };
         let state = RenderState::new(empty, threads)?;
         // Without replicates no error is estimated.
         let view = state.replicates.as_ref().map(|_| MergedView::open(&about, args.threads));

@@ -1,142 +1,45 @@
-//! `pointillist plugins`: the supported subset of Mitsuba's format, as documented by the reader itself.
+//! `pointillist plugins`: the supported subset of Mitsuba's format. `tools/plugins` writes the text from what the readers of plugins ask for.
 
-use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use miette::{Result, miette};
 
 use crate::cmd::args::PluginsArgs;
-use crate::scene::{ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, plugins};
 
-/// If at least this fraction of a kind's plugins have a parameter, the Markdown states it once for the kind.
-const COMMON: f64 = 0.6;
+/// A section for each kind, then what is not supported, with an empty line between. The first line of a section is its name; after it
+/// stand plugins, indented by two spaces, and below each its parameters, indented further.
+const TEXT: &str = include_str!("plugins.txt");
 
 /// Runs the subcommand.
 pub fn list(args: &PluginsArgs) -> Result<()> {
-    let mut kinds = plugins().into_diagnostic().wrap_err("cannot write files to try plugins with")?;
-    if let Some(which) = &args.which {
-        kinds = select(kinds, which)?;
-    }
-    let text: String = match args.markdown {
-        true => kinds.iter().map(markdown).collect(),
-        false => kinds.iter().map(plain).collect(),
+    let Some(which) = &args.which else {
+        print!("{TEXT}");
+        return Ok(());
     };
-    print!("{text}{}", if args.which.is_none() { unsupported(args.markdown) } else { String::new() });
+    let kinds: Vec<(&str, &str)> =
+        TEXT.split("\n\n").filter_map(|section| section.split_once('\n')).collect();
+    // The last section, which is no kind, lists what is not supported.
+    let kinds = &kinds[..kinds.len().saturating_sub(1)];
+    let matching: Vec<String> = match kinds.iter().find(|(kind, _)| kind == which) {
+        Some((kind, plugins)) => vec![format!("{kind}\n{plugins}")],
+        None => kinds
+            .iter()
+            .filter_map(|(kind, plugins)| Some(format!("{kind}\n{}", plugin(plugins, which)?)))
+            .collect(),
+    };
+    if matching.is_empty() {
+        let names = kinds.iter().map(|(kind, _)| *kind).collect::<Vec<_>>().join(", ");
+        return Err(miette!(help = format!("the kinds are {names}"), "there is no kind or plugin `{which}`"));
+    }
+    matching.iter().for_each(|section| println!("{section}\n"));
     Ok(())
 }
 
-/// The kind of this name, or all plugins of this name.
-fn select(mut kinds: Vec<PluginKind>, which: &str) -> Result<Vec<PluginKind>> {
-    let names = kinds.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
-    if kinds.iter().any(|kind| kind.name == which) {
-        kinds.retain(|kind| kind.name == which);
-        return Ok(kinds);
-    }
-    kinds.iter_mut().for_each(|kind| kind.plugins.retain(|plugin| plugin.name == which));
-    kinds.retain(|kind| !kind.plugins.is_empty());
-    let refused = || miette!(help = format!("the kinds are {names}"), "there is no kind or plugin `{which}`");
-    if kinds.is_empty() { Err(refused()) } else { Ok(kinds) }
-}
-
-/// Formats a kind for the terminal: one line per parameter of each plugin.
-fn plain(kind: &PluginKind) -> String {
-    let plugin = |PluginDoc { name, note, parameters, .. }: &PluginDoc| {
-        let note = if note.is_empty() { String::new() } else { format!("  — {note}") };
-        let (idle, used): (Vec<_>, Vec<_>) = parameters.iter().partition(|p| p.idle);
-        let mut lines = format!("  {name}{note}\n");
-        used.iter().for_each(|p| lines += &format!("      {:26} {}\n", label(p), about(p)));
-        if !idle.is_empty() {
-            let names: Vec<&str> = idle.iter().map(|p| p.name).collect();
-            lines += &format!("      without effect: {}\n", names.join(", "));
-        }
-        lines
-    };
-    let note = if kind.note.is_empty() { String::new() } else { format!("  {}\n", kind.note) };
-    format!("{}\n{note}{}\n", kind.name, kind.plugins.iter().map(plugin).collect::<String>())
-}
-
-/// Mitsuba plugins that are not supported, and why.
-fn unsupported(markdown: bool) -> String {
-    let row = |(kind, name, why): &(&str, &str, &str)| match markdown {
-        true => format!("| {kind} `{name}` | {why} |\n"),
-        false => format!("  {:26} {why}\n", format!("{kind} {name}")),
-    };
-    let head = match markdown {
-        true => "### Not supported\n\n| plugin of Mitsuba 3.9 | because |\n|---|---|\n",
-        false => "not supported\n",
-    };
-    head.to_owned() + &UNSUPPORTED.iter().map(row).collect::<String>()
-}
-
-/// Name of a parameter, or in angle brackets the nested element.
-fn label(parameter: &ParameterDoc) -> String {
-    if parameter.nested { format!("<{}>", parameter.name) } else { parameter.name.to_owned() }
-}
-
-/// Type and default of a parameter.
-fn about(ParameterDoc { value, default, required, .. }: &ParameterDoc) -> String {
-    let default = default.as_ref().filter(|d| !d.is_empty());
-    let default = if *required { Some("required".to_owned()) } else { default.map(|d| format!("= {d}")) };
-    [Some(value.clone()).filter(|v| !v.is_empty()), default]
-        .into_iter()
-        .flatten()
-        .collect::<Vec<_>>()
-        .join(" ")
-}
-
-/// Formats a kind as Markdown: common parameters, then a table in which plugins with the same parameters share a row.
-fn markdown(kind: &PluginKind) -> String {
-    let most = kind.plugins.len() as f64 * COMMON;
-    let have = |p: &ParameterDoc| kind.plugins.iter().filter(|plugin| plugin.parameters.contains(p)).count();
-    let mut common: Vec<&ParameterDoc> = Vec::new();
-    for parameter in kind.plugins.iter().flat_map(|plugin| &plugin.parameters) {
-        if kind.plugins.len() > 2 && have(parameter) as f64 >= most && !common.contains(&parameter) {
-            common.push(parameter);
-        }
-    }
-    let mut text = format!("### {}\n\n", kind.name);
-    if !kind.note.is_empty() {
-        text += &format!("{}\n\n", kind.note);
-    }
-    // Parameters lacking in the same plugins are stated together.
-    let lack = |p: &ParameterDoc| -> Vec<&str> {
-        let without = kind.plugins.iter().filter(|plugin| !plugin.parameters.contains(p));
-        without.map(|plugin| plugin.name).collect()
-    };
-    while let Some(first) = common.first() {
-        let without = lack(first);
-        let (together, rest): (Vec<_>, Vec<_>) = common.iter().partition(|p| lack(p) == without);
-        let all = if without.is_empty() { "All".into() } else { format!("All but {}", code(&without, " ")) };
-        text += &format!("{all}: {}.\n\n", cell(&together));
-        common = rest;
-    }
-    text += "| plugin | parameters | remarks |\n|---|---|---|\n";
-    let own = |plugin: &PluginDoc| {
-        let own = plugin.parameters.iter().filter(|p| kind.plugins.len() < 3 || (have(p) as f64) < most);
-        cell(&own.collect::<Vec<_>>())
-    };
-    let mut rows: Vec<(Vec<&str>, String, &str)> = Vec::new();
-    for plugin in &kind.plugins {
-        let (parameters, note) = (own(plugin), plugin.note.as_str());
-        match rows.iter_mut().find(|(_, p, n)| *p == parameters && *n == note) {
-            Some((names, ..)) => names.push(plugin.name),
-            None => rows.push((vec![plugin.name], parameters, note)),
-        }
-    }
-    for (names, parameters, note) in rows {
-        text += &format!("| {} | {parameters} | {note} |\n", code(&names, " "));
-    }
-    text + "\n"
-}
-
-fn code(names: &[&str], between: &str) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(between)
-}
-
-/// Parameters in one line; ignored ones come last.
-fn cell(parameters: &[&ParameterDoc]) -> String {
-    let (idle, used): (Vec<&ParameterDoc>, Vec<_>) = parameters.iter().partition(|p| p.idle);
-    let one = |p: &&ParameterDoc| format!("`{}` {}", label(p), about(p)).trim_end().to_owned();
-    let mut parts: Vec<String> = used.iter().map(one).collect();
-    if !idle.is_empty() {
-        parts.push(format!("without effect {}", code(&idle.iter().map(|p| p.name).collect::<Vec<_>>(), " ")));
-    }
-    parts.join(", ")
+/// The lines about the plugin of this name in the section of a kind.
+fn plugin(section: &str, name: &str) -> Option<String> {
+    let is_heading = |line: &str| line.starts_with("  ") && !line.starts_with("   ");
+    let mut lines = section
+        .lines()
+        .skip_while(|line| !(is_heading(line) && line.split_whitespace().next() == Some(name)));
+    let heading = lines.next()?;
+    let parameters = lines.take_while(|line| !is_heading(line));
+    Some(std::iter::once(heading).chain(parameters).collect::<Vec<_>>().join("\n"))
 }

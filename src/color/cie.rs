@@ -18,8 +18,6 @@ pub const COUNT: usize = 401;
 /// The observer and D65, with a row of zeros at either end for invisible wavelengths.
 struct CieData {
     rows: [Vec4; COUNT + 2],
-    /// ∫ȳ dλ in nm.
-    y_integral: f64,
 }
 
 static TABLE: LazyLock<CieData> = LazyLock::new(CieData::read);
@@ -41,7 +39,7 @@ impl CieData {
         for (row, (o, e)) in rows[1..].iter_mut().zip(observer.iter().zip(&d65)) {
             *row = (o / y_integral).extend(e * y_integral / d65_y).as_vec4();
         }
-        Self { rows, y_integral }
+        Self { rows }
     }
 }
 
@@ -69,11 +67,6 @@ impl Rows {
     pub fn iter(self) -> impl Iterator<Item = (f32, Vec4)> {
         self.0[1..=COUNT].iter().enumerate().map(|(i, row)| (FIRST_NM + i as f32, *row))
     }
-}
-
-/// ∫ȳ dλ of the 1931 observer, in nm (106.86).
-pub fn y_integral() -> f64 {
-    TABLE.y_integral
 }
 
 /// XYZ of D65 scaled to Y = 1: the white of the whole program, and what RGB (1, 1, 1) stands for.

@@ -36,7 +36,9 @@ pub use commands::cmd::{Attachment, Cmd, LoadOp, Scope, StorageBinding, Texture}
 pub use commands::copies::{Region, read_image};
 pub use commands::frame::GpuFrame;
 pub use device::cache::CompilingPipeline;
-pub use device::faults::{CallFault, CallFaults, DeviceCall};
+#[cfg(feature = "faults")]
+pub use device::faults::CallFault;
+pub use device::faults::{CallFaults, DeviceCall, DeviceFaults};
 pub use device::gpu::{FrameNumber, Gpu, Inventory};
 pub use device::heaps::{LocalMemory, MemoryBudget};
 pub use device::options::GpuOptions;

@@ -83,8 +83,9 @@ impl Bitmap {
                 float((layers.width, layers.height, pixels))
             }
             [b'#', b'?', ..] => {
-                remarks = radiance::remarks(bytes);
-                radiance::decode(bytes, most).map(float).map_err(refuse)?
+                let picture = radiance::decode(bytes, most).map_err(refuse)?;
+                remarks = picture.remarks;
+                float((picture.width, picture.height, picture.pixels))
             }
             [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => {
                 pfm::decode(bytes, most).map(float).map_err(refuse)?

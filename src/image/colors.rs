@@ -3,7 +3,10 @@
 //!
 //! Textures are linear Rec.709, or sRGB if they are integers. Other metadata would change the colours, so it is always reported.
 
+use std::io::Cursor;
+
 use glam::{DVec2, Vec3};
+use png::{ScaledFloat, SourceChromaticities};
 
 use crate::color::profile::{Profile, rec709_from};
 use crate::color::{icc, srgb};
@@ -49,38 +52,27 @@ pub(super) fn remark_of_profile(profile: &[u8]) -> Option<String> {
 
 /// Remarks about the colour chunks of a PNG file, except its ICC profile.
 pub(super) fn remarks_of_png(bytes: &[u8]) -> Vec<String> {
-    /// Bytes before the first chunk.
-    const SIGNATURE: usize = 8;
     let mut remarks = Vec::new();
-    let mut rest = bytes.get(SIGNATURE..).unwrap_or_default();
-    while let Some((head, data)) = rest.split_first_chunk::<8>() {
-        let (length, name) = (u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize, &head[4..]);
-        let Some(chunk) = data.get(..length) else { break };
-        let number = |i: usize| {
-            let bytes = chunk.get(4 * i..4 * i + 4)?;
-            Some(f64::from(u32::from_be_bytes(bytes.try_into().ok()?)) / 100_000.0)
-        };
-        match name {
-            // An sRGB chunk makes the other chunks redundant.
-            b"sRGB" => return Vec::new(),
-            b"IDAT" => break,
-            b"gAMA" => {
-                let gamma = number(0).unwrap_or_default();
-                if (gamma - 1.0 / 2.2).abs() > 0.01 {
-                    remarks.push(format!("its gamma {gamma:.3}"));
-                }
-            }
-            b"cHRM" => {
-                let xy = |i: usize| number(2 * i).zip(number(2 * i + 1)).map_or(DVec2::ZERO, DVec2::from);
-                let [white, red, green, blue] = std::array::from_fn(xy);
-                if !are_rec709(&[red, green, blue, white]) {
-                    remarks.push("its chromaticities, which are not those of sRGB".to_owned());
-                }
-            }
-            b"cICP" => remarks.push("its coding-independent code points (chunk cICP)".to_owned()),
-            _ => (),
+    let Ok(reader) = png::Decoder::new(Cursor::new(bytes)).read_info() else { return remarks };
+    let info = reader.info();
+    // An sRGB chunk makes the other chunks redundant.
+    if info.srgb.is_some() {
+        return remarks;
+    }
+    if let Some(gamma) = info.gama_chunk.map(ScaledFloat::into_value)
+        && (gamma - 1.0 / 2.2).abs() > 0.01
+    {
+        remarks.push(format!("its gamma {gamma:.3}"));
+    }
+    if let Some(SourceChromaticities { white, red, green, blue }) = info.chrm_chunk {
+        let xy =
+            |(x, y): (ScaledFloat, ScaledFloat)| DVec2::new(x.into_value().into(), y.into_value().into());
+        if !are_rec709(&[red, green, blue, white].map(xy)) {
+            remarks.push("its chromaticities, which are not those of sRGB".to_owned());
         }
-        rest = data.get(length + 4..).unwrap_or_default();
+    }
+    if info.coding_independent_code_points.is_some() {
+        remarks.push("its coding-independent code points (chunk cICP)".to_owned());
     }
     remarks
 }
@@ -112,33 +104,34 @@ mod tests {
         }
     }
 
-    fn png(chunks: &[(&[u8; 4], &[u32])]) -> Vec<u8> {
-        let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
-        for (name, values) in chunks {
-            bytes.extend((4 * values.len() as u32).to_be_bytes());
-            bytes.extend(*name);
-            values.iter().for_each(|v| bytes.extend(v.to_be_bytes()));
-            bytes.extend([0; 4]);
-        }
+    fn png(change: impl Fn(&mut png::Info)) -> Vec<u8> {
+        let mut info = png::Info::with_size(1, 1);
+        change(&mut info);
+        let mut bytes = Vec::new();
+        let encoder = png::Encoder::with_info(&mut bytes, info).expect("an encoder");
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(&[0]).expect("a pixel");
+        writer.finish().expect("an end");
         bytes
     }
 
     #[test]
     fn png_files_are_taken_as_srgb_and_it_is_told_where_they_are_not() {
-        let srgb = [31_270, 32_900, 64_000, 33_000, 30_000, 60_000, 15_000, 6_000];
-        let p3 = [31_270, 32_900, 68_000, 32_000, 26_500, 69_000, 15_000, 6_000];
-        for (chunks, told) in [
-            (vec![(b"gAMA", [45_455].as_slice()), (b"cHRM", &srgb)], 0),
-            (vec![(b"gAMA", [100_000].as_slice())], 1),
-            (vec![(b"gAMA", [100_000].as_slice()), (b"cHRM", &p3), (b"cICP", &[1])], 3),
-            (vec![(b"gAMA", [100_000].as_slice()), (b"sRGB", &[0])], 0),
-            (vec![(b"IDAT", [0].as_slice()), (b"gAMA", &[100_000])], 0),
-            (vec![(b"gAMA", [].as_slice())], 1),
-            (vec![(b"cHRM", [1, 2].as_slice())], 1),
-        ] {
-            let remarks = remarks_of_png(&png(&chunks));
-            assert_eq!(remarks.len(), told, "{remarks:?}");
-        }
+        let gamma = |value| Some(ScaledFloat::new(value));
+        let srgb = SourceChromaticities::new((0.3127, 0.329), (0.64, 0.33), (0.3, 0.6), (0.15, 0.06));
+        let p3 = SourceChromaticities::new((0.3127, 0.329), (0.68, 0.32), (0.265, 0.69), (0.15, 0.06));
+        let told = |change: &dyn Fn(&mut png::Info)| remarks_of_png(&png(change));
+        let usual =
+            told(&|info| (info.source_gamma, info.source_chromaticities) = (gamma(0.45455), Some(srgb)));
+        assert!(usual.is_empty(), "{usual:?}");
+        let linear = told(&|info| info.source_gamma = gamma(1.0));
+        assert_eq!(linear, ["its gamma 1.000"]);
+        let both = told(&|info| (info.source_gamma, info.source_chromaticities) = (gamma(1.0), Some(p3)));
+        assert_eq!(both.len(), 2, "{both:?}");
+        let marked = told(&|info| {
+            (info.source_gamma, info.srgb) = (gamma(1.0), Some(png::SrgbRenderingIntent::Perceptual));
+        });
+        assert!(marked.is_empty(), "{marked:?}");
         assert!(remarks_of_png(b"\x89PNG").is_empty() && remarks_of_png(&[255; 40]).is_empty());
     }
 

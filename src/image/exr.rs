@@ -231,11 +231,6 @@ pub(super) fn check_pixels(width: usize, height: usize, most: usize) -> Result<(
     }
 }
 
-/// A required channel; the error lists the existing ones.
-pub fn channel<'a>(path: &Path, layers: &'a Layers, name: &str) -> Result<&'a [f32], ImageError> {
-    layers.channel(name).ok_or_else(|| no_channel(path, layers, name))
-}
-
 /// The error for a missing channel.
 pub(super) fn no_channel(path: &Path, layers: &Layers, name: &str) -> ImageError {
     ImageError::Channel {

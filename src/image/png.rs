@@ -109,20 +109,3 @@ pub(super) fn encode(
     writer.finish()?;
     Ok(bytes)
 }
-
-/// Reads width, height and pixels of an 8-bit RGB picture; other formats are rejected.
-pub fn read(path: &Path) -> Result<(u32, u32, Vec<[u8; 3]>), ImageError> {
-    let file = std::fs::File::open(path).map_err(ImageError::read(path))?;
-    let refuse = ImageError::decode(path);
-    let mut reader =
-        png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(|e| refuse(e.to_string()))?;
-    let info = reader.info();
-    if (info.color_type, info.bit_depth) != (png::ColorType::Rgb, png::BitDepth::Eight) {
-        return Err(refuse("only 8-bit RGB is read here".to_owned()));
-    }
-    let (width, height) = (info.width, info.height);
-    let size = reader.output_buffer_size().ok_or_else(|| refuse("it is too large".to_owned()))?;
-    let mut bytes = vec![0; size];
-    reader.next_frame(&mut bytes).map_err(|e| refuse(e.to_string()))?;
-    Ok((width, height, bytes.as_chunks().0.to_vec()))
-}

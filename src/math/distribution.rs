@@ -32,16 +32,6 @@ impl Distribution {
         Some(Self { first: boundaries(&weights, CELLS)? })
     }
 
-    /// Number of entries.
-    pub fn len(&self) -> usize {
-        self.first.len() - 1
-    }
-
-    /// Always false: a distribution has at least one entry.
-    pub fn is_empty(&self) -> bool {
-        false
-    }
-
     /// The probability of entry `index`, 0 if it does not exist.
     #[inline]
     pub fn probability(&self, index: usize) -> f32 {
@@ -100,7 +90,6 @@ mod tests {
     fn chooses_in_proportion_to_the_weights() {
         let weights = [1.0, 0.0, 3.0, 0.5, 0.0, 2.5, 0.0];
         let d = Distribution::new(&weights).expect("positive weights");
-        assert_eq!(d.len(), 7);
         let n = 70_000;
         let mut counts = [0; 7];
         for i in 0..n {

@@ -35,4 +35,4 @@ pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
 pub use files::LoadProgress;
 pub use load::{Loaded, load, load_str, load_str_with, load_telling, load_with};
-pub use mitsuba::{LoadOptions, ParameterDoc, PluginDoc, PluginKind, UNSUPPORTED, plugins};
+pub use mitsuba::{LoadOptions, UNSUPPORTED};

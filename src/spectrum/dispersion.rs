@@ -142,18 +142,13 @@ impl Sellmeier {
 
 impl Ior {
     /// The medium Mitsuba knows by this name (`air`, `water`, `bk7`, `diamond`, …), or one of ours (`sapphire`,
-    /// `sf10`, …; see [`Ior::names`]), whatever the case of its letters; `None` for any other.
+    /// `sf10`, …), whatever the case of its letters; `None` for any other.
     pub fn named(name: &str) -> Option<Self> {
         let same = |other: &str| other.eq_ignore_ascii_case(name);
         if let Some((_, constant, terms)) = DISPERSIVE.iter().find(|f| same(f.0)) {
             return Some(Ior::Sellmeier(Sellmeier::new(*constant, terms)));
         }
         CONSTANT.iter().find(|m| same(m.0)).map(|m| Ior::Constant(m.1))
-    }
-
-    /// Every name that [`Ior::named`] knows.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        CONSTANT.iter().map(|m| m.0).chain(DISPERSIVE.iter().map(|f| f.0))
     }
 
     /// Cauchy's law through the index at the helium d line with this Abbe number V = (n_d − 1) / (n_F − n_C).
@@ -167,12 +162,6 @@ impl Ior {
     /// Cauchy's law n = a + b / λ², `b` in µm².
     pub fn cauchy(a: f32, b: f32) -> Self {
         if b == 0.0 { Ior::Constant(a) } else { Ior::Cauchy { a, b } }
-    }
-
-    /// Sellmeier's law n² = 1 + Σ b λ² / (λ² − c), `c` in µm², as glass catalogues give it.
-    pub fn sellmeier(b: [f32; 3], c: [f32; 3]) -> Self {
-        let terms: [[f64; 2]; 3] = std::array::from_fn(|i| [f64::from(b[i]), f64::from(c[i])]);
-        Ior::Sellmeier(Sellmeier::new(1.0, &terms))
     }
 
     /// The index at the wavelengths of a path.
@@ -271,15 +260,10 @@ mod tests {
         }
         assert_eq!(Ior::named("BK7"), Ior::named("bk7"));
         assert_eq!(Ior::named("unobtainium"), None);
-        assert_eq!(Ior::names().count(), CONSTANT.len() + DISPERSIVE.len());
-        assert!(Ior::names().all(|n| Ior::named(n).is_some()));
     }
 
     #[test]
     fn laws_from_coefficients() {
-        let bk7 =
-            Ior::sellmeier([1.03961212, 0.231792344, 1.01046945], [0.00600069867, 0.0200179144, 103.560653]);
-        assert_eq!(Some(bk7), Ior::named("bk7"));
         let cauchy = Ior::cauchy(1.5046, 0.0042);
         assert!((catalogue(&cauchy).0 - (1.5046 + 0.0042 / (0.5875618 * 0.5875618))).abs() < 1e-6);
         assert_eq!(Ior::cauchy(1.5, 0.0), Ior::Constant(1.5));
@@ -301,7 +285,7 @@ mod tests {
             assert!(falls, "{name} must bend blue more than red");
         }
         // A resonance in the middle of the visible range.
-        let wild = Ior::sellmeier([1.0, 0.0, 0.0], [0.25, 0.0, 0.0]);
+        let wild = Sellmeier::new(1.0, &[[1.0, 0.25]]);
         for i in 0..=470 {
             let n = wild.eval(lambda(i)).x;
             assert!(n >= 1.0 && !n.is_nan(), "{i}: {n}");

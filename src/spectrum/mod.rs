@@ -27,9 +27,6 @@ pub use upsample::Sigmoid;
 pub use wavelengths::SampledWavelengths;
 pub use white::White;
 
-/// Wavelengths carried by one path: one hero and three companions (Wilkie et al. 2014).
-pub const LANES: usize = 4;
-
 /// Shortest wavelength simulated, in nm (as Mitsuba 3).
 pub const LAMBDA_MIN: f32 = 360.0;
 

@@ -37,11 +37,6 @@ impl ExactReplicates {
         Self { size, energy, luminance_scale, parts: Default::default(), largest: LargestSamples::new(size) }
     }
 
-    /// Width and height in pixels.
-    pub fn size(&self) -> [usize; 2] {
-        self.size
-    }
-
     /// Paths so far, in all replicates.
     pub fn paths(&self) -> u64 {
         self.parts.iter().map(|part| part.paths.camera.max(part.paths.light)).sum()

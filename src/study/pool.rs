@@ -74,11 +74,6 @@ impl ReferencePool {
         self.size
     }
 
-    /// True if no picture is in it.
-    pub fn is_empty(&self) -> bool {
-        self.parts.is_empty()
-    }
-
     /// Paths per pixel over all pictures.
     pub fn samples(&self) -> f64 {
         self.parts.iter().map(|part| part.samples).sum()

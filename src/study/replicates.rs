@@ -86,12 +86,6 @@ impl Replicates {
         self.parts.each_ref().map(|part| part.paths.camera.max(part.paths.light))
     }
 
-    /// Clears all sums.
-    pub fn clear(&mut self) {
-        self.parts = Default::default();
-        self.largest = LargestSamples::new(self.size);
-    }
-
     /// Error of the picture of these [`pixels`](Self::pixels), and fractions of its light in the largest samples. `None` while both
     /// replicates have reached too few pixels.
     pub fn error(&self, pixels: &[ReplicatePixel]) -> Option<(ErrorField, LargestShares)> {

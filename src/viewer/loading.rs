@@ -166,7 +166,7 @@ impl LoadingWindow {
         let _ = window.request_inner_size(window_size(&window, [width, height], dock));
         window.set_visible(true);
         let (exact, spec) = (self.loader.source.deterministic, film([width, height]));
-        let screen = Screen::open(window, &options.device, &options.losses, spec, exact).into_diagnostic()?;
+        let screen = Screen::open(window, &options.device, &options.faults, spec, exact).into_diagnostic()?;
         Ok(OpenWindow { screen, host })
     }
 

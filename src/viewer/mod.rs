@@ -85,7 +85,7 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::client::window::keys::CursorAction;
-use crate::gpu::{DeviceChoice, Region};
+use crate::gpu::{DeviceChoice, DeviceFaults, Region};
 use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;
 use crate::render::tev::TevLink;
@@ -105,7 +105,6 @@ use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
 use crate::viewer::saves::BackgroundSaves;
-use crate::viewer::screen::SimulatedLosses;
 use crate::viewer::session::RenderSession;
 use crate::viewer::watch::FileWatch;
 
@@ -122,7 +121,7 @@ struct SessionContext {
     device: DeviceChoice,
     /// CSV file for the timings of every pass.
     timings: Option<PathBuf>,
-    losses: SimulatedLosses,
+    faults: DeviceFaults,
     /// Camera paths after which a render ends; `None` for no limit.
     samples: Option<u64>,
     /// Connection to the viewer tev, if requested.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::client::{Denoise, Settings};
-use crate::gpu::CallFault;
+use crate::gpu::DeviceFaults;
 use crate::render::options::SceneOptions;
 
 /// Scene name for a window without a scene of its own: it takes that of its first tracer.
@@ -39,12 +39,8 @@ pub struct ViewOptions {
     pub tev: Option<String>,
     pub json: Option<PathBuf>,
     pub gpu_timings: Option<PathBuf>,
-    /// For tests: numbers of frames after which the device is lost.
-    pub lose_device_after: Vec<u64>,
-    /// For tests: Vulkan calls that fail.
-    pub fail_call: Vec<CallFault>,
-    /// For tests: limit of device memory for images and buffers, MiB.
-    pub device_memory: Option<u64>,
+    /// Faults planned by a test.
+    pub faults: DeviceFaults,
 }
 
 /// Remote tracers; without an address the process traces by itself.

@@ -16,7 +16,7 @@ use crate::client::window::panel_renderer::PanelRenderer;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, Film, FilmSpec, Settings};
 use crate::gpu::{
-    CallFaults, DeviceChoice, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness, Swapchain,
+    DeviceChoice, DeviceFaults, FrameNumber, Gpu, GpuError, GpuFrame, GpuOptions, Readiness, Swapchain,
 };
 use crate::image::Grid;
 use crate::render::pipelines::PipelineKeeper;
@@ -37,17 +37,6 @@ const MOST_LOSSES: u32 = 1;
 /// How long to keep trying to open the first device, or one after a loss.
 const REOPENING: Duration = Duration::from_secs(30);
 const OPENING: Duration = Duration::from_secs(5);
-
-/// Simulated faults, for tests of the recovery.
-#[derive(Clone, Debug, Default)]
-pub struct SimulatedLosses {
-    /// Number of frames after which each device is lost, in order of opening; later devices are not.
-    pub devices: Vec<u64>,
-    /// Injected results of Vulkan calls.
-    pub calls: CallFaults,
-    /// Limit of device memory in bytes, if less than the real one.
-    pub memory: Option<u64>,
-}
 
 /// Result of asking for a swapchain image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,8 +87,8 @@ pub struct Screen {
     /// The last submitted frame, and the last one before the present iteration of the loop.
     last: FrameNumber,
     before: FrameNumber,
-    /// Remaining simulated losses.
-    simulated: SimulatedLosses,
+    /// Faults planned by a test.
+    simulated: DeviceFaults,
     /// The window must show the same bits as a headless render.
     exact: bool,
     /// Number of lost devices.
@@ -128,7 +117,7 @@ impl Screen {
     pub fn open(
         window: Arc<Window>,
         choice: &DeviceChoice,
-        simulated: &SimulatedLosses,
+        simulated: &DeviceFaults,
         spec: FilmSpec,
         exact: bool,
     ) -> Result<Self, ClientError> {
@@ -223,14 +212,9 @@ impl Screen {
         let size = self.window.inner_size();
         let extent = [size.width, size.height];
         let (options, faults) = (GpuOptions::from_env(), &self.simulated.calls);
-        let swapchain = Swapchain::open_with_faults(&self.choice, options, self.handles()?, extent, faults)?;
+        let swapchain = Swapchain::open(&self.choice, options, self.handles()?, extent, faults)?;
         swapchain.gpu().set_timing(true);
-        if let Some(frames) = self.simulated.devices.get(self.device_losses as usize) {
-            swapchain.gpu().lose_after(*frames);
-        }
-        if let Some(bytes) = self.simulated.memory {
-            swapchain.gpu().limit_memory(bytes);
-        }
+        swapchain.gpu().plan(&self.simulated, self.device_losses);
         let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
         // The requested size or filter may have changed meanwhile.
         let rescued = self.rescued.take().filter(|film| *film.spec() == spec);

@@ -16,7 +16,7 @@ use crate::client::window::panel::{
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::denoise::view_filter::check as check_denoise;
-use crate::gpu::{self, CallFaults, DeviceChoice};
+use crate::gpu::{self, DeviceChoice};
 use crate::job::panic_message;
 use crate::remote::{FetchOptions, Fetched, TracerAddress, fetch};
 use crate::render::device::CPU;
@@ -43,7 +43,7 @@ use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
 use crate::viewer::saves::BackgroundSaves;
-use crate::viewer::screen::{SimulatedLosses, is_device_lost};
+use crate::viewer::screen::is_device_lost;
 use crate::viewer::session::RenderSession;
 use crate::viewer::tracers::{self, Tracers};
 use crate::viewer::watch::FileWatch;
@@ -165,11 +165,7 @@ impl ViewerApp {
             json: args.json.clone(),
             device: args.source.device.as_deref().map_or(DeviceChoice::Best, DeviceChoice::parse),
             timings: args.gpu_timings.clone(),
-            losses: SimulatedLosses {
-                devices: args.lose_device_after.clone(),
-                calls: CallFaults::of(&args.fail_call),
-                memory: args.device_memory.map(|mib| mib << 20),
-            },
+            faults: args.faults.clone(),
             budget: args.fps.map(|fps| Duration::from_secs_f32(1.0 / fps.clamp(0.1, 1000.0))),
             samples: args.samples,
             tev: args.tev.as_deref().map(TevLink::start).transpose()?,

@@ -10,7 +10,6 @@ use ::exr::prelude::{
 };
 use pointillist::color::palette;
 use pointillist::image::exr::{self, Layers};
-use pointillist::image::png;
 use serde_json::Value;
 
 /// An empty folder for one test.
@@ -184,8 +183,9 @@ fn maps_are_written_as_colours_and_as_numbers() {
     ours(&dir.join("b.exr"), &pixels(|_, p| p), Some(1e-4));
     let table = succeed(&dir, &["a.exr", "b.exr", "--map", "map.png"]);
     assert!(table.contains("map.png: flip from 0, black, to 1"), "{table}");
-    let (width, height, rgb) = png::read(&dir.join("map.png")).unwrap();
-    assert_eq!((width, height, rgb[199]), (20, 10, palette::color(0.0)));
+    let map = image::open(dir.join("map.png")).unwrap().into_rgb8();
+    let rgb: Vec<[u8; 3]> = map.pixels().map(|pixel| pixel.0).collect();
+    assert_eq!((map.width(), map.height(), rgb[199]), (20, 10, palette::color(0.0)));
     let brightness = |p: [u8; 3]| p.iter().map(|c| u32::from(*c)).sum::<u32>();
     let brightest = rgb.iter().map(|p| brightness(*p)).max().unwrap();
     assert!(brightness(rgb[25]) == brightest && brightest > 100, "{:?} of {brightest}", rgb[25]);

@@ -1,6 +1,14 @@
-//! `pointillist plugins`, and that the tables of scenes/README.md are what it prints.
+//! `pointillist plugins`, and its documentation of plugins: that it is up to date and complete.
 
 use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+#[path = "../../tools/make/plugins/mod.rs"]
+mod documentation;
+
+use documentation::{ParameterDoc, PluginKind};
+
+static DOCUMENTED: LazyLock<Vec<PluginKind>> = LazyLock::new(|| documentation::plugins().unwrap());
 
 fn plugins(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_pointillist")).arg("plugins").args(args).output().unwrap()
@@ -13,17 +21,16 @@ fn printed(args: &[&str]) -> String {
 }
 
 #[test]
-fn the_tables_of_the_readme_are_what_the_program_prints() {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/README.md");
-    let text = std::fs::read_to_string(readme).unwrap();
-    let (_, committed) =
-        text.split_once("documentation/notes.rs. -->").expect("the comment above the tables");
-    let printed = printed(&["--markdown"]);
-    let difference = committed.trim().lines().zip(printed.trim().lines()).find(|(a, b)| a != b);
-    assert!(
-        committed.trim() == printed.trim(),
-        "scenes/README.md is not what `pointillist plugins --markdown` prints; call tools/plugins. First difference: {difference:?}"
-    );
+fn the_committed_documentation_is_up_to_date() {
+    for (name, text) in documentation::files(&DOCUMENTED).unwrap() {
+        let committed = std::fs::read_to_string(&name).unwrap();
+        let difference = committed.lines().zip(text.lines()).find(|(a, b)| a != b);
+        assert!(
+            committed == text,
+            "{}: call tools/plugins. First difference: {difference:?}",
+            name.display()
+        );
+    }
 }
 
 #[test]
@@ -42,4 +49,39 @@ fn kinds_and_plugins_are_found_by_name() {
         !refused.status.success() && message.contains("`nothing`") && message.contains("rfilter"),
         "{message}"
     );
+}
+
+#[test]
+fn notes_are_about_plugins_that_exist() {
+    let all = &*DOCUMENTED;
+    for (kind, name, _) in documentation::notes::NOTES {
+        let known = all.iter().find(|k| k.name == *kind).expect("a kind");
+        assert!(
+            name.is_empty() || known.plugins.iter().any(|p| p.name == *name),
+            "{kind} `{name}` does not exist"
+        );
+    }
+}
+
+/// What a few readers are known to ask for: required, by default, without effect, nested, and only if another one is given.
+#[test]
+fn parameters_are_what_readers_ask_for() {
+    let all = &*DOCUMENTED;
+    let find = |kind: &str, plugin: &str, name: &str| {
+        let kind = all.iter().find(|k| k.name == kind).expect("a kind");
+        let plugin = kind.plugins.iter().find(|p| p.name == plugin).expect("a plugin");
+        plugin.parameters.iter().find(|p| p.name == name).cloned().unwrap_or_default()
+    };
+    let radius = find("shape", "sphere", "radius");
+    assert_eq!((radius.value.as_str(), radius.default.as_deref()), ("float", Some("1")));
+    let file = find("shape", "obj", "filename");
+    assert!(file.required && file.value == "file", "{file:?}");
+    assert!(find("bsdf", "blendbsdf", "weight").required);
+    let inner = find("bsdf", "blendbsdf", "bsdf");
+    assert!(inner.nested && inner.required, "{inner:?}");
+    let axis = find("sensor", "perspective", "fov_axis");
+    assert!(axis.value == "string" && !axis.required, "{axis:?}");
+    assert!(find("film", "hdrfilm", "banner").idle);
+    assert_eq!(find("shape", "sphere", "filename"), ParameterDoc::default());
+    assert!(find("emitter", "area", "radiance").value.contains("spectrum"));
 }

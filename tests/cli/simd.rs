@@ -74,7 +74,7 @@ fn other_words_are_refused() {
 #[test]
 fn what_the_processor_lacks_is_refused() {
     for kernel in SimdKernel::ALL.into_iter().filter(|kernel| !kernel.is_available()) {
-        let output = run(&["explain", "scenes/cornell.xml", "--no-costs", "--simd", kernel.name()]);
+        let output = run(&["explain", "scenes/cornell.xml", "--simd", kernel.name()]);
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success(), "{} runs without its instructions", kernel.name());
         assert!(errors.contains(kernel.name()) && errors.contains("scalar"), "{errors}");

@@ -18,7 +18,7 @@ fn grey(y: f32) -> Vec4 {
 }
 
 fn filtered(halves: [&HalfPicture; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Filtered> {
-    WaveletFilter::new([halves[0].width(), halves[0].height()], features)?.filtered(halves)
+    WaveletFilter::after(None, [halves[0].width(), halves[0].height()], features)?.filtered(halves)
 }
 
 /// Numbers of mean 0 and variance 1.
@@ -154,7 +154,7 @@ fn a_filter_keeps_nothing_of_the_picture_before() {
         let noise = noise(seed);
         half(|x, y| grey(2.0 + noise[y * SIZE + x]))
     });
-    let mut filter = WaveletFilter::new([SIZE; 2], None).expect("memory");
+    let mut filter = WaveletFilter::after(None, [SIZE; 2], None).expect("memory");
     filter.filtered([&a, &b]).expect("memory");
     let again = filter.filtered([&c, &d]).expect("memory").picture;
     assert!(again == filtered([&c, &d], None).expect("memory").picture);
@@ -290,7 +290,7 @@ fn the_picture_does_not_flicker_while_it_converges() {
             half(|x, y| Vec3::splat(signal(x, y) * mean(count, of, y * SIZE + x)).extend(count as f32))
         })
     };
-    let mut filter = WaveletFilter::new([SIZE; 2], None).expect("memory");
+    let mut filter = WaveletFilter::after(None, [SIZE; 2], None).expect("memory");
     let mut pictures = |count: usize| {
         let [a, b] = halves(count);
         let shown = filter.filtered([&a, &b]).expect("memory").picture;

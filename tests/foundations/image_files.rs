@@ -67,7 +67,7 @@ fn exr_keeps_every_bit() {
     for (name, value) in &written.attributes {
         assert_eq!(read.attribute(name), Some(value));
     }
-    let green = exr::channel(&path, &read, "G").expect("main layer");
+    let green = read.channel("G").expect("main layer");
     assert_eq!(green[2 * 37 + 5], written.channels[1].1[2 * 37 + 5]);
     assert_eq!(folder.names(), ["a.exr"], "the temporary file is gone");
 }
@@ -102,7 +102,8 @@ fn png_keeps_every_pixel_and_its_attributes() {
     for transfer in [Transfer::Srgb, Transfer::Gamma(2.2)] {
         let picture = PngPicture { width: 37, height: 21, rgb: &rgb, transfer, primaries };
         png::write(&path, picture, &attributes).expect("write");
-        assert_eq!(png::read(&path).expect("read"), (37, 21, rgb.clone()));
+        let read = image::open(&path).expect("read").into_rgb8();
+        assert_eq!((read.width(), read.as_raw().as_slice()), (37, rgb.as_flattened()));
         let bytes = fs::read(&path).expect("file");
         let has = |chunk: &[u8]| bytes.windows(chunk.len()).any(|w| w == chunk);
         assert!(has(b"gAMA") && has("Küche".as_bytes()));
@@ -112,7 +113,7 @@ fn png_keeps_every_pixel_and_its_attributes() {
     }
     let short = PngPicture { width: 37, height: 22, rgb: &rgb, transfer: Transfer::Srgb, primaries };
     assert!(matches!(png::write(&path, short, &[]), Err(ImageError::Encode { .. })));
-    assert_eq!(png::read(&path).expect("the old picture").1, 21);
+    assert_eq!(image::open(&path).expect("the old picture").height(), 21);
 }
 
 /// A link stays a link and its target gets the picture; what is no regular file is not replaced by one.
@@ -169,12 +170,6 @@ fn errors_name_the_file_and_what_to_do() {
     twice.push("R", vec![0.0; 37 * 21]);
     assert!(matches!(exr::write(&folder.file("c.exr"), &twice), Err(ImageError::Encode { .. })));
     assert!(!folder.file("c.exr").exists());
-
-    let only_r = Layers { channels: vec![("R".into(), vec![0.0; 37 * 21])], ..layers() };
-    exr::write(&folder.file("r.exr"), &only_r).expect("write");
-    let read = exr::read(&folder.file("r.exr")).expect("read");
-    let message = exr::channel(&folder.file("r.exr"), &read, "G").expect_err("no G").to_string();
-    assert!(message.contains("no channel G") && message.contains("holds R"), "{message}");
 }
 
 /// A device that is always full: the error says so.
@@ -211,7 +206,6 @@ fn damaged_files_are_errors() {
     for bytes in [&b""[..], b"\x76\x2f\x31\x01", b"P6 1 1 255"] {
         fs::write(&path, bytes).expect("write");
         assert!(matches!(exr::read(&path), Err(ImageError::Decode { .. })));
-        assert!(matches!(png::read(&path), Err(ImageError::Decode { .. })));
     }
     assert!(matches!(exr::read(&folder.file("none.exr")), Err(ImageError::Read { .. })));
 }

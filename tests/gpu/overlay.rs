@@ -6,13 +6,14 @@ use crate::common::assert_silent;
 use crate::x11_window::Window;
 use egui::{Color32, Context, RawInput, Rect, TexturesDelta, pos2, vec2};
 use pointillist::client::window::panel_renderer::PanelRenderer;
-use pointillist::gpu::{DeviceChoice, GpuError, GpuOptions, Readiness, Swapchain};
+use pointillist::gpu::{CallFaults, DeviceChoice, GpuError, GpuOptions, Readiness, Swapchain};
 
 const SIZE: [u32; 2] = [200, 120];
 
 fn open(window: &Window) -> Swapchain {
     let options = GpuOptions { validation: true, ..GpuOptions::default() };
-    Swapchain::open(&DeviceChoice::Best, options, window.handles(), SIZE).expect("a swapchain")
+    Swapchain::open(&DeviceChoice::Best, options, window.handles(), SIZE, &CallFaults::default())
+        .expect("a swapchain")
 }
 
 /// What egui wants drawn.

@@ -7,8 +7,8 @@ use crate::common::assert_silent;
 use crate::support::xserver::Server;
 use crate::x11_window::Window;
 use pointillist::gpu::{
-    Buffer, BufferUse, ColorOutput, CopyFilter, CopyRegion, DeviceCall, DeviceChoice, Gpu, GpuError,
-    GpuOptions, Image, Readiness, Swapchain, TexelFormat,
+    Buffer, BufferUse, CallFaults, ColorOutput, CopyFilter, CopyRegion, DeviceCall, DeviceChoice, Gpu,
+    GpuError, GpuOptions, Image, Readiness, Swapchain, TexelFormat,
 };
 use pointillist::math::random::Random;
 use raw_window_handle::{RawDisplayHandle, WindowsDisplayHandle};
@@ -17,7 +17,8 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 fn open(window: &Window, extent: [u32; 2]) -> Swapchain {
     let options = GpuOptions { validation: true, ..GpuOptions::default() };
-    Swapchain::open(&DeviceChoice::Best, options, window.handles(), extent).expect("a swapchain")
+    Swapchain::open(&DeviceChoice::Best, options, window.handles(), extent, &CallFaults::default())
+        .expect("a swapchain")
 }
 
 /// A picture of noise, and its bytes.
@@ -390,10 +391,14 @@ fn impossible_windows_are_sentences() {
     let options = GpuOptions { validation: true, ..GpuOptions::default() };
     let foreign = RawDisplayHandle::Windows(WindowsDisplayHandle::new());
     let handles = (foreign, window.handles().1);
-    let error = Swapchain::open(&DeviceChoice::Best, options, handles, size).err().expect("not here");
+    let error = Swapchain::open(&DeviceChoice::Best, options, handles, size, &CallFaults::default())
+        .err()
+        .expect("not here");
     assert!(matches!(error, GpuError::NoWindow(_)), "{error}");
     let none = DeviceChoice::Name("no such card".into());
-    let error = Swapchain::open(&none, options, window.handles(), size).err().expect("no such card");
+    let error = Swapchain::open(&none, options, window.handles(), size, &CallFaults::default())
+        .err()
+        .expect("no such card");
     assert!(matches!(error, GpuError::NoMatch { .. }), "{error}");
 }
 

@@ -62,7 +62,7 @@ fn the_device_filters_as_the_processor_does() {
     for (size, seed) in [([1, 1], 1), ([7, 3], 2), ([150, 91], 3), ([150, 91], 4), ([33, 128], 5)] {
         let features = features(size, seed);
         let mut pass = WaveletPass::after(last.take(), gpu(), features.each_ref()).expect("a device");
-        let mut twin = WaveletFilter::new(size, Some(features.each_ref())).expect("memory");
+        let mut twin = WaveletFilter::after(None, size, Some(features.each_ref())).expect("memory");
         for seed in [10 + seed, 20 + seed] {
             let halves = halves(size, seed);
             let got = pass.filtered(halves.each_ref()).expect("a device");

@@ -116,7 +116,8 @@ fn map(normal: Vec3, nested: u32) -> NormalMapDesc {
 }
 
 fn bumped(material: &Material, map: &NormalMapDesc, share: f32) -> MaterialPart {
-    let bump = BumpMaterial::new(&map.clone().into(), Mirrors::NONE);
+    let front = Mirrors { before: Vec3::ONE, after: Vec3::ONE };
+    let bump = BumpMaterial::new(&map.clone().into(), front);
     MaterialPart { material: material.clone(), share: share.into(), turned: false, bump, coat: None }
 }
 

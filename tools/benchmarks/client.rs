@@ -244,7 +244,7 @@ fn noise_filter(spec: FilmSpec) {
     let (mut once, mut each) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..5 {
         let start = Instant::now();
-        let filter = WaveletFilter::new([width, height], Some([&features, &features]));
+        let filter = WaveletFilter::after(None, [width, height], Some([&features, &features]));
         once = once.min(start.elapsed().as_secs_f64() * 1e3);
         let mut filter = filter.expect("memory");
         for _ in 0..5 {

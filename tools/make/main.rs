@@ -1,4 +1,4 @@
-//! Makes data: golden pictures, meshes, and pictures side by side. `cargo run --release --example make -- --help`.
+//! Makes data: golden pictures, meshes, pictures side by side, and the documentation of plugins. `cargo run --release --example make -- --help`.
 
 #![allow(clippy::unwrap_used, reason = "shared with tests, where a panic is the message")]
 
@@ -13,6 +13,7 @@ mod golden;
 mod meshes;
 mod mitsuba;
 mod montage;
+mod plugins;
 #[path = "../../tests/support/replicates.rs"]
 mod replicates;
 
@@ -54,6 +55,8 @@ enum What {
         #[arg(required = true)]
         pictures: Vec<PathBuf>,
     },
+    /// Writes the documentation of plugins: what `pointillist plugins` prints, and the tables of scenes/README.md
+    Plugins,
 }
 
 fn main() -> ExitCode {
@@ -61,6 +64,7 @@ fn main() -> ExitCode {
         What::Golden { names } => golden::make(&names),
         What::Meshes { folder, format } => mitsuba::write(&folder, format),
         What::Montage { out, pictures } => montage::join(&out, &pictures),
+        What::Plugins => document_plugins(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -69,4 +73,11 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn document_plugins() -> Result<(), Box<dyn std::error::Error>> {
+    for (path, text) in plugins::files(&plugins::plugins()?)? {
+        std::fs::write(path, text)?;
+    }
+    Ok(())
 }

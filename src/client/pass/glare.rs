@@ -85,11 +85,6 @@ impl GlarePass {
         Ok(())
     }
 
-    /// Whether a convolution is being set up in the background.
-    pub fn is_under_way(&self) -> bool {
-        self.under_way.is_some()
-    }
-
     /// Whether a convolution set up in the background is ready.
     pub fn is_ready(&self) -> bool {
         self.under_way.as_ref().is_some_and(|(_, task)| task.is_ready())

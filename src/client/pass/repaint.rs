@@ -231,11 +231,6 @@ impl Repaint {
         Ok(())
     }
 
-    /// Whether anything for the next repaint is being computed in the background.
-    pub fn awaits_background(&self) -> bool {
-        self.shows_glare && self.glare.is_under_way()
-    }
-
     /// Whether anything computed in the background is ready.
     pub fn is_background_ready(&self) -> bool {
         self.shows_glare && self.glare.is_ready()

@@ -61,11 +61,6 @@ impl ExactFilm {
         self.film.state.spec()
     }
 
-    /// The unit of colours.
-    pub fn luminance_scale(&self) -> f32 {
-        self.luminance_scale
-    }
-
     /// Sums of the camera stream (0) or the light stream (1); `None` before its first sample.
     pub fn sums(&self, stream: usize) -> Option<&Grid<ExactTexel>> {
         self.streams[stream].sums.as_ref()

@@ -193,11 +193,10 @@ fn weight(kernel: ReconstructionKernel, d2: f32, sigma: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::client::filter::RECONSTRUCTION_EXPONENT;
 
     fn exact(d2: f64, sigma: f64) -> f64 {
         let t = (d2.sqrt() / f64::from(RECONSTRUCTION_RADIUS)).min(1.0);
-        (-sigma * d2).exp() * (1.0 - (t * t * (3.0 - 2.0 * t)).powi(RECONSTRUCTION_EXPONENT))
+        (-sigma * d2).exp() * (1.0 - (t * t * (3.0 - 2.0 * t)).powi(8))
     }
 
     #[test]

@@ -9,13 +9,8 @@ use rayon::prelude::*;
 
 use crate::image::Grid;
 
-/// Levels of a film: level 0 is the full resolution, the last is 1×1.
+/// Levels of a film: level 0 is the full resolution; each other halves both sides, rounded down, to at least 1; the last is 1×1.
 pub type Pyramid<T> = Vec<Grid<T>>;
-
-/// Number of levels of a `width × height` film: each halves both sides, rounded down, to at least 1.
-pub fn level_count(width: usize, height: usize) -> usize {
-    width.max(height).max(1).ilog2() as usize + 1
-}
 
 /// Inputs of output `i` along one axis of `size` inputs: the first, and the weights of up to three.
 ///

@@ -93,13 +93,8 @@ pub struct WaveletFilter {
 }
 
 impl WaveletFilter {
-    /// A filter for pictures of `size` pixels, with the features of both halves; `None` if memory runs out.
-    pub fn new(size: [usize; 2], features: Option<[&Grid<PixelFeatures>; 2]>) -> Option<Self> {
-        Self::after(None, size, features)
-    }
-
-    /// As [`new`](Self::new), reusing the memory of another view's filter if that has the same size: fresh memory takes longer than the
-    /// computation.
+    /// A filter for pictures of `size` pixels, with the features of both halves; `None` if memory runs out. Reuses the memory of another
+    /// view's filter if that has the same size: fresh memory takes longer than the computation.
     pub fn after(
         last: Option<Self>,
         size: [usize; 2],

@@ -57,10 +57,6 @@ pub struct ExplainArgs {
     #[arg(long)]
     pub prices: bool,
 
-    /// Measure no costs, which is the default.
-    #[arg(long, hide = true, conflicts_with = "prices")]
-    pub no_costs: bool,
-
     /// Say how many machines reach this relative error in what time, from a trial on this one; `1%` or `0.01`.
     #[arg(long, value_name = "ERROR", value_parser = error, help_heading = "Machines and time")]
     pub error: Option<f64>,

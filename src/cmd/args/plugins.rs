@@ -8,8 +8,4 @@ pub struct PluginsArgs {
     /// A kind (shape, bsdf, texture, emitter, sensor, film, rfilter, integrator, sampler, spectrum) or the name of a plugin.
     #[arg(value_name = "KIND|NAME")]
     pub which: Option<String>,
-
-    /// Print tables in Markdown, as they stand in scenes/README.md.
-    #[arg(long)]
-    pub markdown: bool,
 }

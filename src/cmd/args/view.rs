@@ -9,7 +9,8 @@ use crate::cmd::args::display::DisplayArgs;
 use crate::cmd::args::remote::ConnectArgs;
 use crate::cmd::args::values::{count, host_port, positive};
 use crate::color::pq;
-use crate::gpu::CallFault;
+#[cfg(feature = "faults")]
+use crate::gpu::{CallFault, CallFaults, DeviceFaults};
 use crate::render::options::SceneOptions;
 use crate::viewer::options::{OF_TRACER, ViewOptions};
 
@@ -86,17 +87,38 @@ pub struct ViewArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub gpu_timings: Option<PathBuf>,
 
-    /// For tests: the device is lost after this many frames; given again, the one after it, too.
+    /// Faults of devices.
+    #[cfg(feature = "faults")]
+    #[command(flatten)]
+    faults: FaultArgs,
+}
+
+/// Faults of devices, for tests.
+#[cfg(feature = "faults")]
+#[derive(Args, Debug)]
+struct FaultArgs {
+    /// The device is lost after this many frames; given again, the one after it, too.
     #[arg(long, value_name = "N", hide = true)]
-    pub lose_device_after: Vec<u64>,
+    lose_device_after: Vec<u64>,
 
-    /// For tests: so many calls (surface, swapchain, acquire, present, allocation, mapping or pipeline) have this result after others.
+    /// So many calls (surface, swapchain, acquire, present, allocation, mapping or pipeline) have this result after others.
     #[arg(long, value_name = "CALL,AFTER,TIMES,RESULT", hide = true)]
-    pub fail_call: Vec<CallFault>,
+    fail_call: Vec<CallFault>,
 
-    /// For tests: images and buffers have this many MiB of device memory.
+    /// Images and buffers have this many MiB of device memory.
     #[arg(long, value_name = "MIB", hide = true)]
-    pub device_memory: Option<u64>,
+    device_memory: Option<u64>,
+}
+
+#[cfg(feature = "faults")]
+impl From<FaultArgs> for DeviceFaults {
+    fn from(args: FaultArgs) -> Self {
+        Self {
+            calls: CallFaults::of(&args.fail_call),
+            losses: args.lose_device_after,
+            memory: args.device_memory.map(|mib| mib << 20),
+        }
+    }
 }
 
 impl From<ViewArgs> for ViewOptions {
@@ -117,9 +139,10 @@ impl From<ViewArgs> for ViewOptions {
             tev: args.tev,
             json: args.json,
             gpu_timings: args.gpu_timings,
-            lose_device_after: args.lose_device_after,
-            fail_call: args.fail_call,
-            device_memory: args.device_memory,
+            #[cfg(feature = "faults")]
+            faults: args.faults.into(),
+            #[cfg(not(feature = "faults"))]
+            faults: Default::default(),
         }
     }
 }

@@ -143,7 +143,7 @@ fn heading(renderer: &StudyRenderer) -> FolderHeader {
     FolderHeader {
         format: FORMAT,
         program: env!("CARGO_PKG_VERSION").to_string(),
-        scene: format!("{:016x}", hash(&(&renderer.desc, &renderer.settings))),
+        scene: hash(&(&renderer.desc, &renderer.settings)),
         size: [run.film.width, run.film.height],
         filter: format!("{:?}", run.film.filter),
         cpu: cpu(),
@@ -153,22 +153,13 @@ fn heading(renderer: &StudyRenderer) -> FolderHeader {
     }
 }
 
-/// FNV-1a hash of the debug form of a description.
-fn hash(desc: &impl std::fmt::Debug) -> u64 {
-    struct Fnv(u64);
-    impl std::fmt::Write for Fnv {
-        fn write_str(&mut self, text: &str) -> std::fmt::Result {
-            for byte in text.bytes() {
-                self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-            }
-            Ok(())
-        }
-    }
-    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
-    let _ = std::fmt::Write::write_fmt(&mut hash, format_args!("{desc:?}"));
-    hash.0
+/// Hash of the debug form of a description.
+fn hash(desc: &impl std::fmt::Debug) -> String {
+    let mut hasher = blake3::Hasher::new();
+    // Hashing never fails.
+    let _ = write!(hasher, "{desc:?}");
+    hasher.finalize().to_hex()[..16].to_owned()
 }
-
 /// Reads `FOLDER/*/study.json` and writes `index.html`, a page for each, and its plots into `output`.
 pub fn collect(folder: &Path, output: &Path) -> Result<()> {
     let studies = read_studies(folder)?;

@@ -87,6 +87,7 @@ impl GpuFrame<'_> {
     /// Submits, and signals `drawn` when all commands have completed; the queue stays locked until the frame is dropped.
     pub(in crate::gpu) fn finish(&mut self, drawn: Option<vk::Semaphore>) -> Result<FrameNumber, GpuError> {
         self.open = false;
+        #[cfg(feature = "faults")]
         self.gpu.loss.count_submission();
         self.gpu.alive("vkQueueSubmit2")?;
         let slot = &mut self.ring.slots[self.number as usize % IN_FLIGHT];

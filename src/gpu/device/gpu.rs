@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ash::{ext, khr, vk};
 
 use crate::gpu::device::cache::PipelineCache;
-use crate::gpu::device::faults::CallFaults;
-use crate::gpu::device::heaps::LocalMemory;
+use crate::gpu::device::faults::{CallFaults, DeviceFaults};
 use crate::gpu::device::instance::{DebugNames, VulkanInstance};
+#[cfg(feature = "faults")]
 use crate::gpu::device::loss::Loss;
 use crate::gpu::device::memory::{Memory, keep_freed_host_memory};
 use crate::gpu::device::options::GpuOptions;
@@ -67,6 +67,7 @@ pub struct Gpu {
     max_shared: AtomicU32,
     max_storage: u32,
     /// Device loss planned by a test.
+    #[cfg(feature = "faults")]
     pub(in crate::gpu) loss: Loss,
     /// Call results planned by a test.
     faults: CallFaults,
@@ -172,6 +173,7 @@ impl Gpu {
             max_allocation: v11.max_memory_allocation_size,
             max_shared: AtomicU32::new(limits.max_compute_shared_memory_size),
             max_storage: limits.max_storage_buffer_range,
+            #[cfg(feature = "faults")]
             loss: Loss::default(),
             retired: Mutex::default(),
             spares: Mutex::default(),
@@ -253,11 +255,6 @@ impl Gpu {
         self.instance.messages()
     }
 
-    /// Size of the device-local memory, and its present budget as reported by the system.
-    pub fn local_memory(&self) -> LocalMemory {
-        self.memory.local()
-    }
-
     /// Lists the objects on the device; objects dropped during the last frames may still be included.
     pub fn inventory(&self) -> Inventory {
         let report = locked(&self.memory.shared()).generate_report();
@@ -291,25 +288,49 @@ impl Gpu {
         self.memory.check_room(name, bytes, freed)
     }
 
+    /// Plans the faults of a device that was opened after the loss of `earlier` others.
+    pub fn plan(&self, faults: &DeviceFaults, earlier: u32) {
+        #[cfg(feature = "faults")]
+        {
+            if let Some(frames) = faults.losses.get(earlier as usize) {
+                self.lose_after(*frames);
+            }
+            if let Some(bytes) = faults.memory {
+                self.limit_memory(bytes);
+            }
+        }
+        #[cfg(not(feature = "faults"))]
+        let _ = (faults, earlier);
+    }
+
     /// Limits the memory for images and buffers, like a smaller device. For tests.
+    #[cfg(feature = "faults")]
     pub fn limit_memory(&self, bytes: u64) {
         self.memory.limit(bytes);
     }
 
     /// Limits the shared memory per workgroup, like a smaller device. For tests.
+    #[cfg(feature = "faults")]
     pub fn limit_shared(&self, bytes: u32) {
         self.max_shared.fetch_min(bytes, Ordering::Relaxed);
     }
 
     /// Lets `submits` more frames be submitted; after that the device stays lost: submitting, waiting, acquiring and presenting fail with
     /// an error for which [`GpuError::is_device_lost`] holds. For tests.
+    #[cfg(feature = "faults")]
     pub fn lose_after(&self, submits: u64) {
         self.loss.after(submits);
     }
 
-    /// The error of `call` once the device is lost by [`lose_after`](Self::lose_after).
+    /// The error of `call` once the device is lost as a test has planned.
     pub(in crate::gpu) fn alive(&self, call: &str) -> Result<(), GpuError> {
-        self.loss.check(call)
+        #[cfg(feature = "faults")]
+        return self.loss.check(call);
+        #[cfg(not(feature = "faults"))]
+        {
+            let _ = call;
+            Ok(())
+        }
     }
 
     /// Switches timestamps on or off for the frames that begin from now on.

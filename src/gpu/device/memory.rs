@@ -11,7 +11,7 @@ use gpu_allocator::vulkan::{
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
 
 use crate::gpu::device::faults::{CallFaults, DeviceCall};
-use crate::gpu::device::heaps::{LocalMemory, Megabytes, MemorySource};
+use crate::gpu::device::heaps::{Megabytes, MemorySource};
 use crate::gpu::device::instance::VulkanInstance;
 use crate::gpu::device::physical::PhysicalDevice;
 use crate::gpu::error::GpuError;
@@ -111,17 +111,13 @@ impl Memory {
         GpuError::Memory { name: name.into(), source, numbers }
     }
 
-    /// Present state of the device-local memory.
-    pub fn local(&self) -> LocalMemory {
-        self.source.read()
-    }
-
     /// The allocator, shared with renderers of other crates, which must be dropped before [`destroy`](Self::destroy).
     pub fn shared(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }
 
     /// Limits the total size of allocations.
+    #[cfg(feature = "faults")]
     pub fn limit(&self, bytes: u64) {
         self.limit.store(bytes, Ordering::Relaxed);
     }

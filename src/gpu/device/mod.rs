@@ -7,13 +7,14 @@
 //! - [`memory`]: the allocator. [`heaps`]: how much memory there is.
 //!   [`retire`]: dropped objects that a frame in flight may still use.
 //! - [`ring`]: command pools, command buffers and timestamps of the frames in flight.
-//! - [`loss`] and [`faults`]: lose the device and let calls fail on purpose, for tests.
+//! - [`loss`] and [`faults`]: lose the device and let calls fail on purpose, for tests with the feature `faults`.
 
 pub(in crate::gpu) mod cache;
 pub(in crate::gpu) mod faults;
 pub(in crate::gpu) mod gpu;
 pub(in crate::gpu) mod heaps;
 pub(in crate::gpu) mod instance;
+#[cfg(feature = "faults")]
 pub(in crate::gpu) mod loss;
 pub(in crate::gpu) mod memory;
 pub(in crate::gpu) mod options;

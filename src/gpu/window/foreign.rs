@@ -67,6 +67,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
     }
 
     /// Creates a renderer for images of this format with colours encoded as `output`.
+    #[cfg(test)]
     pub fn for_images(
         gpu: &Arc<Gpu>,
         format: TexelFormat,
@@ -151,6 +152,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
     }
 
     /// Draws over level 0 of an image of the renderer's format.
+    #[cfg(test)]
     pub fn draw_image(
         &mut self,
         cmd: &mut Cmd<'_>,

@@ -127,20 +127,6 @@ impl Swapchain {
         options: GpuOptions,
         window: (RawDisplayHandle, RawWindowHandle),
         extent: [u32; 2],
-    ) -> Result<Self, GpuError> {
-        Self::open_with_faults(choice, options, window, extent, &CallFaults::default())
-    }
-
-    /// As [`open`](Self::open), with call results planned by a test.
-    ///
-    /// # Errors
-    ///
-    /// As [`open`](Self::open).
-    pub fn open_with_faults(
-        choice: &DeviceChoice,
-        options: GpuOptions,
-        window: (RawDisplayHandle, RawWindowHandle),
-        extent: [u32; 2],
         faults: &CallFaults,
     ) -> Result<Self, GpuError> {
         let instance = Arc::new(VulkanInstance::new(options.validation, Some(window.0))?);

@@ -13,8 +13,7 @@ use crate::render::run_spec::RunSpec;
 use crate::render::state::file::{RenderState, StateFile};
 use crate::render::state::header::{RenderGoal, Share, StateHeader};
 use crate::render::state::identity::Identity;
-use crate::render::state::ranges::IndexRanges;
-use crate::study::{ErrorTarget, MonitorProgress};
+use crate::study::ErrorTarget;
 
 /// The state that a render keeps.
 pub struct KeptState {
@@ -105,20 +104,8 @@ impl KeptState {
         goal: PlannedGoal,
         threads: usize,
     ) -> Result<OpenState> {
-        let about = StateHeader {
-            program: format!("pointillist {}", env!("CARGO_PKG_VERSION")),
-            run: run.clone(),
-            identity,
-            picture: goal.picture,
-            goal: goal.part,
-            share: self.share,
-            indices: IndexRanges::default(),
-            counts: Default::default(),
-            replicates: Default::default(),
-            rejections: Default::default(),
-            seconds: 0.0,
-            progress: MonitorProgress::default(),
-        };
+        let empty = StateHeader::empty(run.clone(), identity, goal.picture, goal.part);
+        let about = StateHeader { share: self.share, ..empty };
         let mut state = RenderState::new(about, threads)?;
         if let Some(from) = self.from {
             state.about.check_same(&from.about, &from.path)?;

@@ -88,6 +88,24 @@ pub struct StateHeader {
 }
 
 impl StateHeader {
+    /// The header of a state with nothing in its sums.
+    pub fn empty(run: RunSpec, identity: Identity, picture: Range<u64>, goal: RenderGoal) -> Self {
+        Self {
+            program: format!("pointillist {}", env!("CARGO_PKG_VERSION")),
+            run,
+            identity,
+            picture,
+            goal,
+            share: None,
+            indices: IndexRanges::default(),
+            counts: FilmCounts::default(),
+            replicates: Default::default(),
+            rejections: Rejections::default(),
+            seconds: 0.0,
+            progress: MonitorProgress::default(),
+        }
+    }
+
     /// Whether every index of the goal is included in the sums.
     pub fn is_complete(&self) -> bool {
         self.indices.missing(self.goal.indices.clone()).count() == 0

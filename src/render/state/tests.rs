@@ -15,7 +15,6 @@ use crate::render::options::SceneOptions;
 use crate::render::state::*;
 use crate::scene::desc::IntegratorKind;
 use crate::stream::{CHUNK, PathCounts, Sample, SampleSink};
-use crate::study::MonitorProgress;
 use crate::tracer::accel::SimdKernel;
 use crate::tracer::integrator::{BidirectionalTracer, PathTracer, RenderContext, Replicated};
 use crate::tracer::{Camera, Integrator, Scene};
@@ -59,20 +58,9 @@ fn trace(scene: &str, integrator: IntegratorKind) -> TracedPicture {
         kernels.map(|kernel| load::prepare(Scene::prepare, desc, kernel).unwrap().into()).collect();
     let identity = Identity::of(&run, &input.files, &scenes[0], &camera).unwrap();
     let indices = 0..INDICES;
-    let about = StateHeader {
-        program: String::new(),
-        run: run.clone(),
-        identity,
-        picture: indices.clone(),
-        goal: RenderGoal { indices, time: None, error: None },
-        share: None,
-        indices: IndexRanges::default(),
-        counts: Default::default(),
-        replicates: Default::default(),
-        rejections: Default::default(),
-        seconds: 0.0,
-        progress: MonitorProgress::default(),
-    };
+    let goal = RenderGoal { indices: indices.clone(), time: None, error: None };
+    let about =
+        StateHeader { program: String::new(), ..StateHeader::empty(run.clone(), identity, indices, goal) };
     let context = |scene: &Arc<Scene>| render_context(&run, scene.clone(), camera.clone(), run.film.window());
     let by_kernel = scenes.iter().map(|scene| match run.integrator {
         IntegratorKind::Bidirectional => samples_of::<BidirectionalTracer>(&context(scene)),

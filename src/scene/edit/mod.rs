@@ -57,11 +57,6 @@ impl Edits {
         Ok(())
     }
 
-    /// Takes a change back: the file's value counts again.
-    pub fn unset(&mut self, target: Target) {
-        self.values.retain(|(t, _)| *t != target);
-    }
-
     /// The same changes for another reading of the scene, and how many have lost their object. An object is known by its `id`; one
     /// without, by its place among those of its kind while their number is the same.
     pub fn carried(&self, from: &SceneDesc, to: &SceneDesc) -> (Self, usize) {

@@ -63,7 +63,7 @@ pub(crate) struct Document {
     pub(crate) ids: BTreeMap<String, ElementId>,
     /// Folders named by `path`.
     pub(crate) search: Vec<PathBuf>,
-    /// What readers of plugins ask for, in a documentation run.
+    /// Where readers of plugins record what they ask for, if it is wanted.
     pub(crate) questions: Option<Arc<Questions>>,
     /// What the scene is read from.
     pub(crate) files: SceneFiles,

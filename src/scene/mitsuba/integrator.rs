@@ -19,7 +19,7 @@ pub(super) fn ours() -> impl Iterator<Item = &'static str> {
 
 /// Integrators of Mitsuba 3, then of 0.6, for which a method of ours shows the same light: only depths are read, with a
 /// remark. Any other is a warning and `auto`; one that holds an integrator stands back for that.
-pub(super) const FOREIGN: &[(&str, IntegratorKind)] = &[
+pub const FOREIGN: &[(&str, IntegratorKind)] = &[
     (DIRECT, IntegratorKind::Path),
     (AOV, IntegratorKind::Path),
     ("volpath", IntegratorKind::Path),

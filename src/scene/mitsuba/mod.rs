@@ -16,7 +16,7 @@
 //! | spectrum | `spectrum.rs` | uniform, d65, srgb, blackbody, regular, irregular |
 //!
 //! Adding a plugin is one function and one line in its group's table. The function asks `Params` (`params.rs`) for each parameter that
-//! the plugin has: parameters that nobody asked for are reported, and `documentation/` learns from the questions what
+//! the plugin has: parameters that nobody asked for are reported, and `tools/plugins` learns from the questions what
 //! `pointillist plugins` prints. An unknown plugin that changes light is an error of
 //! [`FindingKind::Plugin`](crate::scene::FindingKind::Plugin), which a lenient run ([`LoadOptions::lenient`]) turns into a warning; any
 //! other, such as a sampler, is a remark.
@@ -26,13 +26,13 @@
 mod attribute;
 mod bsdf;
 mod document;
-mod documentation;
 mod emission;
 mod emitter;
 mod expand;
 mod grid_file;
 mod integrator;
 mod params;
+mod plugin_list;
 mod prefetch;
 mod prefetched;
 mod prescan;
@@ -54,7 +54,9 @@ mod volume;
 mod walk;
 
 pub(super) use document::{Document, Element, ElementId};
-pub use documentation::{ParameterDoc, PluginDoc, PluginKind, plugins};
+pub use integrator::FOREIGN as FOREIGN_INTEGRATORS;
+pub use plugin_list::{plugin_names, questions};
+pub use question::Question;
 pub(super) use sensor::AXES;
 pub use unsupported::UNSUPPORTED;
 pub(super) use value::{integer, numbers};

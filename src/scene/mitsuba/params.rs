@@ -90,7 +90,7 @@ impl<'d> Params<'d> {
         self.find(name).map(|e| e.element)
     }
 
-    /// Notes a question in a documentation run.
+    /// Records a question, if the document wants it.
     pub(crate) fn ask(&self, name: &'static str, question: impl FnOnce() -> Question) {
         if let Some(questions) = &self.document.questions
             && let Ok(mut questions) = questions.lock()

@@ -1,10 +1,10 @@
-//! The questions that readers of plugins ask about parameters. A documentation run records them to learn which parameters a plugin has.
+//! The questions that readers of plugins ask about parameters: `tools/plugins` records them to document which parameters each plugin has.
 
 use super::document::ElementId;
 
 /// A question about one parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Question {
+pub enum Question {
     /// Whether it is given.
     Given,
     /// Its value, written as one of these elements.

@@ -6,9 +6,9 @@
 //! - `verdict`: conclusions that all outputs share
 //! - `page`: the page of a scene and the index of scenes; `sections` has its seven parts and the box at the top, `parts` what they
 //!   are made of
-//! - `chart`: the SVG of charts, in a page or alone; `page.js` makes the curves of a page interactive with uPlot
+//! - `chart`: the SVG of charts, in a page or alone
 //!
-//! A page is one file that fetches nothing. Numbers that are not finite appear as “—” and are left out of charts; no content of a
+//! A page is one file that fetches nothing and has no scripts. Numbers that are not finite appear as “—” and are left out of charts; no content of a
 //! study makes a page fail, and the template escapes every name.
 
 mod chart;

@@ -13,8 +13,6 @@ use crate::study::pages::sections::{
 use crate::study::pages::verdict;
 
 const STYLE: &str = include_str!("style.css");
-const PLOTS: [&str; 2] = [include_str!("uplot/uPlot.iife.min.js"), include_str!("page.js")];
-const PLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 
 /// A part of the page: anchor, title in the contents, heading, conclusion in one or two sentences, and body.
 struct Part(&'static str, &'static str, &'static str, fn(&Study) -> String, fn(&Study) -> Markup);
@@ -29,7 +27,7 @@ const PARTS: [Part; 7] = [
     Part("stability", "7 Stability", "7  Stability", stability::conclusion, stability::body),
 ];
 
-/// Page of a study: a single file without external resources. Without JavaScript its curves are static images.
+/// Page of a study: a single file without scripts and external resources.
 pub fn html(study: &Study) -> String {
     let name = verdict::name(study);
     let body = html! {
@@ -37,13 +35,11 @@ pub fn html(study: &Study) -> String {
             header { h1 { (name) } p.dim { (subtitle(study)) } }
             (answer::html(study))
             nav { @for Part(id, entry, ..) in &PARTS { a href={ "#" (id) } { (entry) } " " } a href="#origin" { "Machine" } " " }
-            noscript { p.absent { "JavaScript is off: the curves are still pictures, without tooltips and zoom. The tables are complete." } }
             @for Part(id, _, title, conclusion, body) in &PARTS {
                 section id=(id) { h2 { (title) } p.takeaway { (conclusion(study)) } (body(study)) }
             }
             (origin(study))
         }
-        @for script in PLOTS { script { (PreEscaped(script)) } }
     };
     document(&format!("{}: what accuracy costs in time", shortened(&name, 80)), body)
 }
@@ -77,7 +73,7 @@ fn document(title: &str, body: Markup) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(PLOT_STYLE)) "\n" (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) }
             }
             body { (body) }
         }

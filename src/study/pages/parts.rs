@@ -15,7 +15,7 @@ pub fn bars(chart: &BarChart, caption: &str) -> Markup {
 pub fn curves(chart: &CurveChart, caption: &str) -> Markup {
     html! {
         @if !chart.is_empty() {
-            figure data-curves { (chart.json()) (drawings(chart.label, caption, |size| chart.draw(size))) }
+            figure { (drawings(chart.label, caption, |size| chart.draw(size))) }
         }
     }
 }

@@ -8,19 +8,12 @@ use crate::study::Interval;
 use crate::study::data::*;
 use crate::study::format::with_plain_spaces;
 
-/// Scripts of a page: uPlot, ours, and the data of its curves.
-const SCRIPTS: usize = 2;
-
-/// A page holds its own scripts and the data of its curves, fetches nothing, and has no number that is none.
+/// A page has no script, fetches nothing, and has no number that is none.
 fn check_page(page: &str) {
     assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>\n"));
-    let data = page.matches("<script type=\"application/json\">").count();
-    assert!(page.matches("<script").count() - data <= SCRIPTS);
-    for part in page.split("<script type=\"application/json\">").skip(1) {
-        let json = part.split_once("</script>").unwrap().0;
-        serde_json::from_str::<serde_json::Value>(json).unwrap_or_else(|e| panic!("{e}: {json}"));
-    }
-    for fetched in ["src=\"http", "href=\"http", "url(http", "@import", "javascript:", "NaN\"", "\"inf"] {
+    for fetched in
+        ["<script", "src=\"http", "href=\"http", "url(http", "@import", "javascript:", "NaN\"", "\"inf"]
+    {
         assert!(!page.contains(fetched), "{fetched}");
     }
 }
@@ -62,16 +55,10 @@ fn a_full_study_has_all_outputs() {
     let study = sample::study();
     all(&study);
     let page = html(&study);
-    assert_eq!(
-        page.matches("prefers-color-scheme: dark").count()
-            - page.matches("(prefers-color-scheme: dark)\")").count(),
-        2
-    );
-    for part in ["data-curves", "<noscript>", "class=\"regions\"", "uPlot (v1", "At the end of the curve"] {
+    assert_eq!(page.matches("prefers-color-scheme: dark").count(), 2);
+    for part in ["class=\"chart wide\"", "class=\"regions\"", "At the end of the curve"] {
         assert!(page.contains(part), "{part}");
     }
-    // Curves come with their data, and names within it cannot end it.
-    assert!(page.contains("\"name\":\"bidirectional\"") && !page.contains("\"name\":\"bidirectional\"<"));
 }
 
 #[test]
@@ -173,7 +160,6 @@ fn names_cannot_break_out() {
     study.stability[1].rejected[0] = (bad.clone(), 1, bad.clone());
     study.missing = vec![bad];
     all(&study);
-    assert!(!html(&study).contains("<script>alert") && !html(&study).contains("javascript:alert"));
 }
 
 #[test]

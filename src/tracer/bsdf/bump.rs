@@ -48,11 +48,6 @@ pub struct Mirrors {
     pub after: Vec3,
 }
 
-impl Mirrors {
-    /// Those of a front.
-    pub const NONE: Mirrors = Mirrors { before: Vec3::ONE, after: Vec3::ONE };
-}
-
 impl BumpMaterial {
     /// The map that `desc` is; `None` for any other material.
     pub fn new(desc: &BsdfDesc, mirrors: Mirrors) -> Option<Self> {

@@ -28,7 +28,7 @@
 //!    and indices can be edited, and the plan of effects knows whether the scene needs wavelengths, dispersion, deltas and so on.
 //!    Add the `mod` line and a line to the table in `src/scene/desc/bsdf/mod.rs`.
 //! 2. **Reader**: `src/scene/mitsuba/bsdf/velvet.rs` reads the parameters. Add the `mod` line and a line to the table in `mod.rs`
-//!    beside it, and what is special about the plugin to `src/scene/mitsuba/documentation/notes.rs`; `tools/plugins` writes its row in
+//!    beside it, and what is special about the plugin to `tools/make/plugins/notes.rs`; `tools/plugins` writes its row in
 //!    `scenes/README.md`.
 //! 3. **Model**: `src/tracer/bsdf/velvet.rs` holds `VelvetMaterial`, made by `From<VelvetDesc>` (tables, integrals: whatever does not
 //!    depend on the path; a type alias of the description if there is nothing to prepare), and `Velvet`, the material at the

@@ -121,14 +121,14 @@ fn what_is_said_of_colours_and_not_used_is_told() {
 #[test]
 fn other_files_are_refused_by_name() {
     for (bytes, word) in [
-        (&b"#?RADIANCE\n"[..], "does not end"),
+        (&b"#?RADIANCE\n"[..], "EOF in header"),
         (b"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n    ", "32-bit_rle_xyze"),
-        (b"#?RADIANCE\n\n+X 1 -Y 1\n    ", "order"),
+        (b"#?RADIANCE\n\n+X 1 -Y 1\n    ", "Orientation"),
         (b"#?RADIANCE\n\n-Y 65535 +X 65535\n", "more than"),
         (b"#?RADIANCE\n\n-Y 1 +X 2\n    ", "cut short"),
-        (b"#?RADIANCE\n\n-Y 1 +X 2\n\x01\x01\x01\x01", "run"),
-        (b"#?RADIANCE\n\n-Y 1 +X 9\n\x02\x02\x00\x09\x8a\x01", "run"),
-        (b"#?RADIANCE\n\n-Y 1 +X 9\n\x02\x02\x00\x09\x00", "run"),
+        (b"#?RADIANCE\n\n-Y 1 +X 2\n\x01\x01\x01\x01", "run length"),
+        (b"#?RADIANCE\n\n-Y 1 +X 9\n\x02\x02\x00\x09\x8a\x01", "scanline"),
+        (b"#?RADIANCE\n\n-Y 1 +X 9\n\x02\x02\x00\x09\x00", "cut short"),
         (b"PF\n65535 65535 -1\n", "more than"),
         (b"PF\n1 1 -1\n", "cut short"),
         (b"PF\n1 nan -1\n    ", "no pixels"),

@@ -1,14 +1,12 @@
 //! Curves on two logarithmic axes, with bands, whiskers, dotted extrapolations and target lines.
 
-use maud::{Markup, PreEscaped, html};
-use serde::Serialize;
+use maud::{Markup, html};
 
 use super::scale::{Scale, percent_label, tick_label};
 use super::style::MethodStyle;
 use super::{ChartSize, Drawing, path, px, text, tooltip};
 use crate::study::Interval;
 
-#[derive(Serialize)]
 pub struct ChartPoint {
     pub x: f64,
     pub y: Interval,
@@ -16,10 +14,8 @@ pub struct ChartPoint {
     pub note: String,
 }
 
-#[derive(Serialize)]
 pub struct ChartCurve {
     pub name: String,
-    #[serde(flatten)]
     pub style: MethodStyle,
     /// Measured points, from left to right.
     pub points: Vec<ChartPoint>,
@@ -31,8 +27,7 @@ pub struct ChartCurve {
     pub thin: bool,
 }
 
-/// A chart of curves with relative values. Serialised for `page.js`, which draws it interactively.
-#[derive(Serialize)]
+/// A chart of curves with relative values.
 pub struct CurveChart {
     /// Description for screen readers.
     pub label: &'static str,
@@ -81,13 +76,6 @@ impl CurveChart {
         let xs = points().map(|p| p.x).chain(beyond().map(|b| b[0]));
         let ys = points().flat_map(reach).chain(beyond().map(|b| b[1]));
         [Scale::logarithmic(xs, x_ends), Scale::logarithmic(ys, y_ends)]
-    }
-
-    /// Data of the chart for `page.js`, escaped for a script element.
-    pub fn json(&self) -> Markup {
-        let [x, y] = self.scales([0.0, 1.0], [0.0, 1.0]).map(|scale| scale.range);
-        let json = serde_json::json!({ "x": x, "y": y, "chart": self }).to_string();
-        html! { script type="application/json" { (PreEscaped(json.replace('<', "\\u003c"))) } }
     }
 
     pub fn draw(&self, size: ChartSize) -> Drawing {
@@ -147,10 +135,12 @@ impl ChartCurve {
                 (path("beyond", &beyond))
                 @if self.marked { @for place in beyond.iter().skip(1) { (hollow.marker(*place, 3.5)) } }
                 @for p in &self.points {
+                    @let place = at(p, p.y.value);
                     g {
                         (tooltip(&format!("{}: {}", self.name, p.note)))
                         @if p.y.high > p.y.low { (path("whisker", &[at(p, p.y.low), at(p, p.y.high)])) }
-                        (self.style.marker(at(p, p.y.value), if self.thin { 0.7 * r } else { r }))
+                        (self.style.marker(place, if self.thin { 0.7 * r } else { r }))
+                        circle.hit cx=(px(place[0])) cy=(px(place[1])) r="10" {}
                     }
                 }
             }

@@ -1,7 +1,7 @@
 //! Charts as SVG: curves on logarithmic axes, rows of bars or dots with their intervals, a map of regions.
 //!
-//! A page contains each chart twice, for wide and for narrow screens, and shows the one that fits; `page.js` replaces curves by interactive
-//! ones. Drawing never fails: non-finite values are left out, values beyond an axis are clamped to its end.
+//! A page contains each chart twice, for wide and for narrow screens, and shows the one that fits. Tooltips are the browser's own.
+//! Drawing never fails: non-finite values are left out, values beyond an axis are clamped to its end.
 
 mod bars;
 mod curves;

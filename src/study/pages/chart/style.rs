@@ -2,16 +2,15 @@
 //! colours.
 
 use maud::{Markup, html};
-use serde::Serialize;
 
 use super::px;
 use crate::study::data::{MethodResult, Study};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MethodStyle {
     /// CSS class of the colour: `m0` … `m7`, `p0` … `p2` for other programs.
     pub class: &'static str,
-    /// Dash pattern: lengths of line and gap, as in SVG and canvas.
+    /// Dash pattern: lengths of line and gap, as in SVG.
     pub dash: &'static str,
     /// Outline of the marker: an SVG path of about radius 1 around the origin.
     pub marker: &'static str,

@@ -3,15 +3,13 @@
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
 
 use flate2::{Compression, write::ZlibEncoder};
 
-use super::{KindTable, PluginPlace};
-use crate::scene::diagnostic::{FindingKind, SceneError};
-use crate::scene::mitsuba::expand::Expander;
-use crate::scene::mitsuba::question::Question;
-use crate::scene::mitsuba::walk;
+use pointillist::scene::mitsuba::{Question, questions};
+use pointillist::scene::{FindingKind, SceneError};
+
+use super::PluginPlace;
 
 /// The id of the plugin that is tried.
 const ID: &str = "tried";
@@ -24,7 +22,9 @@ const MOST_BLIND: usize = 2;
 
 /// A plugin to be tried, and the folder of [`samples`].
 pub(super) struct DocumentationRun<'a> {
-    pub(super) kind: &'static KindTable,
+    pub(super) kind: &'static str,
+    /// Where it can stand; each is tried.
+    pub(super) places: &'a [PluginPlace],
     pub(super) name: &'static str,
     pub(super) folder: &'a Path,
 }
@@ -59,7 +59,7 @@ impl DocumentationRun<'_> {
     /// Tries the plugin with as little as possible, then with each of its other parameters.
     pub(super) fn learn(&self) -> LearnedPlugin {
         let mut best: Option<RunOutcome> = None;
-        for place in self.kind.places {
+        for place in self.places {
             let mut given = Vec::new();
             let outcome = self.solve(place, &mut given);
             if outcome.problem.is_none() {
@@ -140,24 +140,14 @@ impl DocumentationRun<'_> {
         PluginPlace { before, attributes, after }: &PluginPlace,
         given: &[GivenParameter],
     ) -> RunOutcome {
-        let (kind, plugin) = (self.kind.name, self.name);
+        let (kind, plugin) = (self.kind, self.name);
         let given: String = given.iter().map(|g| g.xml.as_str()).collect();
         let sensor = if kind == "sensor" { "" } else { "<sensor type='perspective'/>" };
         let text = format!(
             "<scene version='3.0.0'>{before}<{kind} type='{plugin}' id='{ID}' {attributes}>{given}</{kind}>{after}{sensor}</scene>"
         );
-        let expanded = Expander::new(&[]).string(&self.folder.join("scene.xml"), text.as_bytes());
-        let (mut document, warnings) = match expanded {
-            Ok(expanded) => expanded,
-            Err(problem) => return RunOutcome { questions: Vec::new(), problem: Some(problem) },
-        };
-        let log = Arc::new(Mutex::new(Vec::new()));
-        document.questions = Some(log.clone());
-        let tried = document.ids.get(ID).copied();
-        let problem = walk::read((document, warnings), false).err();
-        let log = std::mem::take(&mut *log.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
-        let of_it = log.into_iter().filter(|(of, ..)| Some(*of) == tried);
-        RunOutcome { questions: of_it.map(|(_, name, question)| (name, question)).collect(), problem }
+        let (questions, problem) = questions(&self.folder.join("scene.xml"), &text, ID);
+        RunOutcome { questions, problem }
     }
 }
 

@@ -1,9 +1,9 @@
 //! What is special about kinds and plugins, in plain English: what is not said by their parameters.
 
-use super::integrator;
+use pointillist::scene::mitsuba::FOREIGN_INTEGRATORS;
 
 /// Kind, plugin (or nothing for the whole kind), what to say of it, as Markdown.
-pub(super) const NOTES: &[(&str, &str, &str)] = &[
+pub const NOTES: &[(&str, &str, &str)] = &[
     ("shape", "ply", "in text or binary, polygons too"),
     ("shape", "serialized", "of versions 3 and 4"),
     ("shape", "cylinder", "exact, also as a light and under any transform"),
@@ -182,7 +182,7 @@ pub(super) const NOTES: &[(&str, &str, &str)] = &[
 /// What to say of a plugin, or of a kind if `name` is empty; empty if nothing is special.
 pub(super) fn of(kind: &str, name: &str) -> String {
     let written = NOTES.iter().find(|(k, n, _)| (*k, *n) == (kind, name)).map(|(_, _, note)| *note);
-    let method = integrator::FOREIGN.iter().find(|(n, _)| kind == "integrator" && *n == name);
+    let method = FOREIGN_INTEGRATORS.iter().find(|(n, _)| kind == "integrator" && *n == name);
     match (written, method) {
         (Some(note), _) => note.to_owned(),
         (None, Some((_, ours))) => format!("rendered by `{}`", ours.name()),
