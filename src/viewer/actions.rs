@@ -1,7 +1,6 @@
 //! Carries out the user's actions from mouse, keys and panel: camera moves, selection, edits, files.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
@@ -9,25 +8,31 @@ use miette::{IntoDiagnostic, Result, miette};
 use winit::window::Fullscreen;
 
 use crate::client::light_meter::exposure_for;
-use crate::client::window::action::Action;
+use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay, RegionDrawing};
+use crate::client::window::panel::{PanelData, PanelTab, RegionDrawing};
 use crate::denoise::noise_filter::EpochView;
 use crate::gpu::Region;
 use crate::render::figures::human;
-use crate::render::light_groups;
 use crate::render::process;
 use crate::render::process::tell;
 use crate::tracer::effects::Effect;
-use crate::viewer::light_mix::{LightMix, groups_of};
 use crate::viewer::picture::regions::rectangle_between;
-use crate::viewer::{Viewer, inspector, preferences};
+use crate::viewer::tools::{ToolAction, ToolContext, Tools};
+use crate::viewer::{AskedPlace, Viewer, inspector, preferences};
 
 /// Exposure change per step of the mouse wheel, in stops.
 const EXPOSURE_STEP: f32 = 1.0 / 6.0;
 
 /// A second request within this time after the warning discards unsaved changes.
 const SURE: Duration = Duration::from_secs(10);
+
+/// File extensions that can be opened.
+const SCENES: [&str; 9] = ["xml", "gltf", "glb", "usd", "usda", "usdc", "usdz", "obj", "ply"];
+
+/// What can be saved, and its file extensions.
+const SAVED: [(&str, &str); 3] =
+    [("Displayed picture", "png"), ("Linear picture", "exr"), ("Changed scene", "xml")];
 
 /// Half the side of the square over which the exposure meter averages, in pixels.
 const SPOT: u32 = 4;
@@ -50,8 +55,11 @@ impl Viewer {
             self.say(error.to_string());
         }
         self.take_prepared();
-        for action in self.panel.take_actions() {
-            let camera = matches!(action, Action::Gesture(_) | Action::EndMove | Action::FocusAt(_));
+        for action in std::mem::take(&mut self.actions) {
+            let camera = matches!(
+                action,
+                UserAction::Window(Action::Gesture(_) | Action::EndMove | Action::FocusAt(_))
+            );
             match self.perform(action) {
                 Ok(None) => {}
                 Ok(Some(message)) => self.say(message),
@@ -61,24 +69,65 @@ impl Viewer {
                 self.refresh();
             }
         }
+        self.panel.tools = self.tools.presence();
     }
 
-    /// Performs one action; returns a message for the user.
-    fn perform(&mut self, action: Action) -> Result<Option<String>> {
+    /// Performs an action; returns a message for the user.
+    fn perform(&mut self, action: UserAction<ToolAction>) -> Result<Option<String>> {
+        match action {
+            UserAction::Window(Action::Pick(at)) if self.asked.is_some() => match self.asked.take() {
+                Some(AskedPlace::Window(asked)) => self.perform_own(asked.at(at)),
+                Some(AskedPlace::Tool(asked)) => self.perform(UserAction::ToolAt(asked, at)),
+                None => Ok(None),
+            },
+            UserAction::Window(Action::AskPlace(asked)) => {
+                self.ask_place(AskedPlace::Window(asked));
+                Ok(None)
+            }
+            UserAction::AskPlace(asked) => {
+                self.ask_place(AskedPlace::Tool(asked));
+                Ok(None)
+            }
+            UserAction::Window(action) => self.perform_own(action),
+            UserAction::Tool(action) => {
+                self.with_tools(None, |tools, context| tools.perform(action, context))
+            }
+            UserAction::ToolAt(action, at) => {
+                self.with_tools(Some(at), |tools, context| tools.perform(action, context))
+            }
+        }
+    }
+
+    fn ask_place(&mut self, asked: AskedPlace) {
+        self.asked = Some(asked);
+        self.panel.host.pin("Click the place in the picture; Escape leaves it".to_owned());
+    }
+
+    /// Lets the tools use the window. `at`: position of the window that an action is about.
+    fn with_tools<R>(
+        &mut self,
+        at: Option<[f64; 2]>,
+        act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
+    ) -> R {
+        let Self { session, picture, editor, panel, tools, .. } = self;
+        let mut context = ToolContext { session, picture, editor, panel, at, has_edited: false };
+        let result = act(tools, &mut context);
+        if context.has_edited {
+            self.edited();
+        }
+        result
+    }
+
+    /// Performs an action of the window itself; returns a message for the user.
+    fn perform_own(&mut self, action: Action) -> Result<Option<String>> {
         let size = self.session.size();
         match action {
             Action::Gesture(gesture) => self.gesture(gesture),
             Action::EndMove => self.editor.end_change(),
-            Action::Pick(at) if self.asked.is_some() => {
-                let asked = self.asked.take().map(|asked| asked.at(at));
-                return asked.map_or(Ok(None), |action| self.perform(action));
-            }
-            Action::AskPlace(asked) => {
-                self.asked = Some(asked);
-                self.panel.host.pin("Click the place in the picture; Escape leaves it".to_owned());
-            }
+            // Asked for in `perform`.
+            Action::AskPlace(_) => {}
             Action::FocusLensAt(at) => {
-                let Some(pick) = self.editor.pick(self.on_picture(at)?, size) else {
+                let Some(pick) = self.editor.pick(self.panel.on_picture(at)?, size) else {
                     return Err(miette!("there is nothing here to focus on"));
                 };
                 if self.editor.focus_at(pick.position)? {
@@ -87,7 +136,7 @@ impl Viewer {
                 return Ok(Some("focused".to_owned()));
             }
             Action::Pick(at) => {
-                let place = self.on_picture(at).ok();
+                let place = self.panel.on_picture(at).ok();
                 let pick = place.and_then(|place| self.editor.pick(place, size));
                 self.editor.select(pick.map(|pick| pick.shape));
                 let layout = &self.panel.controls.layout;
@@ -104,7 +153,7 @@ impl Viewer {
                 }
             }
             Action::FocusAt(at) => {
-                if let Some(pick) = self.editor.pick(self.on_picture(at)?, size) {
+                if let Some(pick) = self.editor.pick(self.panel.on_picture(at)?, size) {
                     self.editor.end_change();
                     self.gesture(Gesture::Focus(pick.position));
                     self.editor.end_change();
@@ -168,7 +217,7 @@ impl Viewer {
                 return self.save_scene().map(|path| Some(format!("saved {}{mix}", path.display())));
             }
             Action::CopyCommand => return self.copy_command().map(Some),
-            Action::KeepSnapshot | Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {
+            Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {
                 return Err(miette!("the error is shown, not light: choose “Show: Picture” on the tab Look"));
             }
             Action::MeterAt(at) => self.meter(at)?,
@@ -190,7 +239,8 @@ impl Viewer {
             }
             Action::OpenDialog => {
                 let folder = self.scene_folder();
-                self.panel.controls.dialog.ask_scene(&folder);
+                let dialog = &mut self.panel.controls.open_dialog;
+                dialog.ask_file("Open a scene or a model", &folder, ("Scenes and models", &SCENES));
             }
             Action::Open(path) => {
                 if self.may_discard("opening another scene") {
@@ -200,18 +250,10 @@ impl Viewer {
             Action::SaveDialog => {
                 let name = format!("{}.png", self.options.name);
                 let folder = std::env::current_dir().into_diagnostic()?;
-                self.panel.controls.dialog.ask_name(&folder, &name);
+                let title = "Save as picture (.png, .exr) or scene (.xml)";
+                self.panel.controls.save_dialog.ask_name(title, &folder, &name, &SAVED);
             }
             Action::SaveAs(path) => return self.save_as(path),
-            Action::CompareDialog => {
-                let folder = std::env::current_dir().into_diagnostic()?;
-                self.panel.controls.dialog.ask_picture(&folder);
-            }
-            Action::CompareWith(path) => {
-                let name = self.comparison.read(&path)?;
-                self.compare_with_last();
-                return Ok(Some(format!("comparing with {name}")));
-            }
             Action::KeepView(number) => return self.views.keep(number, self.editor.pose()).map(Some),
             Action::GoToView(number) => {
                 let pose = self.views.get(number)?;
@@ -219,46 +261,6 @@ impl Viewer {
                     self.edited();
                 }
             }
-            Action::ToggleLightMix => return self.toggle_light_mix().map(Some),
-            Action::SetMix { group, factor } => self.change_mix(|mix| mix.set(group, factor)),
-            Action::SoloMix(group) => self.change_mix(|mix| mix.solo(group)),
-            Action::ResetMix => self.change_mix(LightMix::reset),
-            Action::KeepMixColors(keeps) => self.change_mix(|mix| mix.keep_colors(keeps)),
-            Action::MixDialog => {
-                let folder = std::env::current_dir().into_diagnostic()?;
-                self.panel.controls.dialog.ask_example(&folder);
-            }
-            Action::MixLike(path) => {
-                self.picture.mix.look_like(&path, &self.panel.controls.settings)?;
-                self.picture.request_repaint();
-                return Ok(Some(format!("the lights are mixed like {}", path.display())));
-            }
-            Action::AddMixTarget(at) => {
-                self.add_mix_target(at)?;
-                return Ok(Some("now choose its colour in the tab Scene".to_owned()));
-            }
-            Action::SetMixTarget { place, color } => {
-                self.picture.mix.set_target(place, color);
-                self.picture.mix.meet_targets(&self.panel.controls.settings)?;
-                self.picture.request_repaint();
-            }
-            Action::ForgetMixTarget(place) => self.change_mix(|mix| mix.forget_target(place)),
-            Action::KeepSnapshot => {
-                let name = self.comparison.keep(&self.session, &mut self.picture)?;
-                self.panel.controls.compare.chosen = self.comparison.last();
-                return Ok(Some(format!("{name} kept: T compares with it")));
-            }
-            Action::ForgetSnapshot(place) => {
-                self.comparison.forget(place);
-                let compare = &mut self.panel.controls.compare;
-                compare.chosen -= usize::from(place < compare.chosen);
-                compare.chosen = compare.chosen.min(self.comparison.last());
-                compare.is_shown &= !self.comparison.is_empty();
-            }
-            Action::ToggleSnapshot if self.comparison.is_empty() => {
-                return Err(miette!("there is nothing to compare with: K keeps a snapshot"));
-            }
-            Action::ToggleSnapshot => self.panel.controls.compare.is_shown ^= true,
             Action::TogglePause if self.paused.is_some() => self.go_on(),
             Action::TogglePause => {
                 self.paused = Some(Instant::now());
@@ -305,15 +307,6 @@ impl Viewer {
         Ok(None)
     }
 
-    /// Picture coordinates, in pixels, of a window position; an error if it lies outside the picture.
-    fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
-        let viewport = &self.panel.viewport;
-        if !viewport.contains(at.into()) {
-            return Err(miette!("there is no picture here"));
-        }
-        Ok(viewport.to_picture(at.into()).to_array())
-    }
-
     /// Changes the size of the picture; returns a message for the user.
     fn change_picture_size(&mut self, size @ [width, height]: [u32; 2]) -> Option<String> {
         if size == self.session.size() {
@@ -326,42 +319,6 @@ impl Viewer {
             let samples = human(samples as f64);
             format!("a picture of {width}×{height} pixels begins anew, without the {samples} samples of the one before")
         })
-    }
-
-    /// Switches the tracing of separate light groups on or off.
-    fn toggle_light_mix(&mut self) -> Result<String> {
-        if self.picture.mix.is_on() {
-            self.session.set_light_groups(Vec::new())?;
-            self.picture.mix.end();
-            self.edited();
-            return Ok("all lights are as they are in the scene".to_owned());
-        }
-        let groups = groups_of(self.editor.desc(), &self.editor.scene(), self.session.run_spec())?;
-        self.session.set_light_groups(groups.clone())?;
-        let made = self.picture.mix_groups(groups, self.session.run_spec()).into_diagnostic();
-        if made.is_err() {
-            self.session.set_light_groups(Vec::new())?;
-        }
-        made?;
-        self.edited();
-        if !self.panel.controls.layout.shows(PanelTab::Scene) {
-            self.panel.controls.layout.bring(PanelTab::Scene);
-        }
-        let memory = self.picture.group_memory();
-        let summary = light_groups::summary(self.picture.mix.groups(), self.session.run_spec(), memory);
-        Ok(format!("lights are mixed in the tab Scene: {summary}"))
-    }
-
-    /// Changes the mix, which is shown at once.
-    fn change_mix(&mut self, change: impl FnOnce(&mut LightMix)) {
-        change(&mut self.picture.mix);
-        self.picture.request_repaint();
-    }
-
-    /// Adds a target of the light mix at a window position. Its wanted colour is the displayed one until the user chooses another.
-    fn add_mix_target(&mut self, at: [f64; 2]) -> Result<()> {
-        let pixel = self.on_picture(at)?.map(|at| at as u32);
-        self.picture.mix.add_target(pixel, &self.panel.controls.settings)
     }
 
     /// Rectangle of the picture spanned by two window positions.
@@ -405,7 +362,7 @@ impl Viewer {
     /// Mean displayed colour around a window position, scene-linear XYZ.
     fn spot(&mut self, at: [f64; 2]) -> Result<Vec3> {
         let size = self.session.size();
-        let place = self.on_picture(at)?.map(|at| at as u32);
+        let place = self.panel.on_picture(at)?.map(|at| at as u32);
         let low = place.map(|at| at.saturating_sub(SPOT));
         let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
         let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
@@ -424,12 +381,6 @@ impl Viewer {
             "the scene has changes that are not saved (Ctrl+S saves them): {by} again loses them"
         ));
         false
-    }
-
-    /// Compares with the most recently added picture.
-    fn compare_with_last(&mut self) {
-        let compare = &mut self.panel.controls.compare;
-        (compare.chosen, compare.is_shown) = (self.comparison.last(), true);
     }
 
     fn toggle_fullscreen(&mut self) {
@@ -479,9 +430,6 @@ impl Viewer {
     /// What the panel shows, with the readings of the tools.
     pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
         let shows_gizmo = self.shows_gizmo();
-        if self.panel.controls.layout.shows(PanelTab::Scene) {
-            self.picture.offer_mix(&self.session, &self.editor);
-        }
         let Self { session, picture, editor, metrics, panel, .. } = self;
         let mut data = panel.data(session, picture, editor, metrics, now);
         let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
@@ -494,7 +442,6 @@ impl Viewer {
         let dragged =
             |Region { origin, extent }| RegionDrawing { origin, extent, is_traced: false, per_pixel: 0.0 };
         data.region = self.dragged.map(dragged).or_else(|| picture.regions.drawing());
-        data.mix = picture.mix.data();
         data.gizmo_mode = self.gizmo.mode;
         if shows_gizmo {
             let (size, zoom) = (session.size(), panel.points_per_pixel());
@@ -506,17 +453,9 @@ impl Viewer {
             let exposure = panel.controls.settings.exposure;
             data.histogram = self.histogram.get(picture, session.size(), exposure);
         }
-        let compare = &panel.controls.compare;
-        data.comparison = self.comparison.data(compare, &panel.controls.settings, session, picture);
-        if let Some(map) = self.comparison.map(compare) {
-            data.overlay = PictureOverlay::Map(map);
-        }
-        let curve = self.comparison.curve(compare);
-        if let Some(error) = data.error.as_mut().filter(|_| !curve.is_empty()) {
-            Arc::make_mut(error).compared = curve;
-        }
         (data.views, data.recent) = (self.views.numbers(), self.preferences.recent.clone());
         data.is_paused = self.paused.is_some();
+        self.with_tools(None, |tools, context| tools.update(context, &mut data));
         data
     }
 

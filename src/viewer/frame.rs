@@ -266,7 +266,7 @@ impl Viewer {
             && !self.light.is_changing()
             && !self.inspector.is_busy()
             && !self.outline.is_busy()
-            && !self.comparison.is_busy()
+            && !self.tools.is_busy()
             && !self.panel.is_busy();
         if !still {
             return self.clock.next();
@@ -368,7 +368,10 @@ impl Viewer {
             && let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone())
         {
             let data = self.panel_data(begin);
-            self.panel.run(&window, &data);
+            let asked = self.panel.run(&window, &data, &mut self.tools, &self.keys);
+            self.actions.extend(asked);
+            self.actions.extend(self.tools.take_actions());
+            self.panel.tools = self.tools.presence();
             self.picture.aim(self.panel.target());
         }
         let panel_time = begin.elapsed();

@@ -83,7 +83,9 @@ impl Viewer {
         if self.takes_hold(&event) {
             return;
         }
-        if self.panel.on_event(&window, &event) {
+        let actions = self.panel.on_event(&window, &event, &self.keys);
+        if !actions.is_empty() {
+            self.actions.extend(actions);
             self.act();
         }
         self.drag_gizmo(&event);

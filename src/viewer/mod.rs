@@ -31,7 +31,6 @@
 //! ├─ Inspector       inspector   the paths of the pixel that was clicked at
 //! ├─ Outline         outline     the outline of the selected object
 //! ├─ Gizmo           gizmo       handles that move, turn and scale it
-//! ├─ Comparison      comparison  snapshots and other pictures beside the present one
 //! ├─ HistogramCache  histogram   the histogram of the picture
 //! ├─ CameraBookmarks  camera_bookmarks  views of the camera by number, beside the scene
 //! ├─ Preferences     preferences what is remembered from session to session
@@ -49,7 +48,6 @@
 mod actions;
 mod camera_bookmarks;
 mod clock;
-mod comparison;
 mod costs;
 mod editor;
 mod ending;
@@ -75,6 +73,7 @@ mod saving;
 mod screen;
 mod session;
 mod start;
+mod tools;
 mod tracers;
 mod watch;
 mod window_filter;
@@ -84,7 +83,8 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
-use crate::client::window::keys::CursorAction;
+use crate::client::window::action::UserAction;
+use crate::client::window::keys::{CursorAction, KeyTable};
 use crate::gpu::{DeviceChoice, Region};
 use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;
@@ -92,7 +92,6 @@ use crate::render::tev::TevLink;
 use crate::render::timings::TimingCapture;
 use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
-use crate::viewer::comparison::Comparison;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::exposure::AutoExposure;
 use crate::viewer::gizmo::Gizmo;
@@ -107,6 +106,7 @@ use crate::viewer::preferences::Preferences;
 use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::screen::SimulatedLosses;
 use crate::viewer::session::RenderSession;
+use crate::viewer::tools::{ToolAction, Tools};
 use crate::viewer::watch::FileWatch;
 
 pub use start::view;
@@ -135,6 +135,12 @@ struct SessionContext {
     name: String,
 }
 
+/// What the next click in the picture is for.
+enum AskedPlace {
+    Window(CursorAction),
+    Tool(ToolAction),
+}
+
 /// The window and everything behind it; owned by the event loop.
 struct Viewer {
     /// Scene, options and method of the scene in the window.
@@ -147,6 +153,10 @@ struct Viewer {
     picture: LivePicture,
     editor: SceneEditor,
     panel: ViewerPanel,
+    tools: Tools,
+    keys: KeyTable<ToolAction>,
+    /// The user's actions, performed before the next frame.
+    actions: Vec<UserAction<ToolAction>>,
     metrics: ViewerMetrics,
     /// Auto-exposure.
     light: AutoExposure,
@@ -162,7 +172,7 @@ struct Viewer {
     /// Time at which the render was paused: no samples are read then, so the tracer stops once its lanes are full. `None` while it traces.
     paused: Option<Instant>,
     /// Action of the next click in the picture, such as setting the focus.
-    asked: Option<CursorAction>,
+    asked: Option<AskedPlace>,
     /// Region that the user is dragging.
     dragged: Option<Region>,
     /// When the user was warned that unsaved changes would be lost.
@@ -170,7 +180,6 @@ struct Viewer {
     inspector: Inspector,
     outline: Outline,
     gizmo: Gizmo,
-    comparison: Comparison,
     histogram: HistogramCache,
     views: CameraBookmarks,
     preferences: Preferences,

@@ -3,18 +3,19 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
-use miette::Result;
+use miette::{Result, miette};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
 use crate::client::Settings;
 use crate::client::lod::level_of_detail;
-use crate::client::window::action::Action;
+use crate::client::window::action::UserAction;
 use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::{InputEvent, InputState};
+use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::{
-    CompareMode, EffectRow, ErrorSummary, MapChoice, PanelControls, PanelData, PictureView, RejectedList,
-    RejectedRow, TracerRow,
+    EffectRow, ErrorSummary, MapChoice, PanelControls, PanelData, PanelTools, PictureView, RejectedList,
+    RejectedRow, ToolPresence, TracerRow,
 };
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
 use crate::remote::{Health, TracerStatus};
@@ -46,14 +47,14 @@ pub struct ViewerPanel {
     costs: EffectCosts,
     /// List of effects, and the method and settings that it is valid for; `None` after an edit.
     effects: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
-    /// Queued actions, performed before the next frame.
-    actions: Vec<Action>,
     /// The display controls have changed since the last frame.
     settings_changed: bool,
     /// An object is outlined.
     pub has_outline: bool,
     /// A rectangle is traced alone, or is being dragged.
     pub has_region: bool,
+    /// How much of the tools is visible outside of the dock.
+    pub tools: ToolPresence,
 }
 
 impl ViewerPanel {
@@ -67,31 +68,29 @@ impl ViewerPanel {
             maps: MapCache::default(),
             costs: EffectCosts::default(),
             effects: None,
-            actions: Vec::new(),
             settings_changed: false,
             has_outline: false,
             has_region: false,
+            tools: ToolPresence::Hidden,
         }
     }
 
-    /// Handles a window event. Returns true if it queued actions.
-    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+    /// Handles a window event; returns the user's actions.
+    pub fn on_event<T: Clone>(
+        &mut self,
+        window: &Window,
+        event: &WindowEvent,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
         let active = self.is_interactive() && !self.input.is_dragging();
-        let modal = self.controls.dialog.is_open() || self.controls.palette.is_open;
+        let modal = self.controls.is_modal() || self.tools == ToolPresence::Modal;
         let taken = self.host.on_event(window, event, active, modal);
-        let actions = self.input.on_window_event(event, taken);
-        self.actions.extend_from_slice(&actions);
-        !actions.is_empty()
+        self.input.on_window_event(event, taken, keys)
     }
 
     /// Error target chosen by the user.
     pub fn target(&self) -> ErrorTarget {
         ErrorTarget { error: self.controls.target, at: ErrorQuantile::P95 }
-    }
-
-    /// Takes the actions queued since the last call.
-    pub fn take_actions(&mut self) -> Vec<Action> {
-        std::mem::take(&mut self.actions)
     }
 
     /// Whether the display controls have changed since the last call.
@@ -134,9 +133,9 @@ impl ViewerPanel {
 
     /// Whether any visible part of the panel reacts to input.
     fn is_interactive(&self) -> bool {
-        let PanelControls { layout, help, palette, dialog, compare, .. } = &self.controls;
-        let splits = compare.is_shown && compare.mode == CompareMode::Split;
-        layout.is_open || *help || palette.is_open || dialog.is_open() || splits
+        let controls = &self.controls;
+        let is_open = controls.layout.is_open || controls.help || controls.is_modal();
+        is_open || self.tools >= ToolPresence::Interactive
     }
 
     /// Whether egui draws anything: dock, key list, palette, map, message or the grid between magnified pixels.
@@ -144,7 +143,7 @@ impl ViewerPanel {
         self.is_interactive()
             || self.controls.map != MapChoice::None
             || self.host.has_message()
-            || self.controls.compare.is_shown
+            || self.tools >= ToolPresence::Drawn
             || self.has_outline
             || self.has_region
             || !self.viewport.is_whole()
@@ -168,7 +167,7 @@ impl ViewerPanel {
     pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
         self.viewport.set_sizes(area, picture);
         let shown = self.viewport.zoom() * self.viewport.picture();
-        self.input.take(InputEvent::Size(self.viewport.area(), shown), Instant::now());
+        self.input.respond(InputEvent::Size(self.viewport.area(), shown), Instant::now());
     }
 
     /// When egui must run next; `None` while nothing is visible.
@@ -181,11 +180,18 @@ impl ViewerPanel {
         self.next_run().is_some_and(|due| now >= due)
     }
 
-    /// Runs the panel.
-    pub fn run(&mut self, window: &Window, data: &PanelData) {
+    /// Runs the panel; returns the user's actions but for those of the tools.
+    pub fn run<T: Clone>(
+        &mut self,
+        window: &Window,
+        data: &PanelData,
+        tools: &mut dyn PanelTools,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
         let before = (self.controls.settings.clone(), self.controls.filter);
-        self.actions.extend(self.host.run(window, data, &mut self.controls));
+        let actions = self.host.run(window, data, &mut self.controls, tools, keys);
         self.settings_changed |= before != (self.controls.settings.clone(), self.controls.filter);
+        actions
     }
 
     /// Display settings, viewport and overlay, to draw a frame.
@@ -228,6 +234,18 @@ impl ViewerPanel {
     pub fn cursor(&self) -> Option<DVec2> {
         let at = self.input.cursor().filter(|at| self.viewport.contains(*at))?;
         Some(self.viewport.to_picture(at))
+    }
+
+    /// Picture coordinates, in pixels, of a window position.
+    ///
+    /// # Errors
+    ///
+    /// If it lies outside of the picture.
+    pub fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
+        if !self.viewport.contains(at.into()) {
+            return Err(miette!("there is no picture here"));
+        }
+        Ok(self.viewport.to_picture(at.into()).to_array())
     }
 
     /// Gathers the data of the panel, except that of the tools.

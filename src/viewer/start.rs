@@ -11,7 +11,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 use crate::client::background;
 use crate::client::window::host::ReaderEvent;
 use crate::client::window::panel::{
-    CommandPalette, CompareControls, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelLayout,
+    CommandPalette, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelLayout,
 };
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
@@ -29,7 +29,6 @@ use crate::render::timings::{self, TimingCapture};
 use crate::render::{predictions, process};
 use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
-use crate::viewer::comparison::Comparison;
 use crate::viewer::exposure::AutoExposure;
 use crate::viewer::gizmo::Gizmo;
 use crate::viewer::histogram::HistogramCache;
@@ -45,6 +44,7 @@ use crate::viewer::preferences::Preferences;
 use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::screen::{SimulatedLosses, is_device_lost};
 use crate::viewer::session::RenderSession;
+use crate::viewer::tools::Tools;
 use crate::viewer::tracers::{self, Tracers};
 use crate::viewer::watch::FileWatch;
 use crate::viewer::{SessionContext, Viewer};
@@ -151,9 +151,9 @@ impl ViewerApp {
             layout,
             help: false,
             palette: CommandPalette::default(),
-            dialog: FileChooser::default(),
+            open_dialog: FileChooser::default(),
+            save_dialog: FileChooser::default(),
             enters: false,
-            compare: CompareControls::default(),
             map: MapChoice::default(),
             // In index order the picture must equal that of `render` to the byte.
             auto_exposure: !args.fixed_exposure && !args.deterministic,
@@ -325,6 +325,9 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         picture,
         editor,
         panel,
+        tools: Tools::default(),
+        keys: Tools::keys(),
+        actions: Vec::new(),
         metrics,
         light: AutoExposure::default(),
         saves: BackgroundSaves::default(),
@@ -340,7 +343,6 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         inspector: Inspector::default(),
         outline: Outline::default(),
         gizmo: Gizmo::default(),
-        comparison: Comparison::default(),
         histogram: HistogramCache::default(),
         views,
         preferences,

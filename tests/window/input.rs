@@ -1,10 +1,12 @@
 //! Input: the meaning of drags, clicks, the wheel and keys.
 
+use std::convert::Infallible;
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
-use pointillist::client::window::action::Action;
+use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::input::{InputEvent, InputState};
+use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::navigation::Gesture;
 use winit::event::MouseButton;
 use winit::keyboard::KeyCode;
@@ -19,7 +21,12 @@ impl Hand {
     }
 
     fn give(&mut self, signal: InputEvent) -> Vec<Action> {
-        self.0.take(signal, self.1)
+        let actions = self.0.take(signal, self.1, &KeyTable::<Infallible>::new(Vec::new()));
+        let of_window = |action| match action {
+            UserAction::Window(action) => action,
+            UserAction::Tool(_) | UserAction::ToolAt(..) | UserAction::AskPlace(_) => panic!("no tools"),
+        };
+        actions.into_iter().map(of_window).collect()
     }
 
     fn to(&mut self, x: f64, y: f64) -> Vec<Action> {
@@ -198,7 +205,7 @@ fn fractions_are_those_of_the_picture() {
 fn a_rectangle_is_dragged() {
     let now = Instant::now();
     let mut input = InputState::new([100, 100]);
-    let send = |input: &mut InputState, event| input.take(event, now);
+    let send = |input: &mut InputState, event| input.respond(event, now);
     for asked in [false, true] {
         input.ask_region(asked);
         send(&mut input, InputEvent::Modifiers(!asked, !asked));

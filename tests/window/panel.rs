@@ -8,8 +8,8 @@ use pointillist::client::settings::{
 };
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    CommandPalette, CompareControls, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelData,
-    PanelLayout, PanelTab, ParameterValue, SceneParameter, Selection,
+    CommandPalette, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelData, PanelLayout, PanelTab,
+    ParameterValue, SceneParameter, Selection,
 };
 use pointillist::color::Profile;
 use pointillist::math::random::Random;
@@ -42,8 +42,6 @@ fn buttons_do_what_they_say() {
         (PanelTab::Render, "?", Action::ToggleHelp),
         (PanelTab::Scene, "Reset", Action::ResetCamera),
         (PanelTab::Scene, "Deselect", Action::Deselect),
-        (PanelTab::Compare, "Keep snapshot", Action::KeepSnapshot),
-        (PanelTab::Compare, "Open EXR…", Action::CompareDialog),
         (PanelTab::Files, "PNG", Action::SavePng),
         (PanelTab::Files, "EXR", Action::SaveExr),
         (PanelTab::Files, "Save scene", Action::SaveScene),
@@ -188,9 +186,9 @@ fn untouched_values_stay_bit_for_bit() {
             layout: PanelLayout::new(true),
             help: round % 5 == 0,
             palette: CommandPalette::default(),
-            dialog: FileChooser::default(),
+            open_dialog: FileChooser::default(),
+            save_dialog: FileChooser::default(),
             enters: false,
-            compare: CompareControls::default(),
             map: MapChoice::None,
             auto_exposure: round % 2 == 0,
             target: DEFAULT_TARGET,

@@ -5,11 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::settings::FilmCounts;
-use crate::client::window::panel::compare::ComparisonData;
 use crate::client::window::panel::gizmo::{GizmoDrawing, GizmoMode};
 use crate::client::window::panel::inspect::{PixelPaths, PixelReading};
 use crate::client::window::panel::look::Histogram;
-use crate::client::window::panel::mix::LightMixData;
 use crate::client::window::viewport::Viewport;
 
 /// Everything that the panel shows.
@@ -99,10 +97,6 @@ pub struct PanelData {
     pub traces_paths: bool,
     /// Histogram of the picture, if the display tab is visible.
     pub histogram: Option<Arc<Histogram>>,
-    /// The light mix.
-    pub mix: LightMixData,
-    /// Pictures to compare with.
-    pub comparison: ComparisonData,
     /// Numbers of the stored camera views.
     pub views: Vec<u8>,
     /// Recent scenes, newest first.

@@ -4,8 +4,7 @@ use egui::{Align2, Color32, Context, FontId, LayerId, Pos2, Rect, Stroke, Stroke
 use glam::DVec2;
 
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PictureView, RegionDrawing, compare, dock, gizmo, inspect, style,
-    trimmed,
+    PanelControls, PanelData, PanelTab, PictureView, RegionDrawing, dock, gizmo, inspect, style, trimmed,
 };
 use crate::client::window::viewport::GRID_ZOOM;
 
@@ -39,8 +38,7 @@ impl PictureArea {
 }
 
 /// Draws all overlays.
-pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, controls: &mut PanelControls) {
-    compare::draw(ctx, picture, &data.comparison, &mut controls.compare);
+pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, controls: &PanelControls) {
     if let Some(lines) = &data.outline {
         outline(ctx, picture, lines);
     }

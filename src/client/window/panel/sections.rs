@@ -9,7 +9,7 @@ use egui::{
 };
 
 use crate::client::window::action::Action;
-use crate::client::window::keys::{CursorAction, GROUPS};
+use crate::client::window::keys::{CursorAction, KeyTable};
 use crate::client::window::navigation::FOV;
 use crate::client::window::panel::{
     CostState, EffectCost, EffectRow, PanelData, ParameterValue, RegionDrawing, RejectedList, Selection,
@@ -304,14 +304,14 @@ fn button_row(ui: &mut Ui, buttons: &[(&str, &str, Action)], actions: &mut Vec<A
 }
 
 /// Draws the list of keys in the middle of the window until it is closed.
-pub(super) fn keys(ctx: &egui::Context, open: &mut bool) {
+pub(super) fn keys<T: Clone>(ctx: &egui::Context, open: &mut bool, keys: &KeyTable<T>) {
     let room = ctx.content_rect().height() - 60.0;
     let window =
         Window::new("Keys").open(open).collapsible(false).resizable(false).fade_in(false).fade_out(false);
     let window = window.order(Order::Foreground).anchor(Align2::CENTER_CENTER, [0.0, 0.0]);
     window.show(ctx, |ui| {
         ScrollArea::vertical().max_height(room.max(40.0)).show(ui, |ui| {
-            for group in GROUPS {
+            for group in keys.groups() {
                 ui.colored_label(style::BRIGHT, group.title);
                 Grid::new(group.title).num_columns(2).min_col_width(170.0).show(ui, |ui| {
                     for binding in group.bindings.iter().filter(|binding| !binding.keys.is_empty()) {

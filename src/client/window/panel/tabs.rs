@@ -4,7 +4,8 @@ use egui::{CollapsingHeader, RichText, Ui};
 
 use crate::client::window::action::Action;
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, compare, error, figures, gizmo, inspect, look, mix, sections, style,
+    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, gizmo, inspect, look,
+    sections, style,
 };
 
 /// Draws the contents of a tab.
@@ -13,14 +14,15 @@ pub(super) fn show(
     tab: PanelTab,
     data: &PanelData,
     controls: &mut PanelControls,
+    tools: &mut dyn PanelTools,
     actions: &mut Vec<Action>,
 ) {
     match tab {
         PanelTab::Render => render(ui, data, controls, actions),
         PanelTab::Look => look::show(ui, data, controls, actions),
-        PanelTab::Scene => scene(ui, data, actions),
+        PanelTab::Scene => scene(ui, data, tools, actions),
         PanelTab::Inspect => inspect::show(ui, data.pixel.as_ref(), data.paths.as_ref(), data.traces_paths),
-        PanelTab::Compare => compare::show(ui, &data.comparison, &mut controls.compare, actions),
+        PanelTab::Compare => tools.sections(SectionPlace::Compare, ui),
         PanelTab::Files => sections::files(ui, data, actions),
     }
 }
@@ -44,7 +46,7 @@ fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: 
     section(ui, "Passes", false, |ui| figures::passes(ui, &settled));
 }
 
-fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
+fn scene(ui: &mut Ui, data: &PanelData, tools: &mut dyn PanelTools, actions: &mut Vec<Action>) {
     match &data.selection {
         Some(selection) if selection.selected || selection.lens_from > 0 => {
             section(ui, "Selection", true, |ui| {
@@ -59,11 +61,11 @@ fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
         }
     }
     section(ui, "Camera", true, |ui| sections::camera(ui, data, actions));
-    section(ui, "Light mix", true, |ui| mix::show(ui, &data.mix, actions));
+    tools.sections(SectionPlace::SceneEnd, ui);
 }
 
 /// Draws a section that folds.
-fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+pub fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
     // The identifier is the part before a colon, since the rest may change while the section stays open.
     let name = title.split(':').next();
     CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())

@@ -1,0 +1,113 @@
+//! The tools of the window. Each is one file or folder, which holds its state, its actions, what they do, its keys, and its part of the
+//! panel; and one line of the list below.
+
+mod comparison;
+mod light_mix;
+mod tool;
+
+use egui::{Context, Ui};
+use miette::Result;
+
+use crate::client::window::action::{ActionQueue, UserAction};
+use crate::client::window::keys::{KeyTable, ToolKey};
+use crate::client::window::panel::{PanelData, PanelTools, PictureArea, SectionPlace, ToolPresence};
+use crate::viewer::tools::tool::Tool;
+
+pub use tool::ToolContext;
+
+/// Makes of the list of tools the struct that holds them, the enum of their actions, and what passes on to each.
+macro_rules! tools {
+    ($($Name:ident $name:ident: $Tool:ty,)*) => {
+        /// All tools.
+        #[derive(Default)]
+        pub struct Tools {
+            $(pub $name: $Tool,)*
+            /// What the user has asked for while they were drawn.
+            queue: ActionQueue<ToolAction>,
+        }
+
+        /// An action of one of the tools.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum ToolAction {
+            $($Name(<$Tool as Tool>::Action),)*
+        }
+
+        impl Tools {
+            /// The keys of the window and of all tools.
+            pub fn keys() -> KeyTable<ToolAction> {
+                let mut keys: Vec<ToolKey<ToolAction>> = Vec::new();
+                $(keys.extend(<$Tool>::keys().into_iter().map(|key| key.map(ToolAction::$Name)));)*
+                KeyTable::new(keys)
+            }
+
+            /// Performs an action; returns a message for the user.
+            pub fn perform(&mut self, action: ToolAction, context: &mut ToolContext<'_>) -> Result<Option<String>> {
+                match action {
+                    $(ToolAction::$Name(action) => self.$name.perform(action, context),)*
+                }
+            }
+
+            /// Brings what the tools show up to date.
+            pub fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
+                $(self.$name.update(context, data);)*
+            }
+
+            /// How much of the tools is visible outside of the dock.
+            pub fn presence(&self) -> ToolPresence {
+                [$(self.$name.presence(),)*].into_iter().max().unwrap_or_default()
+            }
+
+            /// Whether a tool computes something that the panel will show.
+            pub fn is_busy(&self) -> bool {
+                false $(|| self.$name.is_busy())*
+            }
+
+            /// Takes what the user has asked for while the tools were drawn.
+            pub fn take_actions(&mut self) -> Vec<UserAction<ToolAction>> {
+                self.queue.take()
+            }
+        }
+
+        impl PanelTools for Tools {
+            fn sections(&mut self, place: SectionPlace, ui: &mut Ui) {
+                $(
+                    let mut queue = ActionQueue::default();
+                    self.$name.section(place, ui, &mut queue);
+                    self.queue.extend(queue, ToolAction::$Name);
+                )*
+            }
+
+            fn over_picture(&mut self, ctx: &Context, picture: PictureArea) {
+                $(
+                    let mut queue = ActionQueue::default();
+                    self.$name.over_picture(ctx, picture, &mut queue);
+                    self.queue.extend(queue, ToolAction::$Name);
+                )*
+            }
+        }
+    };
+}
+
+// What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock.
+tools! {
+    Compare compare: comparison::Comparison,
+    LightMix light_mix: light_mix::LightMixTool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every tool finds the line that its keys stand below, and no key has two meanings.
+    #[test]
+    fn the_keys_of_all_tools_fit_together() {
+        let keys = Tools::keys();
+        let all: Vec<_> = keys.bindings().flat_map(|binding| binding.triggers.iter().copied()).collect();
+        for (i, trigger) in all.iter().enumerate() {
+            assert!(!all[..i].contains(trigger), "{trigger:?} stands twice");
+        }
+        for binding in keys.bindings() {
+            println!("{} | {} | {}", binding.keys, binding.meaning, binding.triggers.len());
+        }
+    }
+}

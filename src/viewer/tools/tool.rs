@@ -1,0 +1,83 @@
+//! What a tool of the window is, and what it may use of the window.
+
+use egui::{Context, Ui};
+use miette::{Result, miette};
+
+use crate::client::window::action::ActionQueue;
+use crate::client::window::keys::ToolKey;
+use crate::client::window::panel::{PanelData, PictureArea, SectionPlace, ToolPresence};
+use crate::viewer::editor::SceneEditor;
+use crate::viewer::panel::ViewerPanel;
+use crate::viewer::picture::LivePicture;
+use crate::viewer::session::RenderSession;
+
+/// A tool of the window: state of its own, actions, keys, and a part of the panel that shows its state.
+///
+/// Everything but [`perform`](Self::perform) may be left out.
+pub trait Tool {
+    /// What the user can do with it.
+    type Action;
+
+    /// Its lines of the key table and the command palette.
+    fn keys() -> Vec<ToolKey<Self::Action>> {
+        Vec::new()
+    }
+
+    /// Performs an action; returns a message for the user.
+    fn perform(&mut self, action: Self::Action, context: &mut ToolContext<'_>) -> Result<Option<String>>;
+
+    /// Brings what it shows up to date before the panel is drawn. It may change what the panel shows besides the tools.
+    fn update(&mut self, _context: &mut ToolContext<'_>, _data: &mut PanelData) {}
+
+    /// Draws its section at this place of the dock, if it has one there.
+    fn section(&mut self, _place: SectionPlace, _ui: &mut Ui, _queue: &mut ActionQueue<Self::Action>) {}
+
+    /// Draws what it shows over the picture, and its dialogs.
+    fn over_picture(&mut self, _: &Context, _: PictureArea, _queue: &mut ActionQueue<Self::Action>) {}
+
+    /// How much of it is visible outside of the dock.
+    fn presence(&self) -> ToolPresence {
+        ToolPresence::Hidden
+    }
+
+    /// Whether it computes something that the panel will show.
+    fn is_busy(&self) -> bool {
+        false
+    }
+}
+
+/// What a tool may use of the window.
+pub struct ToolContext<'a> {
+    pub session: &'a mut RenderSession,
+    pub picture: &'a mut LivePicture,
+    pub editor: &'a mut SceneEditor,
+    pub panel: &'a mut ViewerPanel,
+    /// Position of the window that the action is about, physical pixels.
+    pub at: Option<[f64; 2]>,
+    /// Set by a tool that has changed what is traced.
+    pub has_edited: bool,
+}
+
+impl ToolContext<'_> {
+    /// The place of the picture, in pixels, that the action is about.
+    ///
+    /// # Errors
+    ///
+    /// If it lies outside of the picture.
+    pub fn place(&self) -> Result<[f64; 2]> {
+        let at = self.at.ok_or_else(|| miette!("there is no picture here"))?;
+        self.panel.on_picture(at)
+    }
+
+    /// An error while the window shows an error estimate instead of light.
+    ///
+    /// # Errors
+    ///
+    /// The message says what to do.
+    pub fn check_light_is_shown(&self) -> Result<()> {
+        match self.panel.controls.settings.view.is_error() {
+            true => Err(miette!("the error is shown, not light: choose “Show: Picture” on the tab Look")),
+            false => Ok(()),
+        }
+    }
+}
