@@ -10,16 +10,14 @@ use winit::window::Fullscreen;
 use crate::client::light_meter::exposure_for;
 use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelData, PanelTab, RegionDrawing};
-use crate::denoise::noise_filter::EpochView;
+use crate::client::window::panel::{PanelData, PanelTab};
 use crate::gpu::Region;
 use crate::render::figures::human;
 use crate::render::process;
 use crate::render::process::tell;
 use crate::tracer::effects::Effect;
-use crate::viewer::picture::regions::rectangle_between;
-use crate::viewer::tools::{ToolAction, ToolContext, Tools};
-use crate::viewer::{AskedPlace, Viewer, inspector, preferences};
+use crate::viewer::tools::{RegionAction, ToolAction, ToolContext, Tools};
+use crate::viewer::{AskedPlace, Viewer, preferences};
 
 /// Exposure change per step of the mouse wheel, in stops.
 const EXPOSURE_STEP: f32 = 1.0 / 6.0;
@@ -43,7 +41,7 @@ impl Viewer {
         if self.panel.take_settings_changed() {
             self.controls_changed();
         }
-        if self.panel.take_costs() || self.inspector.take() {
+        if self.panel.take_costs() {
             self.refresh();
         }
         for message in self.saves.done() {
@@ -69,7 +67,12 @@ impl Viewer {
                 self.refresh();
             }
         }
-        self.panel.tools = self.tools.presence();
+        self.note_tools();
+    }
+
+    /// Notes how much of the tools is visible.
+    pub(super) fn note_tools(&mut self) {
+        self.panel.tools = self.with_tools(None, |tools, context| tools.presence(context));
     }
 
     /// Performs an action; returns a message for the user.
@@ -104,13 +107,13 @@ impl Viewer {
     }
 
     /// Lets the tools use the window. `at`: position of the window that an action is about.
-    fn with_tools<R>(
+    pub(super) fn with_tools<R>(
         &mut self,
         at: Option<[f64; 2]>,
         act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
     ) -> R {
-        let Self { session, picture, editor, panel, tools, .. } = self;
-        let mut context = ToolContext { session, picture, editor, panel, at, has_edited: false };
+        let Self { session, picture, editor, panel, paused, tools, .. } = self;
+        let mut context = ToolContext { session, picture, editor, panel, paused, at, has_edited: false };
         let result = act(tools, &mut context);
         if context.has_edited {
             self.edited();
@@ -147,9 +150,8 @@ impl Viewer {
                 {
                     self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
                 }
-                if let Some(place) = place.filter(|_| self.panel.controls.layout.shows(PanelTab::Inspect)) {
-                    let pixel = place.map(|at| at as u32);
-                    self.inspector.begin(pixel, &self.session, &self.picture, &self.editor)?;
+                if let Some(place) = place {
+                    self.with_tools(None, |tools, context| tools.click(place, context))?;
                 }
             }
             Action::FocusAt(at) => {
@@ -159,23 +161,8 @@ impl Viewer {
                     self.editor.end_change();
                 }
             }
-            Action::DragRegion(places) => {
-                self.dragged = places.map(|places| self.rectangle(places));
-                self.refresh();
-            }
-            Action::TraceRegion(places) => {
-                self.dragged = None;
-                let rectangle = self.rectangle(places);
-                return self.trace_region(rectangle).map(Some);
-            }
-            Action::ToggleRegion if self.session.is_in_region() => return self.release_region(),
-            Action::ToggleRegion => {
-                let asks = !self.panel.input.asks_region();
-                self.panel.input.ask_region(asks);
-                if asks {
-                    self.panel.host.pin("Drag a rectangle over the picture; Escape leaves it".to_owned());
-                }
-            }
+            Action::DragRegion(places) => return self.perform_region(RegionAction::Drag(places)),
+            Action::TraceRegion(places) => return self.perform_region(RegionAction::Trace(places)),
             Action::Deselect => self.editor.select(None),
             Action::Undo => {
                 let undone = self.editor.undo().map(|change| format!("Undo {change}"));
@@ -289,7 +276,7 @@ impl Viewer {
             Action::TogglePanel => self.toggle_panel(),
             Action::ToggleHelp => self.panel.controls.help ^= true,
             Action::Cancel => {
-                let drags = self.panel.input.asks_region() || self.dragged.take().is_some();
+                let drags = self.panel.input.asks_region() || self.tools.region.stop_drag();
                 let asked = self.asked.take().is_some() || drags;
                 self.panel.input.cancel_region();
                 if asked {
@@ -297,7 +284,7 @@ impl Viewer {
                 }
                 if !asked && !std::mem::take(&mut self.panel.controls.help) {
                     if self.session.is_in_region() {
-                        return self.release_region();
+                        return self.perform_region(RegionAction::Release);
                     }
                     self.editor.select(None);
                 }
@@ -321,32 +308,8 @@ impl Viewer {
         })
     }
 
-    /// Rectangle of the picture spanned by two window positions.
-    fn rectangle(&self, [from, to]: [[f64; 2]; 2]) -> Region {
-        let [from, to] = [from, to].map(|at| self.panel.viewport.to_picture(at.into()));
-        rectangle_between(from, to, self.session.size())
-    }
-
-    /// Restricts tracing to a rectangle of the picture until it is released or an edit begins a new epoch.
-    fn trace_region(&mut self, rectangle: Region) -> Result<String> {
-        if self.session.is_stale() || !self.picture.is_seen() {
-            return Err(miette!("there is no picture of this view yet: drag the region again"));
-        }
-        let camera = self.editor.camera(self.session.size())?;
-        let view = EpochView { scene: self.editor.scene(), camera };
-        let Self { picture, session, editor, panel, .. } = self;
-        let (settings, target) = (&panel.controls.settings, panel.target());
-        picture.begin_region(rectangle, session, view, editor, settings, target)?;
-        self.go_on();
-        let [width, height] = rectangle.extent;
-        Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))
-    }
-
-    /// Releases the traced region and resumes the whole picture.
-    fn release_region(&mut self) -> Result<Option<String>> {
-        self.go_on();
-        let released = self.picture.end_region(&mut self.session, &self.editor)?;
-        Ok(released.then(|| "the whole picture is traced again".to_owned()))
+    fn perform_region(&mut self, action: RegionAction) -> Result<Option<String>> {
+        self.perform(UserAction::Tool(ToolAction::Region(action)))
     }
 
     /// Sets the exposure so that the colour at a window position becomes middle grey.
@@ -432,23 +395,14 @@ impl Viewer {
         let shows_gizmo = self.shows_gizmo();
         let Self { session, picture, editor, metrics, panel, .. } = self;
         let mut data = panel.data(session, picture, editor, metrics, now);
-        let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
-        let cursor = cursor.filter(|_| !panel.controls.settings.view.is_error());
-        data.pixel = cursor.and_then(|at| {
-            inspector::reading(at, session, picture, editor, panel.controls.settings.exposure)
-        });
         (data.undo, data.redo) =
             (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
-        let dragged =
-            |Region { origin, extent }| RegionDrawing { origin, extent, is_traced: false, per_pixel: 0.0 };
-        data.region = self.dragged.map(dragged).or_else(|| picture.regions.drawing());
         data.gizmo_mode = self.gizmo.mode;
         if shows_gizmo {
             let (size, zoom) = (session.size(), panel.points_per_pixel());
             data.gizmo = self.gizmo.drawing(editor, panel.cursor(), size, zoom);
         }
         data.outline = self.outline.lines(session.epoch(), session.size());
-        (data.paths, data.traces_paths) = (self.inspector.paths(), self.inspector.is_busy());
         if panel.controls.layout.shows(PanelTab::Look) && !panel.controls.settings.view.is_error() {
             let exposure = panel.controls.settings.exposure;
             data.histogram = self.histogram.get(picture, session.size(), exposure);

@@ -18,6 +18,7 @@ use crate::viewer::outline::OutlineKey;
 use crate::viewer::picture::Painted;
 use crate::viewer::screen::{Canvas, Screen, is_device_lost};
 use crate::viewer::session::TracerNews;
+use crate::viewer::tools::ViewChange;
 
 /// Polling interval while waiting for the device or for the first samples.
 const SOON: Duration = Duration::from_millis(1);
@@ -185,6 +186,10 @@ impl Viewer {
         }
         self.act();
         self.outline_selection();
+        if self.with_tools(None, |tools, context| tools.poll(context)) {
+            self.refresh();
+        }
+        self.note_tools();
         if let Err(error) = self.choose_method() {
             return self.fail(error);
         }
@@ -238,7 +243,6 @@ impl Viewer {
         }
         let (size, epoch) = (self.session.size(), self.session.epoch());
         self.panel.has_outline = self.editor.selected().is_some();
-        self.panel.has_region = self.dragged.is_some() || self.session.is_in_region();
         let key = self.editor.selected().map(|shape| OutlineKey { shape, epoch, size });
         if self.outline.follows(key) {
             return;
@@ -264,7 +268,6 @@ impl Viewer {
             && self.awaited.is_none()
             && self.picture.is_settled()
             && !self.light.is_changing()
-            && !self.inspector.is_busy()
             && !self.outline.is_busy()
             && !self.tools.is_busy()
             && !self.panel.is_busy();
@@ -371,7 +374,7 @@ impl Viewer {
             let asked = self.panel.run(&window, &data, &mut self.tools, &self.keys);
             self.actions.extend(asked);
             self.actions.extend(self.tools.take_actions());
-            self.panel.tools = self.tools.presence();
+            self.note_tools();
             self.picture.aim(self.panel.target());
         }
         let panel_time = begin.elapsed();
@@ -405,16 +408,14 @@ impl Viewer {
 
     /// Resumes after a pause.
     pub(super) fn go_on(&mut self) {
-        if let Some(since) = self.paused.take() {
-            self.picture.stood_still(since.elapsed());
-        }
+        self.with_tools(None, |_, context| context.go_on());
     }
 
     /// Notes an edit of scene or camera.
     pub(super) fn edited(&mut self) {
         let now = Instant::now();
         self.go_on();
-        self.inspector.clear();
+        self.tools.forget(ViewChange::Edited);
         self.session.edited();
         self.picture.edited(now);
         self.panel.edited();
@@ -461,8 +462,7 @@ impl Viewer {
         }
         if [before.width, before.height] != [width, height] {
             self.metrics.resizes += 1;
-            // Its paths were drawn for the previous size.
-            self.inspector.clear();
+            self.tools.forget(ViewChange::Resized);
         }
         self.film_changed(before);
         Ok(())

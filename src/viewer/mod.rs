@@ -28,7 +28,6 @@
 //! │  ├─ MapCache     maps      maps of error and cost over the picture
 //! │  └─ EffectCosts  costs     measured costs of the effects
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
-//! ├─ Inspector       inspector   the paths of the pixel that was clicked at
 //! ├─ Outline         outline     the outline of the selected object
 //! ├─ Gizmo           gizmo       handles that move, turn and scale it
 //! ├─ HistogramCache  histogram   the histogram of the picture
@@ -56,7 +55,6 @@ mod frame;
 mod gizmo;
 mod handler;
 mod histogram;
-mod inspector;
 mod light_mix;
 mod loader;
 mod loading;
@@ -85,7 +83,7 @@ use miette::Result;
 
 use crate::client::window::action::UserAction;
 use crate::client::window::keys::{CursorAction, KeyTable};
-use crate::gpu::{DeviceChoice, Region};
+use crate::gpu::DeviceChoice;
 use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;
 use crate::render::tev::TevLink;
@@ -96,7 +94,6 @@ use crate::viewer::editor::SceneEditor;
 use crate::viewer::exposure::AutoExposure;
 use crate::viewer::gizmo::Gizmo;
 use crate::viewer::histogram::HistogramCache;
-use crate::viewer::inspector::Inspector;
 use crate::viewer::loader::{SceneLoader, ViewSource};
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::outline::Outline;
@@ -173,11 +170,8 @@ struct Viewer {
     paused: Option<Instant>,
     /// Action of the next click in the picture, such as setting the focus.
     asked: Option<AskedPlace>,
-    /// Region that the user is dragging.
-    dragged: Option<Region>,
     /// When the user was warned that unsaved changes would be lost.
     warned: Option<Instant>,
-    inspector: Inspector,
     outline: Outline,
     gizmo: Gizmo,
     histogram: HistogramCache,

@@ -51,8 +51,6 @@ pub struct ViewerPanel {
     settings_changed: bool,
     /// An object is outlined.
     pub has_outline: bool,
-    /// A rectangle is traced alone, or is being dragged.
-    pub has_region: bool,
     /// How much of the tools is visible outside of the dock.
     pub tools: ToolPresence,
 }
@@ -70,7 +68,6 @@ impl ViewerPanel {
             effects: None,
             settings_changed: false,
             has_outline: false,
-            has_region: false,
             tools: ToolPresence::Hidden,
         }
     }
@@ -145,7 +142,6 @@ impl ViewerPanel {
             || self.host.has_message()
             || self.tools >= ToolPresence::Drawn
             || self.has_outline
-            || self.has_region
             || !self.viewport.is_whole()
             || self.viewport.zoom() >= GRID_ZOOM
     }

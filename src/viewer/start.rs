@@ -32,7 +32,6 @@ use crate::viewer::clock::{Backoff, FrameClock};
 use crate::viewer::exposure::AutoExposure;
 use crate::viewer::gizmo::Gizmo;
 use crate::viewer::histogram::HistogramCache;
-use crate::viewer::inspector::Inspector;
 use crate::viewer::loader::{ReadyScene, ViewSource};
 use crate::viewer::loading::{LoadingWindow, OpenWindow, title, window_size};
 use crate::viewer::metrics::ViewerMetrics;
@@ -338,9 +337,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         tick: now,
         paused: None,
         asked: None,
-        dragged: None,
         warned: None,
-        inspector: Inspector::default(),
         outline: Outline::default(),
         gizmo: Gizmo::default(),
         histogram: HistogramCache::default(),

@@ -5,9 +5,7 @@ use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use pointillist::client::window::action::Action;
-use pointillist::client::window::panel::{
-    Histogram, PanelControls, PanelData, PanelTab, PixelReading, RegionDrawing,
-};
+use pointillist::client::window::panel::{Histogram, PanelControls, PanelData, PanelTab};
 
 use crate::headless_panel::{controls, controls_of, readout, show};
 
@@ -154,28 +152,6 @@ fn recent_scenes_and_views_are_opened() {
 }
 
 #[test]
-fn the_pixel_is_told() {
-    let reading = PixelReading {
-        pixel: [12, 34],
-        xyz: [0.123_456, 2.5, 0.0],
-        stops: Some(3.66),
-        displayed: [1.0, 0.5, 0.0],
-        samples: 64.0,
-        error: Some(0.0231),
-        object: Some("ball".to_owned()),
-        material: Some("gold (roughconductor)".to_owned()),
-        distance: Some(3.25),
-        ..PixelReading::default()
-    };
-    let harness = harness(PanelData { pixel: Some(reading), ..readout() }, controls_of(PanelTab::Inspect));
-    for words in
-        ["12, 34", "0.1235  2.500  0", "255  128  0", "2.31 %", "ball", "gold (roughconductor)", "3.250"]
-    {
-        harness.get_by_label(words);
-    }
-}
-
-#[test]
 fn the_histogram_is_told() {
     let histogram = Histogram {
         luminance: vec![0.01; 72],
@@ -186,16 +162,4 @@ fn the_histogram_is_told() {
     let data = PanelData { histogram: Some(histogram.into()), ..readout() };
     let harness = harness(data, controls_of(PanelTab::Look));
     harness.get_by_label("3.1 % white, 0.0 % black");
-}
-
-#[test]
-fn a_region_is_told_and_released() {
-    let mut idle = harness(readout(), controls_of(PanelTab::Render));
-    idle.get_by_label("Render a region").click();
-    assert_eq!(taken(&mut idle), [Action::ToggleRegion]);
-    let region = RegionDrawing { origin: [8, 4], extent: [40, 24], is_traced: true, per_pixel: 123.4 };
-    let mut traced = harness(PanelData { region: Some(region), ..readout() }, controls_of(PanelTab::Render));
-    traced.get_by_label("40×24 pixels with 123 paths each; the error is theirs");
-    traced.get_by_label("Release the region").click();
-    assert_eq!(taken(&mut traced), [Action::ToggleRegion]);
 }

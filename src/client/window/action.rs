@@ -100,12 +100,10 @@ pub enum Action {
     SetPictureSize([u32; 2]),
     /// Resizes the picture to fill the window at 1:1.
     FillWindow,
-    /// Shows the rectangle being dragged between these positions; `None` removes it.
+    /// The user drags a rectangle between these positions; `None`: not any more.
     DragRegion(Option<[[f64; 2]; 2]>),
-    /// Restricts tracing to the rectangle between these positions.
+    /// The user has dragged a rectangle between these positions.
     TraceRegion([[f64; 2]; 2]),
-    /// Asks the user to drag a region to be traced alone, or releases the traced region.
-    ToggleRegion,
     /// Clears the selection.
     Deselect,
     /// Undoes the last change or camera move.

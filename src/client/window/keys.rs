@@ -315,13 +315,6 @@ fn picture<T>() -> Vec<KeyBinding<T>> {
         mouse("Ctrl+Shift+wheel", "brightness"),
         at_cursor("M", "expose for the light under the cursor", &[Char('m')], CursorAction::Meter),
         key("B", "fix the brightness, or let it follow the light", &[Char('b')], Action::ToggleFollowLight),
-        mouse("Ctrl+Shift+left drag", "trace a rectangle of the picture and nothing else"),
-        key(
-            "Ctrl+B",
-            "drag a rectangle that is traced alone, or release it",
-            &[Ctrl('b', false)],
-            Action::ToggleRegion,
-        ),
         key("Space", "pause the render, or go on", &[Key(KeyCode::Space)], Action::TogglePause),
     ]
 }
@@ -341,7 +334,6 @@ fn window<T>() -> Vec<KeyBinding<T>> {
     vec![
         key("Tab", "show or hide the panel", &[Key(KeyCode::Tab)], Action::TogglePanel),
         key("F6", "go to the panel by keyboard; Escape leaves it", &[Key(KeyCode::F6)], Action::EnterPanel),
-        key("I", "inspect the pixel under the cursor", &[Char('i')], Action::ShowTab(PanelTab::Inspect)),
         command("show the tab Render", Action::ShowTab(PanelTab::Render)),
         command("show the tab Look", Action::ShowTab(PanelTab::Look)),
         command("show the tab Scene", Action::ShowTab(PanelTab::Scene)),

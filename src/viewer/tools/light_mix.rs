@@ -114,7 +114,7 @@ impl Tool for LightMixTool {
         }
     }
 
-    fn presence(&self) -> ToolPresence {
+    fn presence(&self, _: &ToolContext<'_>) -> ToolPresence {
         if self.dialog.is_open() { ToolPresence::Modal } else { ToolPresence::Hidden }
     }
 }

@@ -2,7 +2,9 @@
 //! panel; and one line of the list below.
 
 mod comparison;
+mod inspector;
 mod light_mix;
+mod region;
 mod tool;
 
 use egui::{Context, Ui};
@@ -13,7 +15,8 @@ use crate::client::window::keys::{KeyTable, ToolKey};
 use crate::client::window::panel::{PanelData, PanelTools, PictureArea, SectionPlace, ToolPresence};
 use crate::viewer::tools::tool::Tool;
 
-pub use tool::ToolContext;
+pub use region::RegionAction;
+pub use tool::{ToolContext, ViewChange};
 
 /// Makes of the list of tools the struct that holds them, the enum of their actions, and what passes on to each.
 macro_rules! tools {
@@ -52,9 +55,25 @@ macro_rules! tools {
                 $(self.$name.update(context, data);)*
             }
 
+            /// Passes on a click in the picture, at this place in pixels.
+            pub fn click(&mut self, place: [f64; 2], context: &mut ToolContext<'_>) -> Result<()> {
+                $(self.$name.click(place, context)?;)*
+                Ok(())
+            }
+
+            /// Lets them forget what holds no longer.
+            pub fn forget(&mut self, change: ViewChange) {
+                $(self.$name.forget(change);)*
+            }
+
+            /// Takes over what other threads have computed; returns whether the window must be drawn anew.
+            pub fn poll(&mut self, context: &mut ToolContext<'_>) -> bool {
+                [$(self.$name.poll(context),)*].contains(&true)
+            }
+
             /// How much of the tools is visible outside of the dock.
-            pub fn presence(&self) -> ToolPresence {
-                [$(self.$name.presence(),)*].into_iter().max().unwrap_or_default()
+            pub fn presence(&self, context: &ToolContext<'_>) -> ToolPresence {
+                [$(self.$name.presence(context),)*].into_iter().max().unwrap_or_default()
             }
 
             /// Whether a tool computes something that the panel will show.
@@ -91,6 +110,8 @@ macro_rules! tools {
 // What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock.
 tools! {
     Compare compare: comparison::Comparison,
+    Region region: region::RegionTool,
+    Inspect inspector: inspector::Inspector,
     LightMix light_mix: light_mix::LightMixTool,
 }
 

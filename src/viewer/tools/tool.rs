@@ -1,5 +1,7 @@
 //! What a tool of the window is, and what it may use of the window.
 
+use std::time::Instant;
+
 use egui::{Context, Ui};
 use miette::{Result, miette};
 
@@ -26,6 +28,23 @@ pub trait Tool {
     /// Performs an action; returns a message for the user.
     fn perform(&mut self, action: Self::Action, context: &mut ToolContext<'_>) -> Result<Option<String>>;
 
+    /// Responds to a click in the picture, at this place in pixels.
+    ///
+    /// # Errors
+    ///
+    /// Those of what the click asks for.
+    fn click(&mut self, _place: [f64; 2], _context: &mut ToolContext<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    /// Forgets what holds no longer.
+    fn forget(&mut self, _change: ViewChange) {}
+
+    /// Takes over what another thread has computed, and begins what is due; returns whether the window must be drawn anew.
+    fn poll(&mut self, _context: &mut ToolContext<'_>) -> bool {
+        false
+    }
+
     /// Brings what it shows up to date before the panel is drawn. It may change what the panel shows besides the tools.
     fn update(&mut self, _context: &mut ToolContext<'_>, _data: &mut PanelData) {}
 
@@ -36,7 +55,7 @@ pub trait Tool {
     fn over_picture(&mut self, _: &Context, _: PictureArea, _queue: &mut ActionQueue<Self::Action>) {}
 
     /// How much of it is visible outside of the dock.
-    fn presence(&self) -> ToolPresence {
+    fn presence(&self, _context: &ToolContext<'_>) -> ToolPresence {
         ToolPresence::Hidden
     }
 
@@ -46,12 +65,23 @@ pub trait Tool {
     }
 }
 
+/// A change of what the window shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViewChange {
+    /// Scene, camera or method have changed.
+    Edited,
+    /// The picture has another size.
+    Resized,
+}
+
 /// What a tool may use of the window.
 pub struct ToolContext<'a> {
     pub session: &'a mut RenderSession,
     pub picture: &'a mut LivePicture,
     pub editor: &'a mut SceneEditor,
     pub panel: &'a mut ViewerPanel,
+    /// When the render was paused; `None` while it traces.
+    pub paused: &'a mut Option<Instant>,
     /// Position of the window that the action is about, physical pixels.
     pub at: Option<[f64; 2]>,
     /// Set by a tool that has changed what is traced.
@@ -59,6 +89,13 @@ pub struct ToolContext<'a> {
 }
 
 impl ToolContext<'_> {
+    /// Resumes after a pause.
+    pub fn go_on(&mut self) {
+        if let Some(since) = self.paused.take() {
+            self.picture.stood_still(since.elapsed());
+        }
+    }
+
     /// The place of the picture, in pixels, that the action is about.
     ///
     /// # Errors

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use crate::client::settings::FilmCounts;
 use crate::client::window::panel::gizmo::{GizmoDrawing, GizmoMode};
-use crate::client::window::panel::inspect::{PixelPaths, PixelReading};
 use crate::client::window::panel::look::Histogram;
 use crate::client::window::viewport::Viewport;
 
@@ -77,8 +76,6 @@ pub struct PanelData {
     pub left_out: Vec<&'static str>,
     /// Values that the tracer has rejected since the last edit.
     pub rejected: RejectedList,
-    /// Values of the pixel under the pointer, while it is inspected.
-    pub pixel: Option<PixelReading>,
     /// Name of the change that undo would revert.
     pub undo: Option<String>,
     /// Name of the change that redo would repeat.
@@ -87,14 +84,8 @@ pub struct PanelData {
     pub gizmo_mode: GizmoMode,
     /// Geometry of the gizmo over the selected object, if shown.
     pub gizmo: Option<GizmoDrawing>,
-    /// The region that is traced alone, or is being dragged.
-    pub region: Option<RegionDrawing>,
     /// Outline of the selected object: line segments in pixels of the picture.
     pub outline: Option<Arc<Vec<[[f32; 2]; 2]>>>,
-    /// Paths of the last clicked pixel.
-    pub paths: Option<Arc<PixelPaths>>,
-    /// Whether those paths are being traced.
-    pub traces_paths: bool,
     /// Histogram of the picture, if the display tab is visible.
     pub histogram: Option<Arc<Histogram>>,
     /// Numbers of the stored camera views.

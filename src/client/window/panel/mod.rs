@@ -9,7 +9,6 @@ mod dock;
 mod error;
 mod figures;
 mod gizmo;
-mod inspect;
 mod loading;
 mod look;
 mod maps;
@@ -24,7 +23,6 @@ pub use data::*;
 pub use dialog::FileChooser;
 pub use dock::{PanelLayout, PanelTab, WIDTH};
 pub use gizmo::{GizmoDrawing, GizmoHandle, GizmoMode};
-pub use inspect::{LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS};
 pub use loading::{LoadingData, show_loading};
 pub use look::{BINS_PER_STOP, DISPLAY_BINS, Histogram, STOPS};
 pub use over_picture::PictureArea;
@@ -97,7 +95,7 @@ pub fn show<T: Clone>(
     let picture = PictureArea { area, view: data.view };
     maps::show(&ctx, picture, &data.overlay);
     tools.over_picture(&ctx, picture);
-    over_picture::show(&ctx, picture, data, controls);
+    over_picture::show(&ctx, picture, data);
     if let Some(message) = &data.message {
         dock::corner(&ctx, picture.area, "message", Align2::CENTER_BOTTOM, |ui, room| {
             ui.set_max_width(room.x - 2.0 * GAP);
@@ -114,7 +112,7 @@ pub fn show<T: Clone>(
 }
 
 /// A plot of this height, in points, with fixed bounds that the pointer does not move.
-fn still_plot(id: &str, height: f32) -> Plot<'static> {
+pub fn still_plot(id: &str, height: f32) -> Plot<'static> {
     Plot::new(id)
         .height(height)
         .show_x(false)
@@ -130,7 +128,7 @@ fn still_plot(id: &str, height: f32) -> Plot<'static> {
 }
 
 /// Writes a number with this many decimals, without trailing zeros.
-fn trimmed(value: f64, decimals: usize) -> String {
+pub fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }
 }

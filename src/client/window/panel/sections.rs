@@ -12,8 +12,7 @@ use crate::client::window::action::Action;
 use crate::client::window::keys::{CursorAction, KeyTable};
 use crate::client::window::navigation::FOV;
 use crate::client::window::panel::{
-    CostState, EffectCost, EffectRow, PanelData, ParameterValue, RegionDrawing, RejectedList, Selection,
-    style,
+    CostState, EffectCost, EffectRow, PanelData, ParameterValue, RejectedList, Selection, style,
 };
 
 /// Draws the selected object's parameters; every change requests an edit.
@@ -126,25 +125,6 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
             ui.colored_label(style::DIM, format!("shown at {:.0} %", 100.0 * zoom));
         }
     });
-}
-
-/// Draws information about the traced region, or how to trace one.
-pub(super) fn region(ui: &mut Ui, region: Option<RegionDrawing>, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
-        let (name, hint) = match region {
-            Some(_) => {
-                ("Release the region", "Renders the whole picture again; the region keeps its samples")
-            }
-            None => ("Render a region", "Renders only a rectangle of the picture, which you drag"),
-        };
-        if ui.button(name).on_hover_text(format!("{hint}  Ctrl+B")).clicked() {
-            actions.push(Action::ToggleRegion);
-        }
-    });
-    if let Some(RegionDrawing { extent: [width, height], per_pixel, .. }) = region {
-        let words = format!("{width}×{height} pixels with {per_pixel:.0} paths each; the error is theirs");
-        ui.colored_label(style::ACCENT, words);
-    }
 }
 
 /// Draws one line per effect, with a switch and, once measured, its cost; the tooltip gives the reason.

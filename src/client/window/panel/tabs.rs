@@ -4,7 +4,7 @@ use egui::{CollapsingHeader, RichText, Ui};
 
 use crate::client::window::action::Action;
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, gizmo, inspect, look,
+    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, gizmo, look,
     sections, style,
 };
 
@@ -18,19 +18,25 @@ pub(super) fn show(
     actions: &mut Vec<Action>,
 ) {
     match tab {
-        PanelTab::Render => render(ui, data, controls, actions),
+        PanelTab::Render => render(ui, data, controls, tools, actions),
         PanelTab::Look => look::show(ui, data, controls, actions),
         PanelTab::Scene => scene(ui, data, tools, actions),
-        PanelTab::Inspect => inspect::show(ui, data.pixel.as_ref(), data.paths.as_ref(), data.traces_paths),
+        PanelTab::Inspect => tools.sections(SectionPlace::Inspect, ui),
         PanelTab::Compare => tools.sections(SectionPlace::Compare, ui),
         PanelTab::Files => sections::files(ui, data, actions),
     }
 }
 
-fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: &mut Vec<Action>) {
+fn render(
+    ui: &mut Ui,
+    data: &PanelData,
+    controls: &mut PanelControls,
+    tools: &mut dyn PanelTools,
+    actions: &mut Vec<Action>,
+) {
     let settled = figures::settled(ui.ctx(), data);
     sections::picture_size(ui, data, actions);
-    sections::region(ui, data.region.filter(|region| region.is_traced), actions);
+    tools.sections(SectionPlace::RenderTop, ui);
     section(ui, "Error", true, |ui| {
         error::show(ui, data.error.as_deref(), &mut controls.target, data.method, actions);
     });

@@ -7,6 +7,10 @@ use crate::client::window::panel::PictureArea;
 /// A place in the dock where tools draw sections, one below the other in the order of their list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SectionPlace {
+    /// The tab Render, below the size of the picture.
+    RenderTop,
+    /// The tab Inspect.
+    Inspect,
     /// The tab Compare.
     Compare,
     /// At the end of the tab Scene.

@@ -116,7 +116,7 @@ impl Tool for Comparison {
         }
     }
 
-    fn presence(&self) -> ToolPresence {
+    fn presence(&self, _: &ToolContext<'_>) -> ToolPresence {
         match (self.dialog.is_open(), self.controls.is_shown, self.controls.mode) {
             (true, ..) => ToolPresence::Modal,
             (_, true, CompareMode::Split) => ToolPresence::Interactive,
