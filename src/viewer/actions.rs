@@ -113,10 +113,16 @@ impl Viewer {
         act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
     ) -> R {
         let Self { session, picture, editor, panel, paused, tools, .. } = self;
-        let mut context = ToolContext { session, picture, editor, panel, paused, at, has_edited: false };
+        let (asks_place, has_edited, redraws) = (self.asked.is_some(), false, false);
+        let mut context =
+            ToolContext { session, picture, editor, panel, paused, at, asks_place, has_edited, redraws };
         let result = act(tools, &mut context);
-        if context.has_edited {
+        let (has_edited, redraws) = (context.has_edited, context.redraws);
+        if has_edited {
             self.edited();
+        }
+        if redraws {
+            self.refresh();
         }
         result
     }
@@ -187,8 +193,6 @@ impl Viewer {
                     self.edited();
                 }
             }
-            Action::SetGizmo(mode) => self.gizmo.mode = mode,
-            Action::NextGizmo => self.gizmo.mode = self.gizmo.mode.next(),
             Action::SetEffect { name, on } => self.set_effect(name, on)?,
             Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
             Action::ToggleFollowLight => self.panel.controls.auto_exposure ^= true,
@@ -392,21 +396,10 @@ impl Viewer {
 
     /// What the panel shows, with the readings of the tools.
     pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
-        let shows_gizmo = self.shows_gizmo();
         let Self { session, picture, editor, metrics, panel, .. } = self;
         let mut data = panel.data(session, picture, editor, metrics, now);
         (data.undo, data.redo) =
             (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
-        data.gizmo_mode = self.gizmo.mode;
-        if shows_gizmo {
-            let (size, zoom) = (session.size(), panel.points_per_pixel());
-            data.gizmo = self.gizmo.drawing(editor, panel.cursor(), size, zoom);
-        }
-        data.outline = self.outline.lines(session.epoch(), session.size());
-        if panel.controls.layout.shows(PanelTab::Look) && !panel.controls.settings.view.is_error() {
-            let exposure = panel.controls.settings.exposure;
-            data.histogram = self.histogram.get(picture, session.size(), exposure);
-        }
         (data.views, data.recent) = (self.views.numbers(), self.preferences.recent.clone());
         data.is_paused = self.paused.is_some();
         self.with_tools(None, |tools, context| tools.update(context, &mut data));

@@ -14,7 +14,6 @@ use crate::gpu::Swapchain;
 use crate::render::process::tell;
 use crate::viewer::Viewer;
 use crate::viewer::loading::window_size;
-use crate::viewer::outline::OutlineKey;
 use crate::viewer::picture::Painted;
 use crate::viewer::screen::{Canvas, Screen, is_device_lost};
 use crate::viewer::session::TracerNews;
@@ -32,9 +31,6 @@ const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The method is reconsidered once nothing has been edited for this long.
 const REST: Duration = Duration::from_millis(500);
-
-/// The selected object is outlined once nothing has been edited for this long.
-const STILL: Duration = Duration::from_millis(60);
 
 /// Interval between checks of the display that the window is on: not every window system reports a change.
 const DISPLAY_LOOK: Duration = Duration::from_secs(1);
@@ -185,7 +181,6 @@ impl Viewer {
             self.metrics.completed(&gpu, shown, &mut self.picture.pacer);
         }
         self.act();
-        self.outline_selection();
         if self.with_tools(None, |tools, context| tools.poll(context)) {
             self.refresh();
         }
@@ -236,24 +231,6 @@ impl Viewer {
         }
     }
 
-    /// Starts tracing the outline of the selected object once the view has come to rest.
-    fn outline_selection(&mut self) {
-        if self.outline.take() {
-            self.refresh();
-        }
-        let (size, epoch) = (self.session.size(), self.session.epoch());
-        self.panel.has_outline = self.editor.selected().is_some();
-        let key = self.editor.selected().map(|shape| OutlineKey { shape, epoch, size });
-        if self.outline.follows(key) {
-            return;
-        }
-        let Some(key) = key else { return self.outline.clear() };
-        let rests = !self.session.is_stale() && self.picture.is_seen() && self.picture.since_edit() > STILL;
-        if let Some(camera) = self.editor.camera(size).ok().filter(|_| rests) {
-            self.outline.begin(key, self.editor.scene(), camera);
-        }
-    }
-
     /// Time of the next wake-up of the loop.
     pub(super) fn next_look(&mut self, now: Instant) -> Instant {
         let busy = !self.picture.is_idle();
@@ -268,7 +245,6 @@ impl Viewer {
             && self.awaited.is_none()
             && self.picture.is_settled()
             && !self.light.is_changing()
-            && !self.outline.is_busy()
             && !self.tools.is_busy()
             && !self.panel.is_busy();
         if !still {

@@ -28,9 +28,6 @@
 //! │  ├─ MapCache     maps      maps of error and cost over the picture
 //! │  └─ EffectCosts  costs     measured costs of the effects
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
-//! ├─ Outline         outline     the outline of the selected object
-//! ├─ Gizmo           gizmo       handles that move, turn and scale it
-//! ├─ HistogramCache  histogram   the histogram of the picture
 //! ├─ CameraBookmarks  camera_bookmarks  views of the camera by number, beside the scene
 //! ├─ Preferences     preferences what is remembered from session to session
 //! ├─ BackgroundSaves saves     files that are being written
@@ -52,16 +49,13 @@ mod editor;
 mod ending;
 mod exposure;
 mod frame;
-mod gizmo;
 mod handler;
-mod histogram;
 mod light_mix;
 mod loader;
 mod loading;
 mod maps;
 mod metrics;
 pub mod options;
-mod outline;
 mod panel;
 mod picture;
 mod preferences;
@@ -92,11 +86,8 @@ use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::exposure::AutoExposure;
-use crate::viewer::gizmo::Gizmo;
-use crate::viewer::histogram::HistogramCache;
 use crate::viewer::loader::{SceneLoader, ViewSource};
 use crate::viewer::metrics::ViewerMetrics;
-use crate::viewer::outline::Outline;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
@@ -172,9 +163,6 @@ struct Viewer {
     asked: Option<AskedPlace>,
     /// When the user was warned that unsaved changes would be lost.
     warned: Option<Instant>,
-    outline: Outline,
-    gizmo: Gizmo,
-    histogram: HistogramCache,
     views: CameraBookmarks,
     preferences: Preferences,
     /// When to check next which display the window is on.

@@ -49,8 +49,6 @@ pub struct ViewerPanel {
     effects: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
     /// The display controls have changed since the last frame.
     settings_changed: bool,
-    /// An object is outlined.
-    pub has_outline: bool,
     /// How much of the tools is visible outside of the dock.
     pub tools: ToolPresence,
 }
@@ -67,7 +65,6 @@ impl ViewerPanel {
             costs: EffectCosts::default(),
             effects: None,
             settings_changed: false,
-            has_outline: false,
             tools: ToolPresence::Hidden,
         }
     }
@@ -141,7 +138,6 @@ impl ViewerPanel {
             || self.controls.map != MapChoice::None
             || self.host.has_message()
             || self.tools >= ToolPresence::Drawn
-            || self.has_outline
             || !self.viewport.is_whole()
             || self.viewport.zoom() >= GRID_ZOOM
     }

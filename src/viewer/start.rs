@@ -30,13 +30,10 @@ use crate::render::{predictions, process};
 use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
 use crate::viewer::exposure::AutoExposure;
-use crate::viewer::gizmo::Gizmo;
-use crate::viewer::histogram::HistogramCache;
 use crate::viewer::loader::{ReadyScene, ViewSource};
 use crate::viewer::loading::{LoadingWindow, OpenWindow, title, window_size};
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::options::{OF_TRACER, ViewOptions};
-use crate::viewer::outline::Outline;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
@@ -338,9 +335,6 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         paused: None,
         asked: None,
         warned: None,
-        outline: Outline::default(),
-        gizmo: Gizmo::default(),
-        histogram: HistogramCache::default(),
         views,
         preferences,
         look_at_display: now,

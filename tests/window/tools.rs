@@ -5,7 +5,7 @@ use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use pointillist::client::window::action::Action;
-use pointillist::client::window::panel::{Histogram, PanelControls, PanelData, PanelTab};
+use pointillist::client::window::panel::{PanelControls, PanelData, PanelTab};
 
 use crate::headless_panel::{controls, controls_of, readout, show};
 
@@ -149,17 +149,4 @@ fn recent_scenes_and_views_are_opened() {
     harness.get_by_label("2").click();
     harness.get_by_label("3").click();
     assert_eq!(taken(&mut harness), [Action::GoToView(2)], "nothing is kept under 3");
-}
-
-#[test]
-fn the_histogram_is_told() {
-    let histogram = Histogram {
-        luminance: vec![0.01; 72],
-        displayed: std::array::from_fn(|_| vec![0.015; 64]),
-        clipped: 0.031,
-        black: 0.0,
-    };
-    let data = PanelData { histogram: Some(histogram.into()), ..readout() };
-    let harness = harness(data, controls_of(PanelTab::Look));
-    harness.get_by_label("3.1 % white, 0.0 % black");
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::client::window::keys::CursorAction;
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{GizmoMode, PanelTab, ParameterValue};
+use crate::client::window::panel::{PanelTab, ParameterValue};
 
 /// A user action. `T`: actions of the tools.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,10 +112,6 @@ pub enum Action {
     Redo,
     /// Moves the camera back to where the scene file puts it.
     ResetCamera,
-    /// Sets the mode of the gizmo.
-    SetGizmo(GizmoMode),
-    /// Switches the gizmo to the next mode.
-    NextGizmo,
     /// Sets the field of view, in degrees.
     SetFov(f64),
     /// Changes a parameter of the selected object.

@@ -297,7 +297,6 @@ fn changes<T>() -> Vec<KeyBinding<T>> {
     vec![
         mouse("Click", "select an object"),
         key("X", "select nothing", &[Char('x')], Action::Deselect),
-        key("G", "move, turn or scale the selected object", &[Char('g')], Action::NextGizmo),
         key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
         key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
     ]

@@ -2,13 +2,17 @@
 //! panel; and one line of the list below.
 
 mod comparison;
+mod gizmo;
+mod histogram;
 mod inspector;
 mod light_mix;
+mod outline;
 mod region;
 mod tool;
 
 use egui::{Context, Ui};
 use miette::Result;
+use winit::event::WindowEvent;
 
 use crate::client::window::action::{ActionQueue, UserAction};
 use crate::client::window::keys::{KeyTable, ToolKey};
@@ -53,6 +57,11 @@ macro_rules! tools {
             /// Brings what the tools show up to date.
             pub fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
                 $(self.$name.update(context, data);)*
+            }
+
+            /// Lets them hear an event of the window; returns whether one of them keeps it from the panel.
+            pub fn hear(&mut self, event: &WindowEvent, context: &mut ToolContext<'_>) -> bool {
+                false $(|| self.$name.hear(event, context))*
             }
 
             /// Passes on a click in the picture, at this place in pixels.
@@ -110,9 +119,12 @@ macro_rules! tools {
 // What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock.
 tools! {
     Compare compare: comparison::Comparison,
+    Outline outline: outline::Outline,
     Region region: region::RegionTool,
+    Gizmo gizmo: gizmo::Gizmo,
     Inspect inspector: inspector::Inspector,
     LightMix light_mix: light_mix::LightMixTool,
+    Histogram histogram: histogram::HistogramTool,
 }
 
 #[cfg(test)]

@@ -4,10 +4,12 @@ use std::time::Instant;
 
 use egui::{Context, Ui};
 use miette::{Result, miette};
+use winit::event::WindowEvent;
 
 use crate::client::window::action::ActionQueue;
 use crate::client::window::keys::ToolKey;
 use crate::client::window::panel::{PanelData, PictureArea, SectionPlace, ToolPresence};
+use crate::render::process::tell;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
@@ -27,6 +29,11 @@ pub trait Tool {
 
     /// Performs an action; returns a message for the user.
     fn perform(&mut self, action: Self::Action, context: &mut ToolContext<'_>) -> Result<Option<String>>;
+
+    /// Hears an event of the window before the panel does; returns whether it keeps it from the panel.
+    fn hear(&mut self, _event: &WindowEvent, _context: &mut ToolContext<'_>) -> bool {
+        false
+    }
 
     /// Responds to a click in the picture, at this place in pixels.
     ///
@@ -84,11 +91,21 @@ pub struct ToolContext<'a> {
     pub paused: &'a mut Option<Instant>,
     /// Position of the window that the action is about, physical pixels.
     pub at: Option<[f64; 2]>,
+    /// Whether the next click in the picture is for an action that the user has begun.
+    pub asks_place: bool,
     /// Set by a tool that has changed what is traced.
     pub has_edited: bool,
+    /// Set by a tool whose window must be drawn anew.
+    pub redraws: bool,
 }
 
 impl ToolContext<'_> {
+    /// Tells the user in the panel, and on standard error.
+    pub fn say(&mut self, message: String) {
+        tell(&message);
+        self.panel.host.say(message);
+    }
+
     /// Resumes after a pause.
     pub fn go_on(&mut self) {
         if let Some(since) = self.paused.take() {

@@ -5,8 +5,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::settings::FilmCounts;
-use crate::client::window::panel::gizmo::{GizmoDrawing, GizmoMode};
-use crate::client::window::panel::look::Histogram;
 use crate::client::window::viewport::Viewport;
 
 /// Everything that the panel shows.
@@ -80,14 +78,6 @@ pub struct PanelData {
     pub undo: Option<String>,
     /// Name of the change that redo would repeat.
     pub redo: Option<String>,
-    /// Mode of the gizmo.
-    pub gizmo_mode: GizmoMode,
-    /// Geometry of the gizmo over the selected object, if shown.
-    pub gizmo: Option<GizmoDrawing>,
-    /// Outline of the selected object: line segments in pixels of the picture.
-    pub outline: Option<Arc<Vec<[[f32; 2]; 2]>>>,
-    /// Histogram of the picture, if the display tab is visible.
-    pub histogram: Option<Arc<Histogram>>,
     /// Numbers of the stored camera views.
     pub views: Vec<u8>,
     /// Recent scenes, newest first.

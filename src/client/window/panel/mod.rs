@@ -8,7 +8,6 @@ mod dialog;
 mod dock;
 mod error;
 mod figures;
-mod gizmo;
 mod loading;
 mod look;
 mod maps;
@@ -22,9 +21,7 @@ mod tools;
 pub use data::*;
 pub use dialog::FileChooser;
 pub use dock::{PanelLayout, PanelTab, WIDTH};
-pub use gizmo::{GizmoDrawing, GizmoHandle, GizmoMode};
 pub use loading::{LoadingData, show_loading};
-pub use look::{BINS_PER_STOP, DISPLAY_BINS, Histogram, STOPS};
 pub use over_picture::PictureArea;
 pub use palette::CommandPalette;
 pub use tabs::section;
@@ -95,7 +92,7 @@ pub fn show<T: Clone>(
     let picture = PictureArea { area, view: data.view };
     maps::show(&ctx, picture, &data.overlay);
     tools.over_picture(&ctx, picture);
-    over_picture::show(&ctx, picture, data);
+    over_picture::show(&ctx, picture);
     if let Some(message) = &data.message {
         dock::corner(&ctx, picture.area, "message", Align2::CENTER_BOTTOM, |ui, room| {
             ui.set_max_width(room.x - 2.0 * GAP);

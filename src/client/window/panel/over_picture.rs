@@ -1,9 +1,9 @@
-//! Overlays on the picture, aligned with its pixels.
+//! Where the picture is in the window; the grid and the zoom over it.
 
 use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, Stroke, pos2, vec2};
 use glam::DVec2;
 
-use crate::client::window::panel::{PanelData, PictureView, dock, gizmo, style, trimmed};
+use crate::client::window::panel::{PictureView, dock, style, trimmed};
 use crate::client::window::viewport::GRID_ZOOM;
 
 /// Position of the picture in the window.
@@ -35,14 +35,8 @@ impl PictureArea {
     }
 }
 
-/// Draws all overlays.
-pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData) {
-    if let Some(lines) = &data.outline {
-        outline(ctx, picture, lines);
-    }
-    if let Some(drawing) = &data.gizmo {
-        gizmo::draw(ctx, picture, drawing);
-    }
+/// Draws the grid between magnified pixels, and the zoom.
+pub(super) fn show(ctx: &Context, picture: PictureArea) {
     let zoom = picture.view.viewport.zoom();
     if zoom >= GRID_ZOOM {
         grid(ctx, picture);
@@ -51,17 +45,6 @@ pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData) {
         dock::corner(ctx, picture.area, "zoom", Align2::LEFT_BOTTOM, |ui, _| {
             ui.colored_label(style::BRIGHT, format!("×{}   0: whole picture", trimmed(zoom, 2)));
         });
-    }
-}
-
-/// Outline of the selected object, with a dark line beneath so that it is visible on any picture.
-fn outline(ctx: &Context, picture: PictureArea, lines: &[[[f32; 2]; 2]]) {
-    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
-    let point = |[x, y]: [f32; 2]| picture.point(DVec2::new(f64::from(x), f64::from(y)));
-    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.2, style::ACCENT)] {
-        for line in lines {
-            painter.line_segment(line.map(point), Stroke::new(width, color));
-        }
     }
 }
 

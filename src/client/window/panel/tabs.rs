@@ -4,8 +4,7 @@ use egui::{CollapsingHeader, RichText, Ui};
 
 use crate::client::window::action::Action;
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, gizmo, look,
-    sections, style,
+    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, look, sections, style,
 };
 
 /// Draws the contents of a tab.
@@ -19,7 +18,10 @@ pub(super) fn show(
 ) {
     match tab {
         PanelTab::Render => render(ui, data, controls, tools, actions),
-        PanelTab::Look => look::show(ui, data, controls, actions),
+        PanelTab::Look => {
+            tools.sections(SectionPlace::LookTop, ui);
+            look::show(ui, controls);
+        }
         PanelTab::Scene => scene(ui, data, tools, actions),
         PanelTab::Inspect => tools.sections(SectionPlace::Inspect, ui),
         PanelTab::Compare => tools.sections(SectionPlace::Compare, ui),
@@ -57,7 +59,7 @@ fn scene(ui: &mut Ui, data: &PanelData, tools: &mut dyn PanelTools, actions: &mu
         Some(selection) if selection.selected || selection.lens_from > 0 => {
             section(ui, "Selection", true, |ui| {
                 if selection.selected {
-                    gizmo::choice(ui, data.gizmo_mode, actions);
+                    tools.sections(SectionPlace::Selection, ui);
                 }
                 sections::selection(ui, selection, actions);
             });

@@ -9,6 +9,10 @@ use crate::client::window::panel::PictureArea;
 pub enum SectionPlace {
     /// The tab Render, below the size of the picture.
     RenderTop,
+    /// The tab Look, above the controls.
+    LookTop,
+    /// The tab Scene, in the section of the selected object, above its parameters.
+    Selection,
     /// The tab Inspect.
     Inspect,
     /// The tab Compare.
