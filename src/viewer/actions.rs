@@ -3,24 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
 use miette::{IntoDiagnostic, Result, miette};
 use winit::window::Fullscreen;
 
-use crate::client::light_meter::exposure_for;
 use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::{PanelData, PanelTab};
-use crate::gpu::Region;
 use crate::render::figures::human;
 use crate::render::process;
 use crate::render::process::tell;
-use crate::tracer::effects::Effect;
-use crate::viewer::tools::{RegionAction, ToolAction, ToolContext, Tools};
+use crate::viewer::tools::{ExposureAction, RegionAction, ToolAction, ToolContext, Tools};
 use crate::viewer::{AskedPlace, Viewer, preferences};
-
-/// Exposure change per step of the mouse wheel, in stops.
-const EXPOSURE_STEP: f32 = 1.0 / 6.0;
 
 /// A second request within this time after the warning discards unsaved changes.
 const SURE: Duration = Duration::from_secs(10);
@@ -32,17 +25,11 @@ const SCENES: [&str; 9] = ["xml", "gltf", "glb", "usd", "usda", "usdc", "usdz", 
 const SAVED: [(&str, &str); 3] =
     [("Displayed picture", "png"), ("Linear picture", "exr"), ("Changed scene", "xml")];
 
-/// Half the side of the square over which the exposure meter averages, in pixels.
-const SPOT: u32 = 4;
-
 impl Viewer {
     /// Performs all actions queued since the last call and takes over results that other threads have finished.
     pub(super) fn act(&mut self) {
         if self.panel.take_settings_changed() {
             self.controls_changed();
-        }
-        if self.panel.take_costs() {
-            self.refresh();
         }
         for message in self.saves.done() {
             self.say(message);
@@ -62,6 +49,9 @@ impl Viewer {
                 Ok(None) => {}
                 Ok(Some(message)) => self.say(message),
                 Err(error) => self.say(error.to_string()),
+            }
+            if self.panel.take_settings_changed() {
+                self.controls_changed();
             }
             if !camera {
                 self.refresh();
@@ -193,9 +183,6 @@ impl Viewer {
                     self.edited();
                 }
             }
-            Action::SetEffect { name, on } => self.set_effect(name, on)?,
-            Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
-            Action::ToggleFollowLight => self.panel.controls.auto_exposure ^= true,
             Action::SetMethod(name) => {
                 if self.session.set_method(name) {
                     self.edited();
@@ -208,16 +195,8 @@ impl Viewer {
                 return self.save_scene().map(|path| Some(format!("saved {}{mix}", path.display())));
             }
             Action::CopyCommand => return self.copy_command().map(Some),
-            Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {
-                return Err(miette!("the error is shown, not light: choose “Show: Picture” on the tab Look"));
-            }
-            Action::MeterAt(at) => self.meter(at)?,
             Action::Expose(steps) => {
-                let controls = &mut self.panel.controls;
-                controls.auto_exposure = false;
-                let exposure = controls.settings.exposure * 2f32.powf(steps as f32 * EXPOSURE_STEP);
-                controls.settings.exposure = exposure.clamp(1e-6, 1e9);
-                self.controls_changed();
+                return self.perform(UserAction::Tool(ToolAction::Exposure(ExposureAction::Step(steps))));
             }
             Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
@@ -245,13 +224,6 @@ impl Viewer {
                 self.panel.controls.save_dialog.ask_name(title, &folder, &name, &SAVED);
             }
             Action::SaveAs(path) => return self.save_as(path),
-            Action::KeepView(number) => return self.views.keep(number, self.editor.pose()).map(Some),
-            Action::GoToView(number) => {
-                let pose = self.views.get(number)?;
-                if self.editor.go_to(pose) {
-                    self.edited();
-                }
-            }
             Action::TogglePause if self.paused.is_some() => self.go_on(),
             Action::TogglePause => {
                 self.paused = Some(Instant::now());
@@ -314,27 +286,6 @@ impl Viewer {
 
     fn perform_region(&mut self, action: RegionAction) -> Result<Option<String>> {
         self.perform(UserAction::Tool(ToolAction::Region(action)))
-    }
-
-    /// Sets the exposure so that the colour at a window position becomes middle grey.
-    fn meter(&mut self, at: [f64; 2]) -> Result<()> {
-        let mean = f64::from(self.spot(at)?.y);
-        let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
-        self.panel.controls.auto_exposure = false;
-        self.panel.controls.settings.exposure = exposure;
-        self.controls_changed();
-        Ok(())
-    }
-
-    /// Mean displayed colour around a window position, scene-linear XYZ.
-    fn spot(&mut self, at: [f64; 2]) -> Result<Vec3> {
-        let size = self.session.size();
-        let place = self.panel.on_picture(at)?.map(|at| at as u32);
-        let low = place.map(|at| at.saturating_sub(SPOT));
-        let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
-        let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
-        let spot = shown.map_or(Vec::new(), |shown| shown.xyz);
-        Ok(spot.iter().map(|xyz| Vec3::from(*xyz)).sum::<Vec3>() / spot.len().max(1) as f32)
     }
 
     /// Whether unsaved changes may be discarded: if there are any, the user has to ask twice.
@@ -400,7 +351,7 @@ impl Viewer {
         let mut data = panel.data(session, picture, editor, metrics, now);
         (data.undo, data.redo) =
             (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
-        (data.views, data.recent) = (self.views.numbers(), self.preferences.recent.clone());
+        data.recent = self.preferences.recent.clone();
         data.is_paused = self.paused.is_some();
         self.with_tools(None, |tools, context| tools.update(context, &mut data));
         data
@@ -417,18 +368,5 @@ impl Viewer {
     pub(super) fn say(&mut self, message: String) {
         tell(&message);
         self.panel.host.say(message);
-    }
-
-    /// Switches an effect on or off. The files of the picture name the effects that are left out.
-    fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
-        match Effect::named(name) {
-            Some(effect) => {
-                self.editor.switch(effect)?;
-                self.session.set_effects(&self.editor);
-                self.edited();
-            }
-            None => self.panel.switch_display_effect(name, on),
-        }
-        Ok(())
     }
 }

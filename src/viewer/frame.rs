@@ -76,7 +76,7 @@ impl Viewer {
             }
         }
         self.picture.hear_end(&self.session);
-        self.auto_exposure(begin);
+        self.with_tools(None, |tools, context| tools.frame(begin, context));
         // A film of another size has no picture yet; the panel must not wait for one for long.
         if shows && (self.picture.has_picture() || self.picture.since_edit() > PATIENCE) {
             self.show(&plan)?;
@@ -151,19 +151,6 @@ impl Viewer {
                 self.picture.send_to_tev(tev, &self.options.name, &self.session)
             }
             _ => Ok(()),
-        }
-    }
-
-    /// Advances auto-exposure, if enabled.
-    fn auto_exposure(&mut self, now: Instant) {
-        let controls = &mut self.panel.controls;
-        if !controls.auto_exposure {
-            return self.light.start_from(controls.settings.exposure);
-        }
-        let metered = self.picture.metered().filter(|_| !self.picture.is_frozen());
-        if let Some(exposure) = self.light.step(metered, now) {
-            controls.settings.exposure = exposure;
-            self.picture.expose();
         }
     }
 
@@ -244,9 +231,8 @@ impl Viewer {
             && !self.editor.is_preparing()
             && self.awaited.is_none()
             && self.picture.is_settled()
-            && !self.light.is_changing()
             && !self.tools.is_busy()
-            && !self.panel.is_busy();
+            && !self.panel.input.is_moving();
         if !still {
             return self.clock.next();
         }
@@ -394,7 +380,6 @@ impl Viewer {
         self.tools.forget(ViewChange::Edited);
         self.session.edited();
         self.picture.edited(now);
-        self.panel.edited();
         self.metrics.edit(now);
     }
 

@@ -25,10 +25,9 @@
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
 //! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
 //! ├─ ViewerPanel     panel     egui, mouse and keys, display controls, list of effects
-//! │  ├─ MapCache     maps      maps of error and cost over the picture
-//! │  └─ EffectCosts  costs     measured costs of the effects
+//! │  └─ MapCache     maps      maps of error and cost over the picture
+//! ├─ Tools           tools     what the user works with: each has its state, its actions, and its part of the panel
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
-//! ├─ CameraBookmarks  camera_bookmarks  views of the camera by number, beside the scene
 //! ├─ Preferences     preferences what is remembered from session to session
 //! ├─ BackgroundSaves saves     files that are being written
 //! ├─ SceneLoader     loader    a scene that a thread reads and prepares: the first, one that was dropped, one that has changed
@@ -42,12 +41,9 @@
 //! window closes.
 
 mod actions;
-mod camera_bookmarks;
 mod clock;
-mod costs;
 mod editor;
 mod ending;
-mod exposure;
 mod frame;
 mod handler;
 mod light_mix;
@@ -82,10 +78,8 @@ use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;
 use crate::render::tev::TevLink;
 use crate::render::timings::TimingCapture;
-use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
 use crate::viewer::editor::SceneEditor;
-use crate::viewer::exposure::AutoExposure;
 use crate::viewer::loader::{SceneLoader, ViewSource};
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::panel::ViewerPanel;
@@ -146,8 +140,6 @@ struct Viewer {
     /// The user's actions, performed before the next frame.
     actions: Vec<UserAction<ToolAction>>,
     metrics: ViewerMetrics,
-    /// Auto-exposure.
-    light: AutoExposure,
     saves: BackgroundSaves,
     /// Recorder of pass and worker timings, if requested.
     capture: Option<TimingCapture>,
@@ -163,7 +155,6 @@ struct Viewer {
     asked: Option<AskedPlace>,
     /// When the user was warned that unsaved changes would be lost.
     warned: Option<Instant>,
-    views: CameraBookmarks,
     preferences: Preferences,
     /// When to check next which display the window is on.
     look_at_display: Instant,

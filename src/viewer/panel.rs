@@ -14,8 +14,8 @@ use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::{InputEvent, InputState};
 use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::{
-    EffectRow, ErrorSummary, MapChoice, PanelControls, PanelData, PanelTools, PictureView, RejectedList,
-    RejectedRow, ToolPresence, TracerRow,
+    ErrorSummary, MapChoice, PanelControls, PanelData, PanelTools, PictureView, RejectedList, RejectedRow,
+    ToolPresence, TracerRow,
 };
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
 use crate::remote::{Health, TracerStatus};
@@ -24,8 +24,6 @@ use crate::render::rejected::RejectedExample;
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
 use crate::tracer::choice::CANDIDATES;
-use crate::tracer::effects::{self, refusal};
-use crate::viewer::costs::EffectCosts;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::maps::{self, MapCache};
 use crate::viewer::metrics::ViewerMetrics;
@@ -44,9 +42,6 @@ pub struct ViewerPanel {
     /// Which part of the picture is shown, and where.
     pub viewport: Viewport,
     maps: MapCache,
-    costs: EffectCosts,
-    /// List of effects, and the method and settings that it is valid for; `None` after an edit.
-    effects: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
     /// The display controls have changed since the last frame.
     settings_changed: bool,
     /// How much of the tools is visible outside of the dock.
@@ -62,8 +57,6 @@ impl ViewerPanel {
             input: InputState::new(size),
             viewport: Viewport::new(size),
             maps: MapCache::default(),
-            costs: EffectCosts::default(),
-            effects: None,
             settings_changed: false,
             tools: ToolPresence::Hidden,
         }
@@ -92,32 +85,10 @@ impl ViewerPanel {
         std::mem::take(&mut self.settings_changed)
     }
 
-    /// Turns an effect of the display on or off.
-    pub fn switch_display_effect(&mut self, name: &str, on: bool) {
-        self.controls.settings.switch(name, on);
+    /// Changes the display settings.
+    pub fn change_settings(&mut self, change: impl FnOnce(&mut Settings)) {
+        change(&mut self.controls.settings);
         self.settings_changed = true;
-    }
-
-    /// Begins to measure the cost of each of the tracer's effects for this scene, view and method.
-    pub fn measure_costs(&mut self, session: &RenderSession, editor: &SceneEditor) -> Result<()> {
-        let plan = self.plan(session, editor);
-        self.costs.measure(session, editor, plan)
-    }
-
-    /// Takes over measured costs; true if there are new ones.
-    pub fn take_costs(&mut self) -> bool {
-        self.costs.take()
-    }
-
-    /// Whether a background task runs that needs frames or will end soon.
-    pub fn is_busy(&self) -> bool {
-        self.costs.is_measuring() || self.input.is_moving()
-    }
-
-    /// Invalidates effects and costs after a change of scene, camera or method.
-    pub fn edited(&mut self) {
-        self.effects = None;
-        self.costs.edited();
     }
 
     /// Discards maps of the previous epoch.
@@ -197,26 +168,6 @@ impl ViewerPanel {
         effect_plan::plan(editor.desc(), session.run_spec(), &self.controls.settings)
     }
 
-    /// List of effects, with costs where known.
-    fn effects(&mut self, session: &RenderSession, editor: &SceneEditor) -> Vec<EffectRow> {
-        let (method, settings) = (session.run_spec().integrator, &self.controls.settings);
-        let mut rows = match &self.effects {
-            Some((for_method, for_settings, rows)) if *for_method == method && for_settings == settings => {
-                rows.clone()
-            }
-            _ => {
-                let plan = self.plan(session, editor);
-                let rows: Vec<_> = plan.into_iter().map(|entry| effect_row(entry, method, editor)).collect();
-                self.effects = Some((method, settings.clone(), rows.clone()));
-                rows
-            }
-        };
-        for (place, row) in rows.iter_mut().enumerate() {
-            row.cost = self.costs.of(place, row.name);
-        }
-        rows
-    }
-
     /// Window points per picture pixel.
     pub fn points_per_pixel(&self) -> f64 {
         self.viewport.zoom() / f64::from(self.host.drawing_scale())
@@ -284,8 +235,6 @@ impl ViewerPanel {
             elapsed: session.elapsed(),
             message: self.host.message(now).map(str::to_owned),
             selection: editor.selection(),
-            effects: self.effects(session, editor),
-            costs: self.costs.state(),
             error: picture.present_observer().map(|observer| {
                 if picture.mix.is_mixing() {
                     let message = "not known of a mix of lights".to_owned();
@@ -319,16 +268,4 @@ fn rejected(session: &RenderSession, editor: &SceneEditor) -> RejectedList {
         command: example.replay,
     };
     RejectedList { total: report.total, rows: report.examples.into_iter().map(row).collect() }
-}
-
-/// One row of the list of effects. A forced effect can be switched back; any other can be forced off or on where that is possible.
-fn effect_row(entry: PlannedEffect, method: IntegratorKind, editor: &SceneEditor) -> EffectRow {
-    let on_display = entry.client.as_ref().is_some_and(|effect| effect.can_switch);
-    let can_switch = entry.effect.map_or(on_display, |effect| {
-        let is_forced = editor.forced().iter().any(|forced| forced.effect == effect);
-        let can_add = effects::force_on(&mut editor.desc().clone(), effect).is_ok();
-        is_forced || entry.on && refusal(effect, method).is_none() || !entry.on && can_add
-    });
-    let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
-    EffectRow { name: entry.name, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
 }

@@ -27,9 +27,7 @@ use crate::render::remote_order::scene_digest;
 use crate::render::tev::TevLink;
 use crate::render::timings::{self, TimingCapture};
 use crate::render::{predictions, process};
-use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
-use crate::viewer::exposure::AutoExposure;
 use crate::viewer::loader::{ReadyScene, ViewSource};
 use crate::viewer::loading::{LoadingWindow, OpenWindow, title, window_size};
 use crate::viewer::metrics::ViewerMetrics;
@@ -307,7 +305,8 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         }
     }
     preferences.opened(&loader.source.args.scene, &panel.controls.layout);
-    let (views, no_views) = CameraBookmarks::beside(&loader.source.args.scene);
+    let mut tools = Tools::default();
+    let problems = tools.open_scene(&loader.source.args.scene);
     let (mut watch, problem) = FileWatch::new();
     let unseen = watch.follow(loader.files());
     let now = Instant::now();
@@ -321,11 +320,10 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         picture,
         editor,
         panel,
-        tools: Tools::default(),
+        tools,
         keys: Tools::keys(),
         actions: Vec::new(),
         metrics,
-        light: AutoExposure::default(),
         saves: BackgroundSaves::default(),
         capture,
         clock: FrameClock::new(now),
@@ -335,14 +333,13 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         paused: None,
         asked: None,
         warned: None,
-        views,
         preferences,
         look_at_display: now,
         awaited: None,
         quit: false,
         outcome: Ok(()),
     };
-    problem.into_iter().chain(unseen).chain(no_views).for_each(|message| viewer.say(message));
+    problem.into_iter().chain(unseen).chain(problems).for_each(|message| viewer.say(message));
     viewer.choose_method()?;
     viewer.restart()?;
     Ok(viewer)

@@ -8,9 +8,9 @@ use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
 use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::panel::{
-    self, CommandPalette, CostState, DEFAULT_TARGET, EffectRow, FileChooser, MapChoice, PanelControls,
-    PanelData, PanelLayout, PanelTab, ParameterValue, PictureOverlay, PictureView, RejectedList, RejectedRow,
-    SceneParameter, Selection, TracerRow,
+    self, CommandPalette, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelData, PanelLayout,
+    PanelTab, ParameterValue, PictureOverlay, PictureView, RejectedList, RejectedRow, SceneParameter,
+    Selection, TracerRow,
 };
 use pointillist::client::window::viewport::Viewport;
 
@@ -71,17 +71,6 @@ pub fn readout() -> PanelData {
                 },
             ],
         }),
-        effects: vec![
-            EffectRow { name: "dispersion", on: true, reason: "glass".into(), can_switch: true, cost: None },
-            EffectRow {
-                name: "glare",
-                on: false,
-                reason: "--glare off".into(),
-                can_switch: false,
-                cost: None,
-            },
-        ],
-        costs: CostState::Unknown,
         error: None,
         overlay: PictureOverlay::None,
         rejected: RejectedList {

@@ -182,15 +182,6 @@ fn dragging_with_ctrl_moves_the_magnified_picture() {
 }
 
 #[test]
-fn numbers_keep_views_and_go_to_them() {
-    let mut hand = Hand::new();
-    assert_eq!(hand.key(KeyCode::Digit3, '3'), [Action::GoToView(3)]);
-    hand.give(InputEvent::Modifiers(true, false));
-    assert_eq!(hand.key(KeyCode::Digit3, '3'), [Action::KeepView(3)]);
-    assert_eq!(hand.key(KeyCode::Digit0, '0'), []);
-}
-
-#[test]
 fn fractions_are_those_of_the_picture() {
     let mut hand = Hand::new();
     // A wide window shows a narrow picture.

@@ -54,14 +54,7 @@ fn buttons_do_what_they_say() {
         assert_eq!(panel.click(at, &readout, &mut controls), [action], "{text}");
     }
     controls.layout.bring(PanelTab::Render);
-    let shapes = panel.settle(&readout, &mut controls);
-    // Folded at first. What can be left out has a switch, what cannot has none.
-    panel.click(place(&shapes, "Effects"), &readout, &mut controls);
-    let open = panel.settle(&readout, &mut controls);
-    place(&open, "without lens");
-    let switched = Action::SetEffect { name: "dispersion", on: false };
-    assert_eq!(panel.click(place(&open, "dispersion"), &readout, &mut controls), [switched]);
-    assert_eq!(panel.click(place(&open, "glare"), &readout, &mut controls), []);
+    place(&panel.settle(&readout, &mut controls), "without lens");
     controls.layout.is_open = false;
     assert!(texts(&panel.frame(vec![], &readout, &mut controls).1).is_empty(), "hidden means hidden");
 }

@@ -137,16 +137,10 @@ fn the_panel_is_entered_and_used_by_keyboard() {
 }
 
 #[test]
-fn recent_scenes_and_views_are_opened() {
-    let data = PanelData {
-        recent: vec!["/scenes/kitchen.xml".into(), "/scenes/hall.xml".into()],
-        views: vec![2],
-        ..readout()
-    };
+fn recent_scenes_are_opened() {
+    let data =
+        PanelData { recent: vec!["/scenes/kitchen.xml".into(), "/scenes/hall.xml".into()], ..readout() };
     let mut harness = harness(data, controls_of(PanelTab::Files));
     harness.get_by_label("scenes/hall.xml").click();
     assert_eq!(taken(&mut harness), [Action::Open("/scenes/hall.xml".into())]);
-    harness.get_by_label("2").click();
-    harness.get_by_label("3").click();
-    assert_eq!(taken(&mut harness), [Action::GoToView(2)], "nothing is kept under 3");
 }

@@ -84,8 +84,6 @@ pub enum Action {
     FocusLensAt([f64; 2]),
     /// Performs this at the next position that the user clicks.
     AskPlace(CursorAction),
-    /// Sets the exposure from the light at this position.
-    MeterAt([f64; 2]),
     /// Changes the exposure by this many steps of a sixth of a stop.
     Expose(f64),
     /// Zooms the displayed picture by steps of the wheel, about this position.
@@ -121,17 +119,6 @@ pub enum Action {
         /// The new value.
         value: ParameterValue,
     },
-    /// Switches an effect of the picture off or on.
-    SetEffect {
-        /// Name of the effect.
-        name: &'static str,
-        /// Whether the effect is on.
-        on: bool,
-    },
-    /// Measures the costs of the tracer's effects.
-    MeasureCosts,
-    /// Switches auto-exposure on, or off at the present exposure.
-    ToggleFollowLight,
     /// Selects the integrator of this name; `None` for the automatic choice.
     SetMethod(Option<&'static str>),
     /// Saves the displayed picture.
@@ -150,10 +137,6 @@ pub enum Action {
     SaveDialog,
     /// Saves to this path; the extension selects the displayed picture, the sums or the scene.
     SaveAs(PathBuf),
-    /// Stores the view under a number, 1 to 9.
-    KeepView(u8),
-    /// Goes to the view stored under a number.
-    GoToView(u8),
     /// Pauses or resumes: while paused no samples are read, so that the tracer stops soon.
     TogglePause,
     /// Fills the screen with the window, or leaves it.

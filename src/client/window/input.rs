@@ -348,18 +348,14 @@ impl InputState {
             return Vec::new();
         }
         let held = Held { ctrl: self.ctrl, shift: self.shift, flying };
-        let number = text.and_then(|text| text.to_digit(10)).map(|digit| digit as u8);
         let cursor = self.cursor.filter(|at| at.cmplt(self.area).all()).map(|at| at.to_array());
-        let window = |action| vec![UserAction::Window(action)];
         match (keys.lookup(code, text, held), cursor) {
             (Some(BoundAction::Action(UserAction::Window(Action::Gesture(gesture)))), _) => {
                 self.step(gesture, now).into_iter().map(UserAction::Window).collect()
             }
             (Some(BoundAction::Action(action)), _) => vec![action],
-            (Some(BoundAction::AtCursor(action)), Some(at)) => window(action.at(at)),
+            (Some(BoundAction::AtCursor(action)), Some(at)) => vec![UserAction::Window(action.at(at))],
             (Some(BoundAction::ToolAtCursor(action)), Some(at)) => vec![UserAction::ToolAt(action, at)],
-            (Some(BoundAction::KeepView), _) => number.map_or(Vec::new(), |n| window(Action::KeepView(n))),
-            (Some(BoundAction::GoToView), _) => number.map_or(Vec::new(), |n| window(Action::GoToView(n))),
             _ => Vec::new(),
         }
     }

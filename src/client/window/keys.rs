@@ -31,10 +31,6 @@ pub enum BoundAction<T> {
     ToolAtCursor(T),
     /// Performs one action for each trigger, in their order; each has a name of its own in the palette.
     Each(Vec<(String, T)>),
-    /// Stores the view under the pressed number.
-    KeepView,
-    /// Goes to the view stored under the pressed number.
-    GoToView,
     /// Describes mouse buttons and held keys, which [`input`](crate::client::window::input) interprets.
     Described,
 }
@@ -46,8 +42,6 @@ pub enum CursorAction {
     Focus,
     /// Focuses the lens at the point's distance.
     FocusLens,
-    /// Sets the exposure from the light at the pixel.
-    Meter,
     /// Zooms the picture in by a step.
     ZoomIn,
     /// Zooms it out by a step.
@@ -62,7 +56,6 @@ impl CursorAction {
         match self {
             Self::Focus => Action::FocusAt(at),
             Self::FocusLens => Action::FocusLensAt(at),
-            Self::Meter => Action::MeterAt(at),
             Self::ZoomIn => Action::ZoomAt(at, 1.0),
             Self::ZoomOut => Action::ZoomAt(at, -1.0),
             Self::ShowPixels => Action::ShowPixels(at),
@@ -141,8 +134,6 @@ impl<T> ToolKey<T> {
             BoundAction::Each(all) => {
                 BoundAction::Each(all.into_iter().map(|(name, action)| (name, convert(action))).collect())
             }
-            BoundAction::KeepView => BoundAction::KeepView,
-            BoundAction::GoToView => BoundAction::GoToView,
             BoundAction::Described => BoundAction::Described,
         };
         ToolKey { below, binding: KeyBinding { keys, meaning, triggers, action } }
@@ -258,38 +249,6 @@ fn camera<T>() -> Vec<KeyBinding<T>> {
         at_cursor("F, double click", "look at the point under the cursor", &[Char('f')], CursorAction::Focus),
         at_cursor("L", "focus the lens on the point under the cursor", &[Char('l')], CursorAction::FocusLens),
         key("R, Home", "the file's camera", &[Char('r'), Key(KeyCode::Home)], Action::ResetCamera),
-        KeyBinding {
-            keys: "Ctrl+1 … Ctrl+9",
-            meaning: "keep this view under a number, beside the scene",
-            triggers: &[
-                Ctrl('1', false),
-                Ctrl('2', false),
-                Ctrl('3', false),
-                Ctrl('4', false),
-                Ctrl('5', false),
-                Ctrl('6', false),
-                Ctrl('7', false),
-                Ctrl('8', false),
-                Ctrl('9', false),
-            ],
-            action: BoundAction::KeepView,
-        },
-        KeyBinding {
-            keys: "1 … 9",
-            meaning: "go to the view of this number",
-            triggers: &[
-                Char('1'),
-                Char('2'),
-                Char('3'),
-                Char('4'),
-                Char('5'),
-                Char('6'),
-                Char('7'),
-                Char('8'),
-                Char('9'),
-            ],
-            action: BoundAction::GoToView,
-        },
     ]
 }
 
@@ -311,9 +270,6 @@ fn picture<T>() -> Vec<KeyBinding<T>> {
         key("0", "the whole picture", &[Char('0')], Action::ResetView),
         at_cursor("Z", "a pixel of the picture as one of the window", &[Char('z')], CursorAction::ShowPixels),
         key("N", "a new picture, as large as the window", &[Char('n')], Action::FillWindow),
-        mouse("Ctrl+Shift+wheel", "brightness"),
-        at_cursor("M", "expose for the light under the cursor", &[Char('m')], CursorAction::Meter),
-        key("B", "fix the brightness, or let it follow the light", &[Char('b')], Action::ToggleFollowLight),
         key("Space", "pause the render, or go on", &[Key(KeyCode::Space)], Action::TogglePause),
     ]
 }
@@ -337,7 +293,6 @@ fn window<T>() -> Vec<KeyBinding<T>> {
         command("show the tab Look", Action::ShowTab(PanelTab::Look)),
         command("show the tab Scene", Action::ShowTab(PanelTab::Scene)),
         command("show the tab Files", Action::ShowTab(PanelTab::Files)),
-        command("measure what the effects cost", Action::MeasureCosts),
         key("Ctrl+K", "find a command by its name", &[Ctrl('k', false)], Action::TogglePalette),
         key("F11", "full screen", &[Key(KeyCode::F11)], Action::ToggleFullscreen),
         key(

@@ -1,7 +1,10 @@
 //! The tools of the window. Each is one file or folder, which holds its state, its actions, what they do, its keys, and its part of the
 //! panel; and one line of the list below.
 
+mod bookmarks;
 mod comparison;
+mod effects;
+mod exposure;
 mod gizmo;
 mod histogram;
 mod inspector;
@@ -9,6 +12,9 @@ mod light_mix;
 mod outline;
 mod region;
 mod tool;
+
+use std::path::Path;
+use std::time::Instant;
 
 use egui::{Context, Ui};
 use miette::Result;
@@ -19,6 +25,7 @@ use crate::client::window::keys::{KeyTable, ToolKey};
 use crate::client::window::panel::{PanelData, PanelTools, PictureArea, SectionPlace, ToolPresence};
 use crate::viewer::tools::tool::Tool;
 
+pub use exposure::ExposureAction;
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};
 
@@ -57,6 +64,16 @@ macro_rules! tools {
             /// Brings what the tools show up to date.
             pub fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
                 $(self.$name.update(context, data);)*
+            }
+
+            /// Another scene was opened; returns messages for the user.
+            pub fn open_scene(&mut self, scene: &Path) -> Vec<String> {
+                [$(self.$name.open_scene(scene),)*].into_iter().flatten().collect()
+            }
+
+            /// Lets them follow the picture, once for every frame.
+            pub fn frame(&mut self, now: Instant, context: &mut ToolContext<'_>) {
+                $(self.$name.frame(now, context);)*
             }
 
             /// Lets them hear an event of the window; returns whether one of them keeps it from the panel.
@@ -118,6 +135,7 @@ macro_rules! tools {
 
 // What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock.
 tools! {
+    Exposure exposure: exposure::AutoExposure,
     Compare compare: comparison::Comparison,
     Outline outline: outline::Outline,
     Region region: region::RegionTool,
@@ -125,6 +143,8 @@ tools! {
     Inspect inspector: inspector::Inspector,
     LightMix light_mix: light_mix::LightMixTool,
     Histogram histogram: histogram::HistogramTool,
+    Effects effects: effects::EffectList,
+    Bookmarks bookmarks: bookmarks::CameraBookmarks,
 }
 
 #[cfg(test)]

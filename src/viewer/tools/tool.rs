@@ -1,5 +1,6 @@
 //! What a tool of the window is, and what it may use of the window.
 
+use std::path::Path;
 use std::time::Instant;
 
 use egui::{Context, Ui};
@@ -30,6 +31,11 @@ pub trait Tool {
     /// Performs an action; returns a message for the user.
     fn perform(&mut self, action: Self::Action, context: &mut ToolContext<'_>) -> Result<Option<String>>;
 
+    /// Another scene was opened; returns a message for the user if something of the tool beside it cannot be read.
+    fn open_scene(&mut self, _scene: &Path) -> Option<String> {
+        None
+    }
+
     /// Hears an event of the window before the panel does; returns whether it keeps it from the panel.
     fn hear(&mut self, _event: &WindowEvent, _context: &mut ToolContext<'_>) -> bool {
         false
@@ -43,6 +49,9 @@ pub trait Tool {
     fn click(&mut self, _place: [f64; 2], _context: &mut ToolContext<'_>) -> Result<()> {
         Ok(())
     }
+
+    /// Follows the picture, once for every frame.
+    fn frame(&mut self, _now: Instant, _context: &mut ToolContext<'_>) {}
 
     /// Forgets what holds no longer.
     fn forget(&mut self, _change: ViewChange) {}

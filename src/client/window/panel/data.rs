@@ -62,10 +62,6 @@ pub struct PanelData {
     pub message: Option<String>,
     /// The selected object, or the lights.
     pub selection: Option<Selection>,
-    /// All effects, on or off.
-    pub effects: Vec<EffectRow>,
-    /// Whether the costs of the effects are known.
-    pub costs: CostState,
     /// Error of the picture; `None` where the render is not divided into replicates.
     pub error: Option<Arc<ErrorSummary>>,
     /// Map drawn over the picture.
@@ -78,8 +74,6 @@ pub struct PanelData {
     pub undo: Option<String>,
     /// Name of the change that redo would repeat.
     pub redo: Option<String>,
-    /// Numbers of the stored camera views.
-    pub views: Vec<u8>,
     /// Recent scenes, newest first.
     pub recent: Vec<PathBuf>,
     /// Whether tracing is paused.
@@ -145,21 +139,6 @@ pub struct RejectedRow {
     pub what: String,
     /// Command that reproduces it.
     pub command: String,
-}
-
-/// A line of the list of effects.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EffectRow {
-    /// Name of the effect.
-    pub name: &'static str,
-    /// Whether it is simulated.
-    pub on: bool,
-    /// Object in the scene that needs the effect, with its location, or why none does.
-    pub reason: String,
-    /// Whether the user can switch it.
-    pub can_switch: bool,
-    /// Measured cost, if known.
-    pub cost: Option<EffectCost>,
 }
 
 /// The selected object or, if nothing is selected, the lights of the scene.
@@ -331,29 +310,6 @@ impl ColorScale {
     pub fn middle(self) -> f64 {
         if self.logarithmic { (self.low * self.high).sqrt() } else { 0.5 * (self.low + self.high) }
     }
-}
-
-/// State of the effects' costs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CostState {
-    /// Never measured.
-    #[default]
-    Unknown,
-    /// Being measured.
-    Measuring,
-    /// Valid for the present scene.
-    Fresh,
-    /// The scene was edited since they were measured.
-    Stale,
-}
-
-/// Cost of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EffectCost {
-    /// If on: fraction of the tracing time saved without it.
-    Share(f64),
-    /// If off: relative increase of the tracing time with a small example of it.
-    More(f64),
 }
 
 #[cfg(test)]

@@ -40,13 +40,6 @@ struct Match<T> {
 /// Commands of a binding.
 fn commands<T: Clone>(binding: &KeyBinding<T>) -> Vec<Match<T>> {
     let one = |action| vec![Match { meaning: capitalised(binding.meaning), keys: binding.keys, action }];
-    let views = |action: fn(u8) -> Action, words: &str| {
-        let view = |n| {
-            let action = UserAction::Window(action(n));
-            Match { meaning: format!("{words} {n}"), keys: binding.keys, action }
-        };
-        (1..=9).map(view).collect()
-    };
     match &binding.action {
         BoundAction::Action(action) => one(action.clone()),
         BoundAction::AtCursor(action) => one(UserAction::Window(Action::AskPlace(*action))),
@@ -58,8 +51,6 @@ fn commands<T: Clone>(binding: &KeyBinding<T>) -> Vec<Match<T>> {
             };
             all.iter().map(each).collect()
         }
-        BoundAction::KeepView => views(Action::KeepView, "Keep this view as"),
-        BoundAction::GoToView => views(Action::GoToView, "Go to view"),
         BoundAction::Described => Vec::new(),
     }
 }
@@ -167,8 +158,6 @@ mod tests {
         assert_eq!(first("open"), Some(Action::OpenDialog));
         assert_eq!(first("save png"), Some(Action::SavePng));
         assert_eq!(first("PNG sav"), Some(Action::SavePng));
-        assert_eq!(first("go to view 3"), Some(Action::GoToView(3)));
-        assert_eq!(first("keep view 9"), Some(Action::KeepView(9)));
         assert_eq!(first("full"), Some(Action::ToggleFullscreen));
         assert_eq!(first("no such thing"), None);
         assert!(matches(&keys, "").len() > 20);

@@ -3,17 +3,12 @@
 use std::ops::Range;
 use std::path::Path;
 
-use egui::{
-    Align, Align2, Button, Checkbox, DragValue, Grid, Key, Layout, Order, RichText, ScrollArea, Slider,
-    SliderClamping, Ui, Window,
-};
+use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Slider, SliderClamping, Ui, Window};
 
 use crate::client::window::action::Action;
 use crate::client::window::keys::{CursorAction, KeyTable};
 use crate::client::window::navigation::FOV;
-use crate::client::window::panel::{
-    CostState, EffectCost, EffectRow, PanelData, ParameterValue, RejectedList, Selection, style,
-};
+use crate::client::window::panel::{PanelData, ParameterValue, RejectedList, Selection, style};
 
 /// Draws the selected object's parameters; every change requests an edit.
 pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {
@@ -127,51 +122,6 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
     });
 }
 
-/// Draws one line per effect, with a switch and, once measured, its cost; the tooltip gives the reason.
-pub(super) fn effects(ui: &mut Ui, effects: &[EffectRow], costs: CostState, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
-        let idle = costs != CostState::Measuring;
-        let hint =
-            "Traces this view with each effect of the tracer and without it, in turn, for a second or so";
-        if ui.add_enabled(idle, Button::new("Measure costs")).on_hover_text(hint).clicked() {
-            actions.push(Action::MeasureCosts);
-        }
-        let note = match costs {
-            CostState::Unknown => "",
-            CostState::Measuring => "measuring …",
-            CostState::Fresh => "share of the tracing time",
-            CostState::Stale => "before the last change",
-        };
-        ui.colored_label(style::DIM, note);
-    });
-    for effect in effects {
-        ui.horizontal(|ui| {
-            let mut on = effect.on;
-            let color = if effect.on { style::BRIGHT } else { style::DIM };
-            let name = RichText::new(effect.name).color(color);
-            let line = ui.add_enabled(effect.can_switch, Checkbox::new(&mut on, name));
-            let line = line.on_hover_text(&effect.reason).on_disabled_hover_text(&effect.reason);
-            if line.changed() && on != effect.on {
-                actions.push(Action::SetEffect { name: effect.name, on });
-            }
-            let (text, hint) = match effect.cost {
-                None => return,
-                Some(EffectCost::Share(share)) => {
-                    (format!("{:.0} %", 100.0 * share), "Share of the tracing time that is saved without it")
-                }
-                Some(EffectCost::More(more)) => (
-                    format!("×{:.2}", 1.0 + more),
-                    "Time of a path with a small example of it, beside the present one",
-                ),
-            };
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let fresh = effect.on && costs != CostState::Stale;
-                ui.colored_label(if fresh { style::BRIGHT } else { style::DIM }, text).on_hover_text(hint);
-            });
-        });
-    }
-}
-
 /// Lists rejected values; a click copies the command that reproduces one.
 pub(super) fn rejected(ui: &mut Ui, list: &RejectedList) {
     for row in &list.rows {
@@ -230,7 +180,7 @@ pub(super) fn camera(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
 }
 
 /// Draws the buttons that write files.
-pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
+pub(super) fn files(ui: &mut Ui, actions: &mut Vec<Action>) {
     let files = [
         ("PNG", "Saves the picture as it is shown, without the panel  P", Action::SavePng),
         ("EXR", "Saves the sums of both streams  E", Action::SaveExr),
@@ -243,21 +193,10 @@ pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     ];
     ui.colored_label(style::DIM, "Save in the working folder, under the next free name:");
     button_row(ui, &files, actions);
-    ui.separator();
-    ui.colored_label(style::DIM, "Views of the camera (Ctrl+1 … 9 keep one):");
-    ui.horizontal_wrapped(|ui| {
-        for number in 1..=9 {
-            let button = Button::new(number.to_string());
-            if ui
-                .add_enabled(data.views.contains(&number), button)
-                .on_hover_text("Goes to this view")
-                .clicked()
-            {
-                actions.push(Action::GoToView(number));
-            }
-        }
-    });
-    ui.separator();
+}
+
+/// Draws the recent scenes.
+pub(super) fn recent(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     ui.colored_label(style::DIM, "Recent scenes:");
     if data.recent.is_empty() {
         ui.colored_label(style::DIM, "none yet");

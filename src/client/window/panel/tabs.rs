@@ -25,7 +25,13 @@ pub(super) fn show(
         PanelTab::Scene => scene(ui, data, tools, actions),
         PanelTab::Inspect => tools.sections(SectionPlace::Inspect, ui),
         PanelTab::Compare => tools.sections(SectionPlace::Compare, ui),
-        PanelTab::Files => sections::files(ui, data, actions),
+        PanelTab::Files => {
+            sections::files(ui, actions);
+            ui.separator();
+            tools.sections(SectionPlace::Files, ui);
+            ui.separator();
+            sections::recent(ui, data, actions);
+        }
     }
 }
 
@@ -43,7 +49,7 @@ fn render(
         error::show(ui, data.error.as_deref(), &mut controls.target, data.method, actions);
     });
     section(ui, "Figures", true, |ui| figures::show(ui, &settled, actions));
-    section(ui, "Effects", false, |ui| sections::effects(ui, &data.effects, data.costs, actions));
+    tools.sections(SectionPlace::RenderFigures, ui);
     sections::left_out(ui, &data.left_out);
     if data.rejected.total > 0 {
         section(ui, &format!("Rejected: {}", data.rejected.total), false, |ui| {

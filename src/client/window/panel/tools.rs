@@ -9,6 +9,8 @@ use crate::client::window::panel::PictureArea;
 pub enum SectionPlace {
     /// The tab Render, below the size of the picture.
     RenderTop,
+    /// The tab Render, below the figures.
+    RenderFigures,
     /// The tab Look, above the controls.
     LookTop,
     /// The tab Scene, in the section of the selected object, above its parameters.
@@ -19,6 +21,8 @@ pub enum SectionPlace {
     Compare,
     /// At the end of the tab Scene.
     SceneEnd,
+    /// The tab Files, between saving and recent scenes.
+    Files,
 }
 
 /// How much of a tool is visible outside of the dock.
