@@ -1,29 +1,21 @@
 //! Carries out the user's actions from mouse, keys and panel: camera moves, selection, edits, files.
 
-use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use miette::{IntoDiagnostic, Result, miette};
+use miette::Result;
 use winit::window::Fullscreen;
 
 use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelData, PanelTab};
+use crate::client::window::panel::{PanelControls, PanelData, PanelTab};
 use crate::render::figures::human;
 use crate::render::process;
 use crate::render::process::tell;
-use crate::viewer::tools::{ExposureAction, RegionAction, ToolAction, ToolContext, Tools};
+use crate::viewer::tools::{CameraAction, ExposureAction, RegionAction, ToolAction, ToolContext, Tools};
 use crate::viewer::{AskedPlace, Viewer, preferences};
 
 /// A second request within this time after the warning discards unsaved changes.
 const SURE: Duration = Duration::from_secs(10);
-
-/// File extensions that can be opened.
-const SCENES: [&str; 9] = ["xml", "gltf", "glb", "usd", "usda", "usdc", "usdz", "obj", "ply"];
-
-/// What can be saved, and its file extensions.
-const SAVED: [(&str, &str); 3] =
-    [("Displayed picture", "png"), ("Linear picture", "exr"), ("Changed scene", "xml")];
 
 impl Viewer {
     /// Performs all actions queued since the last call and takes over results that other threads have finished.
@@ -73,22 +65,21 @@ impl Viewer {
                 Some(AskedPlace::Tool(asked)) => self.perform(UserAction::ToolAt(asked, at)),
                 None => Ok(None),
             },
-            UserAction::Window(Action::AskPlace(asked)) => {
-                self.ask_place(AskedPlace::Window(asked));
-                Ok(None)
-            }
             UserAction::AskPlace(asked) => {
                 self.ask_place(AskedPlace::Tool(asked));
                 Ok(None)
             }
             UserAction::Window(action) => self.perform_own(action),
-            UserAction::Tool(action) => {
-                self.with_tools(None, |tools, context| tools.perform(action, context))
-            }
+            UserAction::Tool(action) => self.use_tool(action),
             UserAction::ToolAt(action, at) => {
                 self.with_tools(Some(at), |tools, context| tools.perform(action, context))
             }
         }
+    }
+
+    /// Performs an action of a tool; returns a message for the user.
+    fn use_tool(&mut self, action: ToolAction) -> Result<Option<String>> {
+        self.with_tools(None, |tools, context| tools.perform(action, context))
     }
 
     fn ask_place(&mut self, asked: AskedPlace) {
@@ -119,153 +110,131 @@ impl Viewer {
 
     /// Performs an action of the window itself; returns a message for the user.
     fn perform_own(&mut self, action: Action) -> Result<Option<String>> {
-        let size = self.session.size();
         match action {
             Action::Gesture(gesture) => self.gesture(gesture),
             Action::EndMove => self.editor.end_change(),
-            // Asked for in `perform`.
-            Action::AskPlace(_) => {}
-            Action::FocusLensAt(at) => {
-                let Some(pick) = self.editor.pick(self.panel.on_picture(at)?, size) else {
-                    return Err(miette!("there is nothing here to focus on"));
-                };
-                if self.editor.focus_at(pick.position)? {
-                    self.edited();
-                }
-                return Ok(Some("focused".to_owned()));
-            }
-            Action::Pick(at) => {
-                let place = self.panel.on_picture(at).ok();
-                let pick = place.and_then(|place| self.editor.pick(place, size));
-                self.editor.select(pick.map(|pick| pick.shape));
-                let layout = &self.panel.controls.layout;
-                let hint =
-                    layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
-                if let Some(selection) =
-                    self.editor.selection().filter(|selection| hint && selection.selected)
-                {
-                    self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
-                }
-                if let Some(place) = place {
-                    self.with_tools(None, |tools, context| tools.click(place, context))?;
-                }
-            }
+            Action::Pick(at) => self.pick(at)?,
+            Action::AskPlace(asked) => self.ask_place(AskedPlace::Window(asked)),
             Action::FocusAt(at) => {
-                if let Some(pick) = self.editor.pick(self.panel.on_picture(at)?, size) {
-                    self.editor.end_change();
-                    self.gesture(Gesture::Focus(pick.position));
-                    self.editor.end_change();
-                }
+                return self.perform(UserAction::ToolAt(ToolAction::Camera(CameraAction::LookAt), at));
             }
-            Action::DragRegion(places) => return self.perform_region(RegionAction::Drag(places)),
-            Action::TraceRegion(places) => return self.perform_region(RegionAction::Trace(places)),
+            Action::Expose(steps) => return self.use_tool(ToolAction::Exposure(ExposureAction::Step(steps))),
+            Action::DragRegion(places) => {
+                return self.use_tool(ToolAction::Region(RegionAction::Drag(places)));
+            }
+            Action::TraceRegion(places) => {
+                return self.use_tool(ToolAction::Region(RegionAction::Trace(places)));
+            }
             Action::Deselect => self.editor.select(None),
-            Action::Undo => {
-                let undone = self.editor.undo().map(|change| format!("Undo {change}"));
-                return self.restored().map(|()| undone);
-            }
-            Action::Redo => {
-                let redone = self.editor.redo().map(|change| format!("Redo {change}"));
-                return self.restored().map(|()| redone);
-            }
-            Action::ResetCamera => {
-                if self.editor.reset_camera() {
-                    self.edited();
-                }
-            }
-            Action::SetFov(fov) => {
-                if self.editor.set_fov(fov) {
-                    self.edited();
-                }
-            }
+            Action::Undo => return self.undo(),
+            Action::Redo => return self.redo(),
             Action::Edit { index, value } => {
-                if self.editor.edit(index, value)? {
-                    self.edited();
-                }
+                let has_edited = self.editor.edit(index, value)?;
+                self.edited_if(has_edited);
             }
             Action::SetMethod(name) => {
-                if self.session.set_method(name) {
-                    self.edited();
-                }
+                let has_edited = self.session.set_method(name);
+                self.edited_if(has_edited);
             }
             Action::SavePng => self.save_picture("png")?,
             Action::SaveExr => self.save_picture("exr")?,
-            Action::SaveScene => {
-                let mix = if self.picture.mix.is_mixing() { ", without the light mix" } else { "" };
-                return self.save_scene().map(|path| Some(format!("saved {}{mix}", path.display())));
-            }
+            Action::SaveScene => return self.save_changes().map(Some),
+            Action::SaveAs(path) => return self.save_as(path),
+            Action::SaveDialog => self.ask_name()?,
             Action::CopyCommand => return self.copy_command().map(Some),
-            Action::Expose(steps) => {
-                return self.perform(UserAction::Tool(ToolAction::Exposure(ExposureAction::Step(steps))));
-            }
+            Action::OpenDialog => self.ask_scene(),
+            Action::Open(path) if self.may_discard("opening another scene") => self.open_file(path),
+            Action::Open(_) => {}
             Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
             Action::ResetView => _ = self.panel.viewport.reset(),
             Action::ShowPixels(at) => _ = self.panel.viewport.show_pixels(at.into()),
             Action::SetPictureSize(wanted) => return Ok(self.change_picture_size(wanted)),
             Action::FillWindow => {
-                let wanted = self.picture_area().unwrap_or(size);
+                let wanted = self.picture_area().unwrap_or(self.session.size());
                 return Ok(self.change_picture_size(wanted));
             }
-            Action::OpenDialog => {
-                let folder = self.scene_folder();
-                let dialog = &mut self.panel.controls.open_dialog;
-                dialog.ask_file("Open a scene or a model", &folder, ("Scenes and models", &SCENES));
-            }
-            Action::Open(path) => {
-                if self.may_discard("opening another scene") {
-                    self.open_file(path);
-                }
-            }
-            Action::SaveDialog => {
-                let name = format!("{}.png", self.options.name);
-                let folder = std::env::current_dir().into_diagnostic()?;
-                let title = "Save as picture (.png, .exr) or scene (.xml)";
-                self.panel.controls.save_dialog.ask_name(title, &folder, &name, &SAVED);
-            }
-            Action::SaveAs(path) => return self.save_as(path),
-            Action::TogglePause if self.paused.is_some() => self.go_on(),
-            Action::TogglePause => {
-                self.paused = Some(Instant::now());
-                return Ok(Some("paused: Space goes on, and so does every change".to_owned()));
-            }
+            Action::TogglePause => return Ok(self.toggle_pause()),
             Action::ToggleFullscreen => self.toggle_fullscreen(),
-            Action::ScaleText(steps) => {
-                let layout = &mut self.panel.controls.layout;
-                layout.font_scale = preferences::scaled(layout.font_scale, steps);
-                self.panel.host.scale_text(layout.font_scale);
-                self.keep_picture();
-            }
-            Action::ShowTab(tab) => {
-                if !self.panel.controls.layout.is_open {
-                    self.toggle_panel();
-                }
-                self.panel.controls.layout.bring(tab);
-            }
-            Action::EnterPanel => {
-                if !self.panel.controls.layout.is_open {
-                    self.toggle_panel();
-                }
-                self.panel.controls.enters = true;
-            }
+            Action::ScaleText(steps) => self.scale_text(steps),
+            Action::ShowTab(tab) => self.open_panel().layout.bring(tab),
+            Action::EnterPanel => self.open_panel().enters = true,
             Action::TogglePalette => self.panel.controls.palette.toggle(),
             Action::TogglePanel => self.toggle_panel(),
             Action::ToggleHelp => self.panel.controls.help ^= true,
-            Action::Cancel => {
-                let drags = self.panel.input.asks_region() || self.tools.region.stop_drag();
-                let asked = self.asked.take().is_some() || drags;
-                self.panel.input.cancel_region();
-                if asked {
-                    self.panel.host.say("nothing was done".to_owned());
-                }
-                if !asked && !std::mem::take(&mut self.panel.controls.help) {
-                    if self.session.is_in_region() {
-                        return self.perform_region(RegionAction::Release);
-                    }
-                    self.editor.select(None);
-                }
-            }
+            Action::Cancel => return self.cancel(),
             Action::Quit => self.quit = self.may_discard("closing the window"),
+        }
+        Ok(None)
+    }
+
+    /// Selects the object at a window position, and tells the tools of the click.
+    fn pick(&mut self, at: [f64; 2]) -> Result<()> {
+        let place = self.panel.on_picture(at).ok();
+        let pick = place.and_then(|place| self.editor.pick(place, self.session.size()));
+        self.editor.select(pick.map(|pick| pick.shape));
+        let layout = &self.panel.controls.layout;
+        let hint = layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
+        if let Some(selection) = self.editor.selection().filter(|selection| hint && selection.selected) {
+            self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
+        }
+        place.map_or(Ok(()), |place| self.with_tools(None, |tools, context| tools.click(place, context)))
+    }
+
+    fn undo(&mut self) -> Result<Option<String>> {
+        let undone = self.editor.undo().map(|change| format!("Undo {change}"));
+        self.restored().map(|()| undone)
+    }
+
+    fn redo(&mut self) -> Result<Option<String>> {
+        let redone = self.editor.redo().map(|change| format!("Redo {change}"));
+        self.restored().map(|()| redone)
+    }
+
+    fn edited_if(&mut self, has_edited: bool) {
+        if has_edited {
+            self.edited();
+        }
+    }
+
+    /// Pauses or resumes; returns a message.
+    fn toggle_pause(&mut self) -> Option<String> {
+        if self.paused.is_some() {
+            self.go_on();
+            return None;
+        }
+        self.paused = Some(Instant::now());
+        Some("paused: Space goes on, and so does every change".to_owned())
+    }
+
+    fn scale_text(&mut self, steps: i8) {
+        let layout = &mut self.panel.controls.layout;
+        layout.font_scale = preferences::scaled(layout.font_scale, steps);
+        self.panel.host.scale_text(layout.font_scale);
+        self.keep_picture();
+    }
+
+    /// Opens the dock; returns the controls in it.
+    fn open_panel(&mut self) -> &mut PanelControls {
+        if !self.panel.controls.layout.is_open {
+            self.toggle_panel();
+        }
+        &mut self.panel.controls
+    }
+
+    /// Leaves what was begun; if nothing was, closes the list of keys, or releases the region, or else clears the selection.
+    fn cancel(&mut self) -> Result<Option<String>> {
+        let drags = self.panel.input.asks_region() || self.tools.region.stop_drag();
+        let asked = self.asked.take().is_some() || drags;
+        self.panel.input.cancel_region();
+        if asked {
+            self.panel.host.say("nothing was done".to_owned());
+        } else if std::mem::take(&mut self.panel.controls.help) {
+            return Ok(None);
+        } else if self.session.is_in_region() {
+            return self.use_tool(ToolAction::Region(RegionAction::Release));
+        } else {
+            self.editor.select(None);
         }
         Ok(None)
     }
@@ -282,10 +251,6 @@ impl Viewer {
             let samples = human(samples as f64);
             format!("a picture of {width}×{height} pixels begins anew, without the {samples} samples of the one before")
         })
-    }
-
-    fn perform_region(&mut self, action: RegionAction) -> Result<Option<String>> {
-        self.perform(UserAction::Tool(ToolAction::Region(action)))
     }
 
     /// Whether unsaved changes may be discarded: if there are any, the user has to ask twice.
@@ -305,13 +270,6 @@ impl Viewer {
         let Some(screen) = &self.picture.screen else { return };
         let fullscreen = screen.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
         screen.window.set_fullscreen(fullscreen);
-    }
-
-    /// The folder of the open scene.
-    fn scene_folder(&self) -> PathBuf {
-        let scene = &self.source.args.scene;
-        let folder = scene.canonicalize().ok().and_then(|scene| scene.parent().map(Path::to_path_buf));
-        folder.unwrap_or_else(|| PathBuf::from("."))
     }
 
     /// Moves the camera.

@@ -247,8 +247,6 @@ impl ViewerPanel {
             overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),
             left_out: run.left_out().collect(),
             rejected: rejected(session, editor),
-            camera: editor.camera_words(),
-            fov: editor.fov(),
             ..PanelData::default()
         }
     }

@@ -81,8 +81,6 @@ pub fn readout() -> PanelData {
             }],
         },
         left_out: vec!["lens"],
-        camera: "at 278 273 −800, to 278 273 −799".into(),
-        fov: 39.307_7,
         undo: Some("move of `ball`".into()),
         redo: Some("orbit of the camera".into()),
         ..PanelData::default()

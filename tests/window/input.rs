@@ -82,9 +82,9 @@ fn clicks_pick_and_double_clicks_focus() {
     assert_eq!(click(&mut hand, 300), [Action::FocusAt([50.0, 50.0])]);
     assert_eq!(click(&mut hand, 300), [Action::Pick([50.0, 50.0])], "a third click begins anew");
     assert_eq!(click(&mut hand, 900), [Action::Pick([50.0, 50.0])]);
-    assert_eq!(hand.key(KeyCode::KeyF, 'f'), [Action::FocusAt([50.0, 50.0])]);
+    assert_eq!(hand.key(KeyCode::KeyZ, 'z'), [Action::ShowPixels([50.0, 50.0])]);
     hand.give(InputEvent::CursorLeft);
-    assert_eq!(hand.key(KeyCode::KeyF, 'f'), []);
+    assert_eq!(hand.key(KeyCode::KeyZ, 'z'), []);
     assert_eq!(hand.button(MouseButton::Left, true), [], "no cursor, no press");
 }
 

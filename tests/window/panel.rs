@@ -40,7 +40,6 @@ fn buttons_do_what_they_say() {
         (PanelTab::Render, "Redo", Action::Redo),
         (PanelTab::Render, "Commands", Action::TogglePalette),
         (PanelTab::Render, "?", Action::ToggleHelp),
-        (PanelTab::Scene, "Reset", Action::ResetCamera),
         (PanelTab::Scene, "Deselect", Action::Deselect),
         (PanelTab::Files, "PNG", Action::SavePng),
         (PanelTab::Files, "EXR", Action::SaveExr),
@@ -299,7 +298,6 @@ fn hostile_figures_are_shown_without_a_panic() {
         lods: [Some(f32::NAN), None],
         ring: (5, 0),
         passes: vec![("nothing", f64::NAN)],
-        fov: f64::NAN,
         ..readout()
     };
     for tab in PanelTab::ALL {

@@ -80,8 +80,6 @@ pub enum Action {
     Pick([f64; 2]),
     /// Turns the camera to the surface point at this position.
     FocusAt([f64; 2]),
-    /// Focuses the lens at the distance of the surface point at this position.
-    FocusLensAt([f64; 2]),
     /// Performs this at the next position that the user clicks.
     AskPlace(CursorAction),
     /// Changes the exposure by this many steps of a sixth of a stop.
@@ -108,10 +106,6 @@ pub enum Action {
     Undo,
     /// Redoes the change that was undone last.
     Redo,
-    /// Moves the camera back to where the scene file puts it.
-    ResetCamera,
-    /// Sets the field of view, in degrees.
-    SetFov(f64),
     /// Changes a parameter of the selected object.
     Edit {
         /// Index in [`Selection::parameters`](crate::client::window::panel::Selection::parameters).

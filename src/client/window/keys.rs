@@ -38,10 +38,6 @@ pub enum BoundAction<T> {
 /// Actions at the cursor position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CursorAction {
-    /// Turns the camera to the point.
-    Focus,
-    /// Focuses the lens at the point's distance.
-    FocusLens,
     /// Zooms the picture in by a step.
     ZoomIn,
     /// Zooms it out by a step.
@@ -54,8 +50,6 @@ impl CursorAction {
     /// The action at a position of the window.
     pub fn at(self, at: [f64; 2]) -> Action {
         match self {
-            Self::Focus => Action::FocusAt(at),
-            Self::FocusLens => Action::FocusLensAt(at),
             Self::ZoomIn => Action::ZoomAt(at, 1.0),
             Self::ZoomOut => Action::ZoomAt(at, -1.0),
             Self::ShowPixels => Action::ShowPixels(at),
@@ -246,9 +240,6 @@ fn camera<T>() -> Vec<KeyBinding<T>> {
         mouse("Shift+wheel", "field of view"),
         key("[", "narrower field of view", &[Char('[')], Action::Gesture(Gesture::Fov(-FOV_STEP))),
         key("]", "wider field of view", &[Char(']')], Action::Gesture(Gesture::Fov(FOV_STEP))),
-        at_cursor("F, double click", "look at the point under the cursor", &[Char('f')], CursorAction::Focus),
-        at_cursor("L", "focus the lens on the point under the cursor", &[Char('l')], CursorAction::FocusLens),
-        key("R, Home", "the file's camera", &[Char('r'), Key(KeyCode::Home)], Action::ResetCamera),
     ]
 }
 

@@ -207,10 +207,11 @@ mod tests {
     #[test]
     fn numbers_keep_views_and_go_to_them() {
         use crate::client::window::action::UserAction;
-        use crate::client::window::keys::{Held, KeyTable};
-        let keys = KeyTable::new(CameraBookmarks::keys());
+        use crate::client::window::keys::Held;
+        use crate::viewer::tools::{ToolAction, Tools};
+        let keys = Tools::keys();
         let pressed = |ctrl, digit| keys.lookup(None, Some(digit), Held { ctrl, ..Held::default() });
-        let action = |action| Some(BoundAction::Action(UserAction::Tool(action)));
+        let action = |action| Some(BoundAction::Action(UserAction::Tool(ToolAction::Bookmarks(action))));
         assert_eq!(pressed(false, '3'), action(BookmarkAction::GoTo(3)));
         assert_eq!(pressed(true, '3'), action(BookmarkAction::Keep(3)));
         assert_eq!(pressed(true, '0'), None);

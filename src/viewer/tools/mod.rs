@@ -2,6 +2,7 @@
 //! panel; and one line of the list below.
 
 mod bookmarks;
+mod camera;
 mod comparison;
 mod effects;
 mod exposure;
@@ -25,6 +26,7 @@ use crate::client::window::keys::{KeyTable, ToolKey};
 use crate::client::window::panel::{PanelData, PanelTools, PictureArea, SectionPlace, ToolPresence};
 use crate::viewer::tools::tool::Tool;
 
+pub use camera::CameraAction;
 pub use exposure::ExposureAction;
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};
@@ -141,6 +143,7 @@ tools! {
     Region region: region::RegionTool,
     Gizmo gizmo: gizmo::Gizmo,
     Inspect inspector: inspector::Inspector,
+    Camera camera: camera::CameraTool,
     LightMix light_mix: light_mix::LightMixTool,
     Histogram histogram: histogram::HistogramTool,
     Effects effects: effects::EffectList,
@@ -158,9 +161,6 @@ mod tests {
         let all: Vec<_> = keys.bindings().flat_map(|binding| binding.triggers.iter().copied()).collect();
         for (i, trigger) in all.iter().enumerate() {
             assert!(!all[..i].contains(trigger), "{trigger:?} stands twice");
-        }
-        for binding in keys.bindings() {
-            println!("{} | {} | {}", binding.keys, binding.meaning, binding.triggers.len());
         }
     }
 }

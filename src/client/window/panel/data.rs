@@ -78,10 +78,6 @@ pub struct PanelData {
     pub recent: Vec<PathBuf>,
     /// Whether tracing is paused.
     pub is_paused: bool,
-    /// Description of the camera: position, target, field of view.
-    pub camera: String,
-    /// Field of view in degrees, 0 when not known.
-    pub fov: f64,
 }
 
 /// A region of the picture, in pixels.

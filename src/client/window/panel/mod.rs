@@ -24,6 +24,7 @@ pub use dock::{PanelLayout, PanelTab, WIDTH};
 pub use loading::{LoadingData, show_loading};
 pub use over_picture::PictureArea;
 pub use palette::CommandPalette;
+pub use sections::parameters;
 pub use tabs::section;
 pub use tools::{PanelTools, SectionPlace, ToolPresence};
 

@@ -153,7 +153,6 @@ mod tests {
             Some(UserAction::Window(action)) => Some(action),
             _ => None,
         };
-        assert_eq!(first("focus"), Some(Action::AskPlace(CursorAction::FocusLens)));
         assert_eq!(first("zoom"), Some(Action::AskPlace(CursorAction::ZoomIn)));
         assert_eq!(first("open"), Some(Action::OpenDialog));
         assert_eq!(first("save png"), Some(Action::SavePng));

@@ -1,4 +1,4 @@
-//! Sections of the panel that request actions: selected object, effects, camera and files; and the list of keys.
+//! Sections of the panel that request actions: selected object and files; and the list of keys.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,8 +6,7 @@ use std::path::Path;
 use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Slider, SliderClamping, Ui, Window};
 
 use crate::client::window::action::Action;
-use crate::client::window::keys::{CursorAction, KeyTable};
-use crate::client::window::navigation::FOV;
+use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::{PanelData, ParameterValue, RejectedList, Selection, style};
 
 /// Draws the selected object's parameters; every change requests an edit.
@@ -24,8 +23,8 @@ pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Ac
     parameters(ui, selection, 0..selection.lens_from, actions);
 }
 
-/// Draws a range of the parameters with their labels.
-fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
+/// Draws a range of the parameters of a selection with their labels; every change requests an edit.
+pub fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
     for (index, parameter) in selection.parameters.iter().enumerate().take(some.end).skip(some.start) {
         ui.horizontal(|ui| {
             let (value, ended) = edit(ui, parameter.value);
@@ -139,44 +138,6 @@ pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
         ui.colored_label(style::ACCENT, format!("without {}", names.join(", ")));
         ui.add_space(4.0);
     }
-}
-
-/// Draws the camera.
-pub(super) fn camera(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
-    if data.fov > 0.0 {
-        ui.horizontal(|ui| {
-            let mut fov = data.fov;
-            let slider = Slider::new(&mut fov, FOV.0..=FOV.1).clamping(SliderClamping::Edits);
-            let response = ui.add(slider.fixed_decimals(1).suffix("°")).on_hover_text("Field of view  [ ]");
-            if response.changed() && fov != data.fov {
-                actions.push(Action::SetFov(fov));
-            }
-            if response.drag_stopped() || response.lost_focus() {
-                actions.push(Action::EndMove);
-            }
-            ui.colored_label(style::DIM, "field of view");
-        });
-    }
-    if !data.camera.is_empty() {
-        ui.small(&data.camera);
-    }
-    if let Some(selection) = &data.selection {
-        parameters(ui, selection, selection.lens_from..selection.parameters.len(), actions);
-    }
-    let buttons = [
-        ("Reset", "Back to the file's camera  R", Action::ResetCamera),
-        (
-            "Look at…",
-            "Click a place that the camera turns to and orbits about  F",
-            Action::AskPlace(CursorAction::Focus),
-        ),
-        (
-            "Focus on…",
-            "Click a place that the lens is focused on  L",
-            Action::AskPlace(CursorAction::FocusLens),
-        ),
-    ];
-    button_row(ui, &buttons, actions);
 }
 
 /// Draws the buttons that write files.

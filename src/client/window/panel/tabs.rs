@@ -74,7 +74,6 @@ fn scene(ui: &mut Ui, data: &PanelData, tools: &mut dyn PanelTools, actions: &mu
             ui.colored_label(style::DIM, "Click an object in the picture to change it.");
         }
     }
-    section(ui, "Camera", true, |ui| sections::camera(ui, data, actions));
     tools.sections(SectionPlace::SceneEnd, ui);
 }
 
