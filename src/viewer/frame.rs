@@ -388,7 +388,7 @@ impl Viewer {
         self.session.begin(&self.editor)?;
         let view = EpochView { scene: self.editor.scene(), camera: self.editor.camera(self.session.size())? };
         self.picture.begin_epoch(self.session.run_spec(), view, &self.panel.controls.settings);
-        self.panel.begin_epoch();
+        self.tools.forget(ViewChange::Epoch);
         self.metrics.epoch();
         Ok(())
     }

@@ -25,7 +25,6 @@
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
 //! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
 //! ├─ ViewerPanel     panel     egui, mouse and keys, display controls
-//! │  └─ MapCache     maps      maps of error and cost over the picture
 //! ├─ Tools           tools     what the user works with: each has its state, its actions, and its part of the panel
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
 //! ├─ Preferences     preferences what is remembered from session to session

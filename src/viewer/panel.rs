@@ -14,8 +14,8 @@ use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::{InputEvent, InputState};
 use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::{
-    ErrorSummary, MapChoice, PanelControls, PanelData, PanelTools, PictureView, RejectedList, RejectedRow,
-    ToolPresence, TracerRow,
+    ErrorSummary, PanelControls, PanelData, PanelTools, PictureView, RejectedList, RejectedRow, ToolPresence,
+    TracerRow,
 };
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
 use crate::remote::{Health, TracerStatus};
@@ -25,7 +25,7 @@ use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
 use crate::tracer::choice::CANDIDATES;
 use crate::viewer::editor::SceneEditor;
-use crate::viewer::maps::{self, MapCache};
+use crate::viewer::maps;
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::screen::Screen;
@@ -41,7 +41,6 @@ pub struct ViewerPanel {
     pub input: InputState,
     /// Which part of the picture is shown, and where.
     pub viewport: Viewport,
-    maps: MapCache,
     /// The display controls have changed since the last frame.
     settings_changed: bool,
     /// How much of the tools is visible outside of the dock.
@@ -56,7 +55,6 @@ impl ViewerPanel {
             controls,
             input: InputState::new(size),
             viewport: Viewport::new(size),
-            maps: MapCache::default(),
             settings_changed: false,
             tools: ToolPresence::Hidden,
         }
@@ -91,11 +89,6 @@ impl ViewerPanel {
         self.settings_changed = true;
     }
 
-    /// Discards maps of the previous epoch.
-    pub fn begin_epoch(&mut self) {
-        self.maps.begin_epoch();
-    }
-
     /// Whether any visible part of the panel reacts to input.
     fn is_interactive(&self) -> bool {
         let controls = &self.controls;
@@ -106,7 +99,6 @@ impl ViewerPanel {
     /// Whether egui draws anything: dock, key list, palette, map, message or the grid between magnified pixels.
     fn has_overlay(&self) -> bool {
         self.is_interactive()
-            || self.controls.map != MapChoice::None
             || self.host.has_message()
             || self.tools >= ToolPresence::Drawn
             || !self.viewport.is_whole()
@@ -193,7 +185,7 @@ impl ViewerPanel {
 
     /// Gathers the data of the panel, except that of the tools.
     pub fn data(
-        &mut self,
+        &self,
         session: &RenderSession,
         picture: &LivePicture,
         editor: &SceneEditor,
@@ -244,7 +236,6 @@ impl ViewerPanel {
                 let target = self.controls.target;
                 maps::error_summary(observer, run, target, session.is_through(), filtered).into()
             }),
-            overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),
             left_out: run.left_out().collect(),
             rejected: rejected(session, editor),
             ..PanelData::default()

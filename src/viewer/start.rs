@@ -10,9 +10,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 
 use crate::client::background;
 use crate::client::window::host::ReaderEvent;
-use crate::client::window::panel::{
-    CommandPalette, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelLayout,
-};
+use crate::client::window::panel::{CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelLayout};
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::denoise::view_filter::check as check_denoise;
@@ -148,7 +146,6 @@ impl ViewerApp {
             open_dialog: FileChooser::default(),
             save_dialog: FileChooser::default(),
             enters: false,
-            map: MapChoice::default(),
             // In index order the picture must equal that of `render` to the byte.
             auto_exposure: !args.fixed_exposure && !args.deterministic,
             target: DEFAULT_TARGET,

@@ -8,9 +8,9 @@ use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
 use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::panel::{
-    self, CommandPalette, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelData, PanelLayout,
-    PanelTab, ParameterValue, PictureOverlay, PictureView, RejectedList, RejectedRow, SceneParameter,
-    Selection, TracerRow,
+    self, CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab,
+    ParameterValue, PictureOverlay, PictureView, RejectedList, RejectedRow, SceneParameter, Selection,
+    TracerRow,
 };
 use pointillist::client::window::viewport::Viewport;
 
@@ -98,7 +98,6 @@ pub fn controls() -> PanelControls {
         open_dialog: FileChooser::default(),
         save_dialog: FileChooser::default(),
         enters: false,
-        map: MapChoice::None,
         auto_exposure: true,
         target: DEFAULT_TARGET,
     }

@@ -8,7 +8,7 @@ use pointillist::client::settings::{
 };
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    CommandPalette, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelData, PanelLayout, PanelTab,
+    CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab,
     ParameterValue, SceneParameter, Selection,
 };
 use pointillist::color::Profile;
@@ -181,7 +181,6 @@ fn untouched_values_stay_bit_for_bit() {
             open_dialog: FileChooser::default(),
             save_dialog: FileChooser::default(),
             enters: false,
-            map: MapChoice::None,
             auto_exposure: round % 2 == 0,
             target: DEFAULT_TARGET,
         };

@@ -10,6 +10,7 @@ mod gizmo;
 mod histogram;
 mod inspector;
 mod light_mix;
+mod maps;
 mod outline;
 mod region;
 mod tool;
@@ -135,9 +136,12 @@ macro_rules! tools {
     };
 }
 
-// What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock.
+// What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock. The comparison comes after the
+// maps, since its own map takes the place of theirs.
 tools! {
     Exposure exposure: exposure::AutoExposure,
+    Histogram histogram: histogram::HistogramTool,
+    Maps maps: maps::MapOverlay,
     Compare compare: comparison::Comparison,
     Outline outline: outline::Outline,
     Region region: region::RegionTool,
@@ -145,7 +149,6 @@ tools! {
     Inspect inspector: inspector::Inspector,
     Camera camera: camera::CameraTool,
     LightMix light_mix: light_mix::LightMixTool,
-    Histogram histogram: histogram::HistogramTool,
     Effects effects: effects::EffectList,
     Bookmarks bookmarks: bookmarks::CameraBookmarks,
 }

@@ -88,6 +88,8 @@ pub enum ViewChange {
     Edited,
     /// The picture has another size.
     Resized,
+    /// The picture begins anew.
+    Epoch,
 }
 
 /// What a tool may use of the window.

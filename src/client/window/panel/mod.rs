@@ -18,6 +18,7 @@ pub mod style;
 mod tabs;
 mod tools;
 
+pub use controls::choice;
 pub use data::*;
 pub use dialog::FileChooser;
 pub use dock::{PanelLayout, PanelTab, WIDTH};
@@ -60,8 +61,6 @@ pub struct PanelControls {
     pub save_dialog: FileChooser,
     /// Whether the panel takes the keyboard focus with the next run.
     pub enters: bool,
-    /// The map shown over the picture.
-    pub map: MapChoice,
     /// Error target: relative error that 95 % of the picture shall stay below.
     pub target: f64,
 }

@@ -50,8 +50,11 @@ impl Tool for Inspector {
         Ok(())
     }
 
-    fn forget(&mut self, _: ViewChange) {
-        self.study.clear();
+    fn forget(&mut self, change: ViewChange) {
+        // An epoch may begin with the same view, whose paths stay.
+        if change != ViewChange::Epoch {
+            self.study.clear();
+        }
     }
 
     fn poll(&mut self, _: &mut ToolContext<'_>) -> bool {
