@@ -172,7 +172,7 @@ pub struct KeyTable<T> {
 }
 
 impl<T: Clone> KeyTable<T> {
-    /// The bindings of the window with those of tools added below the named ones. A tool that names a missing line comes last.
+    /// The bindings of the window, with those of tools added below the lines that they name, which may be of a tool before them.
     pub fn new(tools: Vec<ToolKey<T>>) -> Self {
         let mut groups = vec![
             KeyGroup { title: "Camera", bindings: camera() },
@@ -182,17 +182,12 @@ impl<T: Clone> KeyTable<T> {
             KeyGroup { title: "Window", bindings: window() },
         ];
         for ToolKey { below, binding } in tools {
-            let line = |group: &KeyGroup<T>| group.bindings.iter().position(|above| above.meaning == below);
-            let place = groups.iter_mut().find_map(|group| line(group).map(|line| (group, line)));
-            debug_assert!(place.is_some(), "no binding has the meaning {below:?}");
-            match place {
-                Some((group, line)) => group.bindings.insert(line + 1, binding),
-                None => groups
-                    .iter_mut()
-                    .last()
-                    .into_iter()
-                    .for_each(|group| group.bindings.push(binding.clone())),
-            }
+            let is_above = |binding: &KeyBinding<T>| binding.meaning == below;
+            let group = groups.iter().position(|group| group.bindings.iter().any(is_above));
+            debug_assert!(group.is_some(), "no binding has the meaning {below:?}");
+            let bindings = &mut groups[group.unwrap_or(0)].bindings;
+            let line = bindings.iter().position(is_above).map_or(bindings.len(), |line| line + 1);
+            bindings.insert(line, binding);
         }
         Self { groups }
     }

@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::time::{Duration, Instant};
 
 use egui::{Color32, Rect, RichText, Sense, Shape, Ui, pos2, vec2};
-use miette::Result;
 
 use crate::client::pass::repaint::ShownTexels;
 use crate::client::window::action::{Action, ActionQueue};
@@ -54,10 +53,6 @@ pub struct HistogramTool {
 
 impl Tool for HistogramTool {
     type Action = Infallible;
-
-    fn perform(&mut self, action: Infallible, _: &mut ToolContext<'_>) -> Result<Option<String>> {
-        match action {}
-    }
 
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
         let controls = &context.panel.controls;

@@ -5,7 +5,6 @@ use std::convert::Infallible;
 use std::time::Instant;
 
 use egui::Ui;
-use miette::Result;
 
 use crate::client::window::action::ActionQueue;
 use crate::client::window::panel::{MapChoice, PanelData, SectionPlace, ToolPresence, choice};
@@ -21,10 +20,6 @@ pub struct MapOverlay {
 
 impl Tool for MapOverlay {
     type Action = Infallible;
-
-    fn perform(&mut self, action: Infallible, _: &mut ToolContext<'_>) -> Result<Option<String>> {
-        match action {}
-    }
 
     fn forget(&mut self, change: ViewChange) {
         if change == ViewChange::Epoch {

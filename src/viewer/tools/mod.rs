@@ -64,22 +64,22 @@ macro_rules! tools {
                 }
             }
 
-            /// Brings what the tools show up to date.
+            /// Updates what the tools show.
             pub fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
                 $(self.$name.update(context, data);)*
             }
 
-            /// Another scene was opened; returns messages for the user.
+            /// Tells them of another scene; returns messages for the user.
             pub fn open_scene(&mut self, scene: &Path) -> Vec<String> {
                 [$(self.$name.open_scene(scene),)*].into_iter().flatten().collect()
             }
 
-            /// Lets them follow the picture, once for every frame.
+            /// Called once per frame, after samples have been read.
             pub fn frame(&mut self, now: Instant, context: &mut ToolContext<'_>) {
                 $(self.$name.frame(now, context);)*
             }
 
-            /// Lets them hear an event of the window; returns whether one of them keeps it from the panel.
+            /// Passes on an event of the window; returns true if a tool has consumed it.
             pub fn hear(&mut self, event: &WindowEvent, context: &mut ToolContext<'_>) -> bool {
                 false $(|| self.$name.hear(event, context))*
             }
@@ -90,12 +90,12 @@ macro_rules! tools {
                 Ok(())
             }
 
-            /// Lets them forget what holds no longer.
+            /// Discards results that this change invalidates.
             pub fn forget(&mut self, change: ViewChange) {
                 $(self.$name.forget(change);)*
             }
 
-            /// Takes over what other threads have computed; returns whether the window must be drawn anew.
+            /// Takes over results of other threads; returns whether the window must be redrawn.
             pub fn poll(&mut self, context: &mut ToolContext<'_>) -> bool {
                 [$(self.$name.poll(context),)*].contains(&true)
             }

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use egui::{Color32, Context, LayerId, Stroke};
 use glam::DVec2;
-use miette::Result;
 
 use crate::client::window::action::ActionQueue;
 use crate::client::window::panel::{PanelData, PictureArea, ToolPresence, style};
@@ -52,10 +51,6 @@ pub struct Outline {
 
 impl Tool for Outline {
     type Action = Infallible;
-
-    fn perform(&mut self, action: Infallible, _: &mut ToolContext<'_>) -> Result<Option<String>> {
-        match action {}
-    }
 
     /// Begins to trace the outline of the selected object once the view has come to rest.
     fn poll(&mut self, context: &mut ToolContext<'_>) -> bool {

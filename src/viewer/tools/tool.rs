@@ -18,9 +18,9 @@ use crate::viewer::session::RenderSession;
 
 /// A tool of the window: state of its own, actions, keys, and a part of the panel that shows its state.
 ///
-/// Everything but [`perform`](Self::perform) may be left out.
+/// All functions may be left out.
 pub trait Tool {
-    /// What the user can do with it.
+    /// What the user can do with it; [`Infallible`](std::convert::Infallible) for a tool that only shows something.
     type Action;
 
     /// Its lines of the key table and the command palette.
@@ -29,39 +29,45 @@ pub trait Tool {
     }
 
     /// Performs an action; returns a message for the user.
-    fn perform(&mut self, action: Self::Action, context: &mut ToolContext<'_>) -> Result<Option<String>>;
+    ///
+    /// # Errors
+    ///
+    /// The message of the error is shown to the user in the same way.
+    fn perform(&mut self, _action: Self::Action, _context: &mut ToolContext<'_>) -> Result<Option<String>> {
+        Ok(None)
+    }
 
-    /// Another scene was opened; returns a message for the user if something of the tool beside it cannot be read.
+    /// Called when another scene was opened; returns a message for the user if a file of the tool beside the scene cannot be read.
     fn open_scene(&mut self, _scene: &Path) -> Option<String> {
         None
     }
 
-    /// Hears an event of the window before the panel does; returns whether it keeps it from the panel.
+    /// Handles an event of the window before the panel does; returns true if it has consumed the event.
     fn hear(&mut self, _event: &WindowEvent, _context: &mut ToolContext<'_>) -> bool {
         false
     }
 
-    /// Responds to a click in the picture, at this place in pixels.
+    /// Handles a click in the picture, at this place in pixels.
     ///
     /// # Errors
     ///
-    /// Those of what the click asks for.
+    /// The message is shown to the user.
     fn click(&mut self, _place: [f64; 2], _context: &mut ToolContext<'_>) -> Result<()> {
         Ok(())
     }
 
-    /// Follows the picture, once for every frame.
+    /// Called once per frame, after samples have been read.
     fn frame(&mut self, _now: Instant, _context: &mut ToolContext<'_>) {}
 
-    /// Forgets what holds no longer.
+    /// Discards results that this change invalidates.
     fn forget(&mut self, _change: ViewChange) {}
 
-    /// Takes over what another thread has computed, and begins what is due; returns whether the window must be drawn anew.
+    /// Takes over results of other threads and begins work that is due; returns whether the window must be redrawn.
     fn poll(&mut self, _context: &mut ToolContext<'_>) -> bool {
         false
     }
 
-    /// Brings what it shows up to date before the panel is drawn. It may change what the panel shows besides the tools.
+    /// Updates what it shows, before the panel is drawn. It may change the data of the panel, too.
     fn update(&mut self, _context: &mut ToolContext<'_>, _data: &mut PanelData) {}
 
     /// Draws its section at this place of the dock, if it has one there.
@@ -134,11 +140,11 @@ impl ToolContext<'_> {
         self.panel.on_picture(at)
     }
 
-    /// An error while the window shows an error estimate instead of light.
+    /// Checks that the window shows light.
     ///
     /// # Errors
     ///
-    /// The message says what to do.
+    /// If it shows an error estimate instead; the message says what to do.
     pub fn check_light_is_shown(&self) -> Result<()> {
         match self.panel.controls.settings.view.is_error() {
             true => Err(miette!("the error is shown, not light: choose “Show: Picture” on the tab Look")),

@@ -38,10 +38,6 @@ impl Tool for Inspector {
         )]
     }
 
-    fn perform(&mut self, action: Infallible, _: &mut ToolContext<'_>) -> Result<Option<String>> {
-        match action {}
-    }
-
     fn click(&mut self, place: [f64; 2], context: &mut ToolContext<'_>) -> Result<()> {
         if context.panel.controls.layout.shows(PanelTab::Inspect) {
             let pixel = place.map(|at| at as u32);
