@@ -134,7 +134,9 @@ const LONGEST: usize = 600;
 /// External crates and the only places that may name them.
 const PLACES: &[(&[&str], &[&str])] = &[
     (&["ash", "vk", "ash_window", "gpu_allocator"], &["src/gpu/"]),
-    (&["egui", "egui_plot", "egui_winit", "egui_ash_renderer"], &["src/client/window/"]),
+    (&["egui_winit", "egui_ash_renderer"], &["src/client/window/"]),
+    // A tool draws its own part of the panel.
+    (&["egui", "egui_plot"], &["src/client/window/", "src/viewer/tools/"]),
     // The event loop needs the window itself.
     (&["winit"], &["src/client/window/", "src/viewer/"]),
 ];

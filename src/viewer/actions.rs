@@ -1,45 +1,27 @@
 //! Carries out the user's actions from mouse, keys and panel: camera moves, selection, edits, files.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
-use miette::{IntoDiagnostic, Result, miette};
+use miette::Result;
 use winit::window::Fullscreen;
 
-use crate::client::light_meter::exposure_for;
-use crate::client::window::action::Action;
+use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelData, PanelTab, PictureOverlay, RegionDrawing};
-use crate::denoise::noise_filter::EpochView;
-use crate::gpu::Region;
+use crate::client::window::panel::{PanelControls, PanelData, PanelTab};
 use crate::render::figures::human;
-use crate::render::light_groups;
 use crate::render::process;
 use crate::render::process::tell;
-use crate::tracer::effects::Effect;
-use crate::viewer::light_mix::{LightMix, groups_of};
-use crate::viewer::picture::regions::rectangle_between;
-use crate::viewer::{Viewer, inspector, preferences};
-
-/// Exposure change per step of the mouse wheel, in stops.
-const EXPOSURE_STEP: f32 = 1.0 / 6.0;
+use crate::viewer::tools::{CameraAction, ExposureAction, RegionAction, ToolAction, ToolContext, Tools};
+use crate::viewer::{AskedPlace, Viewer, preferences};
 
 /// A second request within this time after the warning discards unsaved changes.
 const SURE: Duration = Duration::from_secs(10);
-
-/// Half the side of the square over which the exposure meter averages, in pixels.
-const SPOT: u32 = 4;
 
 impl Viewer {
     /// Performs all actions queued since the last call and takes over results that other threads have finished.
     pub(super) fn act(&mut self) {
         if self.panel.take_settings_changed() {
             self.controls_changed();
-        }
-        if self.panel.take_costs() || self.inspector.take() {
-            self.refresh();
         }
         for message in self.saves.done() {
             self.say(message);
@@ -50,268 +32,211 @@ impl Viewer {
             self.say(error.to_string());
         }
         self.take_prepared();
-        for action in self.panel.take_actions() {
-            let camera = matches!(action, Action::Gesture(_) | Action::EndMove | Action::FocusAt(_));
+        for action in std::mem::take(&mut self.actions) {
+            let camera = matches!(
+                action,
+                UserAction::Window(Action::Gesture(_) | Action::EndMove | Action::FocusAt(_))
+            );
             match self.perform(action) {
                 Ok(None) => {}
                 Ok(Some(message)) => self.say(message),
                 Err(error) => self.say(error.to_string()),
             }
+            if self.panel.take_settings_changed() {
+                self.controls_changed();
+            }
             if !camera {
                 self.refresh();
             }
         }
+        self.note_tools();
     }
 
-    /// Performs one action; returns a message for the user.
-    fn perform(&mut self, action: Action) -> Result<Option<String>> {
-        let size = self.session.size();
+    /// Notes how much of the tools is visible.
+    pub(super) fn note_tools(&mut self) {
+        self.panel.tools = self.with_tools(None, |tools, context| tools.presence(context));
+    }
+
+    /// Performs an action; returns a message for the user.
+    fn perform(&mut self, action: UserAction<ToolAction>) -> Result<Option<String>> {
+        match action {
+            UserAction::Window(Action::Pick(at)) if self.asked.is_some() => match self.asked.take() {
+                Some(AskedPlace::Window(asked)) => self.perform_own(asked.at(at)),
+                Some(AskedPlace::Tool(asked)) => self.perform(UserAction::ToolAt(asked, at)),
+                None => Ok(None),
+            },
+            UserAction::AskPlace(asked) => {
+                self.ask_place(AskedPlace::Tool(asked));
+                Ok(None)
+            }
+            UserAction::Window(action) => self.perform_own(action),
+            UserAction::Tool(action) => self.use_tool(action),
+            UserAction::ToolAt(action, at) => {
+                self.with_tools(Some(at), |tools, context| tools.perform(action, context))
+            }
+        }
+    }
+
+    /// Performs an action of a tool; returns a message for the user.
+    fn use_tool(&mut self, action: ToolAction) -> Result<Option<String>> {
+        self.with_tools(None, |tools, context| tools.perform(action, context))
+    }
+
+    fn ask_place(&mut self, asked: AskedPlace) {
+        self.asked = Some(asked);
+        self.panel.host.pin("Click the place in the picture; Escape leaves it".to_owned());
+    }
+
+    /// Lets the tools use the window. `at`: position of the window that an action is about.
+    pub(super) fn with_tools<R>(
+        &mut self,
+        at: Option<[f64; 2]>,
+        act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
+    ) -> R {
+        let Self { session, picture, editor, panel, paused, tools, .. } = self;
+        let (asks_place, has_edited, redraws) = (self.asked.is_some(), false, false);
+        let mut context =
+            ToolContext { session, picture, editor, panel, paused, at, asks_place, has_edited, redraws };
+        let result = act(tools, &mut context);
+        let (has_edited, redraws) = (context.has_edited, context.redraws);
+        if has_edited {
+            self.edited();
+        }
+        if redraws {
+            self.refresh();
+        }
+        result
+    }
+
+    /// Performs an action of the window itself; returns a message for the user.
+    fn perform_own(&mut self, action: Action) -> Result<Option<String>> {
         match action {
             Action::Gesture(gesture) => self.gesture(gesture),
             Action::EndMove => self.editor.end_change(),
-            Action::Pick(at) if self.asked.is_some() => {
-                let asked = self.asked.take().map(|asked| asked.at(at));
-                return asked.map_or(Ok(None), |action| self.perform(action));
-            }
-            Action::AskPlace(asked) => {
-                self.asked = Some(asked);
-                self.panel.host.pin("Click the place in the picture; Escape leaves it".to_owned());
-            }
-            Action::FocusLensAt(at) => {
-                let Some(pick) = self.editor.pick(self.on_picture(at)?, size) else {
-                    return Err(miette!("there is nothing here to focus on"));
-                };
-                if self.editor.focus_at(pick.position)? {
-                    self.edited();
-                }
-                return Ok(Some("focused".to_owned()));
-            }
-            Action::Pick(at) => {
-                let place = self.on_picture(at).ok();
-                let pick = place.and_then(|place| self.editor.pick(place, size));
-                self.editor.select(pick.map(|pick| pick.shape));
-                let layout = &self.panel.controls.layout;
-                let hint =
-                    layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
-                if let Some(selection) =
-                    self.editor.selection().filter(|selection| hint && selection.selected)
-                {
-                    self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
-                }
-                if let Some(place) = place.filter(|_| self.panel.controls.layout.shows(PanelTab::Inspect)) {
-                    let pixel = place.map(|at| at as u32);
-                    self.inspector.begin(pixel, &self.session, &self.picture, &self.editor)?;
-                }
-            }
+            Action::Pick(at) => self.pick(at)?,
+            Action::AskPlace(asked) => self.ask_place(AskedPlace::Window(asked)),
             Action::FocusAt(at) => {
-                if let Some(pick) = self.editor.pick(self.on_picture(at)?, size) {
-                    self.editor.end_change();
-                    self.gesture(Gesture::Focus(pick.position));
-                    self.editor.end_change();
-                }
+                return self.perform(UserAction::ToolAt(ToolAction::Camera(CameraAction::LookAt), at));
             }
+            Action::Expose(steps) => return self.use_tool(ToolAction::Exposure(ExposureAction::Step(steps))),
             Action::DragRegion(places) => {
-                self.dragged = places.map(|places| self.rectangle(places));
-                self.refresh();
+                return self.use_tool(ToolAction::Region(RegionAction::Drag(places)));
             }
             Action::TraceRegion(places) => {
-                self.dragged = None;
-                let rectangle = self.rectangle(places);
-                return self.trace_region(rectangle).map(Some);
-            }
-            Action::ToggleRegion if self.session.is_in_region() => return self.release_region(),
-            Action::ToggleRegion => {
-                let asks = !self.panel.input.asks_region();
-                self.panel.input.ask_region(asks);
-                if asks {
-                    self.panel.host.pin("Drag a rectangle over the picture; Escape leaves it".to_owned());
-                }
+                return self.use_tool(ToolAction::Region(RegionAction::Trace(places)));
             }
             Action::Deselect => self.editor.select(None),
-            Action::Undo => {
-                let undone = self.editor.undo().map(|change| format!("Undo {change}"));
-                return self.restored().map(|()| undone);
-            }
-            Action::Redo => {
-                let redone = self.editor.redo().map(|change| format!("Redo {change}"));
-                return self.restored().map(|()| redone);
-            }
-            Action::ResetCamera => {
-                if self.editor.reset_camera() {
-                    self.edited();
-                }
-            }
-            Action::SetFov(fov) => {
-                if self.editor.set_fov(fov) {
-                    self.edited();
-                }
-            }
+            Action::Undo => return self.undo(),
+            Action::Redo => return self.redo(),
             Action::Edit { index, value } => {
-                if self.editor.edit(index, value)? {
-                    self.edited();
-                }
+                let has_edited = self.editor.edit(index, value)?;
+                self.edited_if(has_edited);
             }
-            Action::SetGizmo(mode) => self.gizmo.mode = mode,
-            Action::NextGizmo => self.gizmo.mode = self.gizmo.mode.next(),
-            Action::SetEffect { name, on } => self.set_effect(name, on)?,
-            Action::MeasureCosts => self.panel.measure_costs(&self.session, &self.editor)?,
-            Action::ToggleFollowLight => self.panel.controls.auto_exposure ^= true,
             Action::SetMethod(name) => {
-                if self.session.set_method(name) {
-                    self.edited();
-                }
+                let has_edited = self.session.set_method(name);
+                self.edited_if(has_edited);
             }
             Action::SavePng => self.save_picture("png")?,
             Action::SaveExr => self.save_picture("exr")?,
-            Action::SaveScene => {
-                let mix = if self.picture.mix.is_mixing() { ", without the light mix" } else { "" };
-                return self.save_scene().map(|path| Some(format!("saved {}{mix}", path.display())));
-            }
+            Action::SaveScene => return self.save_changes().map(Some),
+            Action::SaveAs(path) => return self.save_as(path),
+            Action::SaveDialog => self.ask_name()?,
             Action::CopyCommand => return self.copy_command().map(Some),
-            Action::KeepSnapshot | Action::MeterAt(_) if self.panel.controls.settings.view.is_error() => {
-                return Err(miette!("the error is shown, not light: choose “Show: Picture” on the tab Look"));
-            }
-            Action::MeterAt(at) => self.meter(at)?,
-            Action::Expose(steps) => {
-                let controls = &mut self.panel.controls;
-                controls.auto_exposure = false;
-                let exposure = controls.settings.exposure * 2f32.powf(steps as f32 * EXPOSURE_STEP);
-                controls.settings.exposure = exposure.clamp(1e-6, 1e9);
-                self.controls_changed();
-            }
+            Action::OpenDialog => self.ask_scene(),
+            Action::Open(path) if self.may_discard("opening another scene") => self.open_file(path),
+            Action::Open(_) => {}
             Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
             Action::ResetView => _ = self.panel.viewport.reset(),
             Action::ShowPixels(at) => _ = self.panel.viewport.show_pixels(at.into()),
             Action::SetPictureSize(wanted) => return Ok(self.change_picture_size(wanted)),
             Action::FillWindow => {
-                let wanted = self.picture_area().unwrap_or(size);
+                let wanted = self.picture_area().unwrap_or(self.session.size());
                 return Ok(self.change_picture_size(wanted));
             }
-            Action::OpenDialog => {
-                let folder = self.scene_folder();
-                self.panel.controls.dialog.ask_scene(&folder);
-            }
-            Action::Open(path) => {
-                if self.may_discard("opening another scene") {
-                    self.open_file(path);
-                }
-            }
-            Action::SaveDialog => {
-                let name = format!("{}.png", self.options.name);
-                let folder = std::env::current_dir().into_diagnostic()?;
-                self.panel.controls.dialog.ask_name(&folder, &name);
-            }
-            Action::SaveAs(path) => return self.save_as(path),
-            Action::CompareDialog => {
-                let folder = std::env::current_dir().into_diagnostic()?;
-                self.panel.controls.dialog.ask_picture(&folder);
-            }
-            Action::CompareWith(path) => {
-                let name = self.comparison.read(&path)?;
-                self.compare_with_last();
-                return Ok(Some(format!("comparing with {name}")));
-            }
-            Action::KeepView(number) => return self.views.keep(number, self.editor.pose()).map(Some),
-            Action::GoToView(number) => {
-                let pose = self.views.get(number)?;
-                if self.editor.go_to(pose) {
-                    self.edited();
-                }
-            }
-            Action::ToggleLightMix => return self.toggle_light_mix().map(Some),
-            Action::SetMix { group, factor } => self.change_mix(|mix| mix.set(group, factor)),
-            Action::SoloMix(group) => self.change_mix(|mix| mix.solo(group)),
-            Action::ResetMix => self.change_mix(LightMix::reset),
-            Action::KeepMixColors(keeps) => self.change_mix(|mix| mix.keep_colors(keeps)),
-            Action::MixDialog => {
-                let folder = std::env::current_dir().into_diagnostic()?;
-                self.panel.controls.dialog.ask_example(&folder);
-            }
-            Action::MixLike(path) => {
-                self.picture.mix.look_like(&path, &self.panel.controls.settings)?;
-                self.picture.request_repaint();
-                return Ok(Some(format!("the lights are mixed like {}", path.display())));
-            }
-            Action::AddMixTarget(at) => {
-                self.add_mix_target(at)?;
-                return Ok(Some("now choose its colour in the tab Scene".to_owned()));
-            }
-            Action::SetMixTarget { place, color } => {
-                self.picture.mix.set_target(place, color);
-                self.picture.mix.meet_targets(&self.panel.controls.settings)?;
-                self.picture.request_repaint();
-            }
-            Action::ForgetMixTarget(place) => self.change_mix(|mix| mix.forget_target(place)),
-            Action::KeepSnapshot => {
-                let name = self.comparison.keep(&self.session, &mut self.picture)?;
-                self.panel.controls.compare.chosen = self.comparison.last();
-                return Ok(Some(format!("{name} kept: T compares with it")));
-            }
-            Action::ForgetSnapshot(place) => {
-                self.comparison.forget(place);
-                let compare = &mut self.panel.controls.compare;
-                compare.chosen -= usize::from(place < compare.chosen);
-                compare.chosen = compare.chosen.min(self.comparison.last());
-                compare.is_shown &= !self.comparison.is_empty();
-            }
-            Action::ToggleSnapshot if self.comparison.is_empty() => {
-                return Err(miette!("there is nothing to compare with: K keeps a snapshot"));
-            }
-            Action::ToggleSnapshot => self.panel.controls.compare.is_shown ^= true,
-            Action::TogglePause if self.paused.is_some() => self.go_on(),
-            Action::TogglePause => {
-                self.paused = Some(Instant::now());
-                return Ok(Some("paused: Space goes on, and so does every change".to_owned()));
-            }
+            Action::TogglePause => return Ok(self.toggle_pause()),
             Action::ToggleFullscreen => self.toggle_fullscreen(),
-            Action::ScaleText(steps) => {
-                let layout = &mut self.panel.controls.layout;
-                layout.font_scale = preferences::scaled(layout.font_scale, steps);
-                self.panel.host.scale_text(layout.font_scale);
-                self.keep_picture();
-            }
-            Action::ShowTab(tab) => {
-                if !self.panel.controls.layout.is_open {
-                    self.toggle_panel();
-                }
-                self.panel.controls.layout.bring(tab);
-            }
-            Action::EnterPanel => {
-                if !self.panel.controls.layout.is_open {
-                    self.toggle_panel();
-                }
-                self.panel.controls.enters = true;
-            }
+            Action::ScaleText(steps) => self.scale_text(steps),
+            Action::ShowTab(tab) => self.open_panel().layout.bring(tab),
+            Action::EnterPanel => self.open_panel().enters = true,
             Action::TogglePalette => self.panel.controls.palette.toggle(),
             Action::TogglePanel => self.toggle_panel(),
             Action::ToggleHelp => self.panel.controls.help ^= true,
-            Action::Cancel => {
-                let drags = self.panel.input.asks_region() || self.dragged.take().is_some();
-                let asked = self.asked.take().is_some() || drags;
-                self.panel.input.cancel_region();
-                if asked {
-                    self.panel.host.say("nothing was done".to_owned());
-                }
-                if !asked && !std::mem::take(&mut self.panel.controls.help) {
-                    if self.session.is_in_region() {
-                        return self.release_region();
-                    }
-                    self.editor.select(None);
-                }
-            }
+            Action::Cancel => return self.cancel(),
             Action::Quit => self.quit = self.may_discard("closing the window"),
         }
         Ok(None)
     }
 
-    /// Picture coordinates, in pixels, of a window position; an error if it lies outside the picture.
-    fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
-        let viewport = &self.panel.viewport;
-        if !viewport.contains(at.into()) {
-            return Err(miette!("there is no picture here"));
+    /// Selects the object at a window position, and tells the tools of the click.
+    fn pick(&mut self, at: [f64; 2]) -> Result<()> {
+        let place = self.panel.on_picture(at).ok();
+        let pick = place.and_then(|place| self.editor.pick(place, self.session.size()));
+        self.editor.select(pick.map(|pick| pick.shape));
+        let layout = &self.panel.controls.layout;
+        let hint = layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
+        if let Some(selection) = self.editor.selection().filter(|selection| hint && selection.selected) {
+            self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
         }
-        Ok(viewport.to_picture(at.into()).to_array())
+        place.map_or(Ok(()), |place| self.with_tools(None, |tools, context| tools.click(place, context)))
+    }
+
+    fn undo(&mut self) -> Result<Option<String>> {
+        let undone = self.editor.undo().map(|change| format!("Undo {change}"));
+        self.restored().map(|()| undone)
+    }
+
+    fn redo(&mut self) -> Result<Option<String>> {
+        let redone = self.editor.redo().map(|change| format!("Redo {change}"));
+        self.restored().map(|()| redone)
+    }
+
+    fn edited_if(&mut self, has_edited: bool) {
+        if has_edited {
+            self.edited();
+        }
+    }
+
+    /// Pauses or resumes; returns a message.
+    fn toggle_pause(&mut self) -> Option<String> {
+        if self.paused.is_some() {
+            self.go_on();
+            return None;
+        }
+        self.paused = Some(Instant::now());
+        Some("paused: Space goes on, and so does every change".to_owned())
+    }
+
+    fn scale_text(&mut self, steps: i8) {
+        let layout = &mut self.panel.controls.layout;
+        layout.font_scale = preferences::scaled(layout.font_scale, steps);
+        self.panel.host.scale_text(layout.font_scale);
+        self.keep_picture();
+    }
+
+    /// Opens the dock; returns the controls in it.
+    fn open_panel(&mut self) -> &mut PanelControls {
+        if !self.panel.controls.layout.is_open {
+            self.toggle_panel();
+        }
+        &mut self.panel.controls
+    }
+
+    /// Leaves what was begun; if nothing was, closes the list of keys, or releases the region, or else clears the selection.
+    fn cancel(&mut self) -> Result<Option<String>> {
+        let drags = self.panel.input.asks_region() || self.tools.region.stop_drag();
+        let asked = self.asked.take().is_some() || drags;
+        self.panel.input.cancel_region();
+        if asked {
+            self.panel.host.say("nothing was done".to_owned());
+        } else if std::mem::take(&mut self.panel.controls.help) {
+            return Ok(None);
+        } else if self.session.is_in_region() {
+            return self.use_tool(ToolAction::Region(RegionAction::Release));
+        } else {
+            self.editor.select(None);
+        }
+        Ok(None)
     }
 
     /// Changes the size of the picture; returns a message for the user.
@@ -328,91 +253,6 @@ impl Viewer {
         })
     }
 
-    /// Switches the tracing of separate light groups on or off.
-    fn toggle_light_mix(&mut self) -> Result<String> {
-        if self.picture.mix.is_on() {
-            self.session.set_light_groups(Vec::new())?;
-            self.picture.mix.end();
-            self.edited();
-            return Ok("all lights are as they are in the scene".to_owned());
-        }
-        let groups = groups_of(self.editor.desc(), &self.editor.scene(), self.session.run_spec())?;
-        self.session.set_light_groups(groups.clone())?;
-        let made = self.picture.mix_groups(groups, self.session.run_spec()).into_diagnostic();
-        if made.is_err() {
-            self.session.set_light_groups(Vec::new())?;
-        }
-        made?;
-        self.edited();
-        if !self.panel.controls.layout.shows(PanelTab::Scene) {
-            self.panel.controls.layout.bring(PanelTab::Scene);
-        }
-        let memory = self.picture.group_memory();
-        let summary = light_groups::summary(self.picture.mix.groups(), self.session.run_spec(), memory);
-        Ok(format!("lights are mixed in the tab Scene: {summary}"))
-    }
-
-    /// Changes the mix, which is shown at once.
-    fn change_mix(&mut self, change: impl FnOnce(&mut LightMix)) {
-        change(&mut self.picture.mix);
-        self.picture.request_repaint();
-    }
-
-    /// Adds a target of the light mix at a window position. Its wanted colour is the displayed one until the user chooses another.
-    fn add_mix_target(&mut self, at: [f64; 2]) -> Result<()> {
-        let pixel = self.on_picture(at)?.map(|at| at as u32);
-        self.picture.mix.add_target(pixel, &self.panel.controls.settings)
-    }
-
-    /// Rectangle of the picture spanned by two window positions.
-    fn rectangle(&self, [from, to]: [[f64; 2]; 2]) -> Region {
-        let [from, to] = [from, to].map(|at| self.panel.viewport.to_picture(at.into()));
-        rectangle_between(from, to, self.session.size())
-    }
-
-    /// Restricts tracing to a rectangle of the picture until it is released or an edit begins a new epoch.
-    fn trace_region(&mut self, rectangle: Region) -> Result<String> {
-        if self.session.is_stale() || !self.picture.is_seen() {
-            return Err(miette!("there is no picture of this view yet: drag the region again"));
-        }
-        let camera = self.editor.camera(self.session.size())?;
-        let view = EpochView { scene: self.editor.scene(), camera };
-        let Self { picture, session, editor, panel, .. } = self;
-        let (settings, target) = (&panel.controls.settings, panel.target());
-        picture.begin_region(rectangle, session, view, editor, settings, target)?;
-        self.go_on();
-        let [width, height] = rectangle.extent;
-        Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))
-    }
-
-    /// Releases the traced region and resumes the whole picture.
-    fn release_region(&mut self) -> Result<Option<String>> {
-        self.go_on();
-        let released = self.picture.end_region(&mut self.session, &self.editor)?;
-        Ok(released.then(|| "the whole picture is traced again".to_owned()))
-    }
-
-    /// Sets the exposure so that the colour at a window position becomes middle grey.
-    fn meter(&mut self, at: [f64; 2]) -> Result<()> {
-        let mean = f64::from(self.spot(at)?.y);
-        let exposure = exposure_for(mean).ok_or_else(|| miette!("there is no light here to expose for"))?;
-        self.panel.controls.auto_exposure = false;
-        self.panel.controls.settings.exposure = exposure;
-        self.controls_changed();
-        Ok(())
-    }
-
-    /// Mean displayed colour around a window position, scene-linear XYZ.
-    fn spot(&mut self, at: [f64; 2]) -> Result<Vec3> {
-        let size = self.session.size();
-        let place = self.on_picture(at)?.map(|at| at as u32);
-        let low = place.map(|at| at.saturating_sub(SPOT));
-        let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
-        let shown = self.picture.shown(Region { origin: low, extent }).into_diagnostic()?;
-        let spot = shown.map_or(Vec::new(), |shown| shown.xyz);
-        Ok(spot.iter().map(|xyz| Vec3::from(*xyz)).sum::<Vec3>() / spot.len().max(1) as f32)
-    }
-
     /// Whether unsaved changes may be discarded: if there are any, the user has to ask twice.
     pub(super) fn may_discard(&mut self, by: &str) -> bool {
         let warned = self.warned.take().is_some_and(|at| at.elapsed() < SURE);
@@ -426,23 +266,10 @@ impl Viewer {
         false
     }
 
-    /// Compares with the most recently added picture.
-    fn compare_with_last(&mut self) {
-        let compare = &mut self.panel.controls.compare;
-        (compare.chosen, compare.is_shown) = (self.comparison.last(), true);
-    }
-
     fn toggle_fullscreen(&mut self) {
         let Some(screen) = &self.picture.screen else { return };
         let fullscreen = screen.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
         screen.window.set_fullscreen(fullscreen);
-    }
-
-    /// The folder of the open scene.
-    fn scene_folder(&self) -> PathBuf {
-        let scene = &self.source.args.scene;
-        let folder = scene.canonicalize().ok().and_then(|scene| scene.parent().map(Path::to_path_buf));
-        folder.unwrap_or_else(|| PathBuf::from("."))
     }
 
     /// Moves the camera.
@@ -478,45 +305,13 @@ impl Viewer {
 
     /// What the panel shows, with the readings of the tools.
     pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
-        let shows_gizmo = self.shows_gizmo();
-        if self.panel.controls.layout.shows(PanelTab::Scene) {
-            self.picture.offer_mix(&self.session, &self.editor);
-        }
         let Self { session, picture, editor, metrics, panel, .. } = self;
         let mut data = panel.data(session, picture, editor, metrics, now);
-        let cursor = panel.cursor().filter(|_| panel.controls.layout.shows(PanelTab::Inspect));
-        let cursor = cursor.filter(|_| !panel.controls.settings.view.is_error());
-        data.pixel = cursor.and_then(|at| {
-            inspector::reading(at, session, picture, editor, panel.controls.settings.exposure)
-        });
         (data.undo, data.redo) =
             (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
-        let dragged =
-            |Region { origin, extent }| RegionDrawing { origin, extent, is_traced: false, per_pixel: 0.0 };
-        data.region = self.dragged.map(dragged).or_else(|| picture.regions.drawing());
-        data.mix = picture.mix.data();
-        data.gizmo_mode = self.gizmo.mode;
-        if shows_gizmo {
-            let (size, zoom) = (session.size(), panel.points_per_pixel());
-            data.gizmo = self.gizmo.drawing(editor, panel.cursor(), size, zoom);
-        }
-        data.outline = self.outline.lines(session.epoch(), session.size());
-        (data.paths, data.traces_paths) = (self.inspector.paths(), self.inspector.is_busy());
-        if panel.controls.layout.shows(PanelTab::Look) && !panel.controls.settings.view.is_error() {
-            let exposure = panel.controls.settings.exposure;
-            data.histogram = self.histogram.get(picture, session.size(), exposure);
-        }
-        let compare = &panel.controls.compare;
-        data.comparison = self.comparison.data(compare, &panel.controls.settings, session, picture);
-        if let Some(map) = self.comparison.map(compare) {
-            data.overlay = PictureOverlay::Map(map);
-        }
-        let curve = self.comparison.curve(compare);
-        if let Some(error) = data.error.as_mut().filter(|_| !curve.is_empty()) {
-            Arc::make_mut(error).compared = curve;
-        }
-        (data.views, data.recent) = (self.views.numbers(), self.preferences.recent.clone());
+        data.recent = self.preferences.recent.clone();
         data.is_paused = self.paused.is_some();
+        self.with_tools(None, |tools, context| tools.update(context, &mut data));
         data
     }
 
@@ -531,18 +326,5 @@ impl Viewer {
     pub(super) fn say(&mut self, message: String) {
         tell(&message);
         self.panel.host.say(message);
-    }
-
-    /// Switches an effect on or off. The files of the picture name the effects that are left out.
-    fn set_effect(&mut self, name: &str, on: bool) -> Result<()> {
-        match Effect::named(name) {
-            Some(effect) => {
-                self.editor.switch(effect)?;
-                self.session.set_effects(&self.editor);
-                self.edited();
-            }
-            None => self.panel.switch_display_effect(name, on),
-        }
-        Ok(())
     }
 }

@@ -25,10 +25,11 @@ use crate::scene::desc::{CameraDesc, FovAxis};
 use crate::scene::edit::{Edits, NewValue, Target, editable, lights, shape_name};
 use crate::tracer::effects::{Effect, decide};
 use crate::tracer::{Camera, Pick, Scene};
-use crate::viewer::gizmo::SightLine;
 use crate::viewer::saves::free_path;
 
 use transform::TransformDrag;
+
+pub use transform::SightLine;
 
 /// Editable state: one entry of the undo history.
 #[derive(Clone, Debug, PartialEq)]
@@ -244,14 +245,6 @@ impl SceneEditor {
     /// The selected shape.
     pub fn selected(&self) -> Option<u32> {
         self.selected.map(|selected| selected.shape)
-    }
-
-    /// Camera ray through a position of a picture of this size, in pixels; `None` if the camera is invalid.
-    pub fn sight_line(&self, place: DVec2, size: [u32; 2]) -> Option<SightLine> {
-        let uv = (place / DVec2::from(size.map(f64::from))).to_array();
-        let ray = self.camera(size).ok()?.ray(uv, CENTER);
-        let direction = ray.direction.as_dvec3().normalize_or(DVec3::Z);
-        Some(SightLine { place, origin: self.original().space.world_point(ray.origin), direction })
     }
 
     /// Distance of a world-space point from the camera.

@@ -14,10 +14,10 @@ use crate::gpu::Swapchain;
 use crate::render::process::tell;
 use crate::viewer::Viewer;
 use crate::viewer::loading::window_size;
-use crate::viewer::outline::OutlineKey;
 use crate::viewer::picture::Painted;
 use crate::viewer::screen::{Canvas, Screen, is_device_lost};
 use crate::viewer::session::TracerNews;
+use crate::viewer::tools::ViewChange;
 
 /// Polling interval while waiting for the device or for the first samples.
 const SOON: Duration = Duration::from_millis(1);
@@ -31,9 +31,6 @@ const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The method is reconsidered once nothing has been edited for this long.
 const REST: Duration = Duration::from_millis(500);
-
-/// The selected object is outlined once nothing has been edited for this long.
-const STILL: Duration = Duration::from_millis(60);
 
 /// Interval between checks of the display that the window is on: not every window system reports a change.
 const DISPLAY_LOOK: Duration = Duration::from_secs(1);
@@ -79,7 +76,7 @@ impl Viewer {
             }
         }
         self.picture.hear_end(&self.session);
-        self.auto_exposure(begin);
+        self.with_tools(None, |tools, context| tools.frame(begin, context));
         // A film of another size has no picture yet; the panel must not wait for one for long.
         if shows && (self.picture.has_picture() || self.picture.since_edit() > PATIENCE) {
             self.show(&plan)?;
@@ -157,19 +154,6 @@ impl Viewer {
         }
     }
 
-    /// Advances auto-exposure, if enabled.
-    fn auto_exposure(&mut self, now: Instant) {
-        let controls = &mut self.panel.controls;
-        if !controls.auto_exposure {
-            return self.light.start_from(controls.settings.exposure);
-        }
-        let metered = self.picture.metered().filter(|_| !self.picture.is_frozen());
-        if let Some(exposure) = self.light.step(metered, now) {
-            controls.settings.exposure = exposure;
-            self.picture.expose();
-        }
-    }
-
     /// Performs the due work: actions, camera, epoch, frame.
     pub(super) fn step(&mut self) {
         let now = Instant::now();
@@ -184,7 +168,10 @@ impl Viewer {
             self.metrics.completed(&gpu, shown, &mut self.picture.pacer);
         }
         self.act();
-        self.outline_selection();
+        if self.with_tools(None, |tools, context| tools.poll(context)) {
+            self.refresh();
+        }
+        self.note_tools();
         if let Err(error) = self.choose_method() {
             return self.fail(error);
         }
@@ -231,25 +218,6 @@ impl Viewer {
         }
     }
 
-    /// Starts tracing the outline of the selected object once the view has come to rest.
-    fn outline_selection(&mut self) {
-        if self.outline.take() {
-            self.refresh();
-        }
-        let (size, epoch) = (self.session.size(), self.session.epoch());
-        self.panel.has_outline = self.editor.selected().is_some();
-        self.panel.has_region = self.dragged.is_some() || self.session.is_in_region();
-        let key = self.editor.selected().map(|shape| OutlineKey { shape, epoch, size });
-        if self.outline.follows(key) {
-            return;
-        }
-        let Some(key) = key else { return self.outline.clear() };
-        let rests = !self.session.is_stale() && self.picture.is_seen() && self.picture.since_edit() > STILL;
-        if let Some(camera) = self.editor.camera(size).ok().filter(|_| rests) {
-            self.outline.begin(key, self.editor.scene(), camera);
-        }
-    }
-
     /// Time of the next wake-up of the loop.
     pub(super) fn next_look(&mut self, now: Instant) -> Instant {
         let busy = !self.picture.is_idle();
@@ -263,11 +231,8 @@ impl Viewer {
             && !self.editor.is_preparing()
             && self.awaited.is_none()
             && self.picture.is_settled()
-            && !self.light.is_changing()
-            && !self.inspector.is_busy()
-            && !self.outline.is_busy()
-            && !self.comparison.is_busy()
-            && !self.panel.is_busy();
+            && !self.tools.is_busy()
+            && !self.panel.input.is_moving();
         if !still {
             return self.clock.next();
         }
@@ -368,7 +333,10 @@ impl Viewer {
             && let Some(window) = self.picture.screen.as_ref().map(|screen| screen.window.clone())
         {
             let data = self.panel_data(begin);
-            self.panel.run(&window, &data);
+            let asked = self.panel.run(&window, &data, &mut self.tools, &self.keys);
+            self.actions.extend(asked);
+            self.actions.extend(self.tools.take_actions());
+            self.note_tools();
             self.picture.aim(self.panel.target());
         }
         let panel_time = begin.elapsed();
@@ -402,19 +370,16 @@ impl Viewer {
 
     /// Resumes after a pause.
     pub(super) fn go_on(&mut self) {
-        if let Some(since) = self.paused.take() {
-            self.picture.stood_still(since.elapsed());
-        }
+        self.with_tools(None, |_, context| context.go_on());
     }
 
     /// Notes an edit of scene or camera.
     pub(super) fn edited(&mut self) {
         let now = Instant::now();
         self.go_on();
-        self.inspector.clear();
+        self.tools.forget(ViewChange::Edited);
         self.session.edited();
         self.picture.edited(now);
-        self.panel.edited();
         self.metrics.edit(now);
     }
 
@@ -423,7 +388,7 @@ impl Viewer {
         self.session.begin(&self.editor)?;
         let view = EpochView { scene: self.editor.scene(), camera: self.editor.camera(self.session.size())? };
         self.picture.begin_epoch(self.session.run_spec(), view, &self.panel.controls.settings);
-        self.panel.begin_epoch();
+        self.tools.forget(ViewChange::Epoch);
         self.metrics.epoch();
         Ok(())
     }
@@ -458,8 +423,7 @@ impl Viewer {
         }
         if [before.width, before.height] != [width, height] {
             self.metrics.resizes += 1;
-            // Its paths were drawn for the previous size.
-            self.inspector.clear();
+            self.tools.forget(ViewChange::Resized);
         }
         self.film_changed(before);
         Ok(())

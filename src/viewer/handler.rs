@@ -3,15 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use glam::DVec2;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{ElementState, MouseButton, WindowEvent};
+use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
 use crate::client::window::host::ReaderEvent;
-use crate::client::window::panel::PanelTab;
 use crate::gpu;
 use crate::render::process;
 use crate::viewer::Viewer;
@@ -80,68 +78,20 @@ impl Viewer {
             WindowEvent::DroppedFile(path) => self.drop_file(path.clone()),
             _ => {}
         }
-        if self.takes_hold(&event) {
+        if self.with_tools(None, |tools, context| tools.hear(&event, context)) {
             return;
         }
-        if self.panel.on_event(&window, &event) {
+        let actions = self.panel.on_event(&window, &event, &self.keys);
+        if !actions.is_empty() {
+            self.actions.extend(actions);
             self.act();
         }
-        self.drag_gizmo(&event);
     }
 
     /// Opens the scene or model that was dropped onto the window.
     fn drop_file(&mut self, path: PathBuf) {
         if self.may_discard("dropping a scene") {
             self.open_file(path);
-        }
-    }
-
-    /// Whether the gizmo is shown: an object is selected, and the tab that edits it is open.
-    pub(super) fn shows_gizmo(&self) -> bool {
-        self.editor.selected().is_some() && self.panel.controls.layout.shows(PanelTab::Scene)
-    }
-
-    /// Grabs the gizmo handle under the cursor if this event is a button press on one; returns whether it did.
-    fn takes_hold(&mut self, event: &WindowEvent) -> bool {
-        let is_press = matches!(
-            event,
-            WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Left, .. }
-        );
-        let panel = &self.panel;
-        let is_free =
-            !panel.host.is_under_pointer() && !panel.input.is_dragging() && !panel.input.is_ctrl_held();
-        // While the user is asked to click a position, the click goes to the picture, even over a handle.
-        let is_free = is_free && !panel.input.asks_region() && self.asked.is_none();
-        if !is_press || !is_free || !self.shows_gizmo() {
-            return false;
-        }
-        let (size, zoom) = (self.session.size(), panel.points_per_pixel());
-        panel.cursor().is_some_and(|at| self.gizmo.press(&mut self.editor, at, size, zoom))
-    }
-
-    /// Transforms the selected object while a handle of the gizmo is dragged.
-    fn drag_gizmo(&mut self, event: &WindowEvent) {
-        if !self.gizmo.is_dragging() {
-            return;
-        }
-        match event {
-            WindowEvent::CursorMoved { position, .. } => {
-                let at = self.panel.viewport.to_picture(DVec2::new(position.x, position.y));
-                let by = self.gizmo.transform(&self.editor, at, self.session.size());
-                match by.map(|by| self.editor.set_transform(by)) {
-                    Some(Ok(true)) => self.edited(),
-                    Some(Ok(false)) | None => {}
-                    Some(Err(error)) => self.say(error.to_string()),
-                }
-                self.refresh();
-            }
-            WindowEvent::MouseInput { state: ElementState::Released, button: MouseButton::Left, .. }
-            | WindowEvent::Focused(false) => {
-                self.gizmo.release();
-                self.editor.end_change();
-                self.refresh();
-            }
-            _ => {}
         }
     }
 

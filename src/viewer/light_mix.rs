@@ -13,7 +13,6 @@ use crate::client::film::VulkanFilm;
 use crate::client::pass::compose::PictureLayer;
 use crate::client::reference::tonemap::ToneMapper;
 use crate::client::wavelet::out_of_memory;
-use crate::client::window::panel::{LightMixData, MixGroupRow, MixTargetRow};
 use crate::client::{ClientError, Settings};
 use crate::color::profile::{rec709_from_xyz, rec709_luminance, xyz_from_rec709};
 use crate::gpu::{Cmd, Gpu, Region};
@@ -26,6 +25,45 @@ use crate::scene::desc::IntegratorKind;
 use crate::scene::light_groups::{self as groups, LightGroup};
 use crate::scene::{SceneDesc, limits};
 use crate::tracer::Scene;
+
+/// The light mix as the panel shows it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightMixData {
+    /// Whether light groups are traced.
+    pub is_on: bool,
+    /// Description of the groups and their memory, or why there are none.
+    pub summary: String,
+    /// The groups.
+    pub groups: Vec<MixGroupRow>,
+    /// The group shown alone (solo).
+    pub solo: Option<usize>,
+    /// Colour targets.
+    pub targets: Vec<MixTargetRow>,
+    /// Whether the fit changes intensities only and keeps tints.
+    pub keeps_colors: bool,
+}
+
+/// A light group.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MixGroupRow {
+    /// Its name.
+    pub name: String,
+    /// The names of its lights.
+    pub emitters: Vec<String>,
+    /// Intensity factor.
+    pub intensity: f32,
+    /// Additional factors on linear R, G, B; the largest is 1.
+    pub tint: [f32; 3],
+}
+
+/// A colour target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MixTargetRow {
+    /// The pixel.
+    pub pixel: [u32; 2],
+    /// Display-linear R, G, B.
+    pub color: [f32; 3],
+}
 
 /// Most colour targets.
 const MOST_TARGETS: usize = 16;

@@ -24,16 +24,9 @@
 //! │  ├─ WindowFilter window_filter  the noise filter: its thread, the last filtered picture
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
 //! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
-//! ├─ ViewerPanel     panel     egui, mouse and keys, display controls, list of effects
-//! │  ├─ MapCache     maps      maps of error and cost over the picture
-//! │  └─ EffectCosts  costs     measured costs of the effects
+//! ├─ ViewerPanel     panel     egui, mouse and keys, display controls
+//! ├─ Tools           tools     what the user works with: each has its state, its actions, and its part of the panel
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
-//! ├─ Inspector       inspector   the paths of the pixel that was clicked at
-//! ├─ Outline         outline     the outline of the selected object
-//! ├─ Gizmo           gizmo       handles that move, turn and scale it
-//! ├─ Comparison      comparison  snapshots and other pictures beside the present one
-//! ├─ HistogramCache  histogram   the histogram of the picture
-//! ├─ CameraBookmarks  camera_bookmarks  views of the camera by number, beside the scene
 //! ├─ Preferences     preferences what is remembered from session to session
 //! ├─ BackgroundSaves saves     files that are being written
 //! ├─ SceneLoader     loader    a scene that a thread reads and prepares: the first, one that was dropped, one that has changed
@@ -47,25 +40,17 @@
 //! window closes.
 
 mod actions;
-mod camera_bookmarks;
 mod clock;
-mod comparison;
-mod costs;
 mod editor;
 mod ending;
-mod exposure;
 mod frame;
-mod gizmo;
 mod handler;
-mod histogram;
-mod inspector;
 mod light_mix;
 mod loader;
 mod loading;
 mod maps;
 mod metrics;
 pub mod options;
-mod outline;
 mod panel;
 mod picture;
 mod preferences;
@@ -75,6 +60,7 @@ mod saving;
 mod screen;
 mod session;
 mod start;
+mod tools;
 mod tracers;
 mod watch;
 mod window_filter;
@@ -84,28 +70,23 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
-use crate::client::window::keys::CursorAction;
-use crate::gpu::{DeviceChoice, DeviceFaults, Region};
+use crate::client::window::action::UserAction;
+use crate::client::window::keys::{CursorAction, KeyTable};
+use crate::gpu::{DeviceChoice, DeviceFaults};
 use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;
 use crate::render::tev::TevLink;
 use crate::render::timings::TimingCapture;
-use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
-use crate::viewer::comparison::Comparison;
 use crate::viewer::editor::SceneEditor;
-use crate::viewer::exposure::AutoExposure;
-use crate::viewer::gizmo::Gizmo;
-use crate::viewer::histogram::HistogramCache;
-use crate::viewer::inspector::Inspector;
 use crate::viewer::loader::{SceneLoader, ViewSource};
 use crate::viewer::metrics::ViewerMetrics;
-use crate::viewer::outline::Outline;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
 use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::session::RenderSession;
+use crate::viewer::tools::{ToolAction, Tools};
 use crate::viewer::watch::FileWatch;
 
 pub use start::view;
@@ -134,6 +115,12 @@ struct SessionContext {
     name: String,
 }
 
+/// What the next click in the picture is for.
+enum AskedPlace {
+    Window(CursorAction),
+    Tool(ToolAction),
+}
+
 /// The window and everything behind it; owned by the event loop.
 struct Viewer {
     /// Scene, options and method of the scene in the window.
@@ -146,9 +133,11 @@ struct Viewer {
     picture: LivePicture,
     editor: SceneEditor,
     panel: ViewerPanel,
+    tools: Tools,
+    keys: KeyTable<ToolAction>,
+    /// The user's actions, performed before the next frame.
+    actions: Vec<UserAction<ToolAction>>,
     metrics: ViewerMetrics,
-    /// Auto-exposure.
-    light: AutoExposure,
     saves: BackgroundSaves,
     /// Recorder of pass and worker timings, if requested.
     capture: Option<TimingCapture>,
@@ -161,17 +150,9 @@ struct Viewer {
     /// Time at which the render was paused: no samples are read then, so the tracer stops once its lanes are full. `None` while it traces.
     paused: Option<Instant>,
     /// Action of the next click in the picture, such as setting the focus.
-    asked: Option<CursorAction>,
-    /// Region that the user is dragging.
-    dragged: Option<Region>,
+    asked: Option<AskedPlace>,
     /// When the user was warned that unsaved changes would be lost.
     warned: Option<Instant>,
-    inspector: Inspector,
-    outline: Outline,
-    gizmo: Gizmo,
-    comparison: Comparison,
-    histogram: HistogramCache,
-    views: CameraBookmarks,
     preferences: Preferences,
     /// When to check next which display the window is on.
     look_at_display: Instant,

@@ -3,18 +3,19 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
-use miette::Result;
+use miette::{Result, miette};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
 use crate::client::Settings;
 use crate::client::lod::level_of_detail;
-use crate::client::window::action::Action;
+use crate::client::window::action::UserAction;
 use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::{InputEvent, InputState};
+use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::{
-    CompareMode, EffectRow, ErrorSummary, MapChoice, PanelControls, PanelData, PictureView, RejectedList,
-    RejectedRow, TracerRow,
+    ErrorSummary, PanelControls, PanelData, PanelTools, PictureView, RejectedList, RejectedRow, ToolPresence,
+    TracerRow,
 };
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
 use crate::remote::{Health, TracerStatus};
@@ -22,10 +23,8 @@ use crate::render::effect_plan::{self, PlannedEffect};
 use crate::render::rejected::RejectedExample;
 use crate::scene::desc::IntegratorKind;
 use crate::study::{ErrorQuantile, ErrorTarget};
-use crate::tracer::effects::{self, refusal};
-use crate::viewer::costs::EffectCosts;
 use crate::viewer::editor::SceneEditor;
-use crate::viewer::maps::{self, MapCache};
+use crate::viewer::maps;
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::screen::Screen;
@@ -41,18 +40,10 @@ pub struct ViewerPanel {
     pub input: InputState,
     /// Which part of the picture is shown, and where.
     pub viewport: Viewport,
-    maps: MapCache,
-    costs: EffectCosts,
-    /// List of effects, and the method and settings that it is valid for; `None` after an edit.
-    effects: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
-    /// Queued actions, performed before the next frame.
-    actions: Vec<Action>,
     /// The display controls have changed since the last frame.
     settings_changed: bool,
-    /// An object is outlined.
-    pub has_outline: bool,
-    /// A rectangle is traced alone, or is being dragged.
-    pub has_region: bool,
+    /// How much of the tools is visible outside of the dock.
+    pub tools: ToolPresence,
 }
 
 impl ViewerPanel {
@@ -63,24 +54,22 @@ impl ViewerPanel {
             controls,
             input: InputState::new(size),
             viewport: Viewport::new(size),
-            maps: MapCache::default(),
-            costs: EffectCosts::default(),
-            effects: None,
-            actions: Vec::new(),
             settings_changed: false,
-            has_outline: false,
-            has_region: false,
+            tools: ToolPresence::Hidden,
         }
     }
 
-    /// Handles a window event. Returns true if it queued actions.
-    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+    /// Handles a window event; returns the user's actions.
+    pub fn on_event<T: Clone>(
+        &mut self,
+        window: &Window,
+        event: &WindowEvent,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
         let active = self.is_interactive() && !self.input.is_dragging();
-        let modal = self.controls.dialog.is_open() || self.controls.palette.is_open;
+        let modal = self.controls.is_modal() || self.tools == ToolPresence::Modal;
         let taken = self.host.on_event(window, event, active, modal);
-        let actions = self.input.on_window_event(event, taken);
-        self.actions.extend_from_slice(&actions);
-        !actions.is_empty()
+        self.input.on_window_event(event, taken, keys)
     }
 
     /// Error target chosen by the user.
@@ -88,64 +77,29 @@ impl ViewerPanel {
         ErrorTarget { error: self.controls.target, at: ErrorQuantile::P95 }
     }
 
-    /// Takes the actions queued since the last call.
-    pub fn take_actions(&mut self) -> Vec<Action> {
-        std::mem::take(&mut self.actions)
-    }
-
     /// Whether the display controls have changed since the last call.
     pub fn take_settings_changed(&mut self) -> bool {
         std::mem::take(&mut self.settings_changed)
     }
 
-    /// Turns an effect of the display on or off.
-    pub fn switch_display_effect(&mut self, name: &str, on: bool) {
-        self.controls.settings.switch(name, on);
+    /// Changes the display settings.
+    pub fn change_settings(&mut self, change: impl FnOnce(&mut Settings)) {
+        change(&mut self.controls.settings);
         self.settings_changed = true;
-    }
-
-    /// Begins to measure the cost of each of the tracer's effects for this scene, view and method.
-    pub fn measure_costs(&mut self, session: &RenderSession, editor: &SceneEditor) -> Result<()> {
-        let plan = self.plan(session, editor);
-        self.costs.measure(session, editor, plan)
-    }
-
-    /// Takes over measured costs; true if there are new ones.
-    pub fn take_costs(&mut self) -> bool {
-        self.costs.take()
-    }
-
-    /// Whether a background task runs that needs frames or will end soon.
-    pub fn is_busy(&self) -> bool {
-        self.costs.is_measuring() || self.input.is_moving()
-    }
-
-    /// Invalidates effects and costs after a change of scene, camera or method.
-    pub fn edited(&mut self) {
-        self.effects = None;
-        self.costs.edited();
-    }
-
-    /// Discards maps of the previous epoch.
-    pub fn begin_epoch(&mut self) {
-        self.maps.begin_epoch();
     }
 
     /// Whether any visible part of the panel reacts to input.
     fn is_interactive(&self) -> bool {
-        let PanelControls { layout, help, palette, dialog, compare, .. } = &self.controls;
-        let splits = compare.is_shown && compare.mode == CompareMode::Split;
-        layout.is_open || *help || palette.is_open || dialog.is_open() || splits
+        let controls = &self.controls;
+        let is_open = controls.layout.is_open || controls.help || controls.is_modal();
+        is_open || self.tools >= ToolPresence::Interactive
     }
 
     /// Whether egui draws anything: dock, key list, palette, map, message or the grid between magnified pixels.
     fn has_overlay(&self) -> bool {
         self.is_interactive()
-            || self.controls.map != MapChoice::None
             || self.host.has_message()
-            || self.controls.compare.is_shown
-            || self.has_outline
-            || self.has_region
+            || self.tools >= ToolPresence::Drawn
             || !self.viewport.is_whole()
             || self.viewport.zoom() >= GRID_ZOOM
     }
@@ -167,7 +121,7 @@ impl ViewerPanel {
     pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
         self.viewport.set_sizes(area, picture);
         let shown = self.viewport.zoom() * self.viewport.picture();
-        self.input.take(InputEvent::Size(self.viewport.area(), shown), Instant::now());
+        self.input.respond(InputEvent::Size(self.viewport.area(), shown), Instant::now());
     }
 
     /// When egui must run next; `None` while nothing is visible.
@@ -180,11 +134,18 @@ impl ViewerPanel {
         self.next_run().is_some_and(|due| now >= due)
     }
 
-    /// Runs the panel.
-    pub fn run(&mut self, window: &Window, data: &PanelData) {
+    /// Runs the panel; returns the user's actions but for those of the tools.
+    pub fn run<T: Clone>(
+        &mut self,
+        window: &Window,
+        data: &PanelData,
+        tools: &mut dyn PanelTools,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
         let before = (self.controls.settings.clone(), self.controls.filter);
-        self.actions.extend(self.host.run(window, data, &mut self.controls));
+        let actions = self.host.run(window, data, &mut self.controls, tools, keys);
         self.settings_changed |= before != (self.controls.settings.clone(), self.controls.filter);
+        actions
     }
 
     /// Display settings, viewport and overlay, to draw a frame.
@@ -198,26 +159,6 @@ impl ViewerPanel {
         effect_plan::plan(editor.desc(), session.run_spec(), &self.controls.settings)
     }
 
-    /// List of effects, with costs where known.
-    fn effects(&mut self, session: &RenderSession, editor: &SceneEditor) -> Vec<EffectRow> {
-        let (method, settings) = (session.run_spec().integrator, &self.controls.settings);
-        let mut rows = match &self.effects {
-            Some((for_method, for_settings, rows)) if *for_method == method && for_settings == settings => {
-                rows.clone()
-            }
-            _ => {
-                let plan = self.plan(session, editor);
-                let rows: Vec<_> = plan.into_iter().map(|entry| effect_row(entry, method, editor)).collect();
-                self.effects = Some((method, settings.clone(), rows.clone()));
-                rows
-            }
-        };
-        for (place, row) in rows.iter_mut().enumerate() {
-            row.cost = self.costs.of(place, row.name);
-        }
-        rows
-    }
-
     /// Window points per picture pixel.
     pub fn points_per_pixel(&self) -> f64 {
         self.viewport.zoom() / f64::from(self.host.drawing_scale())
@@ -229,9 +170,21 @@ impl ViewerPanel {
         Some(self.viewport.to_picture(at))
     }
 
+    /// Picture coordinates, in pixels, of a window position.
+    ///
+    /// # Errors
+    ///
+    /// If it lies outside of the picture.
+    pub fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
+        if !self.viewport.contains(at.into()) {
+            return Err(miette!("there is no picture here"));
+        }
+        Ok(self.viewport.to_picture(at.into()).to_array())
+    }
+
     /// Gathers the data of the panel, except that of the tools.
     pub fn data(
-        &mut self,
+        &self,
         session: &RenderSession,
         picture: &LivePicture,
         editor: &SceneEditor,
@@ -273,8 +226,6 @@ impl ViewerPanel {
             elapsed: session.elapsed(),
             message: self.host.message(now).map(str::to_owned),
             selection: editor.selection(),
-            effects: self.effects(session, editor),
-            costs: self.costs.state(),
             error: picture.present_observer().map(|observer| {
                 if picture.mix.is_mixing() {
                     let message = "not known of a mix of lights".to_owned();
@@ -284,11 +235,8 @@ impl ViewerPanel {
                 let target = self.controls.target;
                 maps::error_summary(observer, run, target, session.is_through(), filtered).into()
             }),
-            overlay: self.maps.overlay(self.controls.map, session, picture.observer.as_ref(), now),
             left_out: run.left_out().collect(),
             rejected: rejected(session, editor),
-            camera: editor.camera_words(),
-            fov: editor.fov(),
             ..PanelData::default()
         }
     }
@@ -308,16 +256,4 @@ fn rejected(session: &RenderSession, editor: &SceneEditor) -> RejectedList {
         command: example.replay,
     };
     RejectedList { total: report.total, rows: report.examples.into_iter().map(row).collect() }
-}
-
-/// One row of the list of effects. A forced effect can be switched back; any other can be forced off or on where that is possible.
-fn effect_row(entry: PlannedEffect, method: IntegratorKind, editor: &SceneEditor) -> EffectRow {
-    let on_display = entry.client.as_ref().is_some_and(|effect| effect.can_switch);
-    let can_switch = entry.effect.map_or(on_display, |effect| {
-        let is_forced = editor.forced().iter().any(|forced| forced.effect == effect);
-        let can_add = effects::force_on(&mut editor.desc().clone(), effect).is_ok();
-        is_forced || entry.on && refusal(effect, method).is_none() || !entry.on && can_add
-    });
-    let place = entry.place.map_or(String::new(), |place| format!(" ({place})"));
-    EffectRow { name: entry.name, on: entry.on, reason: entry.reason + &place, can_switch, cost: None }
 }

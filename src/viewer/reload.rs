@@ -10,7 +10,6 @@ use miette::Result;
 
 use crate::render::process::tell;
 use crate::viewer::Viewer;
-use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::loader::{ReadyScene, SceneLoader, ViewSource, brief};
 use crate::viewer::loading::title;
@@ -102,9 +101,7 @@ impl Viewer {
         if !again {
             let scene = &self.source.args.scene;
             self.preferences.opened(scene, &self.panel.controls.layout);
-            let (views, problem) = CameraBookmarks::beside(scene);
-            self.views = views;
-            problem.into_iter().for_each(|problem| self.say(problem));
+            self.tools.open_scene(scene).into_iter().for_each(|problem| self.say(problem));
         }
         if let Some(screen) = &self.picture.screen {
             screen.window.set_title(&title(&self.options.name));

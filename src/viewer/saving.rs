@@ -1,4 +1,4 @@
-//! Saving of pictures, sums and scenes, and the command line that renders the picture again.
+//! Opening of scenes, saving of pictures, sums and scenes, and the command line that renders the picture again.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,38 @@ use crate::image::write::check_target;
 use crate::render::run_spec::{RunSpec, display_options, quoted};
 use crate::viewer::Viewer;
 
+/// File extensions that can be opened.
+const SCENES: [&str; 9] = ["xml", "gltf", "glb", "usd", "usda", "usdc", "usdz", "obj", "ply"];
+
+/// What can be saved, and its file extensions.
+const SAVED: [(&str, &str); 3] =
+    [("Displayed picture", "png"), ("Linear picture", "exr"), ("Changed scene", "xml")];
+
 impl Viewer {
+    /// Asks for a scene or a model to open, first in the folder of the open one.
+    pub(super) fn ask_scene(&mut self) {
+        let scene = &self.source.args.scene;
+        let folder = scene.canonicalize().ok().and_then(|scene| scene.parent().map(Path::to_path_buf));
+        let folder = folder.unwrap_or_else(|| PathBuf::from("."));
+        let dialog = &mut self.panel.controls.open_dialog;
+        dialog.ask_file("Open a scene or a model", &folder, ("Scenes and models", &SCENES));
+    }
+
+    /// Asks for a name to save under, first in the working folder.
+    pub(super) fn ask_name(&mut self) -> Result<()> {
+        let name = format!("{}.png", self.options.name);
+        let folder = std::env::current_dir().into_diagnostic()?;
+        let title = "Save as picture (.png, .exr) or scene (.xml)";
+        self.panel.controls.save_dialog.ask_name(title, &folder, &name, &SAVED);
+        Ok(())
+    }
+
+    /// Saves camera and edits as a scene file; returns a message.
+    pub(super) fn save_changes(&mut self) -> Result<String> {
+        let mix = if self.picture.mix.is_mixing() { ", without the light mix" } else { "" };
+        self.save_scene().map(|path| format!("saved {}{mix}", path.display()))
+    }
+
     /// Saves to a path of the user's choice; its extension selects the displayed picture, the sums or the scene.
     pub(super) fn save_as(&mut self, path: PathBuf) -> Result<Option<String>> {
         if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) {
@@ -60,7 +91,7 @@ impl Viewer {
         Ok(run)
     }
 
-    pub(super) fn save_scene(&mut self) -> Result<PathBuf> {
+    fn save_scene(&mut self) -> Result<PathBuf> {
         self.editor.save(&self.options.name, self.session.run_spec())
     }
 

@@ -10,9 +10,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 
 use crate::client::background;
 use crate::client::window::host::ReaderEvent;
-use crate::client::window::panel::{
-    CommandPalette, CompareControls, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelLayout,
-};
+use crate::client::window::panel::{CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelLayout};
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::denoise::view_filter::check as check_denoise;
@@ -27,24 +25,18 @@ use crate::render::remote_order::scene_digest;
 use crate::render::tev::TevLink;
 use crate::render::timings::{self, TimingCapture};
 use crate::render::{predictions, process};
-use crate::viewer::camera_bookmarks::CameraBookmarks;
 use crate::viewer::clock::{Backoff, FrameClock};
-use crate::viewer::comparison::Comparison;
-use crate::viewer::exposure::AutoExposure;
-use crate::viewer::gizmo::Gizmo;
-use crate::viewer::histogram::HistogramCache;
-use crate::viewer::inspector::Inspector;
 use crate::viewer::loader::{ReadyScene, ViewSource};
 use crate::viewer::loading::{LoadingWindow, OpenWindow, title, window_size};
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::options::{OF_TRACER, ViewOptions};
-use crate::viewer::outline::Outline;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
 use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::screen::is_device_lost;
 use crate::viewer::session::RenderSession;
+use crate::viewer::tools::Tools;
 use crate::viewer::tracers::{self, Tracers};
 use crate::viewer::watch::FileWatch;
 use crate::viewer::{SessionContext, Viewer};
@@ -151,10 +143,9 @@ impl ViewerApp {
             layout,
             help: false,
             palette: CommandPalette::default(),
-            dialog: FileChooser::default(),
+            open_dialog: FileChooser::default(),
+            save_dialog: FileChooser::default(),
             enters: false,
-            compare: CompareControls::default(),
-            map: MapChoice::default(),
             // In index order the picture must equal that of `render` to the byte.
             auto_exposure: !args.fixed_exposure && !args.deterministic,
             target: DEFAULT_TARGET,
@@ -307,7 +298,8 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         }
     }
     preferences.opened(&loader.source.args.scene, &panel.controls.layout);
-    let (views, no_views) = CameraBookmarks::beside(&loader.source.args.scene);
+    let mut tools = Tools::default();
+    let problems = tools.open_scene(&loader.source.args.scene);
     let (mut watch, problem) = FileWatch::new();
     let unseen = watch.follow(loader.files());
     let now = Instant::now();
@@ -321,8 +313,10 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         picture,
         editor,
         panel,
+        tools,
+        keys: Tools::keys(),
+        actions: Vec::new(),
         metrics,
-        light: AutoExposure::default(),
         saves: BackgroundSaves::default(),
         capture,
         clock: FrameClock::new(now),
@@ -331,21 +325,14 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         tick: now,
         paused: None,
         asked: None,
-        dragged: None,
         warned: None,
-        inspector: Inspector::default(),
-        outline: Outline::default(),
-        gizmo: Gizmo::default(),
-        comparison: Comparison::default(),
-        histogram: HistogramCache::default(),
-        views,
         preferences,
         look_at_display: now,
         awaited: None,
         quit: false,
         outcome: Ok(()),
     };
-    problem.into_iter().chain(unseen).chain(no_views).for_each(|message| viewer.say(message));
+    problem.into_iter().chain(unseen).chain(problems).for_each(|message| viewer.say(message));
     viewer.choose_method()?;
     viewer.restart()?;
     Ok(viewer)

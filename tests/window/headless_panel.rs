@@ -1,14 +1,16 @@
-//! The panel without a window, frame after frame, with figures to be shown.
+//! The panel without a window and without tools, frame after frame, with figures to be shown.
 
+use std::convert::Infallible;
 use std::time::Duration;
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2};
 use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
-use pointillist::client::window::action::Action;
+use pointillist::client::window::action::{Action, UserAction};
+use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::panel::{
-    self, CommandPalette, CompareControls, CostState, DEFAULT_TARGET, EffectRow, FileChooser, MapChoice,
-    PanelControls, PanelData, PanelLayout, PanelTab, ParameterValue, PictureOverlay, PictureView,
-    RejectedList, RejectedRow, SceneParameter, Selection, TracerRow,
+    self, CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab,
+    ParameterValue, PictureOverlay, PictureView, RejectedList, RejectedRow, SceneParameter, Selection,
+    TracerRow,
 };
 use pointillist::client::window::viewport::Viewport;
 
@@ -69,17 +71,6 @@ pub fn readout() -> PanelData {
                 },
             ],
         }),
-        effects: vec![
-            EffectRow { name: "dispersion", on: true, reason: "glass".into(), can_switch: true, cost: None },
-            EffectRow {
-                name: "glare",
-                on: false,
-                reason: "--glare off".into(),
-                can_switch: false,
-                cost: None,
-            },
-        ],
-        costs: CostState::Unknown,
         error: None,
         overlay: PictureOverlay::None,
         rejected: RejectedList {
@@ -90,8 +81,6 @@ pub fn readout() -> PanelData {
             }],
         },
         left_out: vec!["lens"],
-        camera: "at 278 273 −800, to 278 273 −799".into(),
-        fov: 39.307_7,
         undo: Some("move of `ball`".into()),
         redo: Some("orbit of the camera".into()),
         ..PanelData::default()
@@ -106,13 +95,24 @@ pub fn controls() -> PanelControls {
         layout: PanelLayout::new(true),
         help: false,
         palette: CommandPalette::default(),
-        dialog: FileChooser::default(),
+        open_dialog: FileChooser::default(),
+        save_dialog: FileChooser::default(),
         enters: false,
-        compare: CompareControls::default(),
-        map: MapChoice::None,
         auto_exposure: true,
         target: DEFAULT_TARGET,
     }
+}
+
+/// Draws the panel without tools; returns the user's actions.
+pub fn show(ui: &mut egui::Ui, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
+    let actions = panel::show(ui, data, controls, &mut (), &KeyTable::<Infallible>::new(Vec::new()));
+    let of_window = |action| match action {
+        UserAction::Window(action) => action,
+        UserAction::Tool(_) | UserAction::ToolAt(..) | UserAction::AskPlace(_) => {
+            panic!("there are no tools")
+        }
+    };
+    actions.into_iter().map(of_window).collect()
 }
 
 /// The same with a tab in front.
@@ -148,7 +148,7 @@ impl Panel {
         let area = [self.size[0] - controls.layout.width_in(self.size[0]), self.size[1]];
         let view = PictureView { viewport: Viewport::new(area.map(|n| n as u32)), pixels_per_point: 1.0 };
         let readout = &PanelData { view, ..readout.clone() };
-        let output = self.context.run_ui(input, |ui| actions.extend(panel::show(ui, readout, controls)));
+        let output = self.context.run_ui(input, |ui| actions.extend(show(ui, readout, controls)));
         let shapes = output.shapes.clone();
         output.drop_without_applying_deltas();
         (actions, shapes)

@@ -1,10 +1,12 @@
 //! Input: the meaning of drags, clicks, the wheel and keys.
 
+use std::convert::Infallible;
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
-use pointillist::client::window::action::Action;
+use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::input::{InputEvent, InputState};
+use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::navigation::Gesture;
 use winit::event::MouseButton;
 use winit::keyboard::KeyCode;
@@ -19,7 +21,12 @@ impl Hand {
     }
 
     fn give(&mut self, signal: InputEvent) -> Vec<Action> {
-        self.0.take(signal, self.1)
+        let actions = self.0.take(signal, self.1, &KeyTable::<Infallible>::new(Vec::new()));
+        let of_window = |action| match action {
+            UserAction::Window(action) => action,
+            UserAction::Tool(_) | UserAction::ToolAt(..) | UserAction::AskPlace(_) => panic!("no tools"),
+        };
+        actions.into_iter().map(of_window).collect()
     }
 
     fn to(&mut self, x: f64, y: f64) -> Vec<Action> {
@@ -75,9 +82,9 @@ fn clicks_pick_and_double_clicks_focus() {
     assert_eq!(click(&mut hand, 300), [Action::FocusAt([50.0, 50.0])]);
     assert_eq!(click(&mut hand, 300), [Action::Pick([50.0, 50.0])], "a third click begins anew");
     assert_eq!(click(&mut hand, 900), [Action::Pick([50.0, 50.0])]);
-    assert_eq!(hand.key(KeyCode::KeyF, 'f'), [Action::FocusAt([50.0, 50.0])]);
+    assert_eq!(hand.key(KeyCode::KeyZ, 'z'), [Action::ShowPixels([50.0, 50.0])]);
     hand.give(InputEvent::CursorLeft);
-    assert_eq!(hand.key(KeyCode::KeyF, 'f'), []);
+    assert_eq!(hand.key(KeyCode::KeyZ, 'z'), []);
     assert_eq!(hand.button(MouseButton::Left, true), [], "no cursor, no press");
 }
 
@@ -175,15 +182,6 @@ fn dragging_with_ctrl_moves_the_magnified_picture() {
 }
 
 #[test]
-fn numbers_keep_views_and_go_to_them() {
-    let mut hand = Hand::new();
-    assert_eq!(hand.key(KeyCode::Digit3, '3'), [Action::GoToView(3)]);
-    hand.give(InputEvent::Modifiers(true, false));
-    assert_eq!(hand.key(KeyCode::Digit3, '3'), [Action::KeepView(3)]);
-    assert_eq!(hand.key(KeyCode::Digit0, '0'), []);
-}
-
-#[test]
 fn fractions_are_those_of_the_picture() {
     let mut hand = Hand::new();
     // A wide window shows a narrow picture.
@@ -198,7 +196,7 @@ fn fractions_are_those_of_the_picture() {
 fn a_rectangle_is_dragged() {
     let now = Instant::now();
     let mut input = InputState::new([100, 100]);
-    let send = |input: &mut InputState, event| input.take(event, now);
+    let send = |input: &mut InputState, event| input.respond(event, now);
     for asked in [false, true] {
         input.ask_region(asked);
         send(&mut input, InputEvent::Modifiers(!asked, !asked));

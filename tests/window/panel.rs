@@ -8,8 +8,8 @@ use pointillist::client::settings::{
 };
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    CommandPalette, CompareControls, DEFAULT_TARGET, FileChooser, MapChoice, PanelControls, PanelData,
-    PanelLayout, PanelTab, ParameterValue, SceneParameter, Selection,
+    CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab,
+    ParameterValue, SceneParameter, Selection,
 };
 use pointillist::color::Profile;
 use pointillist::math::random::Random;
@@ -40,10 +40,7 @@ fn buttons_do_what_they_say() {
         (PanelTab::Render, "Redo", Action::Redo),
         (PanelTab::Render, "Commands", Action::TogglePalette),
         (PanelTab::Render, "?", Action::ToggleHelp),
-        (PanelTab::Scene, "Reset", Action::ResetCamera),
         (PanelTab::Scene, "Deselect", Action::Deselect),
-        (PanelTab::Compare, "Keep snapshot", Action::KeepSnapshot),
-        (PanelTab::Compare, "Open EXR…", Action::CompareDialog),
         (PanelTab::Files, "PNG", Action::SavePng),
         (PanelTab::Files, "EXR", Action::SaveExr),
         (PanelTab::Files, "Save scene", Action::SaveScene),
@@ -56,14 +53,7 @@ fn buttons_do_what_they_say() {
         assert_eq!(panel.click(at, &readout, &mut controls), [action], "{text}");
     }
     controls.layout.bring(PanelTab::Render);
-    let shapes = panel.settle(&readout, &mut controls);
-    // Folded at first. What can be left out has a switch, what cannot has none.
-    panel.click(place(&shapes, "Effects"), &readout, &mut controls);
-    let open = panel.settle(&readout, &mut controls);
-    place(&open, "without lens");
-    let switched = Action::SetEffect { name: "dispersion", on: false };
-    assert_eq!(panel.click(place(&open, "dispersion"), &readout, &mut controls), [switched]);
-    assert_eq!(panel.click(place(&open, "glare"), &readout, &mut controls), []);
+    place(&panel.settle(&readout, &mut controls), "without lens");
     controls.layout.is_open = false;
     assert!(texts(&panel.frame(vec![], &readout, &mut controls).1).is_empty(), "hidden means hidden");
 }
@@ -188,10 +178,9 @@ fn untouched_values_stay_bit_for_bit() {
             layout: PanelLayout::new(true),
             help: round % 5 == 0,
             palette: CommandPalette::default(),
-            dialog: FileChooser::default(),
+            open_dialog: FileChooser::default(),
+            save_dialog: FileChooser::default(),
             enters: false,
-            compare: CompareControls::default(),
-            map: MapChoice::None,
             auto_exposure: round % 2 == 0,
             target: DEFAULT_TARGET,
         };
@@ -308,7 +297,6 @@ fn hostile_figures_are_shown_without_a_panic() {
         lods: [Some(f32::NAN), None],
         ring: (5, 0),
         passes: vec![("nothing", f64::NAN)],
-        fov: f64::NAN,
         ..readout()
     };
     for tab in PanelTab::ALL {

@@ -1,14 +1,12 @@
-//! Error and costs in the panel: the plot and its text, the target, maps with their legends, prices of effects.
+//! The error in the panel: the plot and its text, the target, maps with their legends.
 
 use std::sync::Arc;
 
 use crate::headless_panel::{Panel, controls, picture, place, readout, texts};
 use egui::epaint::ClippedShape;
 use egui::{Event, Shape, TextureId, pos2, vec2};
-use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{
-    ColorScale, CostState, EffectCost, EffectRow, ErrorSummary, FalseColorMap, MapChoice, PanelData,
-    PictureOverlay,
+    ColorScale, ErrorSummary, FalseColorMap, MapChoice, PanelData, PictureOverlay,
 };
 
 const SIZE: [f32; 2] = [800.0, 1600.0];
@@ -165,37 +163,4 @@ fn the_legend_stays_within_windows_of_any_size() {
             }
         }
     }
-}
-
-#[test]
-fn costs_are_measured_on_request() {
-    let (mut controls, mut panel) = (controls(), Panel::new(SIZE));
-    let priced = |costs| {
-        let effect = |name, on, cost| EffectRow {
-            name,
-            on,
-            reason: "glass".into(),
-            can_switch: true,
-            cost: Some(cost),
-        };
-        let effects = vec![
-            effect("dispersion", true, EffectCost::Share(0.124)),
-            effect("lens", false, EffectCost::More(0.317)),
-        ];
-        PanelData { effects, costs, selection: None, ..readout() }
-    };
-    let fresh = priced(CostState::Fresh);
-    let shapes = panel.settle(&fresh, &mut controls);
-    panel.click(place(&shapes, "Effects"), &fresh, &mut controls);
-    let shapes = panel.settle(&fresh, &mut controls);
-    for what in ["12 %", "×1.32", "share of the tracing time"] {
-        assert!(says(&shapes, what), "no {what:?} among {:?}", texts(&shapes));
-    }
-    let button = place(&shapes, "Measure costs");
-    assert_eq!(panel.click(button, &fresh, &mut controls), [Action::MeasureCosts]);
-    let shapes = panel.settle(&priced(CostState::Stale), &mut controls);
-    assert!(says(&shapes, "before the last change"));
-    let busy = priced(CostState::Measuring);
-    assert!(says(&panel.settle(&busy, &mut controls), "measuring"));
-    assert_eq!(panel.click(button, &busy, &mut controls), []);
 }

@@ -1,15 +1,13 @@
-//! The tools of the panel, found by what a screen reader would say of them and used by mouse and keyboard, without a display.
+//! The panel, found by what a screen reader would say of them and used by mouse and keyboard, without a display. The tools have such
+//! tests beside their code.
 
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use pointillist::client::window::action::Action;
-use pointillist::client::window::panel::{
-    self, CompareMode, Histogram, MixGroupRow, MixTargetRow, PanelControls, PanelData, PanelTab,
-    PixelReading, RegionDrawing, SmallPicture, SnapshotRow,
-};
+use pointillist::client::window::panel::{PanelControls, PanelData, PanelTab};
 
-use crate::headless_panel::{controls, controls_of, readout};
+use crate::headless_panel::{controls, controls_of, readout, show};
 
 /// The panel with its data, and the actions that it asked for.
 struct Tools {
@@ -21,7 +19,7 @@ struct Tools {
 fn harness(data: PanelData, controls: PanelControls) -> Harness<'static, Tools> {
     let tools = Tools { data, controls, actions: Vec::new() };
     let draw = |ui: &mut egui::Ui, tools: &mut Tools| {
-        tools.actions.extend(panel::show(ui, &tools.data, &mut tools.controls));
+        tools.actions.extend(show(ui, &tools.data, &mut tools.controls));
     };
     let mut harness = Harness::builder().with_size([900.0, 900.0]).build_ui_state(draw, tools);
     harness.run_steps(3);
@@ -139,139 +137,10 @@ fn the_panel_is_entered_and_used_by_keyboard() {
 }
 
 #[test]
-fn recent_scenes_and_views_are_opened() {
-    let data = PanelData {
-        recent: vec!["/scenes/kitchen.xml".into(), "/scenes/hall.xml".into()],
-        views: vec![2],
-        ..readout()
-    };
+fn recent_scenes_are_opened() {
+    let data =
+        PanelData { recent: vec!["/scenes/kitchen.xml".into(), "/scenes/hall.xml".into()], ..readout() };
     let mut harness = harness(data, controls_of(PanelTab::Files));
     harness.get_by_label("scenes/hall.xml").click();
     assert_eq!(taken(&mut harness), [Action::Open("/scenes/hall.xml".into())]);
-    harness.get_by_label("2").click();
-    harness.get_by_label("3").click();
-    assert_eq!(taken(&mut harness), [Action::GoToView(2)], "nothing is kept under 3");
-}
-
-#[test]
-fn snapshots_are_chosen_shown_and_forgotten() {
-    let row = |name: &str| SnapshotRow {
-        name: name.to_owned(),
-        words: "12 s, 64.0 paths per pixel, error 3.1 %".to_owned(),
-        thumbnail: SmallPicture { size: [2, 1], rgb: vec![[9; 3]; 2] }.into(),
-    };
-    let mut data = readout();
-    data.comparison.rows = vec![row("Snapshot 1"), row("before.exr")];
-    let mut harness = harness(data, controls_of(PanelTab::Compare));
-    harness.get_by_label("before.exr").click();
-    harness.run_steps(2);
-    harness.get_by_label("Show").click();
-    harness.run_steps(2);
-    let compare = &harness.state().controls.compare;
-    assert!((compare.chosen, compare.is_shown, compare.mode) == (1, true, CompareMode::Whole));
-    harness.get_all_by_label("Forget").next().expect("one for each").click();
-    assert_eq!(taken(&mut harness), [Action::ForgetSnapshot(0)]);
-}
-
-/// The line of the split is dragged over the picture, and stops at its edges.
-#[test]
-fn the_split_is_dragged() {
-    let mut data = readout();
-    let picture = SmallPicture { size: [4, 4], rgb: vec![[200; 3]; 16] };
-    data.comparison.picture = Some(picture.into());
-    let mut controls = controls_of(PanelTab::Compare);
-    (controls.compare.is_shown, controls.compare.mode) = (true, CompareMode::Split);
-    let width = 900.0 - controls.layout.width_in(900.0);
-    data.view.viewport = pointillist::client::window::viewport::Viewport::new([width as u32, 900]);
-    let mut harness = harness(data, controls);
-    let at = |x: f32| egui::pos2(x, 450.0);
-    harness.drag_at(at(0.5 * width));
-    harness.run_steps(2);
-    harness.hover_at(at(0.25 * width));
-    harness.run_steps(2);
-    let split = harness.state().controls.compare.split;
-    assert!((split - 0.25).abs() < 0.02, "{split}");
-    harness.hover_at(at(-50.0));
-    harness.run_steps(2);
-    assert_eq!(harness.state().controls.compare.split, 0.0);
-    harness.drop_at(at(-50.0));
-}
-
-#[test]
-fn the_pixel_is_told() {
-    let reading = PixelReading {
-        pixel: [12, 34],
-        xyz: [0.123_456, 2.5, 0.0],
-        stops: Some(3.66),
-        displayed: [1.0, 0.5, 0.0],
-        samples: 64.0,
-        error: Some(0.0231),
-        object: Some("ball".to_owned()),
-        material: Some("gold (roughconductor)".to_owned()),
-        distance: Some(3.25),
-        ..PixelReading::default()
-    };
-    let harness = harness(PanelData { pixel: Some(reading), ..readout() }, controls_of(PanelTab::Inspect));
-    for words in
-        ["12, 34", "0.1235  2.500  0", "255  128  0", "2.31 %", "ball", "gold (roughconductor)", "3.250"]
-    {
-        harness.get_by_label(words);
-    }
-}
-
-#[test]
-fn the_histogram_is_told() {
-    let histogram = Histogram {
-        luminance: vec![0.01; 72],
-        displayed: std::array::from_fn(|_| vec![0.015; 64]),
-        clipped: 0.031,
-        black: 0.0,
-    };
-    let data = PanelData { histogram: Some(histogram.into()), ..readout() };
-    let harness = harness(data, controls_of(PanelTab::Look));
-    harness.get_by_label("3.1 % white, 0.0 % black");
-}
-
-/// The light mix by its widgets: intensity by the slider's field, a light alone, all as they are.
-#[test]
-fn lights_are_mixed() {
-    let mut data = readout();
-    data.mix.summary = "2 groups of lights: key, sky; their films take 4.0 MiB".to_owned();
-    let mut off = harness(data.clone(), controls_of(PanelTab::Scene));
-    off.get_by_label("2 groups of lights: key, sky; their films take 4.0 MiB");
-    off.get_by_label("Mix lights").click();
-    assert_eq!(taken(&mut off), [Action::ToggleLightMix]);
-    let row = |name: &str, intensity, tint| MixGroupRow {
-        name: name.to_owned(),
-        emitters: vec!["lamp".to_owned()],
-        intensity,
-        tint,
-    };
-    data.mix.is_on = true;
-    data.mix.groups = vec![row("key", 2.0, [1.0, 0.5, 0.25]), row("sky", 1.0, [1.0; 3])];
-    data.mix.targets = vec![MixTargetRow { pixel: [12, 34], color: [0.2; 3] }];
-    let mut on = harness(data, controls_of(PanelTab::Scene));
-    // Told by the name of its light.
-    on.get_by_role_and_label(egui::accesskit::Role::Slider, "key");
-    on.get_all_by_label("Solo").nth(1).expect("one for each light").click();
-    assert_eq!(taken(&mut on), [Action::SoloMix(1)]);
-    on.get_all_by_label("Reset").last().expect("that of the mix").click();
-    assert_eq!(taken(&mut on), [Action::ResetMix]);
-    on.get_by_label("keep colours").click();
-    assert_eq!(taken(&mut on), [Action::KeepMixColors(true)]);
-    on.get_by_label("at 12, 34");
-    on.get_by_label("End the mix").click();
-    assert_eq!(taken(&mut on), [Action::ToggleLightMix]);
-}
-
-#[test]
-fn a_region_is_told_and_released() {
-    let mut idle = harness(readout(), controls_of(PanelTab::Render));
-    idle.get_by_label("Render a region").click();
-    assert_eq!(taken(&mut idle), [Action::ToggleRegion]);
-    let region = RegionDrawing { origin: [8, 4], extent: [40, 24], is_traced: true, per_pixel: 123.4 };
-    let mut traced = harness(PanelData { region: Some(region), ..readout() }, controls_of(PanelTab::Render));
-    traced.get_by_label("40×24 pixels with 123 paths each; the error is theirs");
-    traced.get_by_label("Release the region").click();
-    assert_eq!(taken(&mut traced), [Action::ToggleRegion]);
 }

@@ -1,12 +1,75 @@
-//! User actions, from the mouse, a key or a button of the panel.
+//! User actions, from the mouse, a key or a button of the panel: those of the window itself, and those of its tools, which the window
+//! passes on without knowing them.
 
 use std::path::PathBuf;
 
 use crate::client::window::keys::CursorAction;
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{GizmoMode, PanelTab, ParameterValue};
+use crate::client::window::panel::{PanelTab, ParameterValue};
 
-/// A user action. Positions are physical pixels of the window.
+/// A user action. `T`: actions of the tools.
+#[derive(Clone, Debug, PartialEq)]
+pub enum UserAction<T> {
+    /// An action of the window itself.
+    Window(Action),
+    /// An action of a tool.
+    Tool(T),
+    /// An action of a tool at this position, physical pixels of the window.
+    ToolAt(T, [f64; 2]),
+    /// Performs an action of a tool at the next position that the user clicks.
+    AskPlace(T),
+}
+
+impl<T> UserAction<T> {
+    /// The same action, where `convert` takes those of the tools to another type.
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> UserAction<U> {
+        match self {
+            Self::Window(action) => UserAction::Window(action),
+            Self::Tool(action) => UserAction::Tool(convert(action)),
+            Self::ToolAt(action, at) => UserAction::ToolAt(convert(action), at),
+            Self::AskPlace(action) => UserAction::AskPlace(convert(action)),
+        }
+    }
+}
+
+/// Actions that the user asks for while a tool draws its part of the panel, in order.
+#[derive(Clone, Debug)]
+pub struct ActionQueue<T>(Vec<UserAction<T>>);
+
+impl<T> Default for ActionQueue<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> ActionQueue<T> {
+    /// Asks for an action of the tool.
+    pub fn ask(&mut self, action: T) {
+        self.0.push(UserAction::Tool(action));
+    }
+
+    /// Asks for an action of the tool at the next position that the user clicks.
+    pub fn ask_at_place(&mut self, action: T) {
+        self.0.push(UserAction::AskPlace(action));
+    }
+
+    /// Asks for an action of the window.
+    pub fn ask_window(&mut self, action: Action) {
+        self.0.push(UserAction::Window(action));
+    }
+
+    /// Adds the actions of another queue, where `convert` takes those of its tool to the type of this one.
+    pub fn extend<U>(&mut self, other: ActionQueue<U>, convert: impl Fn(U) -> T) {
+        self.0.extend(other.0.into_iter().map(|action| action.map(&convert)));
+    }
+
+    /// Takes the actions.
+    pub fn take(&mut self) -> Vec<UserAction<T>> {
+        std::mem::take(&mut self.0)
+    }
+}
+
+/// An action of the window itself. Positions are physical pixels of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Moves the camera.
@@ -17,12 +80,8 @@ pub enum Action {
     Pick([f64; 2]),
     /// Turns the camera to the surface point at this position.
     FocusAt([f64; 2]),
-    /// Focuses the lens at the distance of the surface point at this position.
-    FocusLensAt([f64; 2]),
     /// Performs this at the next position that the user clicks.
     AskPlace(CursorAction),
-    /// Sets the exposure from the light at this position.
-    MeterAt([f64; 2]),
     /// Changes the exposure by this many steps of a sixth of a stop.
     Expose(f64),
     /// Zooms the displayed picture by steps of the wheel, about this position.
@@ -37,26 +96,16 @@ pub enum Action {
     SetPictureSize([u32; 2]),
     /// Resizes the picture to fill the window at 1:1.
     FillWindow,
-    /// Shows the rectangle being dragged between these positions; `None` removes it.
+    /// The user drags a rectangle between these positions; `None`: not any more.
     DragRegion(Option<[[f64; 2]; 2]>),
-    /// Restricts tracing to the rectangle between these positions.
+    /// The user has dragged a rectangle between these positions.
     TraceRegion([[f64; 2]; 2]),
-    /// Asks the user to drag a region to be traced alone, or releases the traced region.
-    ToggleRegion,
     /// Clears the selection.
     Deselect,
     /// Undoes the last change or camera move.
     Undo,
     /// Redoes the change that was undone last.
     Redo,
-    /// Moves the camera back to where the scene file puts it.
-    ResetCamera,
-    /// Sets the mode of the gizmo.
-    SetGizmo(GizmoMode),
-    /// Switches the gizmo to the next mode.
-    NextGizmo,
-    /// Sets the field of view, in degrees.
-    SetFov(f64),
     /// Changes a parameter of the selected object.
     Edit {
         /// Index in [`Selection::parameters`](crate::client::window::panel::Selection::parameters).
@@ -64,17 +113,6 @@ pub enum Action {
         /// The new value.
         value: ParameterValue,
     },
-    /// Switches an effect of the picture off or on.
-    SetEffect {
-        /// Name of the effect.
-        name: &'static str,
-        /// Whether the effect is on.
-        on: bool,
-    },
-    /// Measures the costs of the tracer's effects.
-    MeasureCosts,
-    /// Switches auto-exposure on, or off at the present exposure.
-    ToggleFollowLight,
     /// Selects the integrator of this name; `None` for the automatic choice.
     SetMethod(Option<&'static str>),
     /// Saves the displayed picture.
@@ -93,50 +131,6 @@ pub enum Action {
     SaveDialog,
     /// Saves to this path; the extension selects the displayed picture, the sums or the scene.
     SaveAs(PathBuf),
-    /// Stores the view under a number, 1 to 9.
-    KeepView(u8),
-    /// Goes to the view stored under a number.
-    GoToView(u8),
-    /// Switches the tracing of light groups, for the light mix, on or off.
-    ToggleLightMix,
-    /// Sets the factor of a light group.
-    SetMix {
-        /// Index of the group.
-        group: usize,
-        /// Factors on linear R, G, B.
-        factor: [f32; 3],
-    },
-    /// Shows one light group alone, or all of them again.
-    SoloMix(usize),
-    /// Resets all factors of the light mix to 1.
-    ResetMix,
-    /// Sets whether the fit of the light mix changes intensities only and keeps tints.
-    KeepMixColors(bool),
-    /// Opens the dialog for an example picture of the light mix.
-    MixDialog,
-    /// Fits the light mix to this picture.
-    MixLike(PathBuf),
-    /// Adds the pixel at this position as a colour target of the light mix.
-    AddMixTarget([f64; 2]),
-    /// Sets the colour of a target, display-linear R, G, B.
-    SetMixTarget {
-        /// Index of the target.
-        place: usize,
-        /// Its new colour.
-        color: [f32; 3],
-    },
-    /// Removes a target.
-    ForgetMixTarget(usize),
-    /// Keeps the present picture as a snapshot.
-    KeepSnapshot,
-    /// Asks for an EXR file to compare with.
-    CompareDialog,
-    /// Compares with this EXR file.
-    CompareWith(PathBuf),
-    /// Removes a snapshot.
-    ForgetSnapshot(usize),
-    /// Shows the selected snapshot, or the present picture again.
-    ToggleSnapshot,
     /// Pauses or resumes: while paused no samples are read, so that the tracer stops soon.
     TogglePause,
     /// Fills the screen with the window, or leaves it.

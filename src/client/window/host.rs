@@ -7,8 +7,9 @@ use winit::event::{ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
-use crate::client::window::action::Action;
-use crate::client::window::panel::{self, LoadingData, PanelControls, PanelData};
+use crate::client::window::action::UserAction;
+use crate::client::window::keys::KeyTable;
+use crate::client::window::panel::{self, LoadingData, PanelControls, PanelData, PanelTools};
 
 /// Longest interval between runs of the panel while it is visible.
 const REFRESH: Duration = Duration::from_millis(200);
@@ -199,11 +200,18 @@ impl EguiHost {
         self.due
     }
 
-    /// Runs the panel; returns the user's actions.
-    pub fn run(&mut self, window: &Window, data: &PanelData, controls: &mut PanelControls) -> Vec<Action> {
+    /// Runs the panel; returns the user's actions but for those of the tools.
+    pub fn run<T: Clone>(
+        &mut self,
+        window: &Window,
+        data: &PanelData,
+        controls: &mut PanelControls,
+        tools: &mut dyn PanelTools,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
         self.message_drawn = data.message.is_some();
         let mut actions = Vec::new();
-        self.draw(window, |ui| actions.extend(panel::show(ui, data, controls)));
+        self.draw(window, |ui| actions.extend(panel::show(ui, data, controls, tools, keys)));
         let width = self.context.content_rect().width();
         self.picture_width = width - controls.layout.width_in(width);
         actions

@@ -1,4 +1,4 @@
-//! Turns the window's events into [`Action`]s. The state machine works on [`InputEvent`]s, plain data that a test can make;
+//! Turns the window's events into [`UserAction`]s. The state machine works on [`InputEvent`]s, plain data that a test can make;
 //! [`InputState::on_window_event`] only translates winit's events into them.
 
 use std::time::{Duration, Instant};
@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{Key, KeyCode, PhysicalKey};
 
-use crate::client::window::action::Action;
-use crate::client::window::keys::{self, BoundAction, Held};
+use crate::client::window::action::{Action, UserAction};
+use crate::client::window::keys::{self, BoundAction, Held, KeyTable};
 use crate::client::window::navigation::Gesture;
 
 /// Physical pixels that the cursor may move between press and release of a click.
@@ -118,7 +118,12 @@ impl InputState {
     }
 
     /// Handles a window event. An event `captured` by the panel starts nothing here, but a release still ends what was started.
-    pub fn on_window_event(&mut self, event: &WindowEvent, captured: bool) -> Vec<Action> {
+    pub fn on_window_event<T: Clone>(
+        &mut self,
+        event: &WindowEvent,
+        captured: bool,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
         let Some(signal) = translate(event) else { return Vec::new() };
         let starts = matches!(
             signal,
@@ -127,11 +132,24 @@ impl InputState {
                 | InputEvent::SideWheel(_)
                 | InputEvent::Key(_, _, true)
         );
-        if captured && starts { Vec::new() } else { self.take(signal, Instant::now()) }
+        if captured && starts { Vec::new() } else { self.take(signal, Instant::now(), keys) }
     }
 
-    /// Handles an event that happened at `now`.
-    pub fn take(&mut self, signal: InputEvent, now: Instant) -> Vec<Action> {
+    /// Handles an event that happened at `now`; keys mean what the table says.
+    pub fn take<T: Clone>(
+        &mut self,
+        signal: InputEvent,
+        now: Instant,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
+        if let InputEvent::Key(code, text, pressed) = signal {
+            return self.key(code, text, pressed, now, keys);
+        }
+        self.respond(signal, now).into_iter().map(UserAction::Window).collect()
+    }
+
+    /// Handles an event that is no key, at `now`.
+    pub fn respond(&mut self, signal: InputEvent, now: Instant) -> Vec<Action> {
         match signal {
             InputEvent::Cursor(at) => self.cursor_to(at),
             InputEvent::CursorLeft => {
@@ -146,7 +164,7 @@ impl InputState {
             InputEvent::Wheel(steps) => self.wheel(steps, now),
             InputEvent::SideWheel(steps) if self.shift => self.wheel(steps, now),
             InputEvent::SideWheel(_) => Vec::new(),
-            InputEvent::Key(code, text, pressed) => self.key(code, text, pressed, now),
+            InputEvent::Key(..) => Vec::new(),
             InputEvent::Modifiers(ctrl, shift) => {
                 (self.ctrl, self.shift) = (ctrl, shift);
                 Vec::new()
@@ -313,7 +331,14 @@ impl InputState {
         rested.then_some(Action::EndMove).into_iter().chain([Action::Gesture(gesture)]).collect()
     }
 
-    fn key(&mut self, code: Option<KeyCode>, text: Option<char>, pressed: bool, now: Instant) -> Vec<Action> {
+    fn key<T: Clone>(
+        &mut self,
+        code: Option<KeyCode>,
+        text: Option<char>,
+        pressed: bool,
+        now: Instant,
+        keys: &KeyTable<T>,
+    ) -> Vec<UserAction<T>> {
         let flying = self.is_flying();
         if let Some(place) = FLYING.iter().position(|(key, _)| Some(*key) == code) {
             // Recorded even before the right button is pressed, since the camera flies from then on.
@@ -323,15 +348,14 @@ impl InputState {
             return Vec::new();
         }
         let held = Held { ctrl: self.ctrl, shift: self.shift, flying };
-        let number = text.and_then(|text| text.to_digit(10)).map(|digit| digit as u8);
-        match (keys::lookup(code, text, held), self.cursor) {
-            (Some(BoundAction::Action(Action::Gesture(gesture))), _) => self.step(*gesture, now),
-            (Some(BoundAction::Action(action)), _) => vec![action.clone()],
-            (Some(BoundAction::AtCursor(action)), Some(at)) if at.cmplt(self.area).all() => {
-                vec![action.at(at.to_array())]
+        let cursor = self.cursor.filter(|at| at.cmplt(self.area).all()).map(|at| at.to_array());
+        match (keys.lookup(code, text, held), cursor) {
+            (Some(BoundAction::Action(UserAction::Window(Action::Gesture(gesture)))), _) => {
+                self.step(gesture, now).into_iter().map(UserAction::Window).collect()
             }
-            (Some(BoundAction::KeepView), _) => number.map(Action::KeepView).into_iter().collect(),
-            (Some(BoundAction::GoToView), _) => number.map(Action::GoToView).into_iter().collect(),
+            (Some(BoundAction::Action(action)), _) => vec![action],
+            (Some(BoundAction::AtCursor(action)), Some(at)) => vec![UserAction::Window(action.at(at))],
+            (Some(BoundAction::ToolAtCursor(action)), Some(at)) => vec![UserAction::ToolAt(action, at)],
             _ => Vec::new(),
         }
     }

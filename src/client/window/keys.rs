@@ -1,8 +1,8 @@
-//! Key and mouse bindings: one table, used to dispatch keys and to draw the list of keys and the command palette.
+//! Key and mouse bindings: one table, used to dispatch keys and to draw the list of keys and the command palette. Tools add their own.
 
 use winit::keyboard::KeyCode;
 
-use crate::client::window::action::Action;
+use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::PanelTab;
 
@@ -20,17 +20,17 @@ pub enum Trigger {
     Key(KeyCode),
 }
 
-/// Action of a binding.
+/// Action of a binding. `T`: actions of the tools.
 #[derive(Clone, Debug, PartialEq)]
-pub enum BoundAction {
+pub enum BoundAction<T> {
     /// Performs this action.
-    Action(Action),
-    /// Performs an action at the cursor.
+    Action(UserAction<T>),
+    /// Performs an action of the window at the cursor.
     AtCursor(CursorAction),
-    /// Stores the view under the pressed number.
-    KeepView,
-    /// Goes to the view stored under the pressed number.
-    GoToView,
+    /// Performs an action of a tool at the cursor.
+    ToolAtCursor(T),
+    /// Performs one action for each trigger, in their order; each has a name of its own in the palette.
+    Each(Vec<(String, T)>),
     /// Describes mouse buttons and held keys, which [`input`](crate::client::window::input) interprets.
     Described,
 }
@@ -38,14 +38,6 @@ pub enum BoundAction {
 /// Actions at the cursor position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CursorAction {
-    /// Turns the camera to the point.
-    Focus,
-    /// Focuses the lens at the point's distance.
-    FocusLens,
-    /// Sets the exposure from the light at the pixel.
-    Meter,
-    /// Adds the pixel as a colour target of the light mix.
-    MixTarget,
     /// Zooms the picture in by a step.
     ZoomIn,
     /// Zooms it out by a step.
@@ -58,10 +50,6 @@ impl CursorAction {
     /// The action at a position of the window.
     pub fn at(self, at: [f64; 2]) -> Action {
         match self {
-            Self::Focus => Action::FocusAt(at),
-            Self::FocusLens => Action::FocusLensAt(at),
-            Self::Meter => Action::MeterAt(at),
-            Self::MixTarget => Action::AddMixTarget(at),
             Self::ZoomIn => Action::ZoomAt(at, 1.0),
             Self::ZoomOut => Action::ZoomAt(at, -1.0),
             Self::ShowPixels => Action::ShowPixels(at),
@@ -71,7 +59,7 @@ impl CursorAction {
 
 /// One binding of the table.
 #[derive(Clone, Debug)]
-pub struct KeyBinding {
+pub struct KeyBinding<T> {
     /// Keys as displayed to the user; empty for a command without a key.
     pub keys: &'static str,
     /// Description for the user.
@@ -79,167 +67,237 @@ pub struct KeyBinding {
     /// Key presses that trigger it; empty for a binding that is only displayed.
     pub triggers: &'static [Trigger],
     /// The action.
-    pub action: BoundAction,
+    pub action: BoundAction<T>,
 }
 
 /// Bindings of one subject.
-#[derive(Clone, Copy, Debug)]
-pub struct KeyGroup {
+#[derive(Clone, Debug)]
+pub struct KeyGroup<T> {
     /// The subject.
     pub title: &'static str,
     /// Its lines.
-    pub bindings: &'static [KeyBinding],
+    pub bindings: Vec<KeyBinding<T>>,
 }
 
-const fn mouse(keys: &'static str, meaning: &'static str) -> KeyBinding {
+/// A binding of a tool, with its place in the table.
+#[derive(Clone, Debug)]
+pub struct ToolKey<T> {
+    /// Meaning of the binding above it.
+    pub below: &'static str,
+    /// The binding.
+    pub binding: KeyBinding<T>,
+}
+
+impl<T> ToolKey<T> {
+    /// An action of the tool.
+    pub fn new(
+        below: &'static str,
+        (keys, meaning): (&'static str, &'static str),
+        triggers: &'static [Trigger],
+        action: T,
+    ) -> Self {
+        let action = BoundAction::Action(UserAction::Tool(action));
+        Self { below, binding: KeyBinding { keys, meaning, triggers, action } }
+    }
+
+    /// An action of the tool at the cursor.
+    pub fn at_cursor(
+        below: &'static str,
+        (keys, meaning): (&'static str, &'static str),
+        triggers: &'static [Trigger],
+        action: T,
+    ) -> Self {
+        Self {
+            below,
+            binding: KeyBinding { keys, meaning, triggers, action: BoundAction::ToolAtCursor(action) },
+        }
+    }
+
+    /// A mouse gesture or a command of the window that belongs to the tool.
+    pub fn of_window(below: &'static str, binding: KeyBinding<T>) -> Self {
+        Self { below, binding }
+    }
+
+    /// The same binding, where `convert` takes the tool's actions to another type.
+    pub fn map<U>(self, convert: impl Fn(T) -> U) -> ToolKey<U> {
+        let Self { below, binding: KeyBinding { keys, meaning, triggers, action } } = self;
+        let action = match action {
+            BoundAction::Action(action) => BoundAction::Action(action.map(convert)),
+            BoundAction::AtCursor(action) => BoundAction::AtCursor(action),
+            BoundAction::ToolAtCursor(action) => BoundAction::ToolAtCursor(convert(action)),
+            BoundAction::Each(all) => {
+                BoundAction::Each(all.into_iter().map(|(name, action)| (name, convert(action))).collect())
+            }
+            BoundAction::Described => BoundAction::Described,
+        };
+        ToolKey { below, binding: KeyBinding { keys, meaning, triggers, action } }
+    }
+}
+
+/// Describes what a mouse gesture does.
+pub fn mouse<T>(keys: &'static str, meaning: &'static str) -> KeyBinding<T> {
     KeyBinding { keys, meaning, triggers: &[], action: BoundAction::Described }
 }
 
-const fn key(
+/// An action of the window.
+pub fn key<T>(
     keys: &'static str,
     meaning: &'static str,
     triggers: &'static [Trigger],
     action: Action,
-) -> KeyBinding {
-    KeyBinding { keys, meaning, triggers, action: BoundAction::Action(action) }
+) -> KeyBinding<T> {
+    KeyBinding { keys, meaning, triggers, action: BoundAction::Action(UserAction::Window(action)) }
 }
 
-const fn at_cursor(
+fn at_cursor<T>(
     keys: &'static str,
     meaning: &'static str,
     triggers: &'static [Trigger],
     action: CursorAction,
-) -> KeyBinding {
+) -> KeyBinding<T> {
     KeyBinding { keys, meaning, triggers, action: BoundAction::AtCursor(action) }
 }
 
-/// A command without a key, listed in the palette only.
-const fn command(meaning: &'static str, action: Action) -> KeyBinding {
-    KeyBinding { keys: "", meaning, triggers: &[], action: BoundAction::Action(action) }
+/// A command of the window without a key, listed in the palette only.
+pub fn command<T>(meaning: &'static str, action: Action) -> KeyBinding<T> {
+    key("", meaning, &[], action)
 }
 
 use Trigger::{Char, Ctrl, Key};
 
-/// All bindings.
-pub const GROUPS: &[KeyGroup] = &[
-    KeyGroup { title: "Camera", bindings: CAMERA },
-    KeyGroup { title: "Changes", bindings: CHANGES },
-    KeyGroup { title: "Picture", bindings: PICTURE },
-    KeyGroup { title: "Files", bindings: FILES },
-    KeyGroup { title: "Window", bindings: WINDOW },
-];
+/// All bindings of the window and its tools.
+#[derive(Clone, Debug)]
+pub struct KeyTable<T> {
+    groups: Vec<KeyGroup<T>>,
+}
 
-const CAMERA: &[KeyBinding] = &[
-    mouse("Left drag", "orbit"),
-    mouse("Middle drag, Shift+left drag", "pan"),
-    mouse("Wheel", "closer, farther"),
-    mouse("Right drag", "look around"),
-    mouse("Right held + W A S D Q E", "fly; Q down, E up, Shift faster"),
-    mouse("Right held + wheel", "flying speed"),
-    mouse("Shift+wheel", "field of view"),
-    key("[", "narrower field of view", &[Char('[')], Action::Gesture(Gesture::Fov(-FOV_STEP))),
-    key("]", "wider field of view", &[Char(']')], Action::Gesture(Gesture::Fov(FOV_STEP))),
-    at_cursor("F, double click", "look at the point under the cursor", &[Char('f')], CursorAction::Focus),
-    at_cursor("L", "focus the lens on the point under the cursor", &[Char('l')], CursorAction::FocusLens),
-    key("R, Home", "the file's camera", &[Char('r'), Key(KeyCode::Home)], Action::ResetCamera),
-    KeyBinding {
-        keys: "Ctrl+1 … Ctrl+9",
-        meaning: "keep this view under a number, beside the scene",
-        triggers: &[
-            Ctrl('1', false),
-            Ctrl('2', false),
-            Ctrl('3', false),
-            Ctrl('4', false),
-            Ctrl('5', false),
-            Ctrl('6', false),
-            Ctrl('7', false),
-            Ctrl('8', false),
-            Ctrl('9', false),
-        ],
-        action: BoundAction::KeepView,
-    },
-    KeyBinding {
-        keys: "1 … 9",
-        meaning: "go to the view of this number",
-        triggers: &[
-            Char('1'),
-            Char('2'),
-            Char('3'),
-            Char('4'),
-            Char('5'),
-            Char('6'),
-            Char('7'),
-            Char('8'),
-            Char('9'),
-        ],
-        action: BoundAction::GoToView,
-    },
-];
+impl<T: Clone> KeyTable<T> {
+    /// The bindings of the window, with those of tools added below the lines that they name, which may be of a tool before them.
+    pub fn new(tools: Vec<ToolKey<T>>) -> Self {
+        let mut groups = vec![
+            KeyGroup { title: "Camera", bindings: camera() },
+            KeyGroup { title: "Changes", bindings: changes() },
+            KeyGroup { title: "Picture", bindings: picture() },
+            KeyGroup { title: "Files", bindings: files() },
+            KeyGroup { title: "Window", bindings: window() },
+        ];
+        for ToolKey { below, binding } in tools {
+            let is_above = |binding: &KeyBinding<T>| binding.meaning == below;
+            let group = groups.iter().position(|group| group.bindings.iter().any(is_above));
+            debug_assert!(group.is_some(), "no binding has the meaning {below:?}");
+            let bindings = &mut groups[group.unwrap_or(0)].bindings;
+            let line = bindings.iter().position(is_above).map_or(bindings.len(), |line| line + 1);
+            bindings.insert(line, binding);
+        }
+        Self { groups }
+    }
 
-const CHANGES: &[KeyBinding] = &[
-    mouse("Click", "select an object"),
-    key("X", "select nothing", &[Char('x')], Action::Deselect),
-    key("G", "move, turn or scale the selected object", &[Char('g')], Action::NextGizmo),
-    key("Ctrl+L", "mix the lights, or end the mix", &[Ctrl('l', false)], Action::ToggleLightMix),
-    key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
-    key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
-];
+    /// The bindings by subject.
+    pub fn groups(&self) -> &[KeyGroup<T>] {
+        &self.groups
+    }
 
-const PICTURE: &[KeyBinding] = &[
-    mouse("Ctrl+wheel", "zoom into the picture"),
-    mouse("Ctrl+left drag", "move the magnified picture"),
-    at_cursor("+", "zoom into the picture at the cursor", &[Char('+'), Char('=')], CursorAction::ZoomIn),
-    at_cursor("-", "zoom out of the picture", &[Char('-')], CursorAction::ZoomOut),
-    key("0", "the whole picture", &[Char('0')], Action::ResetView),
-    at_cursor("Z", "a pixel of the picture as one of the window", &[Char('z')], CursorAction::ShowPixels),
-    key("N", "a new picture, as large as the window", &[Char('n')], Action::FillWindow),
-    mouse("Ctrl+Shift+wheel", "brightness"),
-    at_cursor("M", "expose for the light under the cursor", &[Char('m')], CursorAction::Meter),
-    key("B", "fix the brightness, or let it follow the light", &[Char('b')], Action::ToggleFollowLight),
-    mouse("Ctrl+Shift+left drag", "trace a rectangle of the picture and nothing else"),
-    key(
-        "Ctrl+B",
-        "drag a rectangle that is traced alone, or release it",
-        &[Ctrl('b', false)],
-        Action::ToggleRegion,
-    ),
-    key("Space", "pause the render, or go on", &[Key(KeyCode::Space)], Action::TogglePause),
-    key("K", "keep a snapshot to compare with", &[Char('k')], Action::KeepSnapshot),
-    key("T", "show the snapshot, or the picture again", &[Char('t')], Action::ToggleSnapshot),
-];
+    /// All bindings.
+    pub fn bindings(&self) -> impl Iterator<Item = &KeyBinding<T>> {
+        self.groups.iter().flat_map(|group| &group.bindings)
+    }
 
-const FILES: &[KeyBinding] = &[
-    key("Ctrl+O", "open a scene or a model", &[Ctrl('o', false)], Action::OpenDialog),
-    key("Ctrl+Shift+S", "save picture or scene as …", &[Ctrl('s', true)], Action::SaveDialog),
-    key("P", "save the picture as PNG", &[Char('p')], Action::SavePng),
-    key("E", "save the sums as EXR", &[Char('e')], Action::SaveExr),
-    key("Ctrl+S", "save the scene's changes", &[Ctrl('s', false)], Action::SaveScene),
-    key("C", "copy the command of this picture", &[Char('c')], Action::CopyCommand),
-];
+    /// Looks up a pressed key: physical key, and character of the keyboard layout.
+    pub fn lookup(&self, code: Option<KeyCode>, text: Option<char>, held: Held) -> Option<BoundAction<T>> {
+        let text = text.and_then(|c| c.to_lowercase().next());
+        let plain = !held.ctrl && !held.flying;
+        let fires = |trigger: &Trigger| match *trigger {
+            Char(c) => plain && text == Some(c),
+            Ctrl(c, with_shift) => held.ctrl && held.shift == with_shift && text == Some(c),
+            Key(k) => plain && code == Some(k),
+        };
+        self.bindings().find_map(|binding| {
+            let number = binding.triggers.iter().position(fires)?;
+            Some(match &binding.action {
+                BoundAction::Each(all) => {
+                    let (_, action) = all.get(number)?;
+                    BoundAction::Action(UserAction::Tool(action.clone()))
+                }
+                action => action.clone(),
+            })
+        })
+    }
+}
 
-const WINDOW: &[KeyBinding] = &[
-    key("Tab", "show or hide the panel", &[Key(KeyCode::Tab)], Action::TogglePanel),
-    key("F6", "go to the panel by keyboard; Escape leaves it", &[Key(KeyCode::F6)], Action::EnterPanel),
-    key("I", "inspect the pixel under the cursor", &[Char('i')], Action::ShowTab(PanelTab::Inspect)),
-    command("show the tab Render", Action::ShowTab(PanelTab::Render)),
-    command("show the tab Look", Action::ShowTab(PanelTab::Look)),
-    command("show the tab Scene", Action::ShowTab(PanelTab::Scene)),
-    command("show the tab Compare", Action::ShowTab(PanelTab::Compare)),
-    command("show the tab Files", Action::ShowTab(PanelTab::Files)),
-    command("measure what the effects cost", Action::MeasureCosts),
-    key("Ctrl+K", "find a command by its name", &[Ctrl('k', false)], Action::TogglePalette),
-    key("F11", "full screen", &[Key(KeyCode::F11)], Action::ToggleFullscreen),
-    key(
-        "Ctrl+Plus",
-        "larger text",
-        &[Ctrl('+', false), Ctrl('=', false), Ctrl('+', true)],
-        Action::ScaleText(1),
-    ),
-    key("Ctrl+Minus", "smaller text", &[Ctrl('-', false)], Action::ScaleText(-1)),
-    key("?, F1", "this list", &[Char('?'), Key(KeyCode::F1)], Action::ToggleHelp),
-    key("Esc", "close the list, release the region, select nothing", &[Key(KeyCode::Escape)], Action::Cancel),
-    key("Ctrl+Q", "quit", &[Ctrl('q', false)], Action::Quit),
-];
+fn camera<T>() -> Vec<KeyBinding<T>> {
+    vec![
+        mouse("Left drag", "orbit"),
+        mouse("Middle drag, Shift+left drag", "pan"),
+        mouse("Wheel", "closer, farther"),
+        mouse("Right drag", "look around"),
+        mouse("Right held + W A S D Q E", "fly; Q down, E up, Shift faster"),
+        mouse("Right held + wheel", "flying speed"),
+        mouse("Shift+wheel", "field of view"),
+        key("[", "narrower field of view", &[Char('[')], Action::Gesture(Gesture::Fov(-FOV_STEP))),
+        key("]", "wider field of view", &[Char(']')], Action::Gesture(Gesture::Fov(FOV_STEP))),
+    ]
+}
+
+fn changes<T>() -> Vec<KeyBinding<T>> {
+    vec![
+        mouse("Click", "select an object"),
+        key("X", "select nothing", &[Char('x')], Action::Deselect),
+        key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
+        key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
+    ]
+}
+
+fn picture<T>() -> Vec<KeyBinding<T>> {
+    vec![
+        mouse("Ctrl+wheel", "zoom into the picture"),
+        mouse("Ctrl+left drag", "move the magnified picture"),
+        at_cursor("+", "zoom into the picture at the cursor", &[Char('+'), Char('=')], CursorAction::ZoomIn),
+        at_cursor("-", "zoom out of the picture", &[Char('-')], CursorAction::ZoomOut),
+        key("0", "the whole picture", &[Char('0')], Action::ResetView),
+        at_cursor("Z", "a pixel of the picture as one of the window", &[Char('z')], CursorAction::ShowPixels),
+        key("N", "a new picture, as large as the window", &[Char('n')], Action::FillWindow),
+        key("Space", "pause the render, or go on", &[Key(KeyCode::Space)], Action::TogglePause),
+    ]
+}
+
+fn files<T>() -> Vec<KeyBinding<T>> {
+    vec![
+        key("Ctrl+O", "open a scene or a model", &[Ctrl('o', false)], Action::OpenDialog),
+        key("Ctrl+Shift+S", "save picture or scene as …", &[Ctrl('s', true)], Action::SaveDialog),
+        key("P", "save the picture as PNG", &[Char('p')], Action::SavePng),
+        key("E", "save the sums as EXR", &[Char('e')], Action::SaveExr),
+        key("Ctrl+S", "save the scene's changes", &[Ctrl('s', false)], Action::SaveScene),
+        key("C", "copy the command of this picture", &[Char('c')], Action::CopyCommand),
+    ]
+}
+
+fn window<T>() -> Vec<KeyBinding<T>> {
+    vec![
+        key("Tab", "show or hide the panel", &[Key(KeyCode::Tab)], Action::TogglePanel),
+        key("F6", "go to the panel by keyboard; Escape leaves it", &[Key(KeyCode::F6)], Action::EnterPanel),
+        command("show the tab Render", Action::ShowTab(PanelTab::Render)),
+        command("show the tab Look", Action::ShowTab(PanelTab::Look)),
+        command("show the tab Scene", Action::ShowTab(PanelTab::Scene)),
+        command("show the tab Files", Action::ShowTab(PanelTab::Files)),
+        key("Ctrl+K", "find a command by its name", &[Ctrl('k', false)], Action::TogglePalette),
+        key("F11", "full screen", &[Key(KeyCode::F11)], Action::ToggleFullscreen),
+        key(
+            "Ctrl+Plus",
+            "larger text",
+            &[Ctrl('+', false), Ctrl('=', false), Ctrl('+', true)],
+            Action::ScaleText(1),
+        ),
+        key("Ctrl+Minus", "smaller text", &[Ctrl('-', false)], Action::ScaleText(-1)),
+        key("?, F1", "this list", &[Char('?'), Key(KeyCode::F1)], Action::ToggleHelp),
+        key(
+            "Esc",
+            "close the list, release the region, select nothing",
+            &[Key(KeyCode::Escape)],
+            Action::Cancel,
+        ),
+        key("Ctrl+Q", "quit", &[Ctrl('q', false)], Action::Quit),
+    ]
+}
 
 /// Modifiers held while a key is pressed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -250,17 +308,4 @@ pub struct Held {
     pub shift: bool,
     /// The right mouse button: letters fly the camera.
     pub flying: bool,
-}
-
-/// Looks up a pressed key: physical key, and character of the keyboard layout.
-pub fn lookup(code: Option<KeyCode>, text: Option<char>, held: Held) -> Option<&'static BoundAction> {
-    let text = text.and_then(|c| c.to_lowercase().next());
-    let plain = !held.ctrl && !held.flying;
-    let fires = |trigger: &Trigger| match *trigger {
-        Char(c) => plain && text == Some(c),
-        Ctrl(c, with_shift) => held.ctrl && held.shift == with_shift && text == Some(c),
-        Key(k) => plain && code == Some(k),
-    };
-    let mut bindings = GROUPS.iter().flat_map(|group| group.bindings);
-    bindings.find(|b| b.triggers.iter().any(fires)).map(|b| &b.action)
 }

@@ -2,12 +2,13 @@
 //! `viewer` connects both sides through plain data.
 //!
 //! ```text
-//! winit event ─ input ─ keys ─▶ Action ─▶ viewer ─▶ history ─▶ navigation::Pose ─▶ camera of the next epoch
+//! winit event ─ input ─ keys ─▶ UserAction ─▶ viewer ─▶ history ─▶ navigation::Pose ─▶ camera of the next epoch
 //!       │                         ▲
-//!       └─▶ host ─▶ panel::show ──┘ ◀── PanelData, PanelControls
+//!       └─▶ host ─▶ panel::show ──┘ ◀── PanelData, PanelControls, PanelTools
 //! ```
 //!
-//! [`action`] lists all user actions; [`keys`] is the table of key bindings; [`input`] converts mouse and key events to actions; [`host`]
+//! [`action`] lists the user actions of the window itself; those of its tools are of a type that the viewer defines. [`keys`] is the table of
+//! key bindings, to which tools add theirs; [`input`] converts mouse and key events to actions; [`host`]
 //! runs egui in the window, and [`panel`] draws it; [`viewport`] maps the visible part of the picture to the window; [`statistics`]
 //! computes percentiles of recent values.
 

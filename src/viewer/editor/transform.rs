@@ -1,11 +1,11 @@
 //! Translation, rotation and scaling of objects, as the gizmo and the position field of the panel request them.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use miette::Result;
 
 use crate::scene::edit::{NewValue, Target, shape_name};
 
-use crate::viewer::editor::{SceneEditor, SelectedShape};
+use crate::viewer::editor::{CENTER, SceneEditor, SelectedShape};
 
 /// A transform in progress, dragged by the user.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,16 @@ pub(super) struct TransformDrag {
     start: DAffine3,
     /// Centre of the shape at the start of the drag.
     pub(super) pivot: DVec3,
+}
+
+/// A camera ray in world space through a position of the picture.
+#[derive(Clone, Copy, Debug)]
+pub struct SightLine {
+    /// Position in pixels of the picture.
+    pub place: DVec2,
+    pub origin: DVec3,
+    /// Unit length.
+    pub direction: DVec3,
 }
 
 impl SceneEditor {
@@ -63,6 +73,14 @@ impl SceneEditor {
             what,
             shape_name(self.original(), shape),
         )
+    }
+
+    /// Camera ray through a position of a picture of this size, in pixels; `None` if the camera is invalid.
+    pub fn sight_line(&self, place: DVec2, size: [u32; 2]) -> Option<SightLine> {
+        let uv = (place / DVec2::from(size.map(f64::from))).to_array();
+        let ray = self.camera(size).ok()?.ray(uv, CENTER);
+        let direction = ray.direction.as_dvec3().normalize_or(DVec3::Z);
+        Some(SightLine { place, origin: self.original().space.world_point(ray.origin), direction })
     }
 
     /// Projects a world-space point into a picture of this size, in pixels, possibly outside its edges; `None` behind the camera.

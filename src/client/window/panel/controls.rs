@@ -7,16 +7,13 @@ use egui::{Button, ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 
 use crate::client::oidn;
 use crate::client::settings::{Adaptation, ColorOutput, Denoise, Glare, OptionNames, Settings, SplatFilter};
-use crate::client::window::panel::{MapChoice, PanelControls, style};
+use crate::client::window::panel::{PanelControls, style};
 use crate::color::Profile;
 
 /// Draws the controls; a double click on a label resets its default.
 pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
-    let PanelControls { settings, filter, own_profile, map, auto_exposure, .. } = controls;
+    let PanelControls { settings, filter, own_profile, auto_exposure, .. } = controls;
     let default = Settings::default();
-    let maps = [("None", MapChoice::None), ("Error map", MapChoice::Error), ("Cost map", MapChoice::Cost)];
-    let hint = "Over the picture its relative error, or the time that paths take by region";
-    choice(ui, ("Overlay", hint), map, &MapChoice::default(), &maps);
     let hint = "The picture, or the relative standard error of a stream";
     option(ui, ("Show", hint), &mut settings.view, default.view);
     let label = ("Reconstruction", "How the sums become a picture while samples are few");
@@ -118,7 +115,7 @@ fn profile(ui: &mut Ui, profile: &mut Profile, own: Option<&Profile>) {
 }
 
 /// Label of a control, and its tooltip.
-type Label<'a> = (&'a str, &'a str);
+pub type Label<'a> = (&'a str, &'a str);
 
 /// Draws a label, which senses double clicks.
 fn label(ui: &mut Ui, (text, hint): Label<'_>) -> Response {
@@ -138,8 +135,8 @@ fn option<T: OptionNames + PartialEq>(ui: &mut Ui, name: Label<'_>, value: &mut 
     choice(ui, name, value, &default, &kinds);
 }
 
-/// Chooses one of several values.
-fn choice<T: PartialEq + Clone>(
+/// Chooses one of several values; a double click on the label resets the default.
+pub fn choice<T: PartialEq + Clone>(
     ui: &mut Ui,
     name: Label<'_>,
     value: &mut T,

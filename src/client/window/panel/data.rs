@@ -5,11 +5,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::settings::FilmCounts;
-use crate::client::window::panel::compare::ComparisonData;
-use crate::client::window::panel::gizmo::{GizmoDrawing, GizmoMode};
-use crate::client::window::panel::inspect::{PixelPaths, PixelReading};
-use crate::client::window::panel::look::Histogram;
-use crate::client::window::panel::mix::LightMixData;
 use crate::client::window::viewport::Viewport;
 
 /// Everything that the panel shows.
@@ -67,10 +62,6 @@ pub struct PanelData {
     pub message: Option<String>,
     /// The selected object, or the lights.
     pub selection: Option<Selection>,
-    /// All effects, on or off.
-    pub effects: Vec<EffectRow>,
-    /// Whether the costs of the effects are known.
-    pub costs: CostState,
     /// Error of the picture; `None` where the render is not divided into replicates.
     pub error: Option<Arc<ErrorSummary>>,
     /// Map drawn over the picture.
@@ -79,40 +70,14 @@ pub struct PanelData {
     pub left_out: Vec<&'static str>,
     /// Values that the tracer has rejected since the last edit.
     pub rejected: RejectedList,
-    /// Values of the pixel under the pointer, while it is inspected.
-    pub pixel: Option<PixelReading>,
     /// Name of the change that undo would revert.
     pub undo: Option<String>,
     /// Name of the change that redo would repeat.
     pub redo: Option<String>,
-    /// Mode of the gizmo.
-    pub gizmo_mode: GizmoMode,
-    /// Geometry of the gizmo over the selected object, if shown.
-    pub gizmo: Option<GizmoDrawing>,
-    /// The region that is traced alone, or is being dragged.
-    pub region: Option<RegionDrawing>,
-    /// Outline of the selected object: line segments in pixels of the picture.
-    pub outline: Option<Arc<Vec<[[f32; 2]; 2]>>>,
-    /// Paths of the last clicked pixel.
-    pub paths: Option<Arc<PixelPaths>>,
-    /// Whether those paths are being traced.
-    pub traces_paths: bool,
-    /// Histogram of the picture, if the display tab is visible.
-    pub histogram: Option<Arc<Histogram>>,
-    /// The light mix.
-    pub mix: LightMixData,
-    /// Pictures to compare with.
-    pub comparison: ComparisonData,
-    /// Numbers of the stored camera views.
-    pub views: Vec<u8>,
     /// Recent scenes, newest first.
     pub recent: Vec<PathBuf>,
     /// Whether tracing is paused.
     pub is_paused: bool,
-    /// Description of the camera: position, target, field of view.
-    pub camera: String,
-    /// Field of view in degrees, 0 when not known.
-    pub fov: f64,
 }
 
 /// A region of the picture, in pixels.
@@ -170,21 +135,6 @@ pub struct RejectedRow {
     pub what: String,
     /// Command that reproduces it.
     pub command: String,
-}
-
-/// A line of the list of effects.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EffectRow {
-    /// Name of the effect.
-    pub name: &'static str,
-    /// Whether it is simulated.
-    pub on: bool,
-    /// Object in the scene that needs the effect, with its location, or why none does.
-    pub reason: String,
-    /// Whether the user can switch it.
-    pub can_switch: bool,
-    /// Measured cost, if known.
-    pub cost: Option<EffectCost>,
 }
 
 /// The selected object or, if nothing is selected, the lights of the scene.
@@ -356,29 +306,6 @@ impl ColorScale {
     pub fn middle(self) -> f64 {
         if self.logarithmic { (self.low * self.high).sqrt() } else { 0.5 * (self.low + self.high) }
     }
-}
-
-/// State of the effects' costs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CostState {
-    /// Never measured.
-    #[default]
-    Unknown,
-    /// Being measured.
-    Measuring,
-    /// Valid for the present scene.
-    Fresh,
-    /// The scene was edited since they were measured.
-    Stale,
-}
-
-/// Cost of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EffectCost {
-    /// If on: fraction of the tracing time saved without it.
-    Share(f64),
-    /// If off: relative increase of the tracing time with a small example of it.
-    More(f64),
 }
 
 #[cfg(test)]

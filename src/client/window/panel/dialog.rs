@@ -1,31 +1,22 @@
-//! The file dialog: a scene to open, a name to save under, a picture to compare with.
+//! The dialog that asks for a file: an existing one to read, or a name to save under.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use egui::Context;
+use egui::{Context, Id};
 use egui_file_dialog::{DialogState, FileDialog};
 
-use crate::client::window::action::Action;
+/// Files that a dialog offers: their common name, and their extensions.
+pub type FileKind<'a> = (&'a str, &'a [&'static str]);
 
-/// File extensions that can be opened.
-const SCENES: [&str; 9] = ["xml", "gltf", "glb", "usd", "usda", "usdc", "usdz", "obj", "ply"];
+/// Number of dialogs opened so far.
+static OPENED: AtomicU64 = AtomicU64::new(0);
 
-/// File extensions of example pictures for the light mix.
-const IMAGES: [&str; 10] = ["png", "exr", "jpg", "jpeg", "hdr", "pfm", "bmp", "tga", "webp", "ktx2"];
-
-/// Purpose of the dialog.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Purpose {
-    Open,
-    Save,
-    Compare,
-    Mix,
-}
-
-/// The file dialog and its purpose while open.
+/// A dialog that asks for a file. Opening one closes any other.
 #[derive(Debug, Default)]
 pub struct FileChooser {
-    open: Option<(Purpose, FileDialog)>,
+    /// The dialog while open, and its number.
+    open: Option<(u64, FileDialog)>,
 }
 
 impl FileChooser {
@@ -34,62 +25,50 @@ impl FileChooser {
         self.open.is_some()
     }
 
-    /// Asks for a scene or a model, first in this folder.
-    pub fn ask_scene(&mut self, folder: &Path) {
-        let dialog = dialog("Open a scene or a model", folder)
-            .add_file_filter_extensions("Scenes and models", SCENES.to_vec())
-            .default_file_filter("Scenes and models");
-        self.ask(Purpose::Open, dialog, FileDialog::pick_file);
+    /// Asks for a file of this kind, first in this folder.
+    pub fn ask_file(&mut self, title: &str, folder: &Path, (name, endings): FileKind<'_>) {
+        let dialog = dialog(title, folder).add_file_filter_extensions(name, endings.to_vec());
+        self.ask(dialog.default_file_filter(name), FileDialog::pick_file);
     }
 
-    /// Asks for a name to save under, first in this folder under this name.
-    pub fn ask_name(&mut self, folder: &Path, name: &str) {
-        let dialog = dialog("Save as picture (.png, .exr) or scene (.xml)", folder)
-            .default_file_name(name)
-            .add_save_extension("Displayed picture", "png")
-            .add_save_extension("Linear picture", "exr")
-            .add_save_extension("Changed scene", "xml")
-            .default_save_extension("Displayed picture");
-        self.ask(Purpose::Save, dialog, FileDialog::save_file);
+    /// Asks for a name to save under, first in this folder under this name. The first of the kinds, which have one extension each, is
+    /// selected.
+    pub fn ask_name(&mut self, title: &str, folder: &Path, name: &str, kinds: &[(&str, &str)]) {
+        let mut dialog = dialog(title, folder).default_file_name(name);
+        for (kind, ending) in kinds {
+            dialog = dialog.add_save_extension(kind, ending);
+        }
+        if let Some((kind, _)) = kinds.first() {
+            dialog = dialog.default_save_extension(kind);
+        }
+        self.ask(dialog, FileDialog::save_file);
     }
 
-    /// Asks for a picture to compare with, first in this folder.
-    pub fn ask_picture(&mut self, folder: &Path) {
-        let dialog = dialog("Compare with a picture", folder)
-            .add_file_filter_extensions("OpenEXR pictures", vec!["exr"])
-            .default_file_filter("OpenEXR pictures");
-        self.ask(Purpose::Compare, dialog, FileDialog::pick_file);
-    }
-
-    /// Asks for a picture that the light mix is to look like, first in this folder.
-    pub fn ask_example(&mut self, folder: &Path) {
-        let dialog = dialog("Match an image", folder)
-            .add_file_filter_extensions("Images", IMAGES.to_vec())
-            .default_file_filter("Images");
-        self.ask(Purpose::Mix, dialog, FileDialog::pick_file);
-    }
-
-    fn ask(&mut self, purpose: Purpose, mut dialog: FileDialog, begin: fn(&mut FileDialog)) {
+    fn ask(&mut self, mut dialog: FileDialog, begin: fn(&mut FileDialog)) {
         begin(&mut dialog);
-        self.open = Some((purpose, dialog));
+        self.open = Some((OPENED.fetch_add(1, Ordering::Relaxed), dialog));
     }
 
-    /// Draws the dialog if open; returns the action for the chosen file.
-    pub(super) fn show(&mut self, ctx: &Context) -> Option<Action> {
-        let (purpose, dialog) = self.open.as_mut()?;
+    /// Draws the dialog if open; returns the chosen file.
+    pub fn show(&mut self, ctx: &Context) -> Option<PathBuf> {
+        let (number, dialog) = self.open.as_mut()?;
+        let newest = ctx.data_mut(|data| {
+            let newest = data.get_temp_mut_or(Id::new("newest file dialog"), *number);
+            *newest = (*newest).max(*number);
+            *newest
+        });
+        if *number < newest {
+            self.open = None;
+            return None;
+        }
         dialog.update(ctx);
-        let action = match dialog.state() {
+        let path = match dialog.state() {
             DialogState::Open => return None,
-            DialogState::Picked(path) => Some(match purpose {
-                Purpose::Open => Action::Open(path.clone()),
-                Purpose::Save => Action::SaveAs(path.clone()),
-                Purpose::Compare => Action::CompareWith(path.clone()),
-                Purpose::Mix => Action::MixLike(path.clone()),
-            }),
+            DialogState::Picked(path) => Some(path.clone()),
             _ => None,
         };
         self.open = None;
-        action
+        path
     }
 }
 

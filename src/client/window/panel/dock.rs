@@ -4,7 +4,7 @@ use egui::{Align2, Button, Context, Frame, Margin, Panel, Rect, ScrollArea, Ui, 
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tree, UiResponse};
 
 use crate::client::window::action::Action;
-use crate::client::window::panel::{GAP, PanelControls, PanelData, style, tabs};
+use crate::client::window::panel::{GAP, PanelControls, PanelData, PanelTools, style, tabs};
 
 /// Width of the dock at first, points.
 pub const WIDTH: f32 = 340.0;
@@ -94,6 +94,7 @@ pub(super) fn show(
     ui: &mut Ui,
     data: &PanelData,
     controls: &mut PanelControls,
+    tools: &mut dyn PanelTools,
     actions: &mut Vec<Action>,
 ) -> Rect {
     let window = ui.ctx().content_rect();
@@ -107,7 +108,7 @@ pub(super) fn show(
     let shown = panel.show(ui, |ui| {
         bar(ui, data, &mut controls.enters, actions);
         let mut tree = std::mem::replace(&mut controls.layout.tabs, Tree::empty("tabs"));
-        let mut behaviour = TabContents { data, controls, actions };
+        let mut behaviour = TabContents { data, controls, tools, actions };
         tree.ui(&mut behaviour, ui);
         controls.layout.tabs = tree;
     });
@@ -160,6 +161,7 @@ fn bar(ui: &mut Ui, data: &PanelData, enters: &mut bool, actions: &mut Vec<Actio
 struct TabContents<'a> {
     data: &'a PanelData,
     controls: &'a mut PanelControls,
+    tools: &'a mut dyn PanelTools,
     actions: &'a mut Vec<Action>,
 }
 
@@ -169,7 +171,7 @@ impl Behavior<PanelTab> for TabContents<'_> {
             ScrollArea::vertical().id_salt(tab.title()).auto_shrink(false).show(ui, |ui| {
                 // Leaves room for the scroll bar, which overlays the contents.
                 ui.set_max_width(ui.available_width() - 8.0);
-                tabs::show(ui, *tab, self.data, self.controls, self.actions);
+                tabs::show(ui, *tab, self.data, self.controls, self.tools, self.actions);
             });
         });
         UiResponse::None

@@ -1,12 +1,9 @@
-//! Overlays on the picture, aligned with its pixels.
+//! Where the picture is in the window; the grid and the zoom over it.
 
-use egui::{Align2, Color32, Context, FontId, LayerId, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
+use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, Stroke, pos2, vec2};
 use glam::DVec2;
 
-use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PictureView, RegionDrawing, compare, dock, gizmo, inspect, style,
-    trimmed,
-};
+use crate::client::window::panel::{PictureView, dock, style, trimmed};
 use crate::client::window::viewport::GRID_ZOOM;
 
 /// Position of the picture in the window.
@@ -38,21 +35,8 @@ impl PictureArea {
     }
 }
 
-/// Draws all overlays.
-pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, controls: &mut PanelControls) {
-    compare::draw(ctx, picture, &data.comparison, &mut controls.compare);
-    if let Some(lines) = &data.outline {
-        outline(ctx, picture, lines);
-    }
-    if let Some(region) = data.region {
-        frame(ctx, picture, region);
-    }
-    if let Some(drawing) = &data.gizmo {
-        gizmo::draw(ctx, picture, drawing);
-    }
-    if let Some(paths) = data.paths.as_ref().filter(|_| controls.layout.shows(PanelTab::Inspect)) {
-        inspect::draw_paths(ctx, picture, paths);
-    }
+/// Draws the grid between magnified pixels, and the zoom.
+pub(super) fn show(ctx: &Context, picture: PictureArea) {
     let zoom = picture.view.viewport.zoom();
     if zoom >= GRID_ZOOM {
         grid(ctx, picture);
@@ -61,38 +45,6 @@ pub(super) fn show(ctx: &Context, picture: PictureArea, data: &PanelData, contro
         dock::corner(ctx, picture.area, "zoom", Align2::LEFT_BOTTOM, |ui, _| {
             ui.colored_label(style::BRIGHT, format!("×{}   0: whole picture", trimmed(zoom, 2)));
         });
-    }
-}
-
-/// Outline of the selected object, with a dark line beneath so that it is visible on any picture.
-fn outline(ctx: &Context, picture: PictureArea, lines: &[[[f32; 2]; 2]]) {
-    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
-    let point = |[x, y]: [f32; 2]| picture.point(DVec2::new(f64::from(x), f64::from(y)));
-    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.2, style::ACCENT)] {
-        for line in lines {
-            painter.line_segment(line.map(point), Stroke::new(width, color));
-        }
-    }
-}
-
-/// A rectangle of the picture, with its size while it is dragged.
-fn frame(ctx: &Context, picture: PictureArea, region: RegionDrawing) {
-    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
-    let [x, y, width, height] =
-        [region.origin[0], region.origin[1], region.extent[0], region.extent[1]].map(f64::from);
-    let rect =
-        Rect::from_min_max(picture.point(DVec2::new(x, y)), picture.point(DVec2::new(x + width, y + height)));
-    let color = if region.is_traced { style::ACCENT } else { style::BRIGHT };
-    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.2, color)] {
-        painter.rect_stroke(rect, 0.0, Stroke::new(width, color), StrokeKind::Outside);
-    }
-    if !region.is_traced {
-        let text = format!("{} × {}", region.extent[0], region.extent[1]);
-        let at = rect.left_top() + vec2(4.0, 3.0);
-        for (shift, color) in [(1.0, Color32::from_black_alpha(160)), (0.0, style::BRIGHT)] {
-            let font = FontId::proportional(12.0);
-            painter.text(at + vec2(shift, shift), Align2::LEFT_TOP, &text, font, color);
-        }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use egui::{Align2, Context, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, Window};
 
-use crate::client::window::action::Action;
-use crate::client::window::keys::{BoundAction, GROUPS, KeyBinding};
+use crate::client::window::action::{Action, UserAction};
+use crate::client::window::keys::{BoundAction, KeyBinding, KeyTable};
 use crate::client::window::panel::style;
 
 /// Width of the palette, points.
@@ -31,31 +31,33 @@ impl CommandPalette {
 }
 
 /// A command that matches what was typed.
-struct Match {
+struct Match<T> {
     meaning: String,
     keys: &'static str,
-    action: Action,
+    action: UserAction<T>,
 }
 
 /// Commands of a binding.
-fn commands(binding: &KeyBinding) -> Vec<Match> {
+fn commands<T: Clone>(binding: &KeyBinding<T>) -> Vec<Match<T>> {
     let one = |action| vec![Match { meaning: capitalised(binding.meaning), keys: binding.keys, action }];
-    let views = |action: fn(u8) -> Action, words: &str| {
-        let view = |n| Match { meaning: format!("{words} {n}"), keys: binding.keys, action: action(n) };
-        (1..=9).map(view).collect()
-    };
     match &binding.action {
         BoundAction::Action(action) => one(action.clone()),
-        BoundAction::AtCursor(action) => one(Action::AskPlace(*action)),
-        BoundAction::KeepView => views(Action::KeepView, "Keep this view as"),
-        BoundAction::GoToView => views(Action::GoToView, "Go to view"),
+        BoundAction::AtCursor(action) => one(UserAction::Window(Action::AskPlace(*action))),
+        BoundAction::ToolAtCursor(action) => one(UserAction::AskPlace(action.clone())),
+        BoundAction::Each(all) => {
+            let each = |(name, action): &(String, T)| {
+                let action = UserAction::Tool(action.clone());
+                Match { meaning: name.clone(), keys: binding.keys, action }
+            };
+            all.iter().map(each).collect()
+        }
         BoundAction::Described => Vec::new(),
     }
 }
 
 /// Commands that match the query, best first.
-fn matches(query: &str) -> Vec<Match> {
-    let all = GROUPS.iter().flat_map(|group| group.bindings).flat_map(commands);
+fn matches<T: Clone>(keys: &KeyTable<T>, query: &str) -> Vec<Match<T>> {
+    let all = keys.bindings().flat_map(commands);
     let mut found: Vec<_> =
         all.filter_map(|command| Some((rank(&command.meaning, query)?, command))).collect();
     found.sort_by_key(|(rank, _)| *rank);
@@ -73,11 +75,15 @@ fn rank(meaning: &str, query: &str) -> Option<usize> {
 }
 
 /// Draws the palette if open; returns the chosen action.
-pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action> {
+pub(super) fn show<T: Clone>(
+    ctx: &Context,
+    palette: &mut CommandPalette,
+    keys: &KeyTable<T>,
+) -> Option<UserAction<T>> {
     if !palette.is_open {
         return None;
     }
-    let found = matches(&palette.query);
+    let found = matches(keys, &palette.query);
     let pressed = |key: Key| ctx.input_mut(|input| input.consume_key(Modifiers::NONE, key));
     if pressed(Key::ArrowDown) {
         palette.chosen += 1;
@@ -125,7 +131,7 @@ pub(super) fn show(ctx: &Context, palette: &mut CommandPalette) -> Option<Action
     if action.is_some() || enter || closes {
         palette.toggle();
     }
-    action.filter(|action| *action != Action::TogglePalette)
+    action.filter(|action| !matches!(action, UserAction::Window(Action::TogglePalette)))
 }
 
 fn capitalised(text: &str) -> String {
@@ -136,20 +142,23 @@ fn capitalised(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::convert::Infallible;
+
     use crate::client::window::keys::CursorAction;
 
     #[test]
     fn commands_are_found_by_parts_of_their_words() {
-        let first = |query: &str| matches(query).first().map(|command| command.action.clone());
-        assert_eq!(first("focus"), Some(Action::AskPlace(CursorAction::FocusLens)));
+        let keys = KeyTable::<Infallible>::new(Vec::new());
+        let first = |query: &str| match matches(&keys, query).first().map(|command| command.action.clone()) {
+            Some(UserAction::Window(action)) => Some(action),
+            _ => None,
+        };
         assert_eq!(first("zoom"), Some(Action::AskPlace(CursorAction::ZoomIn)));
         assert_eq!(first("open"), Some(Action::OpenDialog));
         assert_eq!(first("save png"), Some(Action::SavePng));
         assert_eq!(first("PNG sav"), Some(Action::SavePng));
-        assert_eq!(first("go to view 3"), Some(Action::GoToView(3)));
-        assert_eq!(first("keep view 9"), Some(Action::KeepView(9)));
         assert_eq!(first("full"), Some(Action::ToggleFullscreen));
         assert_eq!(first("no such thing"), None);
-        assert!(matches("").len() > 20);
+        assert!(matches(&keys, "").len() > 20);
     }
 }

@@ -1,20 +1,13 @@
-//! Sections of the panel that request actions: selected object, effects, camera and files; and the list of keys.
+//! Sections of the panel that request actions: selected object and files; and the list of keys.
 
 use std::ops::Range;
 use std::path::Path;
 
-use egui::{
-    Align, Align2, Button, Checkbox, DragValue, Grid, Key, Layout, Order, RichText, ScrollArea, Slider,
-    SliderClamping, Ui, Window,
-};
+use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Slider, SliderClamping, Ui, Window};
 
 use crate::client::window::action::Action;
-use crate::client::window::keys::{CursorAction, GROUPS};
-use crate::client::window::navigation::FOV;
-use crate::client::window::panel::{
-    CostState, EffectCost, EffectRow, PanelData, ParameterValue, RegionDrawing, RejectedList, Selection,
-    style,
-};
+use crate::client::window::keys::KeyTable;
+use crate::client::window::panel::{PanelData, ParameterValue, RejectedList, Selection, style};
 
 /// Draws the selected object's parameters; every change requests an edit.
 pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {
@@ -30,8 +23,8 @@ pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Ac
     parameters(ui, selection, 0..selection.lens_from, actions);
 }
 
-/// Draws a range of the parameters with their labels.
-fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
+/// Draws a range of the parameters of a selection with their labels; every change requests an edit.
+pub fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
     for (index, parameter) in selection.parameters.iter().enumerate().take(some.end).skip(some.start) {
         ui.horizontal(|ui| {
             let (value, ended) = edit(ui, parameter.value);
@@ -128,70 +121,6 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
     });
 }
 
-/// Draws information about the traced region, or how to trace one.
-pub(super) fn region(ui: &mut Ui, region: Option<RegionDrawing>, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
-        let (name, hint) = match region {
-            Some(_) => {
-                ("Release the region", "Renders the whole picture again; the region keeps its samples")
-            }
-            None => ("Render a region", "Renders only a rectangle of the picture, which you drag"),
-        };
-        if ui.button(name).on_hover_text(format!("{hint}  Ctrl+B")).clicked() {
-            actions.push(Action::ToggleRegion);
-        }
-    });
-    if let Some(RegionDrawing { extent: [width, height], per_pixel, .. }) = region {
-        let words = format!("{width}×{height} pixels with {per_pixel:.0} paths each; the error is theirs");
-        ui.colored_label(style::ACCENT, words);
-    }
-}
-
-/// Draws one line per effect, with a switch and, once measured, its cost; the tooltip gives the reason.
-pub(super) fn effects(ui: &mut Ui, effects: &[EffectRow], costs: CostState, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
-        let idle = costs != CostState::Measuring;
-        let hint =
-            "Traces this view with each effect of the tracer and without it, in turn, for a second or so";
-        if ui.add_enabled(idle, Button::new("Measure costs")).on_hover_text(hint).clicked() {
-            actions.push(Action::MeasureCosts);
-        }
-        let note = match costs {
-            CostState::Unknown => "",
-            CostState::Measuring => "measuring …",
-            CostState::Fresh => "share of the tracing time",
-            CostState::Stale => "before the last change",
-        };
-        ui.colored_label(style::DIM, note);
-    });
-    for effect in effects {
-        ui.horizontal(|ui| {
-            let mut on = effect.on;
-            let color = if effect.on { style::BRIGHT } else { style::DIM };
-            let name = RichText::new(effect.name).color(color);
-            let line = ui.add_enabled(effect.can_switch, Checkbox::new(&mut on, name));
-            let line = line.on_hover_text(&effect.reason).on_disabled_hover_text(&effect.reason);
-            if line.changed() && on != effect.on {
-                actions.push(Action::SetEffect { name: effect.name, on });
-            }
-            let (text, hint) = match effect.cost {
-                None => return,
-                Some(EffectCost::Share(share)) => {
-                    (format!("{:.0} %", 100.0 * share), "Share of the tracing time that is saved without it")
-                }
-                Some(EffectCost::More(more)) => (
-                    format!("×{:.2}", 1.0 + more),
-                    "Time of a path with a small example of it, beside the present one",
-                ),
-            };
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let fresh = effect.on && costs != CostState::Stale;
-                ui.colored_label(if fresh { style::BRIGHT } else { style::DIM }, text).on_hover_text(hint);
-            });
-        });
-    }
-}
-
 /// Lists rejected values; a click copies the command that reproduces one.
 pub(super) fn rejected(ui: &mut Ui, list: &RejectedList) {
     for row in &list.rows {
@@ -211,46 +140,8 @@ pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
     }
 }
 
-/// Draws the camera.
-pub(super) fn camera(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
-    if data.fov > 0.0 {
-        ui.horizontal(|ui| {
-            let mut fov = data.fov;
-            let slider = Slider::new(&mut fov, FOV.0..=FOV.1).clamping(SliderClamping::Edits);
-            let response = ui.add(slider.fixed_decimals(1).suffix("°")).on_hover_text("Field of view  [ ]");
-            if response.changed() && fov != data.fov {
-                actions.push(Action::SetFov(fov));
-            }
-            if response.drag_stopped() || response.lost_focus() {
-                actions.push(Action::EndMove);
-            }
-            ui.colored_label(style::DIM, "field of view");
-        });
-    }
-    if !data.camera.is_empty() {
-        ui.small(&data.camera);
-    }
-    if let Some(selection) = &data.selection {
-        parameters(ui, selection, selection.lens_from..selection.parameters.len(), actions);
-    }
-    let buttons = [
-        ("Reset", "Back to the file's camera  R", Action::ResetCamera),
-        (
-            "Look at…",
-            "Click a place that the camera turns to and orbits about  F",
-            Action::AskPlace(CursorAction::Focus),
-        ),
-        (
-            "Focus on…",
-            "Click a place that the lens is focused on  L",
-            Action::AskPlace(CursorAction::FocusLens),
-        ),
-    ];
-    button_row(ui, &buttons, actions);
-}
-
 /// Draws the buttons that write files.
-pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
+pub(super) fn files(ui: &mut Ui, actions: &mut Vec<Action>) {
     let files = [
         ("PNG", "Saves the picture as it is shown, without the panel  P", Action::SavePng),
         ("EXR", "Saves the sums of both streams  E", Action::SaveExr),
@@ -263,21 +154,10 @@ pub(super) fn files(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     ];
     ui.colored_label(style::DIM, "Save in the working folder, under the next free name:");
     button_row(ui, &files, actions);
-    ui.separator();
-    ui.colored_label(style::DIM, "Views of the camera (Ctrl+1 … 9 keep one):");
-    ui.horizontal_wrapped(|ui| {
-        for number in 1..=9 {
-            let button = Button::new(number.to_string());
-            if ui
-                .add_enabled(data.views.contains(&number), button)
-                .on_hover_text("Goes to this view")
-                .clicked()
-            {
-                actions.push(Action::GoToView(number));
-            }
-        }
-    });
-    ui.separator();
+}
+
+/// Draws the recent scenes.
+pub(super) fn recent(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
     ui.colored_label(style::DIM, "Recent scenes:");
     if data.recent.is_empty() {
         ui.colored_label(style::DIM, "none yet");
@@ -304,14 +184,14 @@ fn button_row(ui: &mut Ui, buttons: &[(&str, &str, Action)], actions: &mut Vec<A
 }
 
 /// Draws the list of keys in the middle of the window until it is closed.
-pub(super) fn keys(ctx: &egui::Context, open: &mut bool) {
+pub(super) fn keys<T: Clone>(ctx: &egui::Context, open: &mut bool, keys: &KeyTable<T>) {
     let room = ctx.content_rect().height() - 60.0;
     let window =
         Window::new("Keys").open(open).collapsible(false).resizable(false).fade_in(false).fade_out(false);
     let window = window.order(Order::Foreground).anchor(Align2::CENTER_CENTER, [0.0, 0.0]);
     window.show(ctx, |ui| {
         ScrollArea::vertical().max_height(room.max(40.0)).show(ui, |ui| {
-            for group in GROUPS {
+            for group in keys.groups() {
                 ui.colored_label(style::BRIGHT, group.title);
                 Grid::new(group.title).num_columns(2).min_col_width(170.0).show(ui, |ui| {
                     for binding in group.bindings.iter().filter(|binding| !binding.keys.is_empty()) {

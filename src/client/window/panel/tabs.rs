@@ -4,7 +4,7 @@ use egui::{CollapsingHeader, RichText, Ui};
 
 use crate::client::window::action::Action;
 use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, compare, error, figures, gizmo, inspect, look, mix, sections, style,
+    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, look, sections, style,
 };
 
 /// Draws the contents of a tab.
@@ -13,27 +13,43 @@ pub(super) fn show(
     tab: PanelTab,
     data: &PanelData,
     controls: &mut PanelControls,
+    tools: &mut dyn PanelTools,
     actions: &mut Vec<Action>,
 ) {
     match tab {
-        PanelTab::Render => render(ui, data, controls, actions),
-        PanelTab::Look => look::show(ui, data, controls, actions),
-        PanelTab::Scene => scene(ui, data, actions),
-        PanelTab::Inspect => inspect::show(ui, data.pixel.as_ref(), data.paths.as_ref(), data.traces_paths),
-        PanelTab::Compare => compare::show(ui, &data.comparison, &mut controls.compare, actions),
-        PanelTab::Files => sections::files(ui, data, actions),
+        PanelTab::Render => render(ui, data, controls, tools, actions),
+        PanelTab::Look => {
+            tools.sections(SectionPlace::LookTop, ui);
+            look::show(ui, controls);
+        }
+        PanelTab::Scene => scene(ui, data, tools, actions),
+        PanelTab::Inspect => tools.sections(SectionPlace::Inspect, ui),
+        PanelTab::Compare => tools.sections(SectionPlace::Compare, ui),
+        PanelTab::Files => {
+            sections::files(ui, actions);
+            ui.separator();
+            tools.sections(SectionPlace::Files, ui);
+            ui.separator();
+            sections::recent(ui, data, actions);
+        }
     }
 }
 
-fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: &mut Vec<Action>) {
+fn render(
+    ui: &mut Ui,
+    data: &PanelData,
+    controls: &mut PanelControls,
+    tools: &mut dyn PanelTools,
+    actions: &mut Vec<Action>,
+) {
     let settled = figures::settled(ui.ctx(), data);
     sections::picture_size(ui, data, actions);
-    sections::region(ui, data.region.filter(|region| region.is_traced), actions);
+    tools.sections(SectionPlace::RenderTop, ui);
     section(ui, "Error", true, |ui| {
         error::show(ui, data.error.as_deref(), &mut controls.target, data.method, actions);
     });
     section(ui, "Figures", true, |ui| figures::show(ui, &settled, actions));
-    section(ui, "Effects", false, |ui| sections::effects(ui, &data.effects, data.costs, actions));
+    tools.sections(SectionPlace::RenderFigures, ui);
     sections::left_out(ui, &data.left_out);
     if data.rejected.total > 0 {
         section(ui, &format!("Rejected: {}", data.rejected.total), false, |ui| {
@@ -44,12 +60,12 @@ fn render(ui: &mut Ui, data: &PanelData, controls: &mut PanelControls, actions: 
     section(ui, "Passes", false, |ui| figures::passes(ui, &settled));
 }
 
-fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
+fn scene(ui: &mut Ui, data: &PanelData, tools: &mut dyn PanelTools, actions: &mut Vec<Action>) {
     match &data.selection {
         Some(selection) if selection.selected || selection.lens_from > 0 => {
             section(ui, "Selection", true, |ui| {
                 if selection.selected {
-                    gizmo::choice(ui, data.gizmo_mode, actions);
+                    tools.sections(SectionPlace::Selection, ui);
                 }
                 sections::selection(ui, selection, actions);
             });
@@ -58,12 +74,11 @@ fn scene(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
             ui.colored_label(style::DIM, "Click an object in the picture to change it.");
         }
     }
-    section(ui, "Camera", true, |ui| sections::camera(ui, data, actions));
-    section(ui, "Light mix", true, |ui| mix::show(ui, &data.mix, actions));
+    tools.sections(SectionPlace::SceneEnd, ui);
 }
 
 /// Draws a section that folds.
-fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+pub fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
     // The identifier is the part before a colon, since the rest may change while the section stays open.
     let name = title.split(':').next();
     CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())

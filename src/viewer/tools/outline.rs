@@ -1,10 +1,21 @@
 //! The outline of the selected object: the silhouette of its visible part, found by rays on a background thread.
 
+use std::convert::Infallible;
 use std::sync::Arc;
+use std::time::Duration;
 
+use egui::{Color32, Context, LayerId, Stroke};
+use glam::DVec2;
+
+use crate::client::window::action::ActionQueue;
+use crate::client::window::panel::{PanelData, PictureArea, ToolPresence, style};
 use crate::job::{Job, StopFlag};
 use crate::stream::Epoch;
 use crate::tracer::{Camera, Scene};
+use crate::viewer::tools::tool::{Tool, ToolContext};
+
+/// The selected object is outlined once nothing has been edited for this long.
+const STILL: Duration = Duration::from_millis(60);
 
 /// Most grid cells along the longer side of the picture.
 const CELLS: u32 = 512;
@@ -13,14 +24,14 @@ const CELLS: u32 = 512;
 const CENTER: [f32; 2] = [0.5; 2];
 
 /// Line segments in pixels of the picture.
-pub type OutlineLines = Vec<[[f32; 2]; 2]>;
+type OutlineLines = Vec<[[f32; 2]; 2]>;
 
 /// Inputs of an outline: shape, epoch and picture size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OutlineKey {
-    pub shape: u32,
-    pub epoch: Epoch,
-    pub size: [u32; 2],
+struct OutlineKey {
+    shape: u32,
+    epoch: Epoch,
+    size: [u32; 2],
 }
 
 /// An outline being traced.
@@ -33,23 +44,69 @@ struct TracedOutline {
 #[derive(Default)]
 pub struct Outline {
     traced: Option<TracedOutline>,
-    drawn: Option<(OutlineKey, Arc<OutlineLines>)>,
+    known: Option<(OutlineKey, Arc<OutlineLines>)>,
+    /// The outline as the panel shows it.
+    drawn: Option<Arc<OutlineLines>>,
+}
+
+impl Tool for Outline {
+    type Action = Infallible;
+
+    /// Begins to trace the outline of the selected object once the view has come to rest.
+    fn poll(&mut self, context: &mut ToolContext<'_>) -> bool {
+        let has_new = self.take();
+        let (size, epoch) = (context.session.size(), context.session.epoch());
+        let key = context.editor.selected().map(|shape| OutlineKey { shape, epoch, size });
+        if self.follows(key) {
+            return has_new;
+        }
+        let Some(key) = key else {
+            self.clear();
+            return has_new;
+        };
+        let picture = &context.picture;
+        let rests = !context.session.is_stale() && picture.is_seen() && picture.since_edit() > STILL;
+        if let Some(camera) = context.editor.camera(size).ok().filter(|_| rests) {
+            self.begin(key, context.editor.scene(), camera);
+        }
+        has_new
+    }
+
+    fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
+        let (epoch, size) = (context.session.epoch(), context.session.size());
+        let known = self.known.as_ref().filter(|(key, _)| key.epoch == epoch && key.size == size);
+        self.drawn = known.map(|(_, lines)| lines.clone());
+    }
+
+    fn over_picture(&mut self, ctx: &Context, picture: PictureArea, _: &mut ActionQueue<Infallible>) {
+        if let Some(lines) = &self.drawn {
+            draw(ctx, picture, lines);
+        }
+    }
+
+    fn presence(&self, context: &ToolContext<'_>) -> ToolPresence {
+        if context.editor.selected().is_some() { ToolPresence::Drawn } else { ToolPresence::Hidden }
+    }
+
+    fn is_busy(&self) -> bool {
+        self.traced.is_some()
+    }
 }
 
 impl Outline {
     /// Whether the outline of this key is traced or being traced.
-    pub fn follows(&self, key: Option<OutlineKey>) -> bool {
+    fn follows(&self, key: Option<OutlineKey>) -> bool {
         let traced = self.traced.as_ref().map(|traced| traced.key);
-        traced.or(self.drawn.as_ref().map(|(key, _)| *key)) == key
+        traced.or(self.known.as_ref().map(|(key, _)| *key)) == key
     }
 
     /// Forgets the outline.
-    pub fn clear(&mut self) {
-        (self.traced, self.drawn) = (None, None);
+    fn clear(&mut self) {
+        (self.traced, self.known) = (None, None);
     }
 
     /// Begins to trace an outline, which replaces the present one.
-    pub fn begin(&mut self, key: OutlineKey, scene: Arc<Scene>, camera: Camera) {
+    fn begin(&mut self, key: OutlineKey, scene: Arc<Scene>, camera: Camera) {
         self.clear();
         let job = Job::start("the outline", move |stop| outline(&scene, &camera, key, stop));
         // If no thread can be started there is no outline; the panel still names the selection.
@@ -57,22 +114,22 @@ impl Outline {
     }
 
     /// Takes over a traced outline; true if there is a new one.
-    pub fn take(&mut self) -> bool {
+    fn take(&mut self) -> bool {
         let Some(traced) = self.traced.take_if(|traced| traced.job.is_finished()) else { return false };
         let lines = traced.job.wait().inspect_err(|panic| tracing::error!("{panic}"));
-        self.drawn = lines.ok().map(|lines| (traced.key, Arc::new(lines)));
+        self.known = lines.ok().map(|lines| (traced.key, Arc::new(lines)));
         true
     }
+}
 
-    /// Whether an outline is being traced.
-    pub fn is_busy(&self) -> bool {
-        self.traced.is_some()
-    }
-
-    /// Segments of the outline in a picture of this epoch and size; `None` while they are not known.
-    pub fn lines(&self, epoch: Epoch, size: [u32; 2]) -> Option<Arc<OutlineLines>> {
-        let drawn = self.drawn.as_ref().filter(|(key, _)| key.epoch == epoch && key.size == size);
-        drawn.map(|(_, lines)| lines.clone())
+/// Outline of the selected object, with a dark line beneath so that it is visible on any picture.
+fn draw(ctx: &Context, picture: PictureArea, lines: &[[[f32; 2]; 2]]) {
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
+    let point = |[x, y]: [f32; 2]| picture.point(DVec2::new(f64::from(x), f64::from(y)));
+    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.2, style::ACCENT)] {
+        for line in lines {
+            painter.line_segment(line.map(point), Stroke::new(width, color));
+        }
     }
 }
 

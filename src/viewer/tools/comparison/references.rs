@@ -1,4 +1,4 @@
-//! Comparison of the present picture with reference pictures: snapshots of this session and EXR files.
+//! The pictures to compare with, snapshots of this session and EXR files, and their differences from the present one.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,10 +9,7 @@ use miette::{IntoDiagnostic, Result, miette};
 
 use crate::client::pass::repaint::ShownTexels;
 use crate::client::reference::ReferenceFilm;
-use crate::client::window::panel::{
-    ColorScale, CompareControls, CompareMode, ComparisonData, FalseColorMap, MapChoice, SmallPicture,
-    SnapshotRow, THUMBNAIL,
-};
+use crate::client::window::panel::{ColorScale, FalseColorMap, MapChoice};
 use crate::client::{Settings, develop};
 use crate::color::Profile;
 use crate::gpu::Region;
@@ -23,6 +20,9 @@ use crate::study::ErrorQuantile;
 use crate::study::format::{duration, percent};
 use crate::viewer::picture::LivePicture;
 use crate::viewer::session::RenderSession;
+use crate::viewer::tools::comparison::tab::{
+    CompareControls, CompareMode, ComparisonData, SmallPicture, SnapshotRow, THUMBNAIL,
+};
 
 /// Interval at which a difference is recomputed, since the present picture keeps changing.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -71,7 +71,7 @@ impl DifferenceKey {
 
 /// Reference pictures, and derived data of the selected one.
 #[derive(Default)]
-pub struct Comparison {
+pub struct References {
     list: Vec<KeptPicture>,
     /// Number of the next snapshot.
     next: usize,
@@ -84,7 +84,7 @@ pub struct Comparison {
     taken: Option<(Instant, Duration)>,
 }
 
-impl Comparison {
+impl References {
     /// Keeps a snapshot of the displayed picture; returns its name.
     ///
     /// # Errors

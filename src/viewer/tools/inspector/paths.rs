@@ -1,5 +1,4 @@
-//! The inspector: the displayed value at the pixel under the cursor and, after a click, the paths that contributed to that pixel, traced
-//! again with recording enabled.
+//! The displayed value of a pixel, and the paths that contributed to it, traced again with recording enabled.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,9 +8,6 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::lod::level_of_detail;
 use crate::client::retained::RetainedSamples;
-use crate::client::window::panel::{
-    LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS,
-};
 use crate::client::zones;
 use crate::color::Xyz;
 use crate::gpu::Region;
@@ -28,6 +24,9 @@ use crate::tracer::{Camera, Integrator, Scene};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::session::RenderSession;
+use crate::viewer::tools::inspector::tab::{
+    LOUPE, PathSegment, PixelPaths, PixelReading, SPECTRUM_BINS, SegmentKind, WAVELENGTHS,
+};
 
 /// Most paths of a pixel that are traced again.
 const MOST_PATHS: usize = 512;
@@ -43,16 +42,16 @@ const FAR: f32 = 4.0;
 
 /// The last clicked pixel and its paths.
 #[derive(Default)]
-pub struct Inspector {
+pub struct PixelStudy {
     /// Traces the paths again.
-    study: Option<Job<PixelPaths>>,
+    job: Option<Job<PixelPaths>>,
     paths: Option<Arc<PixelPaths>>,
 }
 
-impl Inspector {
+impl PixelStudy {
     /// Discards the paths after scene or camera have changed.
     pub fn clear(&mut self) {
-        (self.study, self.paths) = (None, None);
+        (self.job, self.paths) = (None, None);
     }
 
     /// Begins to trace again the paths behind a pixel, as far as their samples are retained.
@@ -100,18 +99,18 @@ impl Inspector {
             }
             PixelPaths { known: indices.known, note, ..study.finish() }
         };
-        self.study = Some(Job::start("the inspector", trace).into_diagnostic()?);
+        self.job = Some(Job::start("the inspector", trace).into_diagnostic()?);
         Ok(())
     }
 
     /// Whether paths are being traced.
     pub fn is_busy(&self) -> bool {
-        self.study.is_some()
+        self.job.is_some()
     }
 
     /// Takes over traced paths; true if there are new ones.
     pub fn take(&mut self) -> bool {
-        let Some(paths) = Job::take(&mut self.study) else { return false };
+        let Some(paths) = Job::take(&mut self.job) else { return false };
         self.paths = paths.inspect_err(|panic| tracing::error!("{panic}")).ok().map(Arc::new);
         true
     }

@@ -7,8 +7,9 @@ use egui::{
     Sense, Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
 };
 
-use crate::client::window::action::Action;
+use crate::client::window::action::ActionQueue;
 use crate::client::window::panel::{PictureArea, style};
+use crate::viewer::tools::comparison::CompareAction;
 
 /// Size of a thumbnail, pixels.
 pub const THUMBNAIL: [u32; 2] = [96, 54];
@@ -94,15 +95,15 @@ pub(super) fn show(
     ui: &mut Ui,
     data: &ComparisonData,
     controls: &mut CompareControls,
-    actions: &mut Vec<Action>,
+    queue: &mut ActionQueue<CompareAction>,
 ) {
     ui.horizontal_wrapped(|ui| {
         if ui.button("Keep snapshot").on_hover_text("Keeps the present picture  K").clicked() {
-            actions.push(Action::KeepSnapshot);
+            queue.ask(CompareAction::KeepSnapshot);
         }
         let hint = "Compares with a picture from a file, such as a reference";
         if ui.button("Open EXR…").on_hover_text(hint).clicked() {
-            actions.push(Action::CompareDialog);
+            queue.ask(CompareAction::ChooseFile);
         }
     });
     if data.rows.is_empty() {
@@ -139,7 +140,7 @@ pub(super) fn show(
                 }
                 ui.label(RichText::new(&row.words).small().color(style::DIM));
                 if ui.small_button("Forget").clicked() {
-                    actions.push(Action::ForgetSnapshot(i));
+                    queue.ask(CompareAction::Forget(i));
                 }
             });
         });
@@ -225,4 +226,77 @@ fn handle(ctx: &Context, picture: PictureArea, controls: &mut CompareControls) -
         response.on_hover_cursor(CursorIcon::ResizeHorizontal);
     });
     x(controls.split)
+}
+
+#[cfg(test)]
+mod tests {
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable;
+
+    use super::*;
+    use crate::client::window::action::UserAction;
+    use crate::client::window::panel::PictureView;
+    use crate::client::window::viewport::Viewport;
+
+    #[derive(Default)]
+    struct Tab {
+        data: ComparisonData,
+        controls: CompareControls,
+        queue: ActionQueue<CompareAction>,
+    }
+
+    #[test]
+    fn snapshots_are_chosen_shown_and_forgotten() {
+        let row = |name: &str| SnapshotRow {
+            name: name.to_owned(),
+            words: "12 s, 64.0 paths per pixel, error 3.1 %".to_owned(),
+            thumbnail: SmallPicture { size: [2, 1], rgb: vec![[9; 3]; 2] }.into(),
+        };
+        let data = ComparisonData { rows: vec![row("Snapshot 1"), row("before.exr")], ..Default::default() };
+        let draw = |ui: &mut Ui, tab: &mut Tab| show(ui, &tab.data, &mut tab.controls, &mut tab.queue);
+        let mut harness = Harness::builder().build_ui_state(draw, Tab { data, ..Tab::default() });
+        harness.run_steps(3);
+        let click = |harness: &mut Harness<'_, Tab>, label: &str| {
+            harness.get_all_by_label(label).next().expect("a widget").click();
+            harness.run_steps(2);
+            harness.state_mut().queue.take()
+        };
+        for (label, action) in
+            [("Keep snapshot", CompareAction::KeepSnapshot), ("Open EXR…", CompareAction::ChooseFile)]
+        {
+            assert_eq!(click(&mut harness, label), [UserAction::Tool(action)]);
+        }
+        click(&mut harness, "before.exr");
+        click(&mut harness, "Show");
+        let controls = &harness.state().controls;
+        assert!((controls.chosen, controls.is_shown, controls.mode) == (1, true, CompareMode::Whole));
+        assert_eq!(click(&mut harness, "Forget"), [UserAction::Tool(CompareAction::Forget(0))]);
+    }
+
+    /// The line of the split is dragged over the picture, and stops at its edges.
+    #[test]
+    fn the_split_is_dragged() {
+        let picture = SmallPicture { size: [4, 4], rgb: vec![[200; 3]; 16] };
+        let data = ComparisonData { picture: Some(picture.into()), ..Default::default() };
+        let controls = CompareControls { is_shown: true, mode: CompareMode::Split, ..Default::default() };
+        let view = PictureView { viewport: Viewport::new([600, 900]), pixels_per_point: 1.0 };
+        let area = Rect::from_min_size(pos2(0.0, 0.0), vec2(600.0, 900.0));
+        let draw_over = move |ui: &mut Ui, tab: &mut Tab| {
+            draw(ui.ctx(), PictureArea { area, view }, &tab.data, &mut tab.controls);
+        };
+        let tab = Tab { data, controls, ..Tab::default() };
+        let mut harness = Harness::builder().with_size([900.0, 900.0]).build_ui_state(draw_over, tab);
+        harness.run_steps(3);
+        let at = |x: f32| pos2(x, 450.0);
+        harness.drag_at(at(300.0));
+        harness.run_steps(2);
+        harness.hover_at(at(150.0));
+        harness.run_steps(2);
+        let split = harness.state().controls.split;
+        assert!((split - 0.25).abs() < 0.02, "{split}");
+        harness.hover_at(at(-50.0));
+        harness.run_steps(2);
+        assert_eq!(harness.state().controls.split, 0.0);
+        harness.drop_at(at(-50.0));
+    }
 }

@@ -1,4 +1,4 @@
-//! The inspector's tab: the pixel under the pointer, and the paths of the pixel that was clicked at.
+//! The tab of the inspector: the pixel under the pointer, and the paths of the pixel that was clicked at.
 
 use std::sync::Arc;
 
@@ -88,7 +88,7 @@ pub struct PathSegment {
 }
 
 /// Draws the tab.
-pub(super) fn show(ui: &mut Ui, reading: Option<&PixelReading>, paths: Option<&Arc<PixelPaths>>, busy: bool) {
+pub fn show(ui: &mut Ui, reading: Option<&PixelReading>, paths: Option<&Arc<PixelPaths>>, busy: bool) {
     match reading {
         Some(reading) => figures(ui, reading),
         None => {
@@ -200,7 +200,7 @@ fn path_figures(ui: &mut Ui, paths: &PixelPaths) {
 }
 
 /// Draws the paths over the picture.
-pub(super) fn draw_paths(ctx: &Context, picture: PictureArea, paths: &PixelPaths) {
+pub fn draw_paths(ctx: &Context, picture: PictureArea, paths: &PixelPaths) {
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
     let point = |[x, y]: [f32; 2]| picture.point(DVec2::new(f64::from(x), f64::from(y)));
     for segment in &paths.segments {
@@ -214,4 +214,35 @@ pub(super) fn draw_paths(ctx: &Context, picture: PictureArea, paths: &PixelPaths
     let [x, y] = paths.pixel;
     let pixel = Rect::from_min_max(corner(x, y), corner(x + 1, y + 1)).expand(2.0);
     painter.rect_stroke(pixel, 0.0, Stroke::new(1.0, style::ACCENT), egui::StrokeKind::Outside);
+}
+
+#[cfg(test)]
+mod tests {
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable;
+
+    use super::*;
+
+    #[test]
+    fn the_pixel_is_told() {
+        let reading = PixelReading {
+            pixel: [12, 34],
+            xyz: [0.123_456, 2.5, 0.0],
+            stops: Some(3.66),
+            displayed: [1.0, 0.5, 0.0],
+            samples: 64.0,
+            error: Some(0.0231),
+            object: Some("ball".to_owned()),
+            material: Some("gold (roughconductor)".to_owned()),
+            distance: Some(3.25),
+            ..PixelReading::default()
+        };
+        let mut harness = Harness::new_ui(|ui| show(ui, Some(&reading), None, false));
+        harness.run_steps(2);
+        for words in
+            ["12, 34", "0.1235  2.500  0", "255  128  0", "2.31 %", "ball", "gold (roughconductor)", "3.250"]
+        {
+            harness.get_by_label(words);
+        }
+    }
 }

@@ -1,9 +1,15 @@
-//! The transform gizmo: converts a dragged handle over the selected object into its transform.
+//! The transform gizmo: handles over the selected object along the world axes, which move, rotate or scale it when dragged.
 
+use egui::{Color32, Context, LayerId, Shape, Stroke, StrokeKind, Ui, vec2};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+use miette::Result;
+use winit::event::{ElementState, MouseButton, WindowEvent};
 
-use crate::client::window::panel::{GizmoDrawing, GizmoHandle, GizmoMode};
-use crate::viewer::editor::SceneEditor;
+use crate::client::window::action::ActionQueue;
+use crate::client::window::keys::{ToolKey, Trigger};
+use crate::client::window::panel::{PanelData, PanelTab, PictureArea, SectionPlace, style};
+use crate::viewer::editor::{SceneEditor, SightLine};
+use crate::viewer::tools::tool::{Tool, ToolContext};
 
 /// Length of the handles, in points.
 const LENGTH: f64 = 70.0;
@@ -23,14 +29,61 @@ const FACTORS: (f64, f64) = (0.01, 100.0);
 /// The unit vectors of the world's axes.
 const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
 
-/// A camera ray in world space through a position of the picture.
-#[derive(Clone, Copy, Debug)]
-pub struct SightLine {
-    /// Position in pixels of the picture.
-    pub place: DVec2,
-    pub origin: DVec3,
-    /// Unit length.
-    pub direction: DVec3,
+/// Mode of the gizmo.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GizmoMode {
+    /// Moves the object.
+    #[default]
+    Move,
+    /// Rotates the object.
+    Turn,
+    /// Scales the object.
+    Scale,
+}
+
+impl GizmoMode {
+    /// All modes with their names.
+    pub const ALL: [(Self, &str); 3] = [(Self::Move, "Move"), (Self::Turn, "Turn"), (Self::Scale, "Scale")];
+
+    /// The mode after this one.
+    pub fn next(self) -> Self {
+        match self {
+            Self::Move => Self::Turn,
+            Self::Turn => Self::Scale,
+            Self::Scale => Self::Move,
+        }
+    }
+}
+
+/// A part of the gizmo that can be dragged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GizmoHandle {
+    /// Along or about a world axis: 0, 1, 2 for x, y, z.
+    Axis(usize),
+    /// Move: in the picture plane; turn: about its normal; scale: uniformly.
+    Center,
+}
+
+/// Geometry of the gizmo. Positions are pixels of the picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GizmoDrawing {
+    /// Mode of the gizmo.
+    pub mode: GizmoMode,
+    /// Centre of the object.
+    pub pivot: [f64; 2],
+    /// Line vertices of each axis.
+    pub axes: [Vec<[f64; 2]>; 3],
+    /// The handle being dragged or under the pointer.
+    pub hot: Option<GizmoHandle>,
+}
+
+/// What the user can do with the gizmo besides dragging it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GizmoAction {
+    /// Sets the mode.
+    Set(GizmoMode),
+    /// Changes to the next mode.
+    Next,
 }
 
 /// A handle that is being dragged.
@@ -49,23 +102,103 @@ struct GizmoDrag {
 /// Mode of the gizmo, and the handle being dragged.
 #[derive(Debug, Default)]
 pub struct Gizmo {
-    pub mode: GizmoMode,
+    mode: GizmoMode,
     drag: Option<GizmoDrag>,
+    /// The gizmo as the panel shows it.
+    drawn: Option<GizmoDrawing>,
+}
+
+impl Tool for Gizmo {
+    type Action = GizmoAction;
+
+    fn keys() -> Vec<ToolKey<GizmoAction>> {
+        let next = ("G", "move, turn or scale the selected object");
+        vec![ToolKey::new("select nothing", next, &[Trigger::Char('g')], GizmoAction::Next)]
+    }
+
+    fn perform(&mut self, action: GizmoAction, _: &mut ToolContext<'_>) -> Result<Option<String>> {
+        self.mode = match action {
+            GizmoAction::Set(mode) => mode,
+            GizmoAction::Next => self.mode.next(),
+        };
+        Ok(None)
+    }
+
+    fn hear(&mut self, event: &WindowEvent, context: &mut ToolContext<'_>) -> bool {
+        let left = MouseButton::Left;
+        match event {
+            WindowEvent::MouseInput { state: ElementState::Pressed, button, .. } if *button == left => {
+                self.take_hold(context)
+            }
+            _ if self.drag.is_none() => false,
+            WindowEvent::CursorMoved { position, .. } => {
+                let at = context.panel.viewport.to_picture(DVec2::new(position.x, position.y));
+                let by = self.transform(context.editor, at, context.session.size());
+                match by.map(|by| context.editor.set_transform(by)) {
+                    Some(Ok(has_edited)) => context.has_edited |= has_edited,
+                    None => {}
+                    Some(Err(error)) => context.say(error.to_string()),
+                }
+                context.redraws = true;
+                false
+            }
+            WindowEvent::MouseInput { state: ElementState::Released, button, .. } if *button == left => {
+                self.end(context)
+            }
+            WindowEvent::Focused(false) => self.end(context),
+            _ => false,
+        }
+    }
+
+    fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
+        let (size, zoom) = (context.session.size(), context.panel.points_per_pixel());
+        let cursor = context.panel.cursor();
+        self.drawn = if is_shown(context) { self.drawing(context.editor, cursor, size, zoom) } else { None };
+    }
+
+    fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<GizmoAction>) {
+        if place == SectionPlace::Selection {
+            choice(ui, self.mode, queue);
+        }
+    }
+
+    fn over_picture(&mut self, ctx: &Context, picture: PictureArea, _: &mut ActionQueue<GizmoAction>) {
+        if let Some(drawing) = &self.drawn {
+            draw(ctx, picture, drawing);
+        }
+    }
+}
+
+/// Whether the gizmo is shown: an object is selected, and the tab that edits it is open.
+fn is_shown(context: &ToolContext<'_>) -> bool {
+    context.editor.selected().is_some() && context.panel.controls.layout.shows(PanelTab::Scene)
 }
 
 impl Gizmo {
-    /// Whether a handle is being dragged.
-    pub fn is_dragging(&self) -> bool {
-        self.drag.is_some()
+    /// Grabs the handle under the cursor when the left button goes down; returns whether there was one.
+    fn take_hold(&mut self, context: &mut ToolContext<'_>) -> bool {
+        let panel = &context.panel;
+        let is_free =
+            !panel.host.is_under_pointer() && !panel.input.is_dragging() && !panel.input.is_ctrl_held();
+        // While the user is asked to click a position, the click goes to the picture, even over a handle.
+        let is_free = is_free && !panel.input.asks_region() && !context.asks_place;
+        if !is_free || !is_shown(context) {
+            return false;
+        }
+        let (size, zoom) = (context.session.size(), panel.points_per_pixel());
+        panel.cursor().is_some_and(|at| self.press(context.editor, at, size, zoom))
     }
 
-    /// Ends the drag; returns whether there was one.
-    pub fn release(&mut self) -> bool {
-        self.drag.take().is_some()
+    /// Ends the drag. The panel hears the event, too.
+    fn end(&mut self, context: &mut ToolContext<'_>) -> bool {
+        self.drag = None;
+        context.editor.end_change();
+        context.redraws = true;
+        false
     }
 
     /// Grabs the handle under the cursor, if any, and begins to transform the selected object. `zoom`: window points per picture pixel.
-    pub fn press(&mut self, editor: &mut SceneEditor, at: DVec2, size: [u32; 2], zoom: f64) -> bool {
+    fn press(&mut self, editor: &mut SceneEditor, at: DVec2, size: [u32; 2], zoom: f64) -> bool {
         let Some(drawing) = self.drawing(editor, None, size, zoom) else { return false };
         let (Some(handle), Some(shape)) = (handle_at(&drawing, at, REACH / zoom), editor.selected()) else {
             return false;
@@ -82,13 +215,13 @@ impl Gizmo {
     }
 
     /// Transform of the drag for this cursor position; `None` without a drag, and if the position determines none.
-    pub fn transform(&self, editor: &SceneEditor, at: DVec2, size: [u32; 2]) -> Option<DAffine3> {
+    fn transform(&self, editor: &SceneEditor, at: DVec2, size: [u32; 2]) -> Option<DAffine3> {
         let drag = self.drag?;
         transform(&drag, editor.sight_line(at, size)?)
     }
 
     /// Geometry of the gizmo, with the handle under the cursor; `None` without a selection, or if the object is behind the camera.
-    pub fn drawing(
+    fn drawing(
         &self,
         editor: &SceneEditor,
         cursor: Option<DVec2>,
@@ -213,6 +346,52 @@ fn on_plane(pivot: DVec3, normal: DVec3, line: SightLine) -> Option<DVec3> {
     (cos.abs() > 1e-6 && t > 0.0).then(|| line.origin + line.direction * t)
 }
 
+/// Colours of the axes x, y and z.
+const AXIS_COLORS: [Color32; 3] =
+    [Color32::from_rgb(235, 85, 80), Color32::from_rgb(110, 200, 90), Color32::from_rgb(85, 140, 245)];
+
+/// Half the side of the handles' squares, points.
+const KNOB: f32 = 4.0;
+
+/// Draws it over the picture.
+fn draw(ctx: &Context, picture: PictureArea, gizmo: &GizmoDrawing) {
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
+    let point = |place: &[f64; 2]| picture.point(DVec2::from(*place));
+    let color = |handle: GizmoHandle, color: Color32| {
+        if gizmo.hot == Some(handle) { style::ACCENT } else { color }
+    };
+    for (axis, line) in gizmo.axes.iter().enumerate() {
+        let color = color(GizmoHandle::Axis(axis), AXIS_COLORS[axis]);
+        let points: Vec<_> = line.iter().map(point).collect();
+        // A dark outline beneath keeps it visible on any picture.
+        painter.add(Shape::line(points.clone(), Stroke::new(4.0, Color32::from_black_alpha(110))));
+        painter.add(Shape::line(points.clone(), Stroke::new(2.0, color)));
+        let Some(end) = points.last().filter(|_| gizmo.mode != GizmoMode::Turn) else { continue };
+        match gizmo.mode {
+            GizmoMode::Scale => {
+                let square = egui::Rect::from_center_size(*end, vec2(2.0 * KNOB, 2.0 * KNOB));
+                painter.rect_filled(square, 0.0, color);
+            }
+            _ => _ = painter.circle_filled(*end, KNOB, color),
+        }
+    }
+    let center = egui::Rect::from_center_size(point(&gizmo.pivot), vec2(2.0 * KNOB, 2.0 * KNOB));
+    let color = color(GizmoHandle::Center, Color32::WHITE);
+    painter.rect_stroke(center, 0.0, Stroke::new(1.5, color), StrokeKind::Middle);
+}
+
+/// Draws the buttons that select the mode.
+fn choice(ui: &mut Ui, mode: GizmoMode, queue: &mut ActionQueue<GizmoAction>) {
+    ui.horizontal(|ui| {
+        for (choice, name) in GizmoMode::ALL {
+            let button = ui.selectable_label(choice == mode, name);
+            if button.on_hover_text("Drag a handle over the object in the picture  G").clicked() {
+                queue.ask(GizmoAction::Set(choice));
+            }
+        }
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -256,7 +435,7 @@ mod tests {
             let moved = end(&gizmo, &editor, axis);
             // Handles have a constant length in the picture, so the end is near the target, not exactly on it.
             assert!(moved.distance(to) < 0.15 * from.distance(to), "{moved} {to}");
-            assert!(gizmo.release());
+            assert!(gizmo.drag.take().is_some());
         }
     }
 
@@ -282,7 +461,7 @@ mod tests {
             let handle = |i: usize| DVec2::from(ring[i]);
             assert!(gizmo.press(&mut editor, handle(4), SIZE, 1.0), "axis {axis}");
             let by = gizmo.transform(&editor, handle(10), SIZE).expect("a transform");
-            gizmo.release();
+            gizmo.drag = None;
             assert!(by.transform_point3(pivot).distance(pivot) < 1e-9, "it turns about its centre");
             let (turned_about, angle) = DQuat::from_mat3(&by.matrix3).to_axis_angle();
             // Six of 48 steps, about the axis of a ring; another ring may lie over it.
@@ -296,7 +475,7 @@ mod tests {
         let by = gizmo.transform(&editor, center + (from - center) * 2.0, SIZE).expect("a transform");
         let [x, y, z] = [by.matrix3.x_axis.x, by.matrix3.y_axis.y, by.matrix3.z_axis.z];
         assert!(x == 1.0 && z == 1.0 && (y - 2.0).abs() < 0.2, "{x} {y} {z}");
-        assert!(gizmo.release());
+        assert!(gizmo.drag.take().is_some());
         // Nothing is grabbed elsewhere, or without a selection.
         assert!(!gizmo.press(&mut editor, DVec2::new(3.0, 3.0), SIZE, 1.0));
         editor.select(None);

@@ -1,0 +1,154 @@
+//! The camera: field of view, lens, and the places that it looks at and is focused on. Moves by mouse and keys are gestures of the
+//! window.
+
+use egui::{Slider, SliderClamping, Ui};
+use miette::{Result, miette};
+use winit::keyboard::KeyCode;
+
+use crate::client::window::action::{Action, ActionQueue};
+use crate::client::window::keys::{ToolKey, Trigger};
+use crate::client::window::navigation::{FOV, Gesture};
+use crate::client::window::panel::{PanelData, SectionPlace, Selection, parameters, section, style};
+use crate::viewer::tools::tool::{Tool, ToolContext};
+
+/// What the user can do with the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraAction {
+    /// Turns it to the surface point at a place.
+    LookAt,
+    /// Focuses the lens at the distance of the surface point at a place.
+    FocusOn,
+    /// Moves it back to where the scene file puts it.
+    Reset,
+    /// Sets the field of view, in degrees.
+    SetFov(f64),
+}
+
+/// The camera as the panel shows it.
+#[derive(Default)]
+pub struct CameraTool {
+    /// Field of view in degrees, 0 when not known.
+    fov: f64,
+    /// Position, target, field of view.
+    words: String,
+    /// The selection, whose last parameters are those of the lens.
+    lens: Option<Selection>,
+}
+
+impl Tool for CameraTool {
+    type Action = CameraAction;
+
+    fn keys() -> Vec<ToolKey<CameraAction>> {
+        use Trigger::{Char, Key};
+        let look = ("F, double click", "look at the point under the cursor");
+        let focus = ("L", "focus the lens on the point under the cursor");
+        let reset = ("R, Home", "the file's camera");
+        vec![
+            ToolKey::at_cursor("wider field of view", look, &[Char('f')], CameraAction::LookAt),
+            ToolKey::at_cursor(look.1, focus, &[Char('l')], CameraAction::FocusOn),
+            ToolKey::new(focus.1, reset, &[Char('r'), Key(KeyCode::Home)], CameraAction::Reset),
+        ]
+    }
+
+    fn perform(&mut self, action: CameraAction, context: &mut ToolContext<'_>) -> Result<Option<String>> {
+        let size = context.session.size();
+        match action {
+            CameraAction::LookAt => {
+                if let Some(pick) = context.editor.pick(context.place()?, size) {
+                    context.editor.end_change();
+                    context.has_edited |= context.editor.gesture(Gesture::Focus(pick.position), size);
+                    context.editor.end_change();
+                }
+            }
+            CameraAction::FocusOn => {
+                let Some(pick) = context.editor.pick(context.place()?, size) else {
+                    return Err(miette!("there is nothing here to focus on"));
+                };
+                context.has_edited |= context.editor.focus_at(pick.position)?;
+                return Ok(Some("focused".to_owned()));
+            }
+            CameraAction::Reset => context.has_edited |= context.editor.reset_camera(),
+            CameraAction::SetFov(fov) => context.has_edited |= context.editor.set_fov(fov),
+        }
+        Ok(None)
+    }
+
+    fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
+        (self.fov, self.words) = (context.editor.fov(), context.editor.camera_words());
+        self.lens = data.selection.clone();
+    }
+
+    fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<CameraAction>) {
+        if place == SectionPlace::SceneEnd {
+            section(ui, "Camera", true, |ui| show(ui, self, queue));
+        }
+    }
+}
+
+/// Draws the section.
+fn show(ui: &mut Ui, camera: &CameraTool, queue: &mut ActionQueue<CameraAction>) {
+    if camera.fov > 0.0 {
+        ui.horizontal(|ui| {
+            let mut fov = camera.fov;
+            let slider = Slider::new(&mut fov, FOV.0..=FOV.1).clamping(SliderClamping::Edits);
+            let response = ui.add(slider.fixed_decimals(1).suffix("°")).on_hover_text("Field of view  [ ]");
+            if response.changed() && fov != camera.fov {
+                queue.ask(CameraAction::SetFov(fov));
+            }
+            if response.drag_stopped() || response.lost_focus() {
+                queue.ask_window(Action::EndMove);
+            }
+            ui.colored_label(style::DIM, "field of view");
+        });
+    }
+    if !camera.words.is_empty() {
+        ui.small(&camera.words);
+    }
+    if let Some(selection) = &camera.lens {
+        let mut changes = Vec::new();
+        parameters(ui, selection, selection.lens_from..selection.parameters.len(), &mut changes);
+        changes.into_iter().for_each(|change| queue.ask_window(change));
+    }
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Reset").on_hover_text("Back to the file's camera  R").clicked() {
+            queue.ask(CameraAction::Reset);
+        }
+        let hint = "Click a place that the camera turns to and orbits about  F";
+        if ui.button("Look at…").on_hover_text(hint).clicked() {
+            queue.ask_at_place(CameraAction::LookAt);
+        }
+        let hint = "Click a place that the lens is focused on  L";
+        if ui.button("Focus on…").on_hover_text(hint).clicked() {
+            queue.ask_at_place(CameraAction::FocusOn);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable;
+
+    use super::*;
+    use crate::client::window::action::UserAction;
+
+    #[test]
+    fn buttons_do_what_they_say() {
+        let draw = |ui: &mut Ui, queue: &mut ActionQueue<CameraAction>| {
+            let camera = CameraTool { fov: 39.3, words: "at 1 2 3".into(), lens: None };
+            show(ui, &camera, queue);
+        };
+        let mut harness = Harness::builder().build_ui_state(draw, ActionQueue::default());
+        harness.run_steps(2);
+        assert_eq!(harness.state_mut().take(), [], "nothing comes by itself");
+        for (label, action) in [
+            ("Reset", UserAction::Tool(CameraAction::Reset)),
+            ("Look at…", UserAction::AskPlace(CameraAction::LookAt)),
+            ("Focus on…", UserAction::AskPlace(CameraAction::FocusOn)),
+        ] {
+            harness.get_by_label(label).click();
+            harness.run_steps(2);
+            assert_eq!(harness.state_mut().take(), [action]);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Compares the present picture with reference pictures: snapshots of this session and EXR files.
+
+mod references;
+mod tab;
+
+use std::path::PathBuf;
+
+use egui::{Context, Ui};
+use miette::{IntoDiagnostic, Result, miette};
+
+use crate::client::window::action::{Action, ActionQueue};
+use crate::client::window::keys::{ToolKey, Trigger, command};
+use crate::client::window::panel::{
+    FileChooser, PanelData, PanelTab, PictureArea, PictureOverlay, SectionPlace, ToolPresence,
+};
+use crate::viewer::tools::tool::{Tool, ToolContext};
+
+use references::References;
+use tab::{CompareControls, CompareMode, ComparisonData};
+
+/// What the user can do with the comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CompareAction {
+    /// Keeps the present picture as a snapshot.
+    KeepSnapshot,
+    /// Asks for an EXR file to compare with.
+    ChooseFile,
+    /// Compares with this EXR file.
+    With(PathBuf),
+    /// Removes a picture of the list.
+    Forget(usize),
+    /// Shows the selected picture, or the present one again.
+    Toggle,
+}
+
+/// The comparison of the picture with others.
+#[derive(Default)]
+pub struct Comparison {
+    references: References,
+    controls: CompareControls,
+    data: ComparisonData,
+    dialog: FileChooser,
+}
+
+impl Tool for Comparison {
+    type Action = CompareAction;
+
+    fn keys() -> Vec<ToolKey<CompareAction>> {
+        use Trigger::Char;
+        let snapshot = ("K", "keep a snapshot to compare with");
+        let toggle = ("T", "show the snapshot, or the picture again");
+        vec![
+            ToolKey::new("pause the render, or go on", snapshot, &[Char('k')], CompareAction::KeepSnapshot),
+            ToolKey::new(snapshot.1, toggle, &[Char('t')], CompareAction::Toggle),
+            ToolKey::of_window(
+                "show the tab Scene",
+                command("show the tab Compare", Action::ShowTab(PanelTab::Compare)),
+            ),
+        ]
+    }
+
+    fn perform(&mut self, action: CompareAction, context: &mut ToolContext<'_>) -> Result<Option<String>> {
+        match action {
+            CompareAction::KeepSnapshot => {
+                context.check_light_is_shown()?;
+                let name = self.references.keep(context.session, context.picture)?;
+                self.controls.chosen = self.references.last();
+                return Ok(Some(format!("{name} kept: T compares with it")));
+            }
+            CompareAction::ChooseFile => {
+                let folder = std::env::current_dir().into_diagnostic()?;
+                self.dialog.ask_file("Compare with a picture", &folder, ("OpenEXR pictures", &["exr"]));
+            }
+            CompareAction::With(path) => {
+                let name = self.references.read(&path)?;
+                (self.controls.chosen, self.controls.is_shown) = (self.references.last(), true);
+                return Ok(Some(format!("comparing with {name}")));
+            }
+            CompareAction::Forget(place) => {
+                self.references.forget(place);
+                let controls = &mut self.controls;
+                controls.chosen -= usize::from(place < controls.chosen);
+                controls.chosen = controls.chosen.min(self.references.last());
+                controls.is_shown &= !self.references.is_empty();
+            }
+            CompareAction::Toggle if self.references.is_empty() => {
+                return Err(miette!("there is nothing to compare with: K keeps a snapshot"));
+            }
+            CompareAction::Toggle => self.controls.is_shown ^= true,
+        }
+        Ok(None)
+    }
+
+    fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
+        let settings = &context.panel.controls.settings;
+        self.data = self.references.data(&self.controls, settings, context.session, context.picture);
+        if let Some(map) = self.references.map(&self.controls) {
+            data.overlay = PictureOverlay::Map(map);
+        }
+        let curve = self.references.curve(&self.controls);
+        if let Some(error) = data.error.as_mut().filter(|_| !curve.is_empty()) {
+            std::sync::Arc::make_mut(error).compared = curve;
+        }
+    }
+
+    fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<CompareAction>) {
+        if place == SectionPlace::Compare {
+            tab::show(ui, &self.data, &mut self.controls, queue);
+        }
+    }
+
+    fn over_picture(&mut self, ctx: &Context, picture: PictureArea, queue: &mut ActionQueue<CompareAction>) {
+        tab::draw(ctx, picture, &self.data, &mut self.controls);
+        if let Some(path) = self.dialog.show(ctx) {
+            queue.ask(CompareAction::With(path));
+        }
+    }
+
+    fn presence(&self, _: &ToolContext<'_>) -> ToolPresence {
+        match (self.dialog.is_open(), self.controls.is_shown, self.controls.mode) {
+            (true, ..) => ToolPresence::Modal,
+            (_, true, CompareMode::Split) => ToolPresence::Interactive,
+            (_, true, _) => ToolPresence::Drawn,
+            _ => ToolPresence::Hidden,
+        }
+    }
+
+    fn is_busy(&self) -> bool {
+        self.references.is_busy()
+    }
+}
