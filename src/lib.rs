@@ -19,7 +19,8 @@
 //! 2. The integrator hands its samples to a [`BlockSink`](stream::BlockSink), which fills a block; `LaneWriter::send` swaps
 //!    it into the lane of the worker.
 //! 3. The lanes are drained ([`stream::Lanes::drain`]) by `render/drive.rs` for a render and by `viewer/picture.rs` for the window, both
-//!    through `render/film_writer.rs`, which counts paths, adds the samples to the film and feeds the observer of the error. The window also keeps
+//!    through `render/film_writer.rs`, which counts paths, adds the samples to the film and copies them to the accounts
+//!    (`accounting`), from which the stated error, the noise filter and the predictions read. The window also keeps
 //!    them ([`client::retained`]), to fill a film of another size.
 //! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, or before a repaint what there
 //!    is of one, folds it into its sums and updates the variance.

@@ -339,7 +339,7 @@ const INSIDE_SCENE: &[(&str, &[&str])] = &[
 
 /// Modules whose imports still form circles of more than three files, with the number of files in the largest of each. These
 /// numbers only fall, and a module that needs none is not listed.
-const LARGEST_CIRCLE: &[(&str, usize)] = &[("client", 19)];
+const LARGEST_CIRCLE: &[(&str, usize)] = &[("client", 14)];
 
 /// Files that import each other can be understood only together. Up to three may, as a trait and what implements it often do.
 #[test]

@@ -21,7 +21,7 @@
 //! ├─ LivePicture     picture   kept samples, pacing of frames, observer of the error
 //! │  ├─ LightMix     light_mix  films of groups of lights, and how they are mixed
 //! │  ├─ Regions      picture/regions  rectangles that have samples of their own
-//! │  ├─ WindowFilter window_filter  the noise filter: its thread, the last filtered picture
+//! │  ├─ WindowFilter window_filter  the noise filter: its thread, which reads the accounts of the observer, the last filtered picture
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
 //! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
 //! ├─ ViewerPanel     panel     egui, mouse and keys, display controls

@@ -8,7 +8,7 @@
 //!
 //! [`Survey`] measures the scene: lights, what mirrors and glass the picture shows, lengths of walks from either end. A
 //! [`Trial`] traces up to 16 384 paths of a method, four from each place of a coarse grid. The least variance × cost wins
-//! ([`decide`]). Path tracing is kept where it is within a factor of 1.25 of it, and photon mapping must win by a factor of 6,
+//! ([`decide()`]). Path tracing is kept where it is within a factor of 1.25 of it, and photon mapping must win by a factor of 6,
 //! since few paths do not show its bias. Merging is tried where the picture shows mirrors or glass. A variance from few paths does not contain what they did not find: a method that has
 //! not hit its caustics yet looks good. So means are compared as well, and a method whose mean is significantly below
 //! another's somewhere is charged for what it has not found. A method that cannot show a part of the picture at all is excluded.
