@@ -74,7 +74,7 @@ struct QueueEntries {
     samples: Vec<Sample>,
 }
 
-/// The queue of an [`SampleAccumulator`].
+/// The queue of a [`SampleAccumulator`].
 struct Queue {
     waiting: QueueEntries,
     /// A snapshot is asked for.
@@ -105,11 +105,11 @@ pub struct SampleAccumulator {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What other threads read of an [`SampleAccumulator`].
+/// What other threads read of a [`SampleAccumulator`].
 #[derive(Clone)]
 pub struct AccountReader(Arc<Shared>);
 
-/// What the thread that takes checkpoints has of an [`SampleAccumulator`]. When it is dropped no more checkpoints are taken.
+/// What the thread that takes checkpoints has of a [`SampleAccumulator`]. When it is dropped no more checkpoints are taken.
 pub(super) struct CheckpointTaker(Arc<Shared>);
 
 impl SampleAccumulator {

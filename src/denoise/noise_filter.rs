@@ -511,8 +511,8 @@ impl FilteredFilm {
         Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
     }
 
-    /// Error of the denoised picture of these samples, if some were held out, when an estimate is due: `Some(None)` if there are too few. Pictures with
-    /// reprojected content have no estimate.
+    /// Error of the denoised picture of these samples, if some were held out, when an estimate is due: `Some(None)` if there are too few.
+    /// Pictures with reprojected content have no estimate.
     fn error(
         &mut self,
         kind: Denoise,

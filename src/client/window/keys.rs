@@ -88,36 +88,14 @@ pub struct ToolKey<T> {
     pub binding: KeyBinding<T>,
 }
 
+impl<T> KeyBinding<T> {
+    /// The binding of a tool, placed in the table below the one of this meaning.
+    pub fn below(self, meaning: &'static str) -> ToolKey<T> {
+        ToolKey { below: meaning, binding: self }
+    }
+}
+
 impl<T> ToolKey<T> {
-    /// An action of the tool.
-    pub fn new(
-        below: &'static str,
-        (keys, meaning): (&'static str, &'static str),
-        triggers: &'static [Trigger],
-        action: T,
-    ) -> Self {
-        let action = BoundAction::Action(UserAction::Tool(action));
-        Self { below, binding: KeyBinding { keys, meaning, triggers, action } }
-    }
-
-    /// An action of the tool at the cursor.
-    pub fn at_cursor(
-        below: &'static str,
-        (keys, meaning): (&'static str, &'static str),
-        triggers: &'static [Trigger],
-        action: T,
-    ) -> Self {
-        Self {
-            below,
-            binding: KeyBinding { keys, meaning, triggers, action: BoundAction::ToolAtCursor(action) },
-        }
-    }
-
-    /// A mouse gesture or a command of the window that belongs to the tool.
-    pub fn of_window(below: &'static str, binding: KeyBinding<T>) -> Self {
-        Self { below, binding }
-    }
-
     /// The same binding, where `convert` takes the tool's actions to another type.
     pub fn map<U>(self, convert: impl Fn(T) -> U) -> ToolKey<U> {
         let Self { below, binding: KeyBinding { keys, meaning, triggers, action } } = self;
@@ -147,6 +125,26 @@ pub fn key<T>(
     action: Action,
 ) -> KeyBinding<T> {
     KeyBinding { keys, meaning, triggers, action: BoundAction::Action(UserAction::Window(action)) }
+}
+
+/// An action of a tool.
+pub fn tool_key<T>(
+    keys: &'static str,
+    meaning: &'static str,
+    triggers: &'static [Trigger],
+    action: T,
+) -> KeyBinding<T> {
+    KeyBinding { keys, meaning, triggers, action: BoundAction::Action(UserAction::Tool(action)) }
+}
+
+/// An action of a tool at the cursor.
+pub fn tool_at_cursor<T>(
+    keys: &'static str,
+    meaning: &'static str,
+    triggers: &'static [Trigger],
+    action: T,
+) -> KeyBinding<T> {
+    KeyBinding { keys, meaning, triggers, action: BoundAction::ToolAtCursor(action) }
 }
 
 fn at_cursor<T>(

@@ -73,7 +73,7 @@ impl Tool for CameraBookmarks {
             action: each("Go to view", BookmarkAction::GoTo),
         };
         let below = keep.meaning;
-        vec![ToolKey::of_window("the file's camera", keep), ToolKey::of_window(below, go)]
+        vec![keep.below("the file's camera"), go.below(below)]
     }
 
     fn perform(&mut self, action: BookmarkAction, context: &mut ToolContext<'_>) -> Result<Option<String>> {

@@ -6,7 +6,7 @@ use miette::{Result, miette};
 use winit::keyboard::KeyCode;
 
 use crate::client::window::action::{Action, ActionQueue};
-use crate::client::window::keys::{ToolKey, Trigger};
+use crate::client::window::keys::{ToolKey, Trigger, tool_at_cursor, tool_key};
 use crate::client::window::navigation::{FOV, Gesture};
 use crate::client::window::panel::{PanelData, SectionPlace, Selection, parameters, section, style};
 use crate::viewer::tools::tool::{Tool, ToolContext};
@@ -40,13 +40,14 @@ impl Tool for CameraTool {
 
     fn keys() -> Vec<ToolKey<CameraAction>> {
         use Trigger::{Char, Key};
-        let look = ("F, double click", "look at the point under the cursor");
-        let focus = ("L", "focus the lens on the point under the cursor");
-        let reset = ("R, Home", "the file's camera");
+        let look = "look at the point under the cursor";
+        let focus = "focus the lens on the point under the cursor";
+        let reset = &[Char('r'), Key(KeyCode::Home)];
         vec![
-            ToolKey::at_cursor("wider field of view", look, &[Char('f')], CameraAction::LookAt),
-            ToolKey::at_cursor(look.1, focus, &[Char('l')], CameraAction::FocusOn),
-            ToolKey::new(focus.1, reset, &[Char('r'), Key(KeyCode::Home)], CameraAction::Reset),
+            tool_at_cursor("F, double click", look, &[Char('f')], CameraAction::LookAt)
+                .below("wider field of view"),
+            tool_at_cursor("L", focus, &[Char('l')], CameraAction::FocusOn).below(look),
+            tool_key("R, Home", "the file's camera", reset, CameraAction::Reset).below(focus),
         ]
     }
 

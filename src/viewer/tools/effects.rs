@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::Settings;
 use crate::client::window::action::ActionQueue;
-use crate::client::window::keys::ToolKey;
+use crate::client::window::keys::{ToolKey, tool_key};
 use crate::client::window::panel::{PanelData, SectionPlace, section, style};
 use crate::job::{Job, StopFlag};
 use crate::render::effect_plan::{Cost, EffectSide, PlannedEffect};
@@ -82,7 +82,7 @@ impl Tool for EffectList {
 
     fn keys() -> Vec<ToolKey<EffectAction>> {
         let meaning = "measure what the effects cost";
-        vec![ToolKey::new("show the tab Files", ("", meaning), &[], EffectAction::Measure)]
+        vec![tool_key("", meaning, &[], EffectAction::Measure).below("show the tab Files")]
     }
 
     fn perform(&mut self, action: EffectAction, context: &mut ToolContext<'_>) -> Result<Option<String>> {

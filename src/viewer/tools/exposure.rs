@@ -7,7 +7,7 @@ use glam::Vec3;
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::client::light_meter::exposure_for;
-use crate::client::window::keys::{ToolKey, Trigger, mouse};
+use crate::client::window::keys::{ToolKey, Trigger, mouse, tool_at_cursor, tool_key};
 use crate::gpu::Region;
 use crate::viewer::tools::tool::{Tool, ToolContext};
 
@@ -50,15 +50,12 @@ impl Tool for AutoExposure {
     type Action = ExposureAction;
 
     fn keys() -> Vec<ToolKey<ExposureAction>> {
-        let meter = ("M", "expose for the light under the cursor");
-        let automatic = ("B", "fix the brightness, or let it follow the light");
+        let meter = "expose for the light under the cursor";
+        let automatic = "fix the brightness, or let it follow the light";
         vec![
-            ToolKey::of_window(
-                "a new picture, as large as the window",
-                mouse("Ctrl+Shift+wheel", "brightness"),
-            ),
-            ToolKey::at_cursor("brightness", meter, &[Trigger::Char('m')], ExposureAction::Meter),
-            ToolKey::new(meter.1, automatic, &[Trigger::Char('b')], ExposureAction::ToggleAutomatic),
+            mouse("Ctrl+Shift+wheel", "brightness").below("a new picture, as large as the window"),
+            tool_at_cursor("M", meter, &[Trigger::Char('m')], ExposureAction::Meter).below("brightness"),
+            tool_key("B", automatic, &[Trigger::Char('b')], ExposureAction::ToggleAutomatic).below(meter),
         ]
     }
 

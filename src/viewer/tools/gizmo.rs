@@ -6,7 +6,7 @@ use miette::Result;
 use winit::event::{ElementState, MouseButton, WindowEvent};
 
 use crate::client::window::action::ActionQueue;
-use crate::client::window::keys::{ToolKey, Trigger};
+use crate::client::window::keys::{ToolKey, Trigger, tool_key};
 use crate::client::window::panel::{PanelData, PanelTab, PictureArea, SectionPlace, style};
 use crate::viewer::editor::{SceneEditor, SightLine};
 use crate::viewer::tools::tool::{Tool, ToolContext};
@@ -112,8 +112,8 @@ impl Tool for Gizmo {
     type Action = GizmoAction;
 
     fn keys() -> Vec<ToolKey<GizmoAction>> {
-        let next = ("G", "move, turn or scale the selected object");
-        vec![ToolKey::new("select nothing", next, &[Trigger::Char('g')], GizmoAction::Next)]
+        let next = "move, turn or scale the selected object";
+        vec![tool_key("G", next, &[Trigger::Char('g')], GizmoAction::Next).below("select nothing")]
     }
 
     fn perform(&mut self, action: GizmoAction, _: &mut ToolContext<'_>) -> Result<Option<String>> {

@@ -7,7 +7,7 @@ use egui::{Button, Context, Slider, SliderClamping, Ui};
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::window::action::{Action, ActionQueue};
-use crate::client::window::keys::{ToolKey, Trigger};
+use crate::client::window::keys::{ToolKey, Trigger, tool_key};
 use crate::client::window::panel::{
     FileChooser, PanelData, PanelTab, PictureArea, SectionPlace, ToolPresence, section, style,
 };
@@ -54,12 +54,9 @@ impl Tool for LightMixTool {
     type Action = MixAction;
 
     fn keys() -> Vec<ToolKey<MixAction>> {
-        vec![ToolKey::new(
-            "move, turn or scale the selected object",
-            ("Ctrl+L", "mix the lights, or end the mix"),
-            &[Trigger::Ctrl('l', false)],
-            MixAction::Toggle,
-        )]
+        let toggle = "mix the lights, or end the mix";
+        let toggle = tool_key("Ctrl+L", toggle, &[Trigger::Ctrl('l', false)], MixAction::Toggle);
+        vec![toggle.below("move, turn or scale the selected object")]
     }
 
     fn perform(&mut self, action: MixAction, context: &mut ToolContext<'_>) -> Result<Option<String>> {

@@ -6,7 +6,7 @@ use glam::DVec2;
 use miette::{Result, miette};
 
 use crate::client::window::action::ActionQueue;
-use crate::client::window::keys::{ToolKey, Trigger, mouse};
+use crate::client::window::keys::{ToolKey, Trigger, mouse, tool_key};
 use crate::client::window::panel::{
     PanelData, PictureArea, RegionDrawing, SectionPlace, ToolPresence, style,
 };
@@ -49,13 +49,10 @@ impl Tool for RegionTool {
 
     fn keys() -> Vec<ToolKey<RegionAction>> {
         let drag = "trace a rectangle of the picture and nothing else";
-        let toggle = ("Ctrl+B", "drag a rectangle that is traced alone, or release it");
+        let toggle = "drag a rectangle that is traced alone, or release it";
         vec![
-            ToolKey::of_window(
-                "fix the brightness, or let it follow the light",
-                mouse("Ctrl+Shift+left drag", drag),
-            ),
-            ToolKey::new(drag, toggle, &[Trigger::Ctrl('b', false)], RegionAction::Toggle),
+            mouse("Ctrl+Shift+left drag", drag).below("fix the brightness, or let it follow the light"),
+            tool_key("Ctrl+B", toggle, &[Trigger::Ctrl('b', false)], RegionAction::Toggle).below(drag),
         ]
     }
 

@@ -9,7 +9,7 @@ use egui::{Context, Ui};
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::client::window::action::{Action, ActionQueue};
-use crate::client::window::keys::{ToolKey, Trigger, command};
+use crate::client::window::keys::{ToolKey, Trigger, command, tool_key};
 use crate::client::window::panel::{
     FileChooser, PanelData, PanelTab, PictureArea, PictureOverlay, SectionPlace, ToolPresence,
 };
@@ -47,15 +47,14 @@ impl Tool for Comparison {
 
     fn keys() -> Vec<ToolKey<CompareAction>> {
         use Trigger::Char;
-        let snapshot = ("K", "keep a snapshot to compare with");
-        let toggle = ("T", "show the snapshot, or the picture again");
+        let snapshot = "keep a snapshot to compare with";
+        let toggle = "show the snapshot, or the picture again";
+        let tab = command("show the tab Compare", Action::ShowTab(PanelTab::Compare));
         vec![
-            ToolKey::new("pause the render, or go on", snapshot, &[Char('k')], CompareAction::KeepSnapshot),
-            ToolKey::new(snapshot.1, toggle, &[Char('t')], CompareAction::Toggle),
-            ToolKey::of_window(
-                "show the tab Scene",
-                command("show the tab Compare", Action::ShowTab(PanelTab::Compare)),
-            ),
+            tool_key("K", snapshot, &[Char('k')], CompareAction::KeepSnapshot)
+                .below("pause the render, or go on"),
+            tool_key("T", toggle, &[Char('t')], CompareAction::Toggle).below(snapshot),
+            tab.below("show the tab Scene"),
         ]
     }
 

@@ -32,10 +32,8 @@ impl Tool for Inspector {
 
     fn keys() -> Vec<ToolKey<Infallible>> {
         let show = Action::ShowTab(PanelTab::Inspect);
-        vec![ToolKey::of_window(
-            "go to the panel by keyboard; Escape leaves it",
-            key("I", "inspect the pixel under the cursor", &[Trigger::Char('i')], show),
-        )]
+        let inspect = key("I", "inspect the pixel under the cursor", &[Trigger::Char('i')], show);
+        vec![inspect.below("go to the panel by keyboard; Escape leaves it")]
     }
 
     fn click(&mut self, place: [f64; 2], context: &mut ToolContext<'_>) -> Result<()> {

@@ -13,7 +13,7 @@ fn table() -> KeyTable<u8> {
         triggers: &[Ctrl('8', false), Char('8')],
         action: BoundAction::Each(vec![("One".into(), 1), ("Two".into(), 2)]),
     };
-    KeyTable::new(vec![ToolKey::of_window("undo", binding)])
+    KeyTable::new(vec![binding.below("undo")])
 }
 
 /// The tool stands where it asks to, and each of its keys has an action of its own.
