@@ -18,7 +18,7 @@ pub(crate) struct Job<T> {
     stop: StopFlag,
 }
 
-/// What the thread of a [`Job`] looks at where it can end early.
+/// The flag that the thread of a [`Job`] checks where it can end early.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StopFlag(Arc<AtomicBool>);
 

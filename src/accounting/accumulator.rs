@@ -105,11 +105,11 @@ pub struct SampleAccumulator {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What other threads read of a [`SampleAccumulator`].
+/// The side of a [`SampleAccumulator`] that other threads read.
 #[derive(Clone)]
 pub struct AccountReader(Arc<Shared>);
 
-/// What the thread that takes checkpoints has of a [`SampleAccumulator`]. When it is dropped no more checkpoints are taken.
+/// The side of a [`SampleAccumulator`] that belongs to the thread that takes checkpoints. When it is dropped no more checkpoints are taken.
 pub(super) struct CheckpointTaker(Arc<Shared>);
 
 impl SampleAccumulator {

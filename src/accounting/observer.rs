@@ -16,7 +16,7 @@ use crate::study::prediction::PredictionOutcome;
 use crate::study::witness::Witnesses;
 use crate::study::{AccumulatedSamples, ErrorMonitor, ErrorStatus, ErrorTarget, MonitorProgress};
 
-/// What an observer needs to know of a render.
+/// A render as an observer sees it.
 pub struct ObservedRender {
     /// Its error, without any checkpoint yet.
     pub monitor: ErrorMonitor,
@@ -279,7 +279,7 @@ impl Observer {
 impl Drop for Observer {
     fn drop(&mut self) {
         self.accumulator.close();
-        // What is still to be done would have no reader.
+        // Checkpoints that are still to be taken would have no reader.
         unpoisoned(&self.status).0 += 1;
         self.send(Message::Quit);
         self.messages = None;

@@ -23,7 +23,7 @@ const D50: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
 /// Reads a profile from the bytes of its file; the name is left empty.
 ///
 /// # Errors
-/// What is wrong with it.
+/// If the profile is invalid or not supported; the message says why.
 pub fn parse(bytes: &[u8]) -> Result<Profile, IccError> {
     matrix_profile(bytes).map_err(IccError)
 }

@@ -100,7 +100,7 @@ impl NormalEquations {
 /// The weight of the usual values over that of the equations.
 const LEAST_WEIGHT: f64 = 1e-9;
 
-/// What is less than this share of the largest counts as 0.
+/// A value below this share of the largest counts as 0.
 const ROUNDING: f64 = 1e-12;
 
 #[cfg(test)]

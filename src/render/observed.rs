@@ -1,4 +1,4 @@
-//! What the accounts of a run begin with: its sums, the monitor of its error, and the log of its predictions.
+//! The initial state of the accounts of a run: its sums, the monitor of its error, and the log of its predictions.
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 
@@ -11,7 +11,7 @@ use crate::study::blur::BlurSchedule;
 use crate::study::{AccumulatedSamples, ErrorMonitor, ErrorTarget, ExactReplicates, MonitorProgress};
 use crate::tracer::integrator::{LAST_GENERATION, SAMPLES_PER_GENERATION};
 
-/// What the accounts of a run begin with, which must be divided into replicates.
+/// The initial state of the accounts of a run, which must be divided into replicates.
 pub fn observed(run: &RunSpec, target: Option<ErrorTarget>, policy: CheckpointPolicy) -> ObservedRender {
     let size = [run.film.width, run.film.height];
     let mut monitor =

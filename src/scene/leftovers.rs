@@ -1,4 +1,4 @@
-//! What a file holds and nothing uses: collected by name, and told in one note.
+//! Data of a file that nothing uses: collected by name, and reported in one note.
 
 /// Names that are kept apart; others are counted together.
 const MOST_KINDS: usize = 64;

@@ -46,7 +46,7 @@ pub struct NamedGroup {
 ///
 /// # Errors
 ///
-/// What is wrong, in words.
+/// If the text is invalid; the message says why.
 pub fn parse(text: &str) -> Result<Vec<NamedGroup>, String> {
     let mut groups = Vec::<NamedGroup>::new();
     for part in text.split(';').map(str::trim).filter(|part| !part.is_empty()) {
@@ -175,7 +175,7 @@ fn stem(name: &str) -> &str {
 ///
 /// # Errors
 ///
-/// What is wrong and what to do about it.
+/// If a name fits no emitter or no group is left; the two texts are the message and the help.
 pub fn named(emitters: Vec<Emitter>, wanted: &[NamedGroup]) -> Result<Vec<LightGroup>, [String; 2]> {
     let mut free: Vec<Option<Emitter>> = emitters.iter().cloned().map(Some).collect();
     let mut groups = Vec::<LightGroup>::new();

@@ -19,7 +19,7 @@ pub(super) struct PendingRender {
 }
 
 struct RenderProgress {
-    /// What each worker does; taken when the last one is done, so that nothing keeps the integrator alive.
+    /// The work of each worker. It is taken when the last worker is done, so that nothing keeps the integrator alive.
     work: Option<Work>,
     /// Workers that are not done.
     workers: usize,

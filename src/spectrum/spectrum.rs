@@ -23,7 +23,7 @@ pub enum Spectrum {
     Scaled {
         /// The factor.
         scale: f32,
-        /// What it is applied to.
+        /// The spectrum that it is applied to.
         shape: Sigmoid,
     },
     /// A smooth reflectance lit by D65, times a factor: the light of a coloured lamp.

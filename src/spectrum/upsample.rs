@@ -266,7 +266,7 @@ mod tests {
         }
     }
 
-    /// What the coarse fits meet by their own measure they meet by the exact one, too.
+    /// Colours that the coarse fits match by their own measure, they match by the exact one, too.
     #[test]
     fn fewer_samples_measure_the_same_colours() {
         let mut worst = 0.0_f64;

@@ -21,7 +21,7 @@ const PIECES: usize = 1024;
 /// exact density, however roughly the pieces follow [`density`].
 static INVERSE: LazyLock<[[f32; 2]; PIECES]> = LazyLock::new(inverse);
 
-/// What wavelengths are drawn in proportion to: three Gaussian lobes on a floor.
+/// The density of sampled wavelengths: three Gaussian lobes on a floor.
 ///
 /// The figures minimise the noise of linear Rec.709 red, green and blue, relative to luminance, of four stratified
 /// wavelengths, averaged over seven smooth reflectances (white to saturated) under each of D65, illuminant A, equal

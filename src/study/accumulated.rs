@@ -1,4 +1,4 @@
-//! What is accumulated from the samples of a render: the sums that the stated error, the noise filter and the predictions read.
+//! The sums over the samples of a render, which the stated error, the noise filter and the predictions read.
 
 use std::sync::Arc;
 

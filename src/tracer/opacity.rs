@@ -1,6 +1,6 @@
 //! Surfaces that are not all there: a ray that meets one goes straight on with the probability 1 − opacity.
 //!
-//! What is passed is no vertex of a path: it takes no random number of the path's, adds nothing to its length, and has no place in
+//! A surface that is passed is no vertex of a path: it takes no random number of the path's, adds nothing to its length, and has no place in
 //! densities. All strategies that find a path share the factor 1 − opacity of each surface on its segments, so that MIS weights that leave it
 //! out still add up to 1. It comes in by chance where a ray looks for its first hit ([`Scene::closest`]), and as a product where a ray asks
 //! whether two points see each other ([`Scene::visible`] and the like), which has less variance.
@@ -10,7 +10,7 @@
 //!
 //! A photon on such a surface counts for more, because the path that gathers it meets the surface by chance, too.
 //!
-//! What emits does so in full, however little of it is there, as in Mitsuba 3. So a camera path stops at such a surface to see it
+//! A surface that emits does so in full, whatever its opacity, as in Mitsuba 3. So a camera path stops at such a surface to see it
 //! ([`Scene::hit_or_emitter`]) before it goes on ([`Scene::passes`]).
 
 use crate::math::bits::mix;

@@ -62,7 +62,7 @@ pub enum MaterialClass {
     Mixed,
 }
 
-/// What paths keep account of while they find light. [`Plain`](Self::Plain) code is compiled for each [`MaterialClass`], that of the other modes for all
+/// What paths record while they find light. [`Plain`](Self::Plain) code is compiled for each [`MaterialClass`], that of the other modes for all
 /// materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TracingMode {
@@ -137,7 +137,7 @@ impl Scene {
         self.material_class
     }
 
-    /// What paths keep account of while they find light.
+    /// The mode of tracing: what paths record while they find light.
     #[inline]
     pub fn tracing_mode(&self) -> TracingMode {
         self.tracing_mode

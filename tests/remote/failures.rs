@@ -67,13 +67,20 @@ fn a_tracer_that_is_gone_is_named_and_comes_back() {
     viewer.hears(0, Health::Well, "threads");
 }
 
-/// With a token the length of a record may be damaged, and the rest of it never come.
+/// With a token the length of a record may be damaged, and the rest of it never come. The connection that is tried next fails at its first bytes.
 #[test]
 fn nonsense_is_named() {
-    for token in [None, Some("a secret of more than 16 letters")] {
+    let cases: [(_, &[&str]); 2] = [
+        (None, &["it sent a message", "it does not speak the protocol"]),
+        (
+            Some("a secret of more than 16 letters"),
+            &["a record was damaged", "silent", "no message has come", "it does not speak the protocol"],
+        ),
+    ];
+    for (token, problems) in cases {
         let (mut viewer, proxy, _served) = two_with(token);
         proxy.set(Weather::Noise);
-        viewer.hears(0, Health::Ill, "");
+        viewer.hears_one_of(0, Health::Ill, problems);
         the_other_goes_on(&mut viewer);
         proxy.set(Weather::Fine);
         viewer.hears(0, Health::Well, "threads");

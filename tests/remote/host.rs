@@ -164,11 +164,17 @@ impl FakeViewer {
     /// Drains until one of the tracers is in this state and says this of itself.
     #[track_caller]
     pub fn hears(&mut self, place: usize, health: Health, words: &str) {
+        self.hears_one_of(place, health, &[words]);
+    }
+
+    /// As [`hears`](Self::hears), where it depends on chance which of these it says.
+    #[track_caller]
+    pub fn hears_one_of(&mut self, place: usize, health: Health, words: &[&str]) {
         self.until(
             |_| {},
             |tracers| {
                 let status = &tracers.status()[place];
-                status.health == health && status.words.contains(words)
+                status.health == health && words.iter().any(|words| status.words.contains(words))
             },
         );
     }

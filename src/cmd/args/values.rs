@@ -40,7 +40,7 @@ pub(super) fn light_groups(text: &str) -> Result<LightGroupsArg, String> {
     }
 }
 
-/// What stands for `--light-groups` without a value.
+/// The value that `--light-groups` has if none is given.
 pub(super) const EACH_EMITTER: &str = "";
 
 pub(super) fn define(text: &str) -> Result<(String, String), &'static str> {

@@ -26,7 +26,7 @@ pub enum IntegratorKind {
     Auto,
 }
 
-/// What a method can do, and how it is called.
+/// The name and the capabilities of a method.
 #[derive(Debug)]
 pub struct IntegratorTraits {
     /// Its name on the command line and in files.
@@ -35,13 +35,13 @@ pub struct IntegratorTraits {
     pub plugins: &'static [&'static str],
     /// Its name within a sentence.
     pub title: &'static str,
-    /// What it traces, within a sentence: a plural.
+    /// The paths that it traces, within a sentence: a plural.
     pub traces: &'static str,
     /// The automatic choice tries it, and the window offers it.
     pub is_candidate: bool,
     /// Paths per index, from the camera and from lights to the camera: which of the two streams it fills, and how fast.
     pub paths_per_index: [u64; 2],
-    /// What it uses photons for.
+    /// Its use of photons.
     pub photons: PhotonUse,
     /// The method whose paths it traces; what it adds to them are photons.
     pub extends: Option<IntegratorKind>,
@@ -53,11 +53,11 @@ pub struct IntegratorTraits {
     pub finds_late: LateFind,
     /// Why the paths behind a pixel cannot be drawn, if so.
     pub hides_paths: Option<&'static str>,
-    /// What its picture shows, if that is no light.
+    /// The quantity that its picture shows, if that is not light.
     pub no_light: Option<NoLight>,
 }
 
-/// What a method uses photons for.
+/// The use that a method makes of photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhotonUse {
     /// It has none.
@@ -81,14 +81,14 @@ pub enum LateFind {
     Indirect,
 }
 
-/// What the picture of a method shows in place of light.
+/// The quantity that the picture of a method shows in place of light.
 #[derive(Debug)]
 pub struct NoLight {
     /// In a word or two, a plural.
     pub shows: &'static str,
     /// The remark of the reader of scene files.
     pub remark: &'static str,
-    /// What to do instead.
+    /// The help: what to do instead.
     pub help: &'static str,
 }
 
@@ -169,7 +169,7 @@ const DEPTH: IntegratorTraits = IntegratorTraits {
     ..PATH
 };
 
-/// What is traced until the method is known.
+/// The traits that hold until the method is chosen.
 const AUTO: IntegratorTraits = IntegratorTraits {
     name: "auto",
     plugins: &["auto"],
@@ -179,7 +179,7 @@ const AUTO: IntegratorTraits = IntegratorTraits {
 };
 
 impl IntegratorKind {
-    /// What the method can do.
+    /// The capabilities of the method.
     pub const fn traits(self) -> &'static IntegratorTraits {
         match self {
             Self::Path => &PATH,

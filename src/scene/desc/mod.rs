@@ -17,7 +17,7 @@
 //! | `emission_texture.rs` | emission that varies |
 //! | `rendering_space.rs`, `moved.rs` | the space that a scene is traced in, and the scene moved to it |
 //!
-//! What a new bsdf takes stands in `bsdf/mod.rs`. A new light is a variant of [`LightDesc`], a function that reads it with its line in
+//! How to add a bsdf is described in `bsdf/mod.rs`. A new light is a variant of [`LightDesc`], a function that reads it with its line in
 //! the table of `mitsuba/emitter.rs`, and its half in the tracer. A new texture is a variant of
 //! [`SpectrumTexture`](texture::SpectrumTexture), and a function that reads it with its line in the table of `mitsuba/texture.rs`.
 

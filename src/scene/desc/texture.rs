@@ -379,7 +379,7 @@ impl Checkerboard {
         if upper(at.x) == upper(at.y) { &self.color0 } else { &self.color1 }
     }
 
-    /// What [`SpectrumTexture::scalar`] asks for: that of the other squares, because Mitsuba 3.9.1 has them the other way round there.
+    /// The colour that [`SpectrumTexture::scalar`] reads: that of the other squares, because Mitsuba 3.9.1 swaps them there.
     fn number(&self, uv: Vec2) -> &SpectrumTexture {
         if std::ptr::eq(self.color(uv), &self.color0) { &self.color1 } else { &self.color0 }
     }

@@ -72,7 +72,7 @@ pub(crate) fn parameters() -> impl Iterator<Item = &'static EditableParameter> {
     PARAMETERS.iter().chain(&BSDF_NUMBERS)
 }
 
-/// What is no number of a material. A new [`Target`] is one line here, a number of a material one line of [`BsdfNumber`].
+/// All editable parameters but the numbers of materials. A new [`Target`] is one line here, a number of a material one line of [`BsdfNumber`].
 const PARAMETERS: &[EditableParameter] = &[
     EditableParameter {
         name: "emission_scale",

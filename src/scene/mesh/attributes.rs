@@ -105,7 +105,7 @@ impl AttributeColumns {
         }
     }
 
-    /// What was read.
+    /// The attributes that were read.
     pub(super) fn into_attributes(self) -> Vec<MeshAttribute> {
         self.attributes
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::file::{Count, MISSING_UV};
 use crate::scene::desc::{Mesh, MeshAttribute};
 
-/// What was dropped or mended.
+/// Numbers of dropped and repaired elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Repairs {
     /// Triangles with a vertex that is not finite.

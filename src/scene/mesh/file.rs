@@ -50,12 +50,12 @@ pub struct MeshRead {
     pub warnings: Vec<SceneWarning>,
 }
 
-/// What the reader of a format makes: indices in range, everything else as the file has it.
+/// A mesh as the reader of a format returns it: indices are in range, everything else is as in the file.
 pub(super) struct RawMesh<'a> {
     pub(super) mesh: Mesh,
-    /// What was left out, in words that follow the number.
+    /// Numbers of dropped elements, each with the words that follow the number.
     pub(super) dropped: Vec<(Count, &'static str)>,
-    /// What was read and is not used.
+    /// Data that was read and is not used.
     pub(super) left: Leftovers,
     pub(super) warnings: Vec<SceneWarning>,
     /// The line of a triangle, by its index.
@@ -69,7 +69,7 @@ pub(super) struct RawMesh<'a> {
 pub(super) struct MeshFile<'a> {
     pub(super) name: &'a str,
     pub(super) bytes: &'a [u8],
-    /// What messages show lines of.
+    /// The text of the file, of which messages show lines.
     pub(super) text: &'a [u8],
 }
 

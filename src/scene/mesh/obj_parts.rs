@@ -18,7 +18,7 @@ use crate::scene::limits;
 /// Bytes of a part, at least.
 const PART_BYTES: usize = 1 << 18;
 
-/// What was left out.
+/// Numbers of dropped elements.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
     /// Faces that are not made of indices.
@@ -66,7 +66,7 @@ pub(super) struct ObjError {
     pub(super) message: String,
 }
 
-/// What the lines of a file, or of a part of it, hold.
+/// The contents of the lines of a file, or of a part of it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObjLines {
     pub(super) positions: Vec<Vec3>,

@@ -52,7 +52,7 @@ const CORNER_UVS: &str = "texcoord";
 /// The number of the picture of a face.
 const PICTURE: &str = "texnumber";
 
-/// What a model that is a PLY file shows, by its header.
+/// The attributes of a PLY file that serves as a model, by its header.
 pub(crate) struct PlySummary {
     /// The attribute that is its colour.
     pub(crate) color: Option<&'static str>,

@@ -60,7 +60,7 @@ pub(super) fn read<'a>(file: &MeshFile<'a>, options: &MeshOptions) -> Result<Raw
     })
 }
 
-/// What is wrong, in words.
+/// A fault of the file: its kind and the message.
 struct SerializedFault(FindingKind, String);
 
 impl SerializedFault {

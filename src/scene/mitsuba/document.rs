@@ -65,11 +65,11 @@ pub(crate) struct Document {
     pub(crate) search: Vec<PathBuf>,
     /// Where readers of plugins record what they ask for, if it is wanted.
     pub(crate) questions: Option<Arc<Questions>>,
-    /// What the scene is read from.
+    /// The files that the scene is read from.
     pub(crate) files: SceneFiles,
     /// The text of a model that has no camera: its own stands for one that sees all of the model.
     pub(crate) unframed: Option<u32>,
-    /// What the files of pictures say of their colours does not count.
+    /// Whether picture files count as sRGB, whatever their own colour space.
     pub(crate) srgb_pictures: bool,
 }
 

@@ -29,7 +29,7 @@ fn volume(_: &mut Reader<'_>, params: &Params<'_>) -> Result<EmissionTexture, Sc
     Err(found.help("give a <texture type=\"bitmap\">").error())
 }
 
-/// What a light emits.
+/// The emission of a light.
 pub(super) struct ReadEmission {
     /// The spectrum, or the factor 1 on the texture.
     pub(super) spectrum: Spectrum,

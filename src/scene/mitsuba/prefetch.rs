@@ -1,6 +1,6 @@
 //! Reads the files that a scene names before anything asks for them, in parallel.
 //!
-//! What the reader then takes is what it would have read itself, and errors come where it would have met them. What cannot be told
+//! The reader then takes the same data that it would have read itself, and errors come where it would have met them. A file that cannot be told
 //! beforehand, or does not fit the limits of a scene, is left to the reader.
 
 use std::collections::BTreeSet;
@@ -31,7 +31,7 @@ pub(crate) fn prefetch(document: &Document) -> Prefetched {
     let mut files: BTreeSet<NamedFile> = ids.filter_map(|id| named(document, id)).collect();
     let mut textures = document.elements.iter().filter(|element| element.tag.name == "texture");
     if textures.any(|texture| texture.value("type") == Some("mesh_attribute")) {
-        // What is read of a mesh depends on its material.
+        // Which attributes of a mesh are read depends on its material.
         files.retain(|file| !matches!(file, NamedFile::Mesh(..)));
     }
     let textured = files.iter().any(|file| matches!(file, NamedFile::Bitmap(..)));

@@ -1,4 +1,4 @@
-//! What every plugin reads with: the elements, the lists of the description so far, what is shared, and the warnings.
+//! The reader that every plugin uses: elements, the lists of the description so far, shared objects, and warnings.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -153,7 +153,7 @@ impl Reader<'_> {
         })
     }
 
-    /// What was `read`; in a lenient run, `other` in place of a plugin that is not supported, with a warning that says
+    /// The plugin that was `read`; in a lenient run, `other` in place of an unsupported plugin, with a warning that says
     /// what is done `instead`.
     pub(crate) fn or_instead<T>(
         &mut self,

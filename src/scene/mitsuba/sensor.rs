@@ -115,7 +115,7 @@ fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDes
     camera(reader, params, to_world, field)
 }
 
-/// What all cameras have, with this field of view.
+/// A camera with this field of view and the parameters that all cameras share.
 fn camera(
     reader: &Reader<'_>,
     params: &Params<'_>,

@@ -83,7 +83,7 @@ fn bitmap(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTextur
     Ok(SpectrumTexture::Bitmap(BitmapTexture::new(bitmap, to_uv, wrap, nearest)))
 }
 
-/// What a `bitmap` says, whatever it is used for.
+/// The parameters of a `bitmap`, whatever it is used for.
 pub(super) struct BitmapParams {
     pub(super) path: PathBuf,
     pub(super) raw: bool,

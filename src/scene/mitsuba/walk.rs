@@ -161,7 +161,7 @@ impl SceneWalk<'_> {
             if first.camera.place.file == span.file {
                 self.second(span, "sensor", "the first one counts");
             } else {
-                // What an including file puts in front is meant to count: so the viewer saves a camera.
+                // A sensor before an include takes precedence on purpose: the viewer saves a camera that way.
                 let message = "the sensor in front of the include counts, not this one";
                 let found = self.reader.document.finding(FindingKind::Parameter, span, message);
                 self.reader.warn(found.advice());

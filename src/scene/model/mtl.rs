@@ -56,7 +56,7 @@ pub(super) struct MtlMaterial {
     /// A part of the model has it.
     pub(super) used: bool,
     statements: Vec<Statement>,
-    /// What is wrong with statements, and the first line of each kind.
+    /// The faults of statements by kind, each with its first line and its number.
     faults: BTreeMap<&'static str, (usize, usize)>,
     /// Options of maps that are not used.
     left: Leftovers,
@@ -295,7 +295,7 @@ impl MtlMaterial {
         left
     }
 
-    /// What is wrong with its statements: the first line, the number, and what.
+    /// The faults of its statements: the first line, the number, and the kind of each.
     pub(super) fn faults(&self) -> impl Iterator<Item = (usize, usize, &'static str)> {
         self.faults.iter().map(|(what, (line, count))| (*line, *count, *what))
     }

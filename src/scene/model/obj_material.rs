@@ -141,7 +141,7 @@ impl<'f> ModelPictures<'f> {
 
     fn alpha(&self, name: &str, text: &mut SceneText<'_>) -> Option<String> {
         let path = text.path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
-        // What cannot be read is told where the scene names it.
+        // A picture that cannot be read is reported where the scene names it.
         let bytes = self.files.read(&path, limits::IMAGE_BYTES).ok()?;
         let picture = bitmap::picture(&path, &bytes, limits::IMAGE_PIXELS).ok()?;
         if !picture.color().has_alpha() {
@@ -297,7 +297,7 @@ pub(super) fn write(
     (id, emission)
 }
 
-/// What a material with an `illum` of glass says against it, as those do that Maya and 3ds Max write for any surface.
+/// Whether a material with an `illum` of glass is opaque by its other statements, as Maya and 3ds Max write it for any surface.
 fn is_opaque(material: &MtlMaterial, kd: Option<[f32; 3]>, ior: Option<f32>, opacity: f32) -> bool {
     let filter = material.peek_color("tf");
     let lets_through = opacity < 1.0 || filter.is_some_and(|filter| filter != [1.0; 3]);
@@ -328,7 +328,7 @@ fn glass(text: &mut SceneText<'_>, material: &mut MtlMaterial, id: &str, ior: f3
     });
 }
 
-/// What a material emits.
+/// The emission of a material.
 fn emission(material: &mut MtlMaterial, pictures: &mut MtlPictures<'_, '_>) -> ObjEmission {
     let bitmap = pictures.of(material, &["map_ke"], false);
     let [r, g, b] = color(material.color("ke"), 0.0, 1e6);

@@ -8,7 +8,7 @@ use super::surface::gloss;
 use super::text::SceneText;
 use crate::color::srgb;
 
-/// What is made of a picture.
+/// A change that makes one picture of another.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Change {
     /// Nothing.
@@ -33,7 +33,7 @@ pub(super) enum Change {
     Light([f32; 3]),
 }
 
-/// What becomes of channels that are scaled and moved.
+/// The scale and offset of channels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ScaledChannels {
     /// This channel alone; all three colours otherwise.
@@ -45,7 +45,7 @@ pub(super) struct ScaledChannels {
     pub(super) then: ChannelUse,
 }
 
-/// What a channel is for.
+/// The use of a channel.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum ChannelUse {
     /// A share, from 0 to 1.

@@ -1,4 +1,4 @@
-//! What a model lacks to be a picture: a light all around, and a camera that sees all of it.
+//! The stage for a model that has neither lights nor a camera: a light all around, and a camera that sees all of the model.
 
 use std::f64::consts::{PI, TAU};
 
@@ -110,7 +110,7 @@ fn points(desc: &SceneDesc, visit: &mut impl FnMut(DVec3)) {
 mod tests {
     use super::*;
 
-    /// What [`LAMP`] and [`sky`] say of the light of a surface.
+    /// The irradiance that [`LAMP`] and [`sky`] promise.
     #[test]
     fn white_that_faces_the_lamp_is_white() {
         let bytes = sky();

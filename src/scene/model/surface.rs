@@ -1,4 +1,4 @@
-//! What the materials of models are made of: values with textures, and the bsdf that all of them share, by the names of
+//! The parameters of the materials of models: values with textures, and the bsdf that all of them share, by the names of
 //! `principled` (Burley 2012).
 
 use glam::DAffine3;

@@ -1,4 +1,4 @@
-//! What the outputs say, and that nothing in a study breaks them.
+//! The outputs show the right values, and nothing in a study breaks them.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 

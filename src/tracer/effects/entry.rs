@@ -1,4 +1,4 @@
-//! What the table of effects says of each.
+//! An entry of the table of effects.
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{IntegratorKind, Place};

@@ -1,4 +1,4 @@
-//! What every sort of light can do.
+//! The interface of lights.
 
 use glam::Vec3;
 

@@ -15,7 +15,7 @@
 //! are those of the sequence that lie there, in its order. Which these are is linear in the index: the lowest digits of an index in the corner are parities of the others.
 //! `tools/README.md`, “Cells of the sampler”, has the errors with and without it, and what was tried in its place.
 //!
-//! What a group of consecutive paths shares is enumerated likewise. Block 0 is linear before it is scrambled: the cells of a group are a
+//! The cells of a group of consecutive paths are enumerated likewise. Block 0 is linear before it is scrambled: the cells of a group are a
 //! coset of a space that is the same for all groups, so that two groups either visit the same cells or have none in common.
 //!
 //! # Two randomisations of a picture

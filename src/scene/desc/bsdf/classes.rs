@@ -11,7 +11,7 @@ impl BsdfDesc {
         DiffuseDesc { reflectance: Spectrum::Constant(albedo).into() }.into()
     }
 
-    /// What a lenient run shows in place of a material that is not supported.
+    /// The material that a lenient run shows in place of an unsupported one.
     pub(crate) fn magenta() -> Self {
         DiffuseDesc { reflectance: Spectrum::reflectance_rgb([0.9, 0.0, 0.9]).into() }.into()
     }

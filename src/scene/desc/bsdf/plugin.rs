@@ -8,7 +8,7 @@ use crate::scene::desc::ids::BsdfId;
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::spectrum::{Spectrum, dispersion::Ior};
 
-/// What the description of a bsdf plugin says of itself, so that others need not know the plugin.
+/// The interface of the description of a bsdf plugin, so that other code need not know the plugin.
 pub(crate) trait BsdfPlugin: Sized {
     /// Mitsuba's name of the plugin.
     const NAME: &'static str;

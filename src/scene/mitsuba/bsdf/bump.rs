@@ -70,7 +70,7 @@ fn picture(reader: &mut Reader<'_>, params: &Params<'_>, id: ElementId) -> Resul
     Ok(bitmap)
 }
 
-/// What normal maps and bump maps have in common.
+/// Reads the parameters that normal maps and bump maps share.
 fn bump(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<BumpDesc, SceneError> {
     let [inner] = *params.objects("bsdf").as_slice() else {
         let message = format!("a {} has one bsdf, whose normals it tilts", params.plugin());

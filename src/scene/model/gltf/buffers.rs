@@ -32,7 +32,7 @@ pub(super) struct Buffers<'a> {
     elements: BTreeMap<usize, Vec<u8>>,
     /// Views whose compressed primitives cannot be decoded, with the reason.
     damaged: BTreeMap<usize, String>,
-    /// What was not used, with its place.
+    /// Notes about what was not used, each with its place.
     pub(super) remarks: Vec<(String, String)>,
     /// Bytes of numbers that may still be made of the file: meshes may share accessors without end.
     left: u64,

@@ -47,7 +47,7 @@ impl<'r> CompressedPrimitive<'r> {
     ///
     /// # Errors
     ///
-    /// What is wrong with the stream, or what it lacks.
+    /// If the stream is invalid or lacks an attribute; the message says which.
     pub(super) fn decoded(
         &self,
         bytes: &[u8],

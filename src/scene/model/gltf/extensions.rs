@@ -9,7 +9,7 @@
 //! | `KHR_materials_iridescence` | `thin_film_weight`, `thin_film_thickness`, `thin_film_eta` |
 //! | `KHR_materials_diffuse_transmission` | `diff_trans` of `principledthin` |
 //!
-//! What they cannot do is told.
+//! A note tells what they do not support.
 
 use serde_json::Value;
 

@@ -13,7 +13,7 @@ use super::grammar_tables::{EXTENSIONS, INNOCENT, KINDS, MAPS, REQUIRED};
 use crate::scene::diagnostic::shorten;
 use crate::scene::model::text::SceneText;
 
-/// What becomes of a property.
+/// The rule for a property.
 #[derive(Clone, Copy)]
 pub(super) enum Rule {
     /// It is used, and the crate checks it.

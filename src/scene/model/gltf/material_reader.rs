@@ -10,7 +10,7 @@ use crate::scene::model::picture_changes::Change;
 use crate::scene::model::surface::{MaterialBitmap, MaterialValue};
 use crate::scene::model::text::SceneText;
 
-/// What the colours of the vertices of a primitive give its material.
+/// How the vertex colours of a primitive change its material.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct VertexColors {
     pub(super) rgb: bool,

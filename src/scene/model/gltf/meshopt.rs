@@ -57,7 +57,7 @@ impl<'r> CompressedView<'r> {
     ///
     /// # Errors
     ///
-    /// What is wrong with the view or its bytes.
+    /// If the view or its bytes are invalid; the message says why.
     pub(super) fn decoded(&self, source: &[u8]) -> Result<Vec<u8>, String> {
         if self.mode != "ATTRIBUTES" && self.filter != "NONE" {
             return Err(format!("indices have no filter `{}`", self.filter));

@@ -121,7 +121,7 @@ fn missing_extensions(root: &Value) -> Option<(String, String)> {
     Some((format!("this model requires the {plural} {named}, not supported here"), remedy.to_owned()))
 }
 
-/// What the crate reads, and nothing that it would refuse although it is allowed.
+/// The parts of the document that the crate `gltf` reads, without those that it would refuse although they are valid.
 fn for_the_crate(root: &Value) -> Value {
     const READ: [&str; 11] = [
         "accessors",

@@ -1,4 +1,4 @@
-//! What nodes place beside meshes: lights (`KHR_lights_punctual`) and cameras.
+//! Lights (`KHR_lights_punctual`) and cameras that nodes place.
 
 use glam::{DAffine3, DVec3};
 use gltf::camera::Projection;

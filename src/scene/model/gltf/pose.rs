@@ -181,7 +181,7 @@ fn skin<'a>(
     Ok(())
 }
 
-/// What turns normals: the inverse of the transpose, times the determinant.
+/// The matrix that transforms normals: the inverse of the transpose, times the determinant.
 fn cofactors(m: &DMat3) -> DMat3 {
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))

@@ -107,7 +107,7 @@ impl MaterialBindings {
         None
     }
 
-    /// What tells two lists apart.
+    /// A key that is the same for equal lists only.
     pub(super) fn key(&self) -> String {
         let names: Vec<&str> = self.0.iter().map(|binding| binding.material.as_str()).collect();
         names.join(" ")

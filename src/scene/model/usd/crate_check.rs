@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use super::crate_values::{ValueCheck, check_value};
 
-/// What a crate begins with.
+/// The first bytes of a crate file.
 pub(super) const MAGIC: &[u8] = b"PXR-USDC";
 
 /// Bytes that a compressed block may have for each byte of the file, and beyond: numbers in a row compress well, but a mesh has
@@ -134,7 +134,7 @@ pub(super) struct TableSizes {
 ///
 /// # Errors
 ///
-/// What is wrong with it.
+/// If the structure is invalid; the message says why.
 pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
     let mut header = CrateCursor { bytes, at: MAGIC.len() };
     let version = header.take(8)?;
@@ -177,7 +177,7 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
         .try_for_each(|value| check_value(&mut check, value, 0))
 }
 
-/// What is to be known of a token.
+/// The size of a token.
 #[derive(Clone, Copy)]
 struct TokenSize {
     length: usize,

@@ -252,7 +252,7 @@ impl StageLight {
 
     /// A light that is as small as a point, or has a cone.
     fn point(&self, text: &mut SceneText<'_>, id: &str, to_world: &DAffine3, radius: f64) {
-        // What a ball shows to any side is π r² of its 4 π r².
+        // A sphere shows π r² of its area of 4 π r² to any side.
         let seen = match self.emitted.normalize {
             true => 0.25,
             false => PI * radius * radius,
@@ -361,7 +361,7 @@ impl StageLight {
     }
 }
 
-/// What a shape emits: a colour, or the picture in a file.
+/// The emission of a shape: a colour, or the picture in a file.
 enum LampEmission {
     Rgb([f32; 3]),
     Picture(String),

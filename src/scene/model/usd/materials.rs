@@ -40,7 +40,7 @@ pub(super) struct MaterialNeeds {
     pub(super) opacity: Option<String>,
 }
 
-/// What a mesh gives its material.
+/// The vertex attributes that a mesh provides for its material.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct MeshGives {
     pub(super) uv: bool,

@@ -156,7 +156,7 @@ fn shorten_more(text: &str) -> String {
     text.chars().take(160).collect()
 }
 
-/// What is wrong with a layer that another one names, with its line where it has one.
+/// The message about a layer that another layer names and that cannot be read, with its line if it has one.
 fn unreadable_layer(assets: &StageAssets, name: &str, named_by: &str, reason: &str) -> String {
     let name_of = shorten(name);
     match parse_error(&assets.named_by(name, named_by), assets) {

@@ -1,4 +1,4 @@
-//! What prims show, at its places: shapes, lights and cameras, alone or in instances.
+//! Places the shapes, lights and cameras that prims show, alone or in instances.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,7 +15,7 @@ use crate::scene::model::text::SceneText;
 /// Items of a stage after all instances are followed; instances in instances can be many from a few bytes.
 const ITEMS: usize = 1 << 22;
 
-/// What a prim shows.
+/// A shape, light or camera that a prim shows.
 #[derive(Clone)]
 pub(super) enum StageItem {
     Mesh(Rc<MeshShape>),

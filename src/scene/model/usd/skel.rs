@@ -18,7 +18,7 @@ use super::values;
 /// A mesh in its pose, in its own space.
 pub(super) struct PosedMesh {
     pub(super) points: Vec<Vec3>,
-    /// What turns the normals at each point.
+    /// The matrix that transforms the normals at each point.
     pub(super) turns: Vec<Mat3>,
 }
 
@@ -176,7 +176,7 @@ impl Skeletons {
 }
 
 impl PosedSkeleton {
-    /// What moves the joints in the order of a mesh, which may have its own.
+    /// The transforms of the joints in the order of a mesh, which may have its own.
     fn moves_of(&self, order: Option<&[String]>) -> Result<Vec<DAffine3>, String> {
         let Some(order) = order else { return Ok(self.moves.clone()) };
         let find = |name: &String| self.joints.iter().position(|known| known == name).map(|i| self.moves[i]);

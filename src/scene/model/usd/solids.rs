@@ -20,7 +20,7 @@ pub(super) const KINDS: &[&str] =
 /// A point of an outline that is turned around the axis: its distance from it, its height, and its normal.
 type OutlinePoint = (Vec2, Vec2);
 
-/// What tells solids apart: their type and sizes.
+/// A key that is the same for equal solids: their type and sizes.
 pub(super) fn key(prim: &PrimReader) -> String {
     let sizes = ["size", "radius", "height", "width", "length", "axis", "radiusTop", "radiusBottom"];
     let values: Vec<String> = sizes.iter().map(|name| format!("{:?}", prim.value(name))).collect();

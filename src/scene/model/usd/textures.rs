@@ -30,7 +30,7 @@ pub(super) struct TextureNode {
     to_uv: DAffine3,
 }
 
-/// What a texture shader gives.
+/// The result of reading a texture shader.
 pub(super) enum TextureRead {
     Texture(Box<TextureNode>),
     /// The picture is not there.

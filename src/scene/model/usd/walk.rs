@@ -51,7 +51,7 @@ const QUIET: &[&str] = &[
     "BlendShape",
 ];
 
-/// What a prim has from those above it.
+/// The properties that a prim inherits from its ancestors.
 #[derive(Clone, Default)]
 struct Inherited {
     to_root: DAffine3,
@@ -524,7 +524,7 @@ impl<'a, 't> StageWalker<'a, 't> {
         if needs.uv.is_some() && uvs.is_none() {
             prim.fault("a mesh has not the texture coordinates that its material asks for");
         }
-        // What materials mostly do not ask for: coordinates and colours of the surface.
+        // Most materials do not read the coordinates and colours of the surface, which is no reason for a note.
         ["primvars:displayColor", "primvars:displayOpacity"].iter().for_each(|name| prim.used(name));
         if needs.uv.is_none() {
             prim.used("primvars:st");

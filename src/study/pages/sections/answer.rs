@@ -73,7 +73,7 @@ pub fn dearest_effect(study: &Study, a: &Recommendation) -> Option<String> {
         .then(|| format!("Without {}, {what} would take {:.0}{THIN}% less time.", effect.name, 100.0 * saved))
 }
 
-/// What `auto` would choose.
+/// The method that `auto` would choose.
 fn auto(study: &Study, a: &Recommendation) -> Option<String> {
     let auto = study.auto.as_ref()?;
     let trial = seconds_of(auto.seconds);
