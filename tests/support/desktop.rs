@@ -49,6 +49,26 @@ impl Desktop {
         None
     }
 
+    /// The window whose title contains `title`, once a tenth of its pixels is bright, as of a picture and not of the words that are shown while
+    /// the scene is loaded.
+    pub fn find_picture(&self, title: &str, timeout: Duration) -> Option<xproto::Window> {
+        let start = Instant::now();
+        let window = self.find(title, timeout)?;
+        let is_picture = || {
+            self.pixels(window).is_some_and(|(width, height, pixels)| {
+                let bright = pixels.chunks_exact(4).filter(|bgrx| bgrx[..3].iter().any(|c| *c > 60)).count();
+                10 * bright > (width * height) as usize
+            })
+        };
+        while !is_picture() {
+            if start.elapsed() > timeout {
+                return None;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        Some(window)
+    }
+
     /// Moves the pointer, in pixels of the screen.
     pub fn pointer(&self, x: i32, y: i32) {
         self.fake(xproto::MOTION_NOTIFY_EVENT, 0, (x, y));

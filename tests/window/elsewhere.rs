@@ -98,8 +98,7 @@ fn edits_reach_all_tracers_and_one_may_die() {
     let options = ["--size", "256x256", "--no-panel", "--json", "figures.json", "-o", "last.png"];
     let connect = ["--connect", &tracers[0].address, "--connect", &tracers[1].address];
     let viewer = view(&desktop, &folder, &[&options[..], &connect].concat());
-    let window = desktop.find("cornell", Duration::from_secs(60)).unwrap();
-    std::thread::sleep(Duration::from_secs(1));
+    let window = desktop.find_picture("cornell", Duration::from_secs(60)).unwrap();
     for k in 0..6 {
         desktop.pointer(128, 128);
         desktop.button(1, true);

@@ -76,8 +76,7 @@ fn resize_and_drag(name: &str, as_gpu: &str) {
     let mut command = viewer(&desktop, &folder);
     command.env("POINTILLIST_STATE", &folder).env("POINTILLIST_AS_GPU", as_gpu);
     let mut viewer = spawn(command.arg(scene()).args(options));
-    let window = desktop.find("ointillist", PATIENCE).unwrap();
-    std::thread::sleep(Duration::from_secs(2));
+    let window = desktop.find_picture("ointillist", PATIENCE).unwrap();
     desktop.pointer(40, 40);
     desktop.button(1, true);
     for i in 0..60 {

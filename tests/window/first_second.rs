@@ -5,7 +5,7 @@ use std::process::Child;
 use std::time::Duration;
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{PATIENCE, end_when, figures, folder, png, spawn, terminate, viewer, words};
+use crate::viewer::{Listened, PATIENCE, end_when, figures, folder, png, spawn, terminate, viewer, words};
 
 fn view(desktop: &Desktop, folder: &Path, scene: &str, options: &[&str]) -> Child {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
@@ -60,9 +60,7 @@ fn the_last_picture_stands_in_for_samples() {
     {
         let folder = folder("move");
         let viewer = view(&desktop, &folder, "cornell.xml", options);
-        let window = desktop.find("ointillist", PATIENCE).unwrap();
-        let _ = window;
-        std::thread::sleep(Duration::from_secs(3));
+        desktop.find_picture("ointillist", PATIENCE).unwrap();
         desktop.pointer(48, 48);
         desktop.button(1, true);
         for x in [50, 54, 58, 62] {
@@ -87,10 +85,14 @@ fn the_window_chooses_the_method() {
     let desktop = Desktop::start(200, 200);
     for (options, wanted) in [(&[][..], "bidirectional"), (&["--integrator", "path"], "path")] {
         let folder = folder("method");
-        let viewer = view(&desktop, &folder, "veach_door.xml", options);
+        let mut viewer = Listened::new(view(&desktop, &folder, "veach_door.xml", options));
         desktop.find("ointillist", PATIENCE).unwrap();
-        std::thread::sleep(Duration::from_secs(8));
-        let output = terminate(viewer);
+        match options.is_empty() {
+            true => viewer.wait_for("auto: bidirectional"),
+            // Long enough for a choice.
+            false => std::thread::sleep(Duration::from_secs(3)),
+        }
+        let output = viewer.terminate();
         assert!(output.status.success(), "{}", words(&output));
         assert_eq!(figures(&folder)["integrator"], wanted, "{}", words(&output));
         std::fs::remove_dir_all(folder).unwrap();

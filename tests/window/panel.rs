@@ -14,7 +14,9 @@ use pointillist::client::window::panel::{
 use pointillist::color::Profile;
 use pointillist::math::random::Random;
 
+/// Draws the panel for people to look at.
 #[test]
+#[ignore = "checks nothing: it writes pictures of the panel into the folder POINTILLIST_PANEL_PICTURES"]
 fn pictures_on_demand() {
     for (size, help) in
         [([512.0, 512.0], false), ([1280.0, 720.0], false), ([640.0, 1150.0], false), ([512.0, 512.0], true)]
