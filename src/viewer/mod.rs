@@ -70,8 +70,8 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
-use crate::client::window::action::UserAction;
-use crate::client::window::keys::{CursorAction, KeyTable};
+use crate::client::window::action::{CursorAction, UserAction};
+use crate::client::window::keys::KeyTable;
 use crate::gpu::{DeviceChoice, DeviceFaults};
 use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;

@@ -3,9 +3,9 @@
 
 use std::path::PathBuf;
 
-use crate::client::window::keys::CursorAction;
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelTab, ParameterValue};
+use crate::client::window::panel::data::ParameterValue;
+use crate::client::window::panel::layout::PanelTab;
 
 /// A user action. `T`: actions of the tools.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,4 +151,26 @@ pub enum Action {
     Cancel,
     /// Closes the window.
     Quit,
+}
+
+/// Actions at the cursor position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CursorAction {
+    /// Zooms the picture in by a step.
+    ZoomIn,
+    /// Zooms it out by a step.
+    ZoomOut,
+    /// Shows the picture at 1:1.
+    ShowPixels,
+}
+
+impl CursorAction {
+    /// The action at a position of the window.
+    pub fn at(self, at: [f64; 2]) -> Action {
+        match self {
+            Self::ZoomIn => Action::ZoomAt(at, 1.0),
+            Self::ZoomOut => Action::ZoomAt(at, -1.0),
+            Self::ShowPixels => Action::ShowPixels(at),
+        }
+    }
 }

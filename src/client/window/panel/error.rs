@@ -4,7 +4,9 @@ use egui::{ComboBox, RichText, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, PlotPoints, PlotUi, Points};
 
 use crate::client::window::action::Action;
-use crate::client::window::panel::{ErrorSummary, TARGETS, UnfoundSummary, still_plot, style, trimmed};
+use crate::client::window::panel::data::{ErrorSummary, TARGETS, UnfoundSummary};
+use crate::client::window::panel::plots::{still_plot, trimmed};
+use crate::client::window::panel::style;
 
 /// Height of the plot, points.
 const HEIGHT: f32 = 132.0;

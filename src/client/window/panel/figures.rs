@@ -7,7 +7,9 @@ use egui::{ComboBox, Grid, Id, ProgressBar, Ui};
 use egui_plot::{HLine, Line, PlotPoints};
 
 use crate::client::window::action::Action;
-use crate::client::window::panel::{PanelData, still_plot, style};
+use crate::client::window::panel::data::PanelData;
+use crate::client::window::panel::plots::still_plot;
+use crate::client::window::panel::style;
 use crate::client::window::statistics::FRAMES;
 
 /// Shortest interval between updates of the displayed numbers, seconds.

@@ -144,7 +144,7 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    use crate::client::window::keys::CursorAction;
+    use crate::client::window::action::CursorAction;
 
     #[test]
     fn commands_are_found_by_parts_of_their_words() {

@@ -7,7 +7,8 @@ use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Slider, SliderClampi
 
 use crate::client::window::action::Action;
 use crate::client::window::keys::KeyTable;
-use crate::client::window::panel::{PanelData, ParameterValue, RejectedList, Selection, style};
+use crate::client::window::panel::data::{PanelData, ParameterValue, RejectedList, Selection};
+use crate::client::window::panel::style;
 
 /// Draws the selected object's parameters; every change requests an edit.
 pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {

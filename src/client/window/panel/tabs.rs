@@ -1,11 +1,14 @@
 //! Contents of each tab of the dock, section by section.
 
-use egui::{CollapsingHeader, RichText, Ui};
+use egui::Ui;
 
 use crate::client::window::action::Action;
-use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, look, sections, style,
-};
+use crate::client::window::panel::controls::PanelControls;
+use crate::client::window::panel::data::PanelData;
+use crate::client::window::panel::layout::PanelTab;
+use crate::client::window::panel::tools::{PanelTools, SectionPlace};
+use crate::client::window::panel::widgets::section;
+use crate::client::window::panel::{error, figures, look, sections, style};
 
 /// Draws the contents of a tab.
 pub(super) fn show(
@@ -75,17 +78,4 @@ fn scene(ui: &mut Ui, data: &PanelData, tools: &mut dyn PanelTools, actions: &mu
         }
     }
     tools.sections(SectionPlace::SceneEnd, ui);
-}
-
-/// Draws a section that folds.
-pub fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
-    // The identifier is the part before a colon, since the rest may change while the section stays open.
-    let name = title.split(':').next();
-    CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())
-        .id_salt(name)
-        .default_open(open)
-        .show_unindented(ui, |ui| {
-            contents(ui);
-            ui.add_space(4.0);
-        });
 }

@@ -2,7 +2,7 @@
 
 use egui::{Context, Ui};
 
-use crate::client::window::panel::PictureArea;
+use crate::client::window::panel::over_picture::PictureArea;
 
 /// A place in the dock where tools draw sections, one below the other in the order of their list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
