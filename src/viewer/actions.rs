@@ -7,7 +7,7 @@ use winit::window::Fullscreen;
 
 use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelControls, PanelData, PanelTab};
+use crate::client::window::panel::{PanelControls, PanelData, PictureView};
 use crate::render::figures::human;
 use crate::render::process;
 use crate::render::process::tell;
@@ -93,10 +93,20 @@ impl Viewer {
         at: Option<[f64; 2]>,
         act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
     ) -> R {
-        let Self { session, picture, editor, panel, paused, tools, .. } = self;
+        let Self { session, picture, editor, panel, metrics, paused, tools, .. } = self;
         let (asks_place, has_edited, redraws) = (self.asked.is_some(), false, false);
-        let mut context =
-            ToolContext { session, picture, editor, panel, paused, at, asks_place, has_edited, redraws };
+        let mut context = ToolContext {
+            session,
+            picture,
+            editor,
+            panel,
+            metrics,
+            paused,
+            at,
+            asks_place,
+            has_edited,
+            redraws,
+        };
         let result = act(tools, &mut context);
         let (has_edited, redraws) = (context.has_edited, context.redraws);
         if has_edited {
@@ -125,17 +135,8 @@ impl Viewer {
             Action::TraceRegion(places) => {
                 return self.use_tool(ToolAction::Region(RegionAction::Trace(places)));
             }
-            Action::Deselect => self.editor.select(None),
             Action::Undo => return self.undo(),
             Action::Redo => return self.redo(),
-            Action::Edit { index, value } => {
-                let has_edited = self.editor.edit(index, value)?;
-                self.edited_if(has_edited);
-            }
-            Action::SetMethod(name) => {
-                let has_edited = self.session.set_method(name);
-                self.edited_if(has_edited);
-            }
             Action::SavePng => self.save_picture("png")?,
             Action::SaveExr => self.save_picture("exr")?,
             Action::SaveScene => return self.save_changes().map(Some),
@@ -168,17 +169,15 @@ impl Viewer {
         Ok(None)
     }
 
-    /// Selects the object at a window position, and tells the tools of the click.
+    /// Tells the tools of a click in the picture; a click beside it clears the selection.
     fn pick(&mut self, at: [f64; 2]) -> Result<()> {
-        let place = self.panel.on_picture(at).ok();
-        let pick = place.and_then(|place| self.editor.pick(place, self.session.size()));
-        self.editor.select(pick.map(|pick| pick.shape));
-        let layout = &self.panel.controls.layout;
-        let hint = layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
-        if let Some(selection) = self.editor.selection().filter(|selection| hint && selection.selected) {
-            self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
+        match self.panel.on_picture(at) {
+            Ok(place) => self.with_tools(None, |tools, context| tools.click(place, context)),
+            Err(_) => {
+                self.editor.select(None);
+                Ok(())
+            }
         }
-        place.map_or(Ok(()), |place| self.with_tools(None, |tools, context| tools.click(place, context)))
     }
 
     fn undo(&mut self) -> Result<Option<String>> {
@@ -189,12 +188,6 @@ impl Viewer {
     fn redo(&mut self) -> Result<Option<String>> {
         let redone = self.editor.redo().map(|change| format!("Redo {change}"));
         self.restored().map(|()| redone)
-    }
-
-    fn edited_if(&mut self, has_edited: bool) {
-        if has_edited {
-            self.edited();
-        }
     }
 
     /// Pauses or resumes; returns a message.
@@ -305,12 +298,16 @@ impl Viewer {
 
     /// What the panel shows, with the readings of the tools.
     pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
-        let Self { session, picture, editor, metrics, panel, .. } = self;
-        let mut data = panel.data(session, picture, editor, metrics, now);
-        (data.undo, data.redo) =
-            (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
-        data.recent = self.preferences.recent.clone();
-        data.is_paused = self.paused.is_some();
+        let Self { editor, panel, .. } = self;
+        let mut data = PanelData {
+            extent: self.session.size(),
+            view: PictureView { viewport: panel.viewport, pixels_per_point: panel.host.drawing_scale() },
+            message: panel.host.message(now).map(str::to_owned),
+            undo: editor.undo_name().map(str::to_owned),
+            redo: editor.redo_name().map(str::to_owned),
+            recent: self.preferences.recent.clone(),
+            ..PanelData::default()
+        };
         self.with_tools(None, |tools, context| tools.update(context, &mut data));
         data
     }

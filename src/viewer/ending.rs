@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::client::window::statistics::RecentValues;
 use crate::client::{Denoise, Film, Settings};
+use crate::denoise::noise_filter::NoiseFilter;
 use crate::gpu;
 use crate::remote::{Health, TracerStatus};
 use crate::render::effect_plan::PlannedEffect;
@@ -184,7 +185,7 @@ impl Viewer {
             aborts: session.aborts.iter().count(),
             stalls: metrics.stalls,
             epochs: metrics.epochs,
-            reprojections: self.picture.reprojections(),
+            reprojections: self.picture.filter.thread.as_ref().map_or(0, NoiseFilter::reprojections),
             resizes: metrics.resizes,
             device_losses: screen.map_or(0, |screen| screen.device_losses),
             surface_losses: screen.map_or(0, |screen| screen.surface_losses),

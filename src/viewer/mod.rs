@@ -48,7 +48,6 @@ mod handler;
 mod light_mix;
 mod loader;
 mod loading;
-mod maps;
 mod metrics;
 pub mod options;
 mod panel;

@@ -10,7 +10,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 
 use crate::client::background;
 use crate::client::window::host::ReaderEvent;
-use crate::client::window::panel::{CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelLayout};
+use crate::client::window::panel::{CommandPalette, FileChooser, PanelControls, PanelLayout};
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::denoise::view_filter::check as check_denoise;
@@ -148,7 +148,6 @@ impl ViewerApp {
             enters: false,
             // In index order the picture must equal that of `render` to the byte.
             auto_exposure: !args.fixed_exposure && !args.deterministic,
-            target: DEFAULT_TARGET,
         };
         let options = SessionContext {
             began,
@@ -273,7 +272,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         let _ = window.request_inner_size(wanted);
     }
     let threads = loader.source.args.threads();
-    let mut picture = LivePicture::new(&run, options.budget, panel.target(), threads)?;
+    let mut picture = LivePicture::new(&run, options.budget, threads)?;
     let (tracers, lanes) = match options.tracers.is_empty() {
         true => Tracers::here(threads)?,
         false => Tracers::elsewhere(options.tracers.clone(), digest.unwrap_or_default())?,

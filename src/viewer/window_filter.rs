@@ -13,7 +13,8 @@ use crate::study::ErrorEstimate;
 
 /// Noise filter of the window. Its thread starts with the first request and stays.
 pub struct WindowFilter {
-    thread: Option<NoiseFilter>,
+    /// The filter thread, once it runs.
+    pub thread: Option<NoiseFilter>,
     /// Number of threads for filters that bring their own.
     threads: usize,
     /// The selected filter.
@@ -125,16 +126,6 @@ impl WindowFilter {
     pub fn will_be_ready(&self, run: &RunSpec, settings: &Settings, samples: u64) -> bool {
         let thread = self.thread.as_ref().filter(|_| is_asked_for(run, settings));
         thread.is_some_and(|thread| thread.will_be_ready(settings.denoise, &run.film, samples))
-    }
-
-    /// Whether a reprojection was requested and is not finished.
-    pub fn is_reprojecting(&self) -> bool {
-        self.thread.as_ref().is_some_and(NoiseFilter::is_reprojecting)
-    }
-
-    /// Number of views that began with a reprojection since the start.
-    pub fn reprojections(&self) -> u64 {
-        self.thread.as_ref().map_or(0, NoiseFilter::reprojections)
     }
 
     /// Whether the filter is running.

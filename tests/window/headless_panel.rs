@@ -1,86 +1,19 @@
-//! The panel without a window and without tools, frame after frame, with figures to be shown.
+//! The panel without a window and without tools, frame after frame, with data to be shown.
 
 use std::convert::Infallible;
-use std::time::Duration;
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2};
-use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
+use pointillist::client::settings::{Settings, SplatFilter};
 use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::panel::{
-    self, CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab,
-    ParameterValue, PictureOverlay, PictureView, RejectedList, RejectedRow, SceneParameter, Selection,
-    TracerRow,
+    self, CommandPalette, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab, PictureView,
 };
 use pointillist::client::window::viewport::Viewport;
 
 pub fn readout() -> PanelData {
     PanelData {
-        device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
-        method: "path",
-        methods: vec!["path", "light", "bidirectional", "photon"],
-        chooses_method: true,
-        reason: "auto: path — 80 % of what is seen arrives with one bounce or none".into(),
-        plan: "2 threads trace on 2 cores while the display leaves them: it draws on the processor".into(),
         extent: [512, 512],
-        detail: 2,
-        counts: FilmCounts {
-            camera_samples: 12_345_678,
-            light_samples: 23_456,
-            camera_paths: 1,
-            light_paths: 345_678,
-        },
-        traced_per_second: 1.234e6,
-        rasterised_per_second: 0.99e6,
-        drawing: 0.25,
-        lods: [Some(1.25), None],
-        ring: (12, 64),
-        passes: vec![
-            ("splat", 3.1),
-            ("mips", 0.7),
-            ("variance", 1.1),
-            ("reconstruct", 5.2),
-            ("tonemap", 0.9),
-        ],
-        frames: (0..240).map(|i| 14.0 + 4.0 * (i as f32 * 0.7).sin()).collect(),
-        percentiles: [14.2, 17.8, 18.0],
-        budget: Duration::from_micros(16_667),
-        edit_latency: Some(Duration::from_millis(31)),
-        edit_latency_p95: Some(Duration::from_millis(48)),
-        threads: 1,
-        tracers: vec![TracerRow {
-            address: "render-7:7070".into(),
-            words: "silent for 4 s".into(),
-            ill: true,
-        }],
-        elapsed: Duration::from_secs_f64(12.3),
-        message: None,
-        selection: Some(Selection {
-            name: "shape \"light\"".into(),
-            selected: true,
-            lens_from: 3,
-            parameters: vec![
-                SceneParameter { label: "emission".into(), value: ParameterValue::Scale(1.7) },
-                SceneParameter {
-                    label: "reflectance".into(),
-                    value: ParameterValue::Color([0.123_456, 0.5, 0.000_1]),
-                },
-                SceneParameter {
-                    label: "interior index".into(),
-                    value: ParameterValue::Number { value: 1.504_6, min: 1.0, max: 3.0 },
-                },
-            ],
-        }),
-        error: None,
-        overlay: PictureOverlay::None,
-        rejected: RejectedList {
-            total: 3,
-            rows: vec![RejectedRow {
-                what: "path 7: light sample infinite".into(),
-                command: "pointillist replay".into(),
-            }],
-        },
-        left_out: vec!["lens"],
         undo: Some("move of `ball`".into()),
         redo: Some("orbit of the camera".into()),
         ..PanelData::default()
@@ -99,7 +32,6 @@ pub fn controls() -> PanelControls {
         save_dialog: FileChooser::default(),
         enters: false,
         auto_exposure: true,
-        target: DEFAULT_TARGET,
     }
 }
 

@@ -4,7 +4,6 @@
 use std::path::PathBuf;
 
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::data::ParameterValue;
 use crate::client::window::panel::layout::PanelTab;
 
 /// A user action. `T`: actions of the tools.
@@ -100,21 +99,10 @@ pub enum Action {
     DragRegion(Option<[[f64; 2]; 2]>),
     /// The user has dragged a rectangle between these positions.
     TraceRegion([[f64; 2]; 2]),
-    /// Clears the selection.
-    Deselect,
     /// Undoes the last change or camera move.
     Undo,
     /// Redoes the change that was undone last.
     Redo,
-    /// Changes a parameter of the selected object.
-    Edit {
-        /// Index in [`Selection::parameters`](crate::client::window::panel::Selection::parameters).
-        index: usize,
-        /// The new value.
-        value: ParameterValue,
-    },
-    /// Selects the integrator of this name; `None` for the automatic choice.
-    SetMethod(Option<&'static str>),
     /// Saves the displayed picture.
     SavePng,
     /// Saves the sums of the film.

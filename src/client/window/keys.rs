@@ -217,7 +217,6 @@ fn camera<T>() -> Vec<KeyBinding<T>> {
 fn changes<T>() -> Vec<KeyBinding<T>> {
     vec![
         mouse("Click", "select an object"),
-        key("X", "select nothing", &[Char('x')], Action::Deselect),
         key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
         key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
     ]

@@ -12,6 +12,7 @@ use crate::client::window::keys::ToolKey;
 use crate::client::window::panel::{PanelData, PictureArea, SectionPlace, ToolPresence};
 use crate::render::process::tell;
 use crate::viewer::editor::SceneEditor;
+use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::session::RenderSession;
@@ -104,6 +105,7 @@ pub struct ToolContext<'a> {
     pub picture: &'a mut LivePicture,
     pub editor: &'a mut SceneEditor,
     pub panel: &'a mut ViewerPanel,
+    pub metrics: &'a mut ViewerMetrics,
     /// When the render was paused; `None` while it traces.
     pub paused: &'a mut Option<Instant>,
     /// Position of the window that the action is about, physical pixels.

@@ -29,8 +29,6 @@ pub struct PanelControls {
     pub save_dialog: FileChooser,
     /// Whether the panel takes the keyboard focus with the next run.
     pub enters: bool,
-    /// Error target: relative error that 95 % of the picture shall stay below.
-    pub target: f64,
 }
 
 impl PanelControls {

@@ -3,11 +3,9 @@
 //! sections at the places that [`SectionPlace`] names.
 
 mod controls;
-pub(super) mod data;
+mod data;
 mod dialog;
 mod dock;
-mod error;
-mod figures;
 pub(super) mod layout;
 mod loading;
 mod look;
@@ -30,7 +28,6 @@ pub use loading::{LoadingData, show_loading};
 pub use over_picture::PictureArea;
 pub use palette::CommandPalette;
 pub use plots::{still_plot, trimmed};
-pub use sections::parameters;
 pub use show::show;
 pub use tools::{PanelTools, SectionPlace, ToolPresence};
 pub use widgets::{choice, section};

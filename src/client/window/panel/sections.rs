@@ -1,77 +1,13 @@
-//! Sections of the panel that request actions: selected object and files; and the list of keys.
+//! Sections of the panel that request actions: size of the picture and files; and the list of keys.
 
-use std::ops::Range;
 use std::path::Path;
 
-use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Slider, SliderClamping, Ui, Window};
+use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Ui, Window};
 
 use crate::client::window::action::Action;
 use crate::client::window::keys::KeyTable;
-use crate::client::window::panel::data::{PanelData, ParameterValue, RejectedList, Selection};
+use crate::client::window::panel::data::PanelData;
 use crate::client::window::panel::style;
-
-/// Draws the selected object's parameters; every change requests an edit.
-pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
-        ui.colored_label(style::ACCENT, &selection.name);
-        if selection.selected && ui.button("Deselect").on_hover_text("Selects nothing  X").clicked() {
-            actions.push(Action::Deselect);
-        }
-    });
-    if selection.lens_from == 0 && selection.selected {
-        ui.colored_label(style::DIM, "Nothing of it can be changed.");
-    }
-    parameters(ui, selection, 0..selection.lens_from, actions);
-}
-
-/// Draws a range of the parameters of a selection with their labels; every change requests an edit.
-pub fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
-    for (index, parameter) in selection.parameters.iter().enumerate().take(some.end).skip(some.start) {
-        ui.horizontal(|ui| {
-            let (value, ended) = edit(ui, parameter.value);
-            if let Some(value) = value {
-                actions.push(Action::Edit { index, value });
-            }
-            if ended {
-                actions.push(Action::EndMove);
-            }
-            ui.colored_label(style::DIM, &parameter.label);
-        });
-    }
-}
-
-/// Draws a widget for a value; returns the new value when the user changes it, and whether a change has ended.
-fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
-    let (response, next) = match value {
-        ParameterValue::Scale(mut factor) => {
-            let slider = Slider::new(&mut factor, 0.0..=1000.0).logarithmic(true).smallest_positive(1e-3);
-            let response = ui.add(slider.clamping(SliderClamping::Edits).max_decimals(3).suffix("×"));
-            (response, ParameterValue::Scale(factor))
-        }
-        ParameterValue::Color(mut rgb) => {
-            let response = ui.color_edit_button_rgb(&mut rgb);
-            // The button rounds its value, so only a visible difference counts as a change.
-            let near = |(a, b): (&f32, &f32)| (a - b).abs() < 1e-3;
-            let same = matches!(value, ParameterValue::Color(before) if before.iter().zip(&rgb).all(near));
-            let next = ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0)));
-            (response, if same { value } else { next })
-        }
-        ParameterValue::Number { mut value, min, max } => {
-            let slider = Slider::new(&mut value, min..=max).clamping(SliderClamping::Edits).max_decimals(4);
-            (ui.add(slider), ParameterValue::Number { value, min, max })
-        }
-        ParameterValue::Switch(mut on) => (ui.checkbox(&mut on, ""), ParameterValue::Switch(on)),
-        ParameterValue::Vector { mut value, step } => {
-            let [x, y, z] = value.each_mut().map(|v| ui.add(DragValue::new(v).speed(step).max_decimals(4)));
-            (x | y | z, ParameterValue::Vector { value, step })
-        }
-    };
-    let changed = response.changed() && next != value;
-    let ended = response.drag_stopped()
-        || response.lost_focus()
-        || matches!(value, ParameterValue::Switch(_)) && changed;
-    (changed.then_some(next), ended)
-}
 
 /// Largest side of a picture, pixels, as of `--size`.
 const LARGEST_SIDE: u32 = 16384;
@@ -120,25 +56,6 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
             ui.colored_label(style::DIM, format!("shown at {:.0} %", 100.0 * zoom));
         }
     });
-}
-
-/// Lists rejected values; a click copies the command that reproduces one.
-pub(super) fn rejected(ui: &mut Ui, list: &RejectedList) {
-    for row in &list.rows {
-        let label = egui::Label::new(egui::RichText::new(&row.what).color(style::ACCENT)).wrap();
-        let hint = format!("Click to copy:\n{}", row.command);
-        if ui.add(label.sense(egui::Sense::click())).on_hover_text(hint).clicked() {
-            ui.ctx().copy_text(row.command.clone());
-        }
-    }
-}
-
-/// Names the effects that are forced off, below the switches, so that the layout of the switches does not jump.
-pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
-    if !names.is_empty() {
-        ui.colored_label(style::ACCENT, format!("without {}", names.join(", ")));
-        ui.add_space(4.0);
-    }
 }
 
 /// Draws the buttons that write files.

@@ -8,12 +8,10 @@ use crate::client::window::panel::over_picture::PictureArea;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SectionPlace {
     /// The tab Render, below the size of the picture.
-    RenderTop,
-    /// The tab Render, below the figures.
-    RenderFigures,
+    Render,
     /// The tab Look, above the controls.
     LookTop,
-    /// The tab Scene, in the section of the selected object, above its parameters.
+    /// The tab Scene, in the section of the selection.
     Selection,
     /// The tab Inspect.
     Inspect,
