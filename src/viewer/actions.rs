@@ -9,9 +9,10 @@ use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::{PanelControls, PanelData, PictureView};
 use crate::render::figures::human;
-use crate::render::process;
 use crate::render::process::tell;
-use crate::viewer::tools::{CameraAction, ExposureAction, RegionAction, ToolAction, ToolContext, Tools};
+use crate::viewer::tools::{
+    CameraAction, ExposureAction, FileAction, RegionAction, ToolAction, ToolContext, Tools,
+};
 use crate::viewer::{AskedPlace, Viewer, preferences};
 
 /// A second request within this time after the warning discards unsaved changes.
@@ -22,14 +23,6 @@ impl Viewer {
     pub(super) fn act(&mut self) {
         if self.panel.take_settings_changed() {
             self.controls_changed();
-        }
-        for message in self.saves.done() {
-            self.say(message);
-        }
-        if process::take_snapshot_request()
-            && let Err(error) = self.save_picture("png")
-        {
-            self.say(error.to_string());
         }
         self.take_prepared();
         for action in std::mem::take(&mut self.actions) {
@@ -93,27 +86,34 @@ impl Viewer {
         at: Option<[f64; 2]>,
         act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
     ) -> R {
-        let Self { session, picture, editor, panel, metrics, paused, tools, .. } = self;
-        let (asks_place, has_edited, redraws) = (self.asked.is_some(), false, false);
+        let Self { session, picture, editor, panel, metrics, preferences, options, paused, tools, .. } = self;
         let mut context = ToolContext {
             session,
             picture,
             editor,
             panel,
             metrics,
+            preferences,
+            options,
             paused,
             at,
-            asks_place,
-            has_edited,
-            redraws,
+            asks_place: self.asked.is_some(),
+            has_edited: false,
+            redraws: false,
+            opens: None,
         };
         let result = act(tools, &mut context);
-        let (has_edited, redraws) = (context.has_edited, context.redraws);
+        let ToolContext { has_edited, redraws, opens, .. } = context;
         if has_edited {
             self.edited();
         }
         if redraws {
             self.refresh();
+        }
+        if let Some(path) = opens
+            && self.may_discard("opening another scene")
+        {
+            self.open_file(path);
         }
         result
     }
@@ -137,15 +137,9 @@ impl Viewer {
             }
             Action::Undo => return self.undo(),
             Action::Redo => return self.redo(),
-            Action::SavePng => self.save_picture("png")?,
-            Action::SaveExr => self.save_picture("exr")?,
-            Action::SaveScene => return self.save_changes().map(Some),
-            Action::SaveAs(path) => return self.save_as(path),
-            Action::SaveDialog => self.ask_name()?,
-            Action::CopyCommand => return self.copy_command().map(Some),
-            Action::OpenDialog => self.ask_scene(),
-            Action::Open(path) if self.may_discard("opening another scene") => self.open_file(path),
-            Action::Open(_) => {}
+            Action::SaveExr => return self.use_tool(ToolAction::Files(FileAction::SaveExr)),
+            Action::SaveDialog => return self.use_tool(ToolAction::Files(FileAction::AskName)),
+            Action::OpenDialog => return self.use_tool(ToolAction::Files(FileAction::AskScene)),
             Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
             Action::ResetView => _ = self.panel.viewport.reset(),
@@ -305,7 +299,6 @@ impl Viewer {
             message: panel.host.message(now).map(str::to_owned),
             undo: editor.undo_name().map(str::to_owned),
             redo: editor.redo_name().map(str::to_owned),
-            recent: self.preferences.recent.clone(),
             ..PanelData::default()
         };
         self.with_tools(None, |tools, context| tools.update(context, &mut data));

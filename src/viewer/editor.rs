@@ -405,6 +405,16 @@ impl SceneEditor {
         Ok(path)
     }
 
+    /// Specification of the render of the present scene. If camera or scene were changed, a scene file with the changes is saved first.
+    pub fn present_run_spec(&mut self, name: &str, run: &RunSpec) -> Result<RunSpec> {
+        let mut present = RunSpec { size: Some((run.film.width, run.film.height)), ..run.clone() };
+        if !self.edits().is_empty() {
+            present.scene = self.save(name, run)?;
+            present.defines.clear();
+        }
+        Ok(present)
+    }
+
     /// Saves camera and edits in a scene file at this path that includes the original.
     pub fn save_as(&mut self, path: &Path, run: &RunSpec) -> Result<()> {
         let edits = self.edits();

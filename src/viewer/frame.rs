@@ -227,7 +227,6 @@ impl Viewer {
         let still = self.loader.is_none()
             && (self.session.is_through() || self.paused.is_some())
             && !self.session.is_stale()
-            && self.saves.is_empty()
             && !self.editor.is_preparing()
             && self.awaited.is_none()
             && self.picture.is_settled()

@@ -55,7 +55,7 @@ impl ViewerPanel {
         keys: &KeyTable<T>,
     ) -> Vec<UserAction<T>> {
         let active = self.is_interactive() && !self.input.is_dragging();
-        let modal = self.controls.is_modal() || self.tools == ToolPresence::Modal;
+        let modal = self.controls.palette.is_open || self.tools == ToolPresence::Modal;
         let taken = self.host.on_event(window, event, active, modal);
         self.input.on_window_event(event, taken, keys)
     }
@@ -74,7 +74,7 @@ impl ViewerPanel {
     /// Whether any visible part of the panel reacts to input.
     fn is_interactive(&self) -> bool {
         let controls = &self.controls;
-        let is_open = controls.layout.is_open || controls.help || controls.is_modal();
+        let is_open = controls.layout.is_open || controls.help || controls.palette.is_open;
         is_open || self.tools >= ToolPresence::Interactive
     }
 

@@ -7,7 +7,7 @@ use pointillist::client::settings::{Settings, SplatFilter};
 use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::panel::{
-    self, CommandPalette, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab, PictureView,
+    self, CommandPalette, PanelControls, PanelData, PanelLayout, PanelTab, PictureView,
 };
 use pointillist::client::window::viewport::Viewport;
 
@@ -28,8 +28,6 @@ pub fn controls() -> PanelControls {
         layout: PanelLayout::new(true),
         help: false,
         palette: CommandPalette::default(),
-        open_dialog: FileChooser::default(),
-        save_dialog: FileChooser::default(),
         enters: false,
         auto_exposure: true,
     }

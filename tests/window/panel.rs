@@ -7,9 +7,7 @@ use pointillist::client::settings::{
     ReconstructionKernel, Settings, SplatFilter, ToneCurve,
 };
 use pointillist::client::window::action::Action;
-use pointillist::client::window::panel::{
-    CommandPalette, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab,
-};
+use pointillist::client::window::panel::{CommandPalette, PanelControls, PanelData, PanelLayout, PanelTab};
 use pointillist::color::Profile;
 use pointillist::math::random::Random;
 
@@ -33,19 +31,14 @@ fn pictures_on_demand() {
 fn buttons_do_what_they_say() {
     let (readout, mut controls, mut panel) = (readout(), controls(), Panel::new([800.0, 1600.0]));
     let cases = [
-        (PanelTab::Render, "Open…", Action::OpenDialog),
-        (PanelTab::Render, "Save…", Action::SaveDialog),
-        (PanelTab::Render, "Undo", Action::Undo),
-        (PanelTab::Render, "Redo", Action::Redo),
-        (PanelTab::Render, "Commands", Action::TogglePalette),
-        (PanelTab::Render, "?", Action::ToggleHelp),
-        (PanelTab::Files, "PNG", Action::SavePng),
-        (PanelTab::Files, "EXR", Action::SaveExr),
-        (PanelTab::Files, "Save scene", Action::SaveScene),
-        (PanelTab::Files, "Copy command", Action::CopyCommand),
+        ("Open…", Action::OpenDialog),
+        ("Save…", Action::SaveDialog),
+        ("Undo", Action::Undo),
+        ("Redo", Action::Redo),
+        ("Commands", Action::TogglePalette),
+        ("?", Action::ToggleHelp),
     ];
-    for (tab, text, action) in cases {
-        controls.layout.bring(tab);
+    for (text, action) in cases {
         let shapes = panel.settle(&readout, &mut controls);
         let at = place(&shapes, text);
         assert_eq!(panel.click(at, &readout, &mut controls), [action], "{text}");
@@ -117,8 +110,6 @@ fn untouched_values_stay_bit_for_bit() {
             layout: PanelLayout::new(true),
             help: round % 5 == 0,
             palette: CommandPalette::default(),
-            open_dialog: FileChooser::default(),
-            save_dialog: FileChooser::default(),
             enters: false,
             auto_exposure: round % 2 == 0,
         };

@@ -1,8 +1,6 @@
 //! User actions, from the mouse, a key or a button of the panel: those of the window itself, and those of its tools, which the window
 //! passes on without knowing them.
 
-use std::path::PathBuf;
-
 use crate::client::window::navigation::Gesture;
 use crate::client::window::panel::layout::PanelTab;
 
@@ -103,22 +101,12 @@ pub enum Action {
     Undo,
     /// Redoes the change that was undone last.
     Redo,
-    /// Saves the displayed picture.
-    SavePng,
     /// Saves the sums of the film.
     SaveExr,
-    /// Saves camera and edits as a scene file that includes the original.
-    SaveScene,
-    /// Copies the command line that repeats this picture.
-    CopyCommand,
     /// Opens the dialog for a scene or model.
     OpenDialog,
-    /// Opens this scene or model.
-    Open(PathBuf),
     /// Opens the dialog for a file name to save under.
     SaveDialog,
-    /// Saves to this path; the extension selects the displayed picture, the sums or the scene.
-    SaveAs(PathBuf),
     /// Pauses or resumes: while paused no samples are read, so that the tracer stops soon.
     TogglePause,
     /// Fills the screen with the window, or leaves it.

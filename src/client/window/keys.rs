@@ -239,10 +239,7 @@ fn files<T>() -> Vec<KeyBinding<T>> {
     vec![
         key("Ctrl+O", "open a scene or a model", &[Ctrl('o', false)], Action::OpenDialog),
         key("Ctrl+Shift+S", "save picture or scene as …", &[Ctrl('s', true)], Action::SaveDialog),
-        key("P", "save the picture as PNG", &[Char('p')], Action::SavePng),
         key("E", "save the sums as EXR", &[Char('e')], Action::SaveExr),
-        key("Ctrl+S", "save the scene's changes", &[Ctrl('s', false)], Action::SaveScene),
-        key("C", "copy the command of this picture", &[Char('c')], Action::CopyCommand),
     ]
 }
 

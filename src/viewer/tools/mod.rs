@@ -8,6 +8,7 @@ mod effects;
 mod error;
 mod exposure;
 mod figures;
+mod files;
 mod frame_times;
 mod gizmo;
 mod histogram;
@@ -35,6 +36,7 @@ use crate::viewer::tools::tool::Tool;
 
 pub use camera::CameraAction;
 pub use exposure::ExposureAction;
+pub use files::FileAction;
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};
 
@@ -162,6 +164,7 @@ tools! {
     Rejected rejected: rejected::RejectedView,
     FrameTimes frame_times: frame_times::FrameTimePlot,
     Bookmarks bookmarks: bookmarks::CameraBookmarks,
+    Files files: files::FileTool,
 }
 
 #[cfg(test)]

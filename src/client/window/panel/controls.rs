@@ -1,7 +1,6 @@
 //! What the user changes in the panel.
 
 use crate::client::settings::{Settings, SplatFilter};
-use crate::client::window::panel::dialog::FileChooser;
 use crate::client::window::panel::layout::PanelLayout;
 use crate::client::window::panel::palette::CommandPalette;
 use crate::color::Profile;
@@ -23,17 +22,6 @@ pub struct PanelControls {
     pub help: bool,
     /// The palette of commands.
     pub palette: CommandPalette,
-    /// The dialog that asks for a scene to open.
-    pub open_dialog: FileChooser,
-    /// The dialog that asks for a name to save under.
-    pub save_dialog: FileChooser,
     /// Whether the panel takes the keyboard focus with the next run.
     pub enters: bool,
-}
-
-impl PanelControls {
-    /// Whether the palette or a file dialog is open, which takes all keys.
-    pub fn is_modal(&self) -> bool {
-        self.palette.is_open || self.open_dialog.is_open() || self.save_dialog.is_open()
-    }
 }

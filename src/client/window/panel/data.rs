@@ -1,6 +1,5 @@
 //! Data of the panel: plain values, which the viewer fills in for every frame.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::client::window::viewport::Viewport;
@@ -24,8 +23,6 @@ pub struct PanelData {
     pub undo: Option<String>,
     /// Name of the change that redo would repeat.
     pub redo: Option<String>,
-    /// Recent scenes, newest first.
-    pub recent: Vec<PathBuf>,
 }
 
 /// Visible part of the picture, with its scale.

@@ -1,6 +1,4 @@
-//! Sections of the panel that request actions: size of the picture and files; and the list of keys.
-
-use std::path::Path;
+//! The size of the picture, and the list of keys.
 
 use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Ui, Window};
 
@@ -54,49 +52,6 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
         let zoom = data.view.viewport.zoom();
         if zoom != 1.0 {
             ui.colored_label(style::DIM, format!("shown at {:.0} %", 100.0 * zoom));
-        }
-    });
-}
-
-/// Draws the buttons that write files.
-pub(super) fn files(ui: &mut Ui, actions: &mut Vec<Action>) {
-    let files = [
-        ("PNG", "Saves the picture as it is shown, without the panel  P", Action::SavePng),
-        ("EXR", "Saves the sums of both streams  E", Action::SaveExr),
-        (
-            "Save scene",
-            "Saves camera and changes as XML that includes the original  Ctrl+S",
-            Action::SaveScene,
-        ),
-        ("Copy command", "Copies the command line that repeats this picture  C", Action::CopyCommand),
-    ];
-    ui.colored_label(style::DIM, "Save in the working folder, under the next free name:");
-    button_row(ui, &files, actions);
-}
-
-/// Draws the recent scenes.
-pub(super) fn recent(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
-    ui.colored_label(style::DIM, "Recent scenes:");
-    if data.recent.is_empty() {
-        ui.colored_label(style::DIM, "none yet");
-    }
-    for path in &data.recent {
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
-        let name = format!("{folder}/{name}");
-        if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
-            actions.push(Action::Open(path.clone()));
-        }
-    }
-}
-
-/// Draws a row of buttons, each with tooltip and action.
-fn button_row(ui: &mut Ui, buttons: &[(&str, &str, Action)], actions: &mut Vec<Action>) {
-    ui.horizontal_wrapped(|ui| {
-        for (text, hint, action) in buttons {
-            if ui.button(*text).on_hover_text(*hint).clicked() {
-                actions.push(action.clone());
-            }
         }
     });
 }

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Ui};
 
-use crate::client::window::action::{Action, UserAction};
+use crate::client::window::action::UserAction;
 use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::controls::PanelControls;
 use crate::client::window::panel::data::PanelData;
@@ -37,8 +37,6 @@ pub fn show<T: Clone>(
     if controls.help {
         sections::keys(&ctx, &mut controls.help, keys);
     }
-    actions.extend(controls.open_dialog.show(&ctx).map(Action::Open));
-    actions.extend(controls.save_dialog.show(&ctx).map(Action::SaveAs));
     let command = palette::show(&ctx, &mut controls.palette, keys);
     actions.into_iter().map(UserAction::Window).chain(command).collect()
 }

@@ -32,11 +32,11 @@ pub(super) fn show(
         PanelTab::Inspect => tools.sections(SectionPlace::Inspect, ui),
         PanelTab::Compare => tools.sections(SectionPlace::Compare, ui),
         PanelTab::Files => {
-            sections::files(ui, actions);
+            tools.sections(SectionPlace::FilesTop, ui);
             ui.separator();
             tools.sections(SectionPlace::Files, ui);
             ui.separator();
-            sections::recent(ui, data, actions);
+            tools.sections(SectionPlace::FilesEnd, ui);
         }
     }
 }

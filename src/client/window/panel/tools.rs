@@ -19,8 +19,12 @@ pub enum SectionPlace {
     Compare,
     /// At the end of the tab Scene.
     SceneEnd,
-    /// The tab Files, between saving and recent scenes.
+    /// At the beginning of the tab Files.
+    FilesTop,
+    /// In the middle of the tab Files.
     Files,
+    /// At the end of the tab Files.
+    FilesEnd,
 }
 
 /// How much of a tool is visible outside of the dock.
