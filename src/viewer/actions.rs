@@ -1,4 +1,4 @@
-//! Carries out the user's actions from mouse, keys and panel: camera moves, selection, edits, files.
+//! Carries out the user's actions from mouse, keys and panel, or passes them on to the tools.
 
 use std::time::{Duration, Instant};
 

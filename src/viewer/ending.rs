@@ -134,7 +134,7 @@ impl Viewer {
         }
         let report = self.report(lasted);
         self.preferences.write(&self.panel.controls.layout);
-        self.tools.files.finish().iter().for_each(|message| tell(message));
+        self.tools.files.saves.finish().iter().for_each(|message| tell(message));
         let capture = self.capture.take();
         let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.tracers.server()));
         // If no window was ever opened there is no picture, and the reason has been reported already.

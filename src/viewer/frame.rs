@@ -59,7 +59,7 @@ impl Viewer {
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
-        if shows && self.picture.filter.is_fresh() && !self.session.run_spec().deterministic {
+        if shows && self.picture.filter.fresh && !self.session.run_spec().deterministic {
             // The filtered picture is shown before more samples are read.
             plan.samples = 0;
         }

@@ -307,7 +307,7 @@ impl LivePicture {
 
     /// Whether the film has all kept samples and the window shows them.
     pub fn is_settled(&self) -> bool {
-        let filtering = self.filter.is_busy() || self.filter.is_fresh();
+        let filtering = self.filter.is_busy() || self.filter.fresh;
         self.kept.caught_up() && !(self.unseen || self.repaint || self.show || filtering)
     }
 

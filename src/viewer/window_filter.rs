@@ -24,7 +24,7 @@ pub struct WindowFilter {
     /// View of the present epoch.
     view: Option<EpochView>,
     /// Whether there is a denoised picture that has not been shown.
-    fresh: bool,
+    pub fresh: bool,
 }
 
 impl WindowFilter {
@@ -150,16 +150,6 @@ impl WindowFilter {
     /// Blocks until the running filter has finished.
     pub fn wait(&mut self) {
         self.thread.iter_mut().for_each(NoiseFilter::wait);
-    }
-
-    /// Whether there is a denoised picture that has not been shown.
-    pub fn is_fresh(&self) -> bool {
-        self.fresh
-    }
-
-    /// Records that the last denoised picture was shown.
-    pub fn is_seen(&mut self) {
-        self.fresh = false;
     }
 
     /// The last denoised picture of the present film, if these settings show it.

@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2};
+use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape};
 use pointillist::client::settings::{Settings, SplatFilter};
 use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::keys::KeyTable;
@@ -110,50 +110,6 @@ impl Panel {
         self.time += 1.0;
         actions
     }
-}
-
-/// The panel over a grey picture, by a plain rasteriser: set `POINTILLIST_PANEL_PICTURES` to a folder to look at it.
-pub fn picture(panel: &mut Panel, name: &str, shapes: Vec<egui::epaint::ClippedShape>) {
-    let Some(folder) = std::env::var_os("POINTILLIST_PANEL_PICTURES") else { return };
-    let font = panel.context.fonts(|fonts| fonts.image());
-    let [width, height] = panel.size.map(|s| s as usize);
-    let mut rgb = vec![[70.0_f32; 3]; width * height];
-    for primitive in panel.context.tessellate(shapes, 1.0) {
-        let egui::epaint::Primitive::Mesh(mesh) = primitive.primitive else { continue };
-        for corner in mesh.indices.as_chunks::<3>().0 {
-            let [a, b, c] = corner.map(|i| mesh.vertices[i as usize]);
-            let area = (b.pos - a.pos).rot90().dot(c.pos - a.pos);
-            let bounds = Rect::from_points(&[a.pos, b.pos, c.pos]).intersect(primitive.clip_rect);
-            let columns =
-                bounds.left().max(0.0) as usize..(bounds.right().ceil().max(0.0) as usize).min(width);
-            let rows = bounds.top().max(0.0) as usize..(bounds.bottom().ceil().max(0.0) as usize).min(height);
-            for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
-                let p = pos2(x as f32 + 0.5, y as f32 + 0.5);
-                let edge = |u: Pos2, v: Pos2| (v - u).rot90().dot(p - u) / area;
-                let [wa, wb, wc] = [edge(b.pos, c.pos), edge(c.pos, a.pos), edge(a.pos, b.pos)];
-                if area == 0.0 || wa < 0.0 || wb < 0.0 || wc < 0.0 || !primitive.clip_rect.contains(p) {
-                    continue;
-                }
-                let uv = wa * a.uv.to_vec2() + wb * b.uv.to_vec2() + wc * c.uv.to_vec2();
-                let [tx, ty] =
-                    [(uv.x * font.width() as f32) as usize, (uv.y * font.height() as f32) as usize];
-                let texel = font[(tx.min(font.width() - 1), ty.min(font.height() - 1))].to_array();
-                let mix = |k: usize| {
-                    let color =
-                        wa * f32::from(a.color[k]) + wb * f32::from(b.color[k]) + wc * f32::from(c.color[k]);
-                    color * f32::from(texel[k]) / 255.0
-                };
-                let over = 1.0 - mix(3) / 255.0;
-                let at = &mut rgb[y * width + x];
-                *at = [0, 1, 2].map(|k| at[k] * over + mix(k));
-            }
-        }
-    }
-    let file = std::fs::File::create(std::path::Path::new(&folder).join(name)).unwrap();
-    let mut encoder = png::Encoder::new(file, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    let bytes: Vec<u8> = rgb.iter().flatten().map(|v| v.clamp(0.0, 255.0) as u8).collect();
-    encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
 }
 
 pub fn texts(shapes: &[egui::epaint::ClippedShape]) -> Vec<(String, Rect)> {

@@ -314,7 +314,7 @@ impl Regions {
         let mut images = Vec::new();
         for (shares, region) in self.shares(whole, settings).into_iter().zip(&mut self.list) {
             if !shares.is_empty() {
-                region.filter.is_seen();
+                region.filter.fresh = false;
                 let filtered = region
                     .filter
                     .shown(&region.run, settings)

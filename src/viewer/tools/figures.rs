@@ -88,7 +88,9 @@ impl FigureTable {
         self.chosen = (!session.chooses_method()).then_some(method);
         self.ring = session.fill();
         self.tracers = session.tracers.status();
-        let lods = [counts.camera_samples, counts.light_samples].map(|n| lod(level_of_detail(&run.film, n)));
+        let lods = [counts.camera_samples, counts.light_samples].map(|samples| {
+            level_of_detail(&run.film, samples).map_or("–".to_owned(), |lod| format!("{lod:.2}"))
+        });
         let detail =
             if picture.detail() > 1 { format!(", shown at 1/{}", picture.detail()) } else { String::new() };
         self.rows = vec![
@@ -179,10 +181,6 @@ fn limit((used, size): (usize, usize), drawing: f64, is_paused: bool) -> String 
         true => format!("display, at work {drawing} %: the tracer waits"),
         false => format!("tracer; the display is at work {drawing} %"),
     }
-}
-
-fn lod(lod: Option<f32>) -> String {
-    lod.map_or("–".to_owned(), |lod| format!("{lod:.2}"))
 }
 
 fn milliseconds(milliseconds: f32) -> Duration {

@@ -49,7 +49,8 @@ pub enum FileAction {
 pub struct FileTool {
     open_dialog: FileChooser,
     save_dialog: FileChooser,
-    saves: BackgroundSaves,
+    /// Files that are being written.
+    pub saves: BackgroundSaves,
     /// Recent scenes, newest first.
     recent: Vec<PathBuf>,
 }
@@ -150,11 +151,6 @@ impl Tool for FileTool {
 }
 
 impl FileTool {
-    /// Waits for all files that are being written; returns the messages about them.
-    pub fn finish(&mut self) -> Vec<String> {
-        self.saves.finish()
-    }
-
     /// Saves the present picture under a new name; a message follows when the file is complete.
     fn save_picture(&mut self, ending: &str, context: &mut ToolContext<'_>) -> Result<()> {
         let path = self.saves.free_path(&context.options.name, ending)?;

@@ -23,11 +23,13 @@ const REFRESH: Duration = Duration::from_secs(1);
 /// Mean number of timed paths per cell from which on the cost map shows more than noise.
 const ENOUGH: u64 = 4;
 
-/// The chosen map, and the most recent maps.
+/// The chosen map, and the most recent maps, each of which is rebuilt only from new data.
 #[derive(Default)]
 pub struct MapOverlay {
     chosen: MapChoice,
-    cache: MapCache,
+    state: Arc<ErrorStatus>,
+    error: Option<Arc<FalseColorMap>>,
+    cost: Option<(Instant, Arc<FalseColorMap>)>,
 }
 
 impl Tool for MapOverlay {
@@ -35,13 +37,12 @@ impl Tool for MapOverlay {
 
     fn forget(&mut self, change: ViewChange) {
         if change == ViewChange::Epoch {
-            self.cache.begin_epoch();
+            self.cost = None;
         }
     }
 
     fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
-        let (session, observer) = (&context.session, context.picture.observer.as_ref());
-        data.overlay = self.cache.overlay(self.chosen, session, observer, Instant::now());
+        data.overlay = self.overlay(context.session, context.picture.observer.as_ref());
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, _: &mut ActionQueue<Infallible>) {
@@ -58,29 +59,10 @@ impl Tool for MapOverlay {
     }
 }
 
-/// The most recent maps; each is rebuilt only from new data.
-#[derive(Default)]
-struct MapCache {
-    state: Arc<ErrorStatus>,
-    error: Option<Arc<FalseColorMap>>,
-    cost: Option<(Instant, Arc<FalseColorMap>)>,
-}
-
-impl MapCache {
-    /// Discards the cost map for another epoch.
-    fn begin_epoch(&mut self) {
-        self.cost = None;
-    }
-
+impl MapOverlay {
     /// The map that the user has selected, or the reason why there is none.
-    fn overlay(
-        &mut self,
-        choice: MapChoice,
-        session: &RenderSession,
-        observer: Option<&Observer>,
-        now: Instant,
-    ) -> PictureOverlay {
-        let map = match (choice, observer) {
+    fn overlay(&mut self, session: &RenderSession, observer: Option<&Observer>) -> PictureOverlay {
+        let map = match (self.chosen, observer) {
             // The comparison builds its own maps.
             (MapChoice::None | MapChoice::Difference | MapChoice::Flip, _) => return PictureOverlay::None,
             (MapChoice::Error, None) => {
@@ -96,7 +78,7 @@ impl MapCache {
                 }
                 _ if session.is_in_region() => Err("no cost map: a region is traced"),
                 _ if session.tracers.server().is_none() => Err("no cost map: paths are traced elsewhere"),
-                _ => self.cost_map(session, now).ok_or("no cost map yet: no path was timed"),
+                _ => self.cost_map(session, Instant::now()).ok_or("no cost map yet: no path was timed"),
             },
         };
         map.map_or_else(|why| PictureOverlay::Missing(why.into()), PictureOverlay::Map)

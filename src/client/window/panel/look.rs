@@ -13,17 +13,8 @@ use crate::client::window::panel::widgets::{Label, choice, choice_if, slide};
 use crate::client::zones;
 use crate::color::Profile;
 
-/// Draws the tab.
-pub(super) fn show(ui: &mut Ui, panel: &mut PanelControls) {
-    controls(ui, panel);
-    if panel.settings.view == DisplayView::FalseColor {
-        ui.separator();
-        zone_legend(ui);
-    }
-}
-
 /// Draws the controls; a double click on a label resets its default.
-fn controls(ui: &mut Ui, controls: &mut PanelControls) {
+pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     let PanelControls { settings, filter, own_profile, auto_exposure, .. } = controls;
     let default = Settings::default();
     let hint = "The picture, or the relative standard error of a stream";
@@ -44,6 +35,10 @@ fn controls(ui: &mut Ui, controls: &mut PanelControls) {
     let exposure = settings.exposure;
     tone(ui, settings, &default, own_profile.as_ref(), auto_exposure);
     *auto_exposure &= settings.exposure == exposure;
+    if settings.view == DisplayView::FalseColor {
+        ui.separator();
+        zone_legend(ui);
+    }
 }
 
 /// Selects the noise filter. An unavailable one is grey, with the reason in its tooltip.

@@ -1,6 +1,6 @@
-//! The panel: display controls, figures, the selected object, and buttons, in a dock beside the picture. Pure egui over plain data:
-//! [`show`] draws [`PanelData`], changes [`PanelControls`] in place and returns the actions that the user asks for. Tools draw their own
-//! sections at the places that [`SectionPlace`] names.
+//! The panel: display controls and buttons, in a dock beside the picture. Pure egui over plain data: [`show()`] draws [`PanelData`], changes
+//! [`PanelControls`] in place and returns the actions that the user asks for. Tools draw their own sections, figures and objects among them,
+//! at the places that [`SectionPlace`] names.
 
 mod controls;
 mod data;
