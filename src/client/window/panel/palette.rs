@@ -155,8 +155,8 @@ mod tests {
         };
         assert_eq!(first("zoom"), Some(Action::AskPlace(CursorAction::ZoomIn)));
         assert_eq!(first("open"), Some(Action::OpenDialog));
-        assert_eq!(first("save as"), Some(Action::SaveDialog));
-        assert_eq!(first("SCENE sav"), Some(Action::SaveDialog));
+        assert_eq!(first("save exr"), Some(Action::SaveExr));
+        assert_eq!(first("EXR sav"), Some(Action::SaveExr));
         assert_eq!(first("full"), Some(Action::ToggleFullscreen));
         assert_eq!(first("no such thing"), None);
         assert!(matches(&keys, "").len() > 20);
