@@ -271,24 +271,14 @@ const INSIDE_SCENE: &[(&str, &[&str])] = &[
     ("edit", &["desc", "mitsuba", "diagnostic", "limits", "suggest"]),
 ];
 
-/// Modules whose imports still form circles of more than three files, with the number of files in the largest of each. These
-/// numbers only fall, and a module that needs none is not listed.
-const LARGEST_CIRCLE: &[(&str, usize)] = &[("client", 14)];
-
 /// Files that import each other can be understood only together. Up to three may, as a trait and what implements it often do.
 #[test]
 fn no_circle_of_imports_has_more_than_three_files() {
     for (module, _) in MAY_IMPORT {
         let graph = FileGraph::of(module);
-        let circles = graph.circles();
-        let listed = LARGEST_CIRCLE.iter().find(|(name, _)| name == module);
-        let allowed = listed.map_or(3, |(_, largest)| *largest);
-        if let Some(circle) = circles.iter().find(|circle| circle.len() > allowed) {
-            panic!(
-                "{module}: {} files import each other in a circle, at most {allowed} may:\n{}",
-                circle.len(),
-                circle.join("\n")
-            );
+        if let Some(circle) = graph.circles().iter().find(|circle| circle.len() > 3) {
+            let (files, names) = (circle.len(), circle.join("\n"));
+            panic!("{module}: {files} files import each other in a circle, at most three may:\n{names}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Carries out the user's actions from mouse, keys and panel: camera moves, selection, edits, files.
+//! Carries out the user's actions from mouse, keys and panel, or passes them on to the tools.
 
 use std::time::{Duration, Instant};
 
@@ -7,11 +7,12 @@ use winit::window::Fullscreen;
 
 use crate::client::window::action::{Action, UserAction};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelControls, PanelData, PanelTab};
+use crate::client::window::panel::{PanelControls, PanelData, PictureView};
 use crate::render::figures::human;
-use crate::render::process;
 use crate::render::process::tell;
-use crate::viewer::tools::{CameraAction, ExposureAction, RegionAction, ToolAction, ToolContext, Tools};
+use crate::viewer::tools::{
+    CameraAction, ExposureAction, FileAction, RegionAction, ToolAction, ToolContext, Tools,
+};
 use crate::viewer::{AskedPlace, Viewer, preferences};
 
 /// A second request within this time after the warning discards unsaved changes.
@@ -22,14 +23,6 @@ impl Viewer {
     pub(super) fn act(&mut self) {
         if self.panel.take_settings_changed() {
             self.controls_changed();
-        }
-        for message in self.saves.done() {
-            self.say(message);
-        }
-        if process::take_snapshot_request()
-            && let Err(error) = self.save_picture("png")
-        {
-            self.say(error.to_string());
         }
         self.take_prepared();
         for action in std::mem::take(&mut self.actions) {
@@ -93,17 +86,34 @@ impl Viewer {
         at: Option<[f64; 2]>,
         act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
     ) -> R {
-        let Self { session, picture, editor, panel, paused, tools, .. } = self;
-        let (asks_place, has_edited, redraws) = (self.asked.is_some(), false, false);
-        let mut context =
-            ToolContext { session, picture, editor, panel, paused, at, asks_place, has_edited, redraws };
+        let Self { session, picture, editor, panel, metrics, preferences, options, paused, tools, .. } = self;
+        let mut context = ToolContext {
+            session,
+            picture,
+            editor,
+            panel,
+            metrics,
+            preferences,
+            options,
+            paused,
+            at,
+            asks_place: self.asked.is_some(),
+            has_edited: false,
+            redraws: false,
+            opens: None,
+        };
         let result = act(tools, &mut context);
-        let (has_edited, redraws) = (context.has_edited, context.redraws);
+        let ToolContext { has_edited, redraws, opens, .. } = context;
         if has_edited {
             self.edited();
         }
         if redraws {
             self.refresh();
+        }
+        if let Some(path) = opens
+            && self.may_discard("opening another scene")
+        {
+            self.open_file(path);
         }
         result
     }
@@ -125,26 +135,11 @@ impl Viewer {
             Action::TraceRegion(places) => {
                 return self.use_tool(ToolAction::Region(RegionAction::Trace(places)));
             }
-            Action::Deselect => self.editor.select(None),
             Action::Undo => return self.undo(),
             Action::Redo => return self.redo(),
-            Action::Edit { index, value } => {
-                let has_edited = self.editor.edit(index, value)?;
-                self.edited_if(has_edited);
-            }
-            Action::SetMethod(name) => {
-                let has_edited = self.session.set_method(name);
-                self.edited_if(has_edited);
-            }
-            Action::SavePng => self.save_picture("png")?,
-            Action::SaveExr => self.save_picture("exr")?,
-            Action::SaveScene => return self.save_changes().map(Some),
-            Action::SaveAs(path) => return self.save_as(path),
-            Action::SaveDialog => self.ask_name()?,
-            Action::CopyCommand => return self.copy_command().map(Some),
-            Action::OpenDialog => self.ask_scene(),
-            Action::Open(path) if self.may_discard("opening another scene") => self.open_file(path),
-            Action::Open(_) => {}
+            Action::SaveExr => return self.use_tool(ToolAction::Files(FileAction::SaveExr)),
+            Action::SaveDialog => return self.use_tool(ToolAction::Files(FileAction::AskName)),
+            Action::OpenDialog => return self.use_tool(ToolAction::Files(FileAction::AskScene)),
             Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
             Action::ResetView => _ = self.panel.viewport.reset(),
@@ -168,17 +163,15 @@ impl Viewer {
         Ok(None)
     }
 
-    /// Selects the object at a window position, and tells the tools of the click.
+    /// Tells the tools of a click in the picture; a click beside it clears the selection.
     fn pick(&mut self, at: [f64; 2]) -> Result<()> {
-        let place = self.panel.on_picture(at).ok();
-        let pick = place.and_then(|place| self.editor.pick(place, self.session.size()));
-        self.editor.select(pick.map(|pick| pick.shape));
-        let layout = &self.panel.controls.layout;
-        let hint = layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
-        if let Some(selection) = self.editor.selection().filter(|selection| hint && selection.selected) {
-            self.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
+        match self.panel.on_picture(at) {
+            Ok(place) => self.with_tools(None, |tools, context| tools.click(place, context)),
+            Err(_) => {
+                self.editor.select(None);
+                Ok(())
+            }
         }
-        place.map_or(Ok(()), |place| self.with_tools(None, |tools, context| tools.click(place, context)))
     }
 
     fn undo(&mut self) -> Result<Option<String>> {
@@ -189,12 +182,6 @@ impl Viewer {
     fn redo(&mut self) -> Result<Option<String>> {
         let redone = self.editor.redo().map(|change| format!("Redo {change}"));
         self.restored().map(|()| redone)
-    }
-
-    fn edited_if(&mut self, has_edited: bool) {
-        if has_edited {
-            self.edited();
-        }
     }
 
     /// Pauses or resumes; returns a message.
@@ -305,12 +292,15 @@ impl Viewer {
 
     /// What the panel shows, with the readings of the tools.
     pub(super) fn panel_data(&mut self, now: Instant) -> PanelData {
-        let Self { session, picture, editor, metrics, panel, .. } = self;
-        let mut data = panel.data(session, picture, editor, metrics, now);
-        (data.undo, data.redo) =
-            (editor.undo_name().map(str::to_owned), editor.redo_name().map(str::to_owned));
-        data.recent = self.preferences.recent.clone();
-        data.is_paused = self.paused.is_some();
+        let Self { editor, panel, .. } = self;
+        let mut data = PanelData {
+            extent: self.session.size(),
+            view: PictureView { viewport: panel.viewport, pixels_per_point: panel.host.drawing_scale() },
+            message: panel.host.message(now).map(str::to_owned),
+            undo: editor.undo_name().map(str::to_owned),
+            redo: editor.redo_name().map(str::to_owned),
+            ..PanelData::default()
+        };
         self.with_tools(None, |tools, context| tools.update(context, &mut data));
         data
     }

@@ -2,9 +2,11 @@
 //! forced effects) in one undo history. It saves the changes as a scene file.
 //!
 //! A change enters the history at once. The changed scene is prepared on a thread ([`ScenePreparation`]); if that takes longer than
-//! a few frames, the old scene is traced meanwhile. `transform` moves, rotates and scales objects; `lens` edits the camera's lens.
+//! a few frames, the old scene is traced meanwhile. `parameters` edits what the panel shows of objects and lights;
+//! `transform` moves, rotates and scales objects; `lens` has the parameters of the camera's lens.
 
 mod lens;
+pub mod parameters;
 mod transform;
 
 use std::path::{Path, PathBuf};
@@ -16,13 +18,12 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::window::history::UndoHistory;
 use crate::client::window::navigation::{Gesture, Pose};
-use crate::client::window::panel::{ParameterValue, SceneParameter, Selection};
 use crate::render::edited_scene::{EditedScene, ScenePreparation};
 use crate::render::forced::Forced;
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
-use crate::scene::edit::{Edits, NewValue, Target, editable, lights, shape_name};
+use crate::scene::edit::{Edits, shape_name};
 use crate::tracer::effects::{Effect, decide};
 use crate::tracer::{Camera, Pick, Scene};
 use crate::viewer::saves::free_path;
@@ -49,19 +50,6 @@ struct SelectedShape {
     shape: u32,
     /// Bounding box in object space; `None` if empty.
     bounds: Option<[DVec3; 2]>,
-}
-
-/// A parameter that the panel shows.
-#[derive(Clone, Copy, Debug)]
-enum EditedValue {
-    /// A parameter of an object in the scene.
-    Of(Target),
-    /// The centre of the selected shape.
-    Position,
-    /// Lens radius.
-    Aperture,
-    /// Focus distance.
-    Focus,
 }
 
 /// The traced scene and its changes against the file.
@@ -259,119 +247,10 @@ impl SceneEditor {
             shape.map(|shape| SelectedShape { shape, bounds: self.original().object_bounds(shape) });
     }
 
-    /// Editable parameters of the selected shape with labels and present values. Without a selection: those of lights without a shape that
-    /// could be clicked at. The lens parameters follow.
-    fn values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
-        let editables = match self.selected {
-            Some(SelectedShape { shape, .. }) => editable(self.original(), shape),
-            None => lights(self.original()),
-        };
-        let step = 0.01 * self.pose().distance();
-        let of = |value, target: Target| match value {
-            NewValue::Scale(factor) => Some(ParameterValue::Scale(factor)),
-            NewValue::Rgb(rgb) => Some(ParameterValue::Color(rgb.map(|c| c as f32))),
-            NewValue::Number(value) => {
-                let [min, max] = target.bounds();
-                Some(ParameterValue::Number { value, min, max })
-            }
-            NewValue::Switch(on) => Some(ParameterValue::Switch(on)),
-            NewValue::Vector(value) => {
-                let step = if matches!(target, Target::LightDirection(_)) { 0.01 } else { step };
-                Some(ParameterValue::Vector { value, step })
-            }
-            NewValue::Transform(_) => None,
-        };
-        let edits = &self.state().edits;
-        let values = editables.into_iter().filter_map(|one| {
-            let value = edits.get(one.target).unwrap_or(one.value);
-            Some((one.label, EditedValue::Of(one.target), of(value, one.target)?))
-        });
-        let mut values: Vec<_> = values.collect();
-        if let Some(pivot) = self.selected_pivot() {
-            let value = ParameterValue::Vector { value: pivot.to_array(), step };
-            values.push(("position".to_owned(), EditedValue::Position, value));
-        }
-        values.extend(self.lens_values());
-        values
-    }
-
     /// Whether there are parameter changes since the last save.
     pub fn has_unsaved_changes(&self) -> bool {
         let edits = self.edits();
         !edits.values.is_empty() && self.saved.as_ref().is_none_or(|(saved, _)| *saved != edits)
-    }
-
-    /// Parameters of the selected shape, or of lights and lens, for the panel.
-    pub fn selection(&self) -> Option<Selection> {
-        let parameters: Vec<SceneParameter> =
-            self.values().into_iter().map(|(label, _, value)| SceneParameter { label, value }).collect();
-        let lens_from = parameters.len() - self.lens_values().len();
-        let name = match self.selected {
-            Some(SelectedShape { shape, .. }) => shape_name(self.original(), shape),
-            None if parameters.is_empty() => return None,
-            None => "Lights".to_owned(),
-        };
-        Some(Selection { name, selected: self.selected.is_some(), parameters, lens_from })
-    }
-
-    /// Changes parameter `index` of the selection. On an error, such as a value out of range, nothing changes. Returns whether another
-    /// scene or camera is traced now; otherwise a later [`follow`](Self::follow) takes the change over.
-    pub fn edit(&mut self, index: usize, value: ParameterValue) -> Result<bool> {
-        let Some((label, parameter, _)) = self.values().into_iter().nth(index) else { return Ok(false) };
-        let number = match value {
-            ParameterValue::Number { value, .. } => value,
-            _ => 0.0,
-        };
-        match parameter {
-            EditedValue::Of(target) => {
-                let value = match value {
-                    ParameterValue::Scale(factor) => NewValue::Scale(factor),
-                    ParameterValue::Color(rgb) => NewValue::Rgb(rgb.map(f64::from)),
-                    ParameterValue::Number { value, .. } => NewValue::Number(value),
-                    ParameterValue::Switch(on) => NewValue::Switch(on),
-                    ParameterValue::Vector { value, .. } => NewValue::Vector(value),
-                };
-                let (what, object) = match self.selected {
-                    Some(SelectedShape { shape, .. }) => (target.label(), shape_name(self.original(), shape)),
-                    None => (label.as_str(), String::new()),
-                };
-                self.set_value(target, value, what, object)
-            }
-            EditedValue::Position => {
-                let (Some(SelectedShape { shape, .. }), ParameterValue::Vector { value, .. }) =
-                    (self.selected, value)
-                else {
-                    return Ok(false);
-                };
-                if self.drag.is_none() {
-                    self.begin_transform(shape);
-                }
-                let Some(TransformDrag { pivot, .. }) = self.drag else { return Ok(false) };
-                self.set_transform(DAffine3::from_translation(DVec3::from(value) - pivot))
-            }
-            EditedValue::Aperture => {
-                let same = number == self.original().camera.aperture_radius;
-                let state = EditorState { aperture: (!same).then_some(number), ..self.state().clone() };
-                let changed = self.history.change("lens", "radius of the lens", state);
-                Ok(self.follow()? || changed)
-            }
-            EditedValue::Focus => {
-                let pose = self.pose();
-                let ahead = (pose.target - pose.eye).normalize_or(DVec3::Z);
-                let pose = Pose { target: pose.eye + ahead * number, ..pose };
-                Ok(self.set_pose("distance in focus", pose))
-            }
-        }
-    }
-
-    /// Sets a parameter; `what` names the change in the history. Returns whether another scene is traced now.
-    fn set_value(&mut self, target: Target, value: NewValue, what: &str, object: String) -> Result<bool> {
-        let mut edits = Edits::clone(&self.state().edits);
-        edits.set(target, value).into_diagnostic()?;
-        let change = if object.is_empty() { what.to_owned() } else { format!("{what} of `{object}`") };
-        let state = EditorState { edits: Arc::new(edits), ..self.state().clone() };
-        self.history.change(&format!("{target:?}"), &change, state);
-        self.follow()
     }
 
     /// Edits and forced effects of the present history state, from which the scene is prepared.
@@ -524,6 +403,16 @@ impl SceneEditor {
         edits.write(&path, &run.scene, &run.defines, self.original()).into_diagnostic()?;
         self.saved = Some((edits, path.clone()));
         Ok(path)
+    }
+
+    /// Specification of the render of the present scene. If camera or scene were changed, a scene file with the changes is saved first.
+    pub fn present_run_spec(&mut self, name: &str, run: &RunSpec) -> Result<RunSpec> {
+        let mut present = RunSpec { size: Some((run.film.width, run.film.height)), ..run.clone() };
+        if !self.edits().is_empty() {
+            present.scene = self.save(name, run)?;
+            present.defines.clear();
+        }
+        Ok(present)
     }
 
     /// Saves camera and edits in a scene file at this path that includes the original.

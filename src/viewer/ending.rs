@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::client::window::statistics::RecentValues;
 use crate::client::{Denoise, Film, Settings};
+use crate::denoise::noise_filter::NoiseFilter;
 use crate::gpu;
 use crate::remote::{Health, TracerStatus};
 use crate::render::effect_plan::PlannedEffect;
@@ -133,7 +134,7 @@ impl Viewer {
         }
         let report = self.report(lasted);
         self.preferences.write(&self.panel.controls.layout);
-        self.saves.finish().iter().for_each(|message| tell(message));
+        self.tools.files.saves.finish().iter().for_each(|message| tell(message));
         let capture = self.capture.take();
         let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.tracers.server()));
         // If no window was ever opened there is no picture, and the reason has been reported already.
@@ -184,7 +185,7 @@ impl Viewer {
             aborts: session.aborts.iter().count(),
             stalls: metrics.stalls,
             epochs: metrics.epochs,
-            reprojections: self.picture.reprojections(),
+            reprojections: self.picture.filter.thread.as_ref().map_or(0, NoiseFilter::reprojections),
             resizes: metrics.resizes,
             device_losses: screen.map_or(0, |screen| screen.device_losses),
             surface_losses: screen.map_or(0, |screen| screen.surface_losses),
@@ -209,23 +210,9 @@ impl Viewer {
         ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached, filter)
     }
 
-    /// State of the render so far, for the metadata of a picture file.
-    pub(super) fn outcome(&self) -> RunEnd {
-        let rejected = self.session.rejected(&self.editor).summary();
-        let is_whole = self.picture.regions.is_empty() && !self.session.has_gaps();
-        let prefix = self.session.is_complete() && is_whole;
-        let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
-        // The error of a light mix is not estimated.
-        if let Some(observer) = self.picture.observer.as_ref().filter(|_| !self.picture.mix.is_mixing()) {
-            end.describe(&observer.state(), ErrorQuantile::P95);
-        }
-        end.notes.extend(self.picture.composition());
-        end
-    }
-
     /// Writes the requested pictures from the film or, if it is lost, from the retained samples.
     fn write_pictures(&mut self) -> Result<()> {
-        let outcome = self.outcome();
+        let outcome = self.picture.outcome(&self.session, &self.editor);
         let settings = &self.panel.controls.settings;
         let denoised = self.picture.filtered(self.session.run_spec(), settings);
         let denoise = denoised.as_ref().map_or(Denoise::Off, |_| settings.denoise);
@@ -236,7 +223,8 @@ impl Viewer {
             Vec::new()
         });
         let extras = Extras { denoised, layers };
-        let run = self.present_run_spec().unwrap_or_else(|error| {
+        let run = self.editor.present_run_spec(&self.options.name, self.session.run_spec());
+        let run = run.unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));
             self.session.run_spec().clone()
         });

@@ -59,7 +59,7 @@ impl Viewer {
         let mut plan = self.picture.plan(&self.session, &self.panel.controls.settings, begin);
         plan.repaint &= !self.picture.is_frozen();
         let shows = self.picture.wants_show(&plan, self.panel.is_due(begin)) && self.make_ready()?;
-        if shows && self.picture.is_freshly_filtered() && !self.session.run_spec().deterministic {
+        if shows && self.picture.filter.fresh && !self.session.run_spec().deterministic {
             // The filtered picture is shown before more samples are read.
             plan.samples = 0;
         }
@@ -227,7 +227,6 @@ impl Viewer {
         let still = self.loader.is_none()
             && (self.session.is_through() || self.paused.is_some())
             && !self.session.is_stale()
-            && self.saves.is_empty()
             && !self.editor.is_preparing()
             && self.awaited.is_none()
             && self.picture.is_settled()
@@ -337,7 +336,6 @@ impl Viewer {
             self.actions.extend(asked);
             self.actions.extend(self.tools.take_actions());
             self.note_tools();
-            self.picture.aim(self.panel.target());
         }
         let panel_time = begin.elapsed();
         let (settings, viewport, drawing) = self.panel.shown();

@@ -17,7 +17,7 @@ use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, FilmSpec, SplatFilter, VarianceForm};
 use crate::gpu;
 use crate::render::process::tell;
-use crate::viewer::SessionContext;
+use crate::viewer::context::SessionContext;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::loader::{ReadyScene, SceneLoader, ViewSource};
 use crate::viewer::picture::regions::Regions;

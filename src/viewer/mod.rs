@@ -28,7 +28,6 @@
 //! ├─ Tools           tools     what the user works with: each has its state, its actions, and its part of the panel
 //! ├─ ViewerMetrics   metrics   frame times, latencies, rates
 //! ├─ Preferences     preferences what is remembered from session to session
-//! ├─ BackgroundSaves saves     files that are being written
 //! ├─ SceneLoader     loader    a scene that a thread reads and prepares: the first, one that was dropped, one that has changed
 //! ├─ FrameClock      clock     when frames are due
 //! └─ FileWatch       watch     the files of the scene on the disk
@@ -36,11 +35,11 @@
 //!
 //! `start` leads from the command line to the open window, where `loading` shows the progress of the first scene; `reload` replaces the
 //! scene by another one, or by a new version after its files have changed; `handler` handles winit events and decides when a frame is due;
-//! `frame` is the loop; `actions` carries out user actions, `saving` those that write files; `ending` writes the requested files when the
-//! window closes.
+//! `frame` is the loop; `actions` carries out user actions; `ending` writes the requested files when the window closes.
 
 mod actions;
 mod clock;
+mod context;
 mod editor;
 mod ending;
 mod frame;
@@ -48,7 +47,6 @@ mod handler;
 mod light_mix;
 mod loader;
 mod loading;
-mod maps;
 mod metrics;
 pub mod options;
 mod panel;
@@ -56,7 +54,6 @@ mod picture;
 mod preferences;
 mod reload;
 mod saves;
-mod saving;
 mod screen;
 mod session;
 mod start;
@@ -65,55 +62,26 @@ mod tracers;
 mod watch;
 mod window_filter;
 
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use miette::Result;
 
-use crate::client::window::action::UserAction;
-use crate::client::window::keys::{CursorAction, KeyTable};
-use crate::gpu::{DeviceChoice, DeviceFaults};
-use crate::remote::TracerAddress;
-use crate::render::outputs::Outputs;
-use crate::render::tev::TevLink;
+use crate::client::window::action::{CursorAction, UserAction};
+use crate::client::window::keys::KeyTable;
 use crate::render::timings::TimingCapture;
 use crate::viewer::clock::{Backoff, FrameClock};
+use crate::viewer::context::SessionContext;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::loader::{SceneLoader, ViewSource};
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
-use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::session::RenderSession;
 use crate::viewer::tools::{ToolAction, Tools};
 use crate::viewer::watch::FileWatch;
 
 pub use start::view;
-
-/// Options of the session that stay constant while the window is open, apart from scene and method.
-struct SessionContext {
-    /// Start of the program.
-    began: Instant,
-    /// Pictures to write at the end.
-    outputs: Outputs,
-    /// File for the statistics written at the end.
-    json: Option<PathBuf>,
-    device: DeviceChoice,
-    /// CSV file for the timings of every pass.
-    timings: Option<PathBuf>,
-    faults: DeviceFaults,
-    /// Camera paths after which a render ends; `None` for no limit.
-    samples: Option<u64>,
-    /// Connection to the viewer tev, if requested.
-    tev: Option<TevLink>,
-    /// Remote tracers; if empty, threads of this process trace.
-    tracers: Vec<TracerAddress>,
-    /// Frame length; `None` for the display's refresh interval.
-    budget: Option<Duration>,
-    /// Name of the scene, for title and file names.
-    name: String,
-}
 
 /// What the next click in the picture is for.
 enum AskedPlace {
@@ -138,7 +106,6 @@ struct Viewer {
     /// The user's actions, performed before the next frame.
     actions: Vec<UserAction<ToolAction>>,
     metrics: ViewerMetrics,
-    saves: BackgroundSaves,
     /// Recorder of pass and worker timings, if requested.
     capture: Option<TimingCapture>,
     clock: FrameClock,

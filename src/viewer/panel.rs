@@ -1,6 +1,6 @@
-//! The panel of the viewer: egui, mouse and keyboard input, display controls, list of effects, and the displayed data.
+//! The panel of the viewer: egui, mouse and keyboard input, and display controls.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use glam::DVec2;
 use miette::{Result, miette};
@@ -8,26 +8,14 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use crate::client::Settings;
-use crate::client::lod::level_of_detail;
 use crate::client::window::action::UserAction;
 use crate::client::window::host::{EguiHost, PanelDrawing};
 use crate::client::window::input::{InputEvent, InputState};
 use crate::client::window::keys::KeyTable;
-use crate::client::window::panel::{
-    ErrorSummary, PanelControls, PanelData, PanelTools, PictureView, RejectedList, RejectedRow, ToolPresence,
-    TracerRow,
-};
+use crate::client::window::panel::{PanelControls, PanelData, PanelTools, ToolPresence};
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
-use crate::remote::{Health, TracerStatus};
 use crate::render::effect_plan::{self, PlannedEffect};
-use crate::render::rejected::RejectedExample;
-use crate::scene::desc::IntegratorKind;
-use crate::study::{ErrorQuantile, ErrorTarget};
 use crate::viewer::editor::SceneEditor;
-use crate::viewer::maps;
-use crate::viewer::metrics::ViewerMetrics;
-use crate::viewer::picture::LivePicture;
-use crate::viewer::screen::Screen;
 use crate::viewer::session::RenderSession;
 
 /// The panel, and what the user does with mouse and keys.
@@ -67,14 +55,9 @@ impl ViewerPanel {
         keys: &KeyTable<T>,
     ) -> Vec<UserAction<T>> {
         let active = self.is_interactive() && !self.input.is_dragging();
-        let modal = self.controls.is_modal() || self.tools == ToolPresence::Modal;
+        let modal = self.controls.palette.is_open || self.tools == ToolPresence::Modal;
         let taken = self.host.on_event(window, event, active, modal);
         self.input.on_window_event(event, taken, keys)
-    }
-
-    /// Error target chosen by the user.
-    pub fn target(&self) -> ErrorTarget {
-        ErrorTarget { error: self.controls.target, at: ErrorQuantile::P95 }
     }
 
     /// Whether the display controls have changed since the last call.
@@ -91,7 +74,7 @@ impl ViewerPanel {
     /// Whether any visible part of the panel reacts to input.
     fn is_interactive(&self) -> bool {
         let controls = &self.controls;
-        let is_open = controls.layout.is_open || controls.help || controls.is_modal();
+        let is_open = controls.layout.is_open || controls.help || controls.palette.is_open;
         is_open || self.tools >= ToolPresence::Interactive
     }
 
@@ -181,79 +164,4 @@ impl ViewerPanel {
         }
         Ok(self.viewport.to_picture(at.into()).to_array())
     }
-
-    /// Gathers the data of the panel, except that of the tools.
-    pub fn data(
-        &self,
-        session: &RenderSession,
-        picture: &LivePicture,
-        editor: &SceneEditor,
-        metrics: &mut ViewerMetrics,
-        now: Instant,
-    ) -> PanelData {
-        let (run, counts) = (session.run_spec(), picture.counts());
-        let rates = metrics.rates(session.traced(), picture.rasterised);
-        let latency = |milliseconds| Duration::try_from_secs_f32(milliseconds * 1e-3).unwrap_or_default();
-        let last_edit = metrics.recent_edits.last();
-        let device = picture.screen.as_ref().and_then(Screen::gpu).map(|gpu| gpu.info().clone());
-        PanelData {
-            device: device.map_or(String::new(), |d| match d.driver.contains(&d.name) {
-                true => d.driver,
-                false => format!("{} ({})", d.name, d.driver),
-            }),
-            plan: session.processor_sharing.clone(),
-            method: run.integrator.name(),
-            methods: IntegratorKind::candidates().map(IntegratorKind::name).collect(),
-            chooses_method: session.chooses_method(),
-            reason: run.auto.as_ref().map_or(String::new(), |chosen| chosen.reason.clone()),
-            extent: session.size(),
-            view: PictureView { viewport: self.viewport, pixels_per_point: self.host.drawing_scale() },
-            detail: picture.detail(),
-            counts,
-            traced_per_second: rates.traced,
-            rasterised_per_second: rates.rasterised,
-            drawing: rates.drawing,
-            lods: [counts.camera_samples, counts.light_samples].map(|n| level_of_detail(&run.film, n)),
-            ring: session.fill(),
-            passes: metrics.passes.clone(),
-            frames: metrics.intervals.iter().collect(),
-            percentiles: metrics.intervals.percentiles([50.0, 95.0, 99.0]),
-            budget: picture.budget(),
-            edit_latency: last_edit.map(latency),
-            edit_latency_p95: last_edit.map(|_| latency(metrics.recent_edits.percentiles([95.0])[0])),
-            threads: session.tracers.threads(),
-            tracers: session.tracers.status().into_iter().map(tracer_row).collect(),
-            elapsed: session.elapsed(),
-            message: self.host.message(now).map(str::to_owned),
-            selection: editor.selection(),
-            error: picture.present_observer().map(|observer| {
-                if picture.mix.is_mixing() {
-                    let message = "not known of a mix of lights".to_owned();
-                    return ErrorSummary { message, ..ErrorSummary::default() }.into();
-                }
-                let filtered = picture.filtered_error(run, &self.controls.settings);
-                let target = self.controls.target;
-                maps::error_summary(observer, run, target, session.is_through(), filtered).into()
-            }),
-            left_out: run.left_out().collect(),
-            rejected: rejected(session, editor),
-            ..PanelData::default()
-        }
-    }
-}
-
-/// Panel row of a remote tracer.
-fn tracer_row(status: TracerStatus) -> TracerRow {
-    let TracerStatus { address, health, words, .. } = status;
-    TracerRow { address, words, ill: health == Health::Ill }
-}
-
-/// Rejected values, for the panel.
-fn rejected(session: &RenderSession, editor: &SceneEditor) -> RejectedList {
-    let report = session.rejected(editor);
-    let row = |example: RejectedExample| RejectedRow {
-        what: format!("path {}: {}", example.index, example.what),
-        command: example.replay,
-    };
-    RejectedList { total: report.total, rows: report.examples.into_iter().map(row).collect() }
 }

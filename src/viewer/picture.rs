@@ -26,7 +26,7 @@ use crate::render::light_groups::{GroupFilms, GroupMemory};
 use crate::render::run_spec::RunSpec;
 use crate::render::{method, observed};
 use crate::scene::light_groups::LightGroup;
-use crate::study::{ErrorEstimate, ErrorTarget};
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorTarget};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::picture::backup::SumsBackup;
@@ -83,7 +83,7 @@ pub struct LivePicture {
     /// Light mix: films of light groups.
     pub mix: LightMix,
     /// Noise filter of the displayed picture.
-    filter: WindowFilter,
+    pub filter: WindowFilter,
     /// Light meter of auto-exposure, fed with the samples on the film.
     meter: LightMeter,
     /// Time spent filtering since it was last read.
@@ -118,6 +118,9 @@ pub struct LivePicture {
 /// frame.
 const MOST_COARSE: u64 = RETAINED_SAMPLES as u64 / 4;
 
+/// Initial error target.
+const TARGET: ErrorTarget = ErrorTarget { error: 0.01, at: ErrorQuantile::P95 };
+
 /// Number of such errors after which the picture freezes; before that the frame is retried.
 const FAILURES: u32 = 2;
 
@@ -132,8 +135,8 @@ fn accounts(run: &RunSpec, target: Option<ErrorTarget>) -> ObservedRender {
 
 impl LivePicture {
     /// A picture without a window, for this many tracer threads. Starts the observer if the render is divided into replicates.
-    pub fn new(run: &RunSpec, budget: Option<Duration>, target: ErrorTarget, threads: usize) -> Result<Self> {
-        let observe = || observed::observe(run, Some(target), CheckpointPolicy::WhenIdle);
+    pub fn new(run: &RunSpec, budget: Option<Duration>, threads: usize) -> Result<Self> {
+        let observe = || observed::observe(run, Some(TARGET), CheckpointPolicy::WhenIdle);
         let now = Instant::now();
         Ok(Self {
             screen: None,
@@ -180,8 +183,14 @@ impl LivePicture {
         self.pacer.budget()
     }
 
-    /// Sets the observer's error target.
-    pub fn aim(&mut self, target: ErrorTarget) {
+    /// The error target of the observers.
+    pub fn target(&self) -> ErrorTarget {
+        self.observer.as_ref().and_then(Observer::target).unwrap_or(TARGET)
+    }
+
+    /// Sets the relative error that is the target of the observers.
+    pub fn aim(&mut self, error: f64) {
+        let target = ErrorTarget { error, ..TARGET };
         let of_regions = self.regions.iter_mut().filter_map(RegionRender::observer_mut);
         for observer in self.observer.iter_mut().chain(of_regions) {
             observer.set_target(Some(target));
@@ -232,11 +241,6 @@ impl LivePicture {
     /// Time since the last edit.
     pub fn since_edit(&self) -> Duration {
         self.last_edit.elapsed()
-    }
-
-    /// Number of views that began with a reprojection of the previous one.
-    pub fn reprojections(&self) -> u64 {
-        self.filter.reprojections()
     }
 
     /// Exposure metered from the samples; `None` while there are too few.
@@ -303,7 +307,7 @@ impl LivePicture {
 
     /// Whether the film has all kept samples and the window shows them.
     pub fn is_settled(&self) -> bool {
-        let filtering = self.filter.is_busy() || self.filter.is_fresh();
+        let filtering = self.filter.is_busy() || self.filter.fresh;
         self.kept.caught_up() && !(self.unseen || self.repaint || self.show || filtering)
     }
 
@@ -508,11 +512,6 @@ impl LivePicture {
     pub fn filtered_error(&self, run: &RunSpec, settings: &Settings) -> Option<Option<&ErrorEstimate>> {
         self.filtered_frame(run, settings)?;
         Some(self.filter.error(settings).filter(|_| self.regions.is_empty()))
-    }
-
-    /// Whether there is a denoised picture that has not been shown.
-    pub fn is_freshly_filtered(&self) -> bool {
-        self.filter.is_fresh()
     }
 
     /// Begins to denoise the samples so far.

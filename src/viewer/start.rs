@@ -10,7 +10,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 
 use crate::client::background;
 use crate::client::window::host::ReaderEvent;
-use crate::client::window::panel::{CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelLayout};
+use crate::client::window::panel::{CommandPalette, PanelControls, PanelLayout};
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::color::Profile;
 use crate::denoise::view_filter::check as check_denoise;
@@ -25,7 +25,9 @@ use crate::render::remote_order::scene_digest;
 use crate::render::tev::TevLink;
 use crate::render::timings::{self, TimingCapture};
 use crate::render::{predictions, process};
+use crate::viewer::Viewer;
 use crate::viewer::clock::{Backoff, FrameClock};
+use crate::viewer::context::SessionContext;
 use crate::viewer::loader::{ReadyScene, ViewSource};
 use crate::viewer::loading::{LoadingWindow, OpenWindow, title, window_size};
 use crate::viewer::metrics::ViewerMetrics;
@@ -33,13 +35,11 @@ use crate::viewer::options::{OF_TRACER, ViewOptions};
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
-use crate::viewer::saves::BackgroundSaves;
 use crate::viewer::screen::is_device_lost;
 use crate::viewer::session::RenderSession;
 use crate::viewer::tools::Tools;
 use crate::viewer::tracers::{self, Tracers};
 use crate::viewer::watch::FileWatch;
-use crate::viewer::{SessionContext, Viewer};
 
 /// Runs the subcommand. Requested pictures are written even after an error.
 pub fn view(args: &ViewOptions) -> Result<()> {
@@ -143,12 +143,9 @@ impl ViewerApp {
             layout,
             help: false,
             palette: CommandPalette::default(),
-            open_dialog: FileChooser::default(),
-            save_dialog: FileChooser::default(),
             enters: false,
             // In index order the picture must equal that of `render` to the byte.
             auto_exposure: !args.fixed_exposure && !args.deterministic,
-            target: DEFAULT_TARGET,
         };
         let options = SessionContext {
             began,
@@ -273,7 +270,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         let _ = window.request_inner_size(wanted);
     }
     let threads = loader.source.args.threads();
-    let mut picture = LivePicture::new(&run, options.budget, panel.target(), threads)?;
+    let mut picture = LivePicture::new(&run, options.budget, threads)?;
     let (tracers, lanes) = match options.tracers.is_empty() {
         true => Tracers::here(threads)?,
         false => Tracers::elsewhere(options.tracers.clone(), digest.unwrap_or_default())?,
@@ -317,7 +314,6 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         keys: Tools::keys(),
         actions: Vec::new(),
         metrics,
-        saves: BackgroundSaves::default(),
         capture,
         clock: FrameClock::new(now),
         errors: Backoff::default(),

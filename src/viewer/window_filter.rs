@@ -13,7 +13,8 @@ use crate::study::ErrorEstimate;
 
 /// Noise filter of the window. Its thread starts with the first request and stays.
 pub struct WindowFilter {
-    thread: Option<NoiseFilter>,
+    /// The filter thread, once it runs.
+    pub thread: Option<NoiseFilter>,
     /// Number of threads for filters that bring their own.
     threads: usize,
     /// The selected filter.
@@ -23,7 +24,7 @@ pub struct WindowFilter {
     /// View of the present epoch.
     view: Option<EpochView>,
     /// Whether there is a denoised picture that has not been shown.
-    fresh: bool,
+    pub fresh: bool,
 }
 
 impl WindowFilter {
@@ -127,16 +128,6 @@ impl WindowFilter {
         thread.is_some_and(|thread| thread.will_be_ready(settings.denoise, &run.film, samples))
     }
 
-    /// Whether a reprojection was requested and is not finished.
-    pub fn is_reprojecting(&self) -> bool {
-        self.thread.as_ref().is_some_and(NoiseFilter::is_reprojecting)
-    }
-
-    /// Number of views that began with a reprojection since the start.
-    pub fn reprojections(&self) -> u64 {
-        self.thread.as_ref().map_or(0, NoiseFilter::reprojections)
-    }
-
     /// Whether the filter is running.
     pub fn is_busy(&self) -> bool {
         self.thread.as_ref().is_some_and(NoiseFilter::is_busy)
@@ -159,16 +150,6 @@ impl WindowFilter {
     /// Blocks until the running filter has finished.
     pub fn wait(&mut self) {
         self.thread.iter_mut().for_each(NoiseFilter::wait);
-    }
-
-    /// Whether there is a denoised picture that has not been shown.
-    pub fn is_fresh(&self) -> bool {
-        self.fresh
-    }
-
-    /// Records that the last denoised picture was shown.
-    pub fn is_seen(&mut self) {
-        self.fresh = false;
     }
 
     /// The last denoised picture of the present film, if these settings show it.

@@ -1,86 +1,19 @@
-//! The panel without a window and without tools, frame after frame, with figures to be shown.
+//! The panel without a window and without tools, frame after frame, with data to be shown.
 
 use std::convert::Infallible;
-use std::time::Duration;
 
-use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, pos2};
-use pointillist::client::settings::{FilmCounts, Settings, SplatFilter};
+use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape};
+use pointillist::client::settings::{Settings, SplatFilter};
 use pointillist::client::window::action::{Action, UserAction};
 use pointillist::client::window::keys::KeyTable;
 use pointillist::client::window::panel::{
-    self, CommandPalette, DEFAULT_TARGET, FileChooser, PanelControls, PanelData, PanelLayout, PanelTab,
-    ParameterValue, PictureOverlay, PictureView, RejectedList, RejectedRow, SceneParameter, Selection,
-    TracerRow,
+    self, CommandPalette, PanelControls, PanelData, PanelLayout, PanelTab, PictureView,
 };
 use pointillist::client::window::viewport::Viewport;
 
 pub fn readout() -> PanelData {
     PanelData {
-        device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
-        method: "path",
-        methods: vec!["path", "light", "bidirectional", "photon"],
-        chooses_method: true,
-        reason: "auto: path — 80 % of what is seen arrives with one bounce or none".into(),
-        plan: "2 threads trace on 2 cores while the display leaves them: it draws on the processor".into(),
         extent: [512, 512],
-        detail: 2,
-        counts: FilmCounts {
-            camera_samples: 12_345_678,
-            light_samples: 23_456,
-            camera_paths: 1,
-            light_paths: 345_678,
-        },
-        traced_per_second: 1.234e6,
-        rasterised_per_second: 0.99e6,
-        drawing: 0.25,
-        lods: [Some(1.25), None],
-        ring: (12, 64),
-        passes: vec![
-            ("splat", 3.1),
-            ("mips", 0.7),
-            ("variance", 1.1),
-            ("reconstruct", 5.2),
-            ("tonemap", 0.9),
-        ],
-        frames: (0..240).map(|i| 14.0 + 4.0 * (i as f32 * 0.7).sin()).collect(),
-        percentiles: [14.2, 17.8, 18.0],
-        budget: Duration::from_micros(16_667),
-        edit_latency: Some(Duration::from_millis(31)),
-        edit_latency_p95: Some(Duration::from_millis(48)),
-        threads: 1,
-        tracers: vec![TracerRow {
-            address: "render-7:7070".into(),
-            words: "silent for 4 s".into(),
-            ill: true,
-        }],
-        elapsed: Duration::from_secs_f64(12.3),
-        message: None,
-        selection: Some(Selection {
-            name: "shape \"light\"".into(),
-            selected: true,
-            lens_from: 3,
-            parameters: vec![
-                SceneParameter { label: "emission".into(), value: ParameterValue::Scale(1.7) },
-                SceneParameter {
-                    label: "reflectance".into(),
-                    value: ParameterValue::Color([0.123_456, 0.5, 0.000_1]),
-                },
-                SceneParameter {
-                    label: "interior index".into(),
-                    value: ParameterValue::Number { value: 1.504_6, min: 1.0, max: 3.0 },
-                },
-            ],
-        }),
-        error: None,
-        overlay: PictureOverlay::None,
-        rejected: RejectedList {
-            total: 3,
-            rows: vec![RejectedRow {
-                what: "path 7: light sample infinite".into(),
-                command: "pointillist replay".into(),
-            }],
-        },
-        left_out: vec!["lens"],
         undo: Some("move of `ball`".into()),
         redo: Some("orbit of the camera".into()),
         ..PanelData::default()
@@ -95,11 +28,8 @@ pub fn controls() -> PanelControls {
         layout: PanelLayout::new(true),
         help: false,
         palette: CommandPalette::default(),
-        open_dialog: FileChooser::default(),
-        save_dialog: FileChooser::default(),
         enters: false,
         auto_exposure: true,
-        target: DEFAULT_TARGET,
     }
 }
 
@@ -180,50 +110,6 @@ impl Panel {
         self.time += 1.0;
         actions
     }
-}
-
-/// The panel over a grey picture, by a plain rasteriser: set `POINTILLIST_PANEL_PICTURES` to a folder to look at it.
-pub fn picture(panel: &mut Panel, name: &str, shapes: Vec<egui::epaint::ClippedShape>) {
-    let Some(folder) = std::env::var_os("POINTILLIST_PANEL_PICTURES") else { return };
-    let font = panel.context.fonts(|fonts| fonts.image());
-    let [width, height] = panel.size.map(|s| s as usize);
-    let mut rgb = vec![[70.0_f32; 3]; width * height];
-    for primitive in panel.context.tessellate(shapes, 1.0) {
-        let egui::epaint::Primitive::Mesh(mesh) = primitive.primitive else { continue };
-        for corner in mesh.indices.as_chunks::<3>().0 {
-            let [a, b, c] = corner.map(|i| mesh.vertices[i as usize]);
-            let area = (b.pos - a.pos).rot90().dot(c.pos - a.pos);
-            let bounds = Rect::from_points(&[a.pos, b.pos, c.pos]).intersect(primitive.clip_rect);
-            let columns =
-                bounds.left().max(0.0) as usize..(bounds.right().ceil().max(0.0) as usize).min(width);
-            let rows = bounds.top().max(0.0) as usize..(bounds.bottom().ceil().max(0.0) as usize).min(height);
-            for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
-                let p = pos2(x as f32 + 0.5, y as f32 + 0.5);
-                let edge = |u: Pos2, v: Pos2| (v - u).rot90().dot(p - u) / area;
-                let [wa, wb, wc] = [edge(b.pos, c.pos), edge(c.pos, a.pos), edge(a.pos, b.pos)];
-                if area == 0.0 || wa < 0.0 || wb < 0.0 || wc < 0.0 || !primitive.clip_rect.contains(p) {
-                    continue;
-                }
-                let uv = wa * a.uv.to_vec2() + wb * b.uv.to_vec2() + wc * c.uv.to_vec2();
-                let [tx, ty] =
-                    [(uv.x * font.width() as f32) as usize, (uv.y * font.height() as f32) as usize];
-                let texel = font[(tx.min(font.width() - 1), ty.min(font.height() - 1))].to_array();
-                let mix = |k: usize| {
-                    let color =
-                        wa * f32::from(a.color[k]) + wb * f32::from(b.color[k]) + wc * f32::from(c.color[k]);
-                    color * f32::from(texel[k]) / 255.0
-                };
-                let over = 1.0 - mix(3) / 255.0;
-                let at = &mut rgb[y * width + x];
-                *at = [0, 1, 2].map(|k| at[k] * over + mix(k));
-            }
-        }
-    }
-    let file = std::fs::File::create(std::path::Path::new(&folder).join(name)).unwrap();
-    let mut encoder = png::Encoder::new(file, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    let bytes: Vec<u8> = rgb.iter().flatten().map(|v| v.clamp(0.0, 255.0) as u8).collect();
-    encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
 }
 
 pub fn texts(shapes: &[egui::epaint::ClippedShape]) -> Vec<(String, Rect)> {

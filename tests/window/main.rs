@@ -15,7 +15,7 @@ mod input;
 mod light_mix;
 mod navigation;
 mod panel;
-mod panel_error;
+mod panel_maps;
 mod picture;
 mod regions;
 mod scenes;

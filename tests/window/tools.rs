@@ -7,7 +7,7 @@ use egui_kittest::kittest::Queryable;
 use pointillist::client::window::action::Action;
 use pointillist::client::window::panel::{PanelControls, PanelData, PanelTab};
 
-use crate::headless_panel::{controls, controls_of, readout, show};
+use crate::headless_panel::{controls, readout, show};
 
 /// The panel with its data, and the actions that it asked for.
 struct Tools {
@@ -48,11 +48,11 @@ fn commands_are_found_and_run_by_keyboard_alone() {
     let mut harness = harness(readout(), controls());
     harness.state_mut().controls.palette.toggle();
     harness.run_steps(2);
-    harness.event(egui::Event::Text("save png".to_owned()));
+    harness.event(egui::Event::Text("full".to_owned()));
     harness.run_steps(2);
-    harness.get_by_label("Save the picture as PNG");
+    harness.get_by_label("Full screen");
     harness.key_press(Key::Enter);
-    assert_eq!(taken(&mut harness), [Action::SavePng]);
+    assert_eq!(taken(&mut harness), [Action::ToggleFullscreen]);
     assert!(!harness.state().controls.palette.is_open);
     // Escape runs nothing.
     harness.state_mut().controls.palette.toggle();
@@ -134,13 +134,4 @@ fn the_panel_is_entered_and_used_by_keyboard() {
     harness.run_steps(2);
     harness.key_press(Key::Enter);
     assert_eq!(taken(&mut harness), [Action::SaveDialog]);
-}
-
-#[test]
-fn recent_scenes_are_opened() {
-    let data =
-        PanelData { recent: vec!["/scenes/kitchen.xml".into(), "/scenes/hall.xml".into()], ..readout() };
-    let mut harness = harness(data, controls_of(PanelTab::Files));
-    harness.get_by_label("scenes/hall.xml").click();
-    assert_eq!(taken(&mut harness), [Action::Open("/scenes/hall.xml".into())]);
 }

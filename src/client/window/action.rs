@@ -1,11 +1,8 @@
 //! User actions, from the mouse, a key or a button of the panel: those of the window itself, and those of its tools, which the window
 //! passes on without knowing them.
 
-use std::path::PathBuf;
-
-use crate::client::window::keys::CursorAction;
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::{PanelTab, ParameterValue};
+use crate::client::window::panel::layout::PanelTab;
 
 /// A user action. `T`: actions of the tools.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,37 +97,16 @@ pub enum Action {
     DragRegion(Option<[[f64; 2]; 2]>),
     /// The user has dragged a rectangle between these positions.
     TraceRegion([[f64; 2]; 2]),
-    /// Clears the selection.
-    Deselect,
     /// Undoes the last change or camera move.
     Undo,
     /// Redoes the change that was undone last.
     Redo,
-    /// Changes a parameter of the selected object.
-    Edit {
-        /// Index in [`Selection::parameters`](crate::client::window::panel::Selection::parameters).
-        index: usize,
-        /// The new value.
-        value: ParameterValue,
-    },
-    /// Selects the integrator of this name; `None` for the automatic choice.
-    SetMethod(Option<&'static str>),
-    /// Saves the displayed picture.
-    SavePng,
     /// Saves the sums of the film.
     SaveExr,
-    /// Saves camera and edits as a scene file that includes the original.
-    SaveScene,
-    /// Copies the command line that repeats this picture.
-    CopyCommand,
     /// Opens the dialog for a scene or model.
     OpenDialog,
-    /// Opens this scene or model.
-    Open(PathBuf),
     /// Opens the dialog for a file name to save under.
     SaveDialog,
-    /// Saves to this path; the extension selects the displayed picture, the sums or the scene.
-    SaveAs(PathBuf),
     /// Pauses or resumes: while paused no samples are read, so that the tracer stops soon.
     TogglePause,
     /// Fills the screen with the window, or leaves it.
@@ -151,4 +127,26 @@ pub enum Action {
     Cancel,
     /// Closes the window.
     Quit,
+}
+
+/// Actions at the cursor position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CursorAction {
+    /// Zooms the picture in by a step.
+    ZoomIn,
+    /// Zooms it out by a step.
+    ZoomOut,
+    /// Shows the picture at 1:1.
+    ShowPixels,
+}
+
+impl CursorAction {
+    /// The action at a position of the window.
+    pub fn at(self, at: [f64; 2]) -> Action {
+        match self {
+            Self::ZoomIn => Action::ZoomAt(at, 1.0),
+            Self::ZoomOut => Action::ZoomAt(at, -1.0),
+            Self::ShowPixels => Action::ShowPixels(at),
+        }
+    }
 }

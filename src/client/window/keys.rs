@@ -2,9 +2,9 @@
 
 use winit::keyboard::KeyCode;
 
-use crate::client::window::action::{Action, UserAction};
+use crate::client::window::action::{Action, CursorAction, UserAction};
 use crate::client::window::navigation::Gesture;
-use crate::client::window::panel::PanelTab;
+use crate::client::window::panel::layout::PanelTab;
 
 /// Degrees per key press or wheel step when changing the field of view.
 pub const FOV_STEP: f64 = 2.0;
@@ -33,28 +33,6 @@ pub enum BoundAction<T> {
     Each(Vec<(String, T)>),
     /// Describes mouse buttons and held keys, which [`input`](crate::client::window::input) interprets.
     Described,
-}
-
-/// Actions at the cursor position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CursorAction {
-    /// Zooms the picture in by a step.
-    ZoomIn,
-    /// Zooms it out by a step.
-    ZoomOut,
-    /// Shows the picture at 1:1.
-    ShowPixels,
-}
-
-impl CursorAction {
-    /// The action at a position of the window.
-    pub fn at(self, at: [f64; 2]) -> Action {
-        match self {
-            Self::ZoomIn => Action::ZoomAt(at, 1.0),
-            Self::ZoomOut => Action::ZoomAt(at, -1.0),
-            Self::ShowPixels => Action::ShowPixels(at),
-        }
-    }
 }
 
 /// One binding of the table.
@@ -239,7 +217,6 @@ fn camera<T>() -> Vec<KeyBinding<T>> {
 fn changes<T>() -> Vec<KeyBinding<T>> {
     vec![
         mouse("Click", "select an object"),
-        key("X", "select nothing", &[Char('x')], Action::Deselect),
         key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
         key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
     ]
@@ -262,10 +239,7 @@ fn files<T>() -> Vec<KeyBinding<T>> {
     vec![
         key("Ctrl+O", "open a scene or a model", &[Ctrl('o', false)], Action::OpenDialog),
         key("Ctrl+Shift+S", "save picture or scene as …", &[Ctrl('s', true)], Action::SaveDialog),
-        key("P", "save the picture as PNG", &[Char('p')], Action::SavePng),
         key("E", "save the sums as EXR", &[Char('e')], Action::SaveExr),
-        key("Ctrl+S", "save the scene's changes", &[Ctrl('s', false)], Action::SaveScene),
-        key("C", "copy the command of this picture", &[Char('c')], Action::CopyCommand),
     ]
 }
 

@@ -4,9 +4,9 @@ use glam::DVec3;
 use miette::{Result, miette};
 
 use crate::client::window::navigation::Pose;
-use crate::client::window::panel::ParameterValue;
 
-use crate::viewer::editor::{EditedValue, SceneEditor};
+use crate::viewer::editor::SceneEditor;
+use crate::viewer::editor::parameters::{EditedValue, ParameterValue, SceneParameter};
 
 /// Largest lens radius on the slider, as a fraction of the distance to the target.
 const WIDEST: f64 = 0.05;
@@ -21,23 +21,25 @@ impl SceneEditor {
     }
 
     /// Lens parameters; none for an orthographic camera.
-    pub(super) fn lens_values(&self) -> Vec<(String, EditedValue, ParameterValue)> {
-        let mut values = Vec::new();
+    pub fn lens_parameters(&self) -> Vec<SceneParameter> {
+        let mut parameters = Vec::new();
         if self.original().camera.orthographic {
-            return values;
+            return parameters;
         }
         let (distance, aperture) = (self.pose().distance(), self.aperture());
         // Bounds that stay constant while the focus changes.
         let reach = self.home.distance();
         let value = ParameterValue::Number { value: aperture, min: 0.0, max: (WIDEST * reach).max(aperture) };
-        values.push(("radius of the lens".to_owned(), EditedValue::Aperture, value));
+        let label = "radius of the lens".to_owned();
+        parameters.push(SceneParameter { label, edits: EditedValue::Aperture, value });
         if aperture > 0.0 {
             let [min, max] = FOCUS.map(|distances| distances * reach);
             let value =
                 ParameterValue::Number { value: distance, min: min.min(distance), max: max.max(distance) };
-            values.push(("distance in focus".to_owned(), EditedValue::Focus, value));
+            let label = "distance in focus".to_owned();
+            parameters.push(SceneParameter { label, edits: EditedValue::Focus, value });
         }
-        values
+        parameters
     }
 
     /// Focuses the lens at the distance of a world-space point without turning the camera; returns whether anything changed.

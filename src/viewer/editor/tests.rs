@@ -4,10 +4,12 @@ use std::time::Instant;
 
 use crate::color::Xyz;
 use crate::math::random::Random;
+use crate::scene::edit::{NewValue, Target};
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::integrator::RenderContext;
 use crate::tracer::{Integrator, PathTracer};
 
+use crate::viewer::editor::parameters::{ParameterValue, SceneParameter};
 use crate::viewer::editor::*;
 
 #[test]
@@ -178,11 +180,11 @@ fn change_at_random(user: &mut SceneEditor, random: &mut Random) {
             let shapes = user.original().shapes.len();
             let selected = count(shapes + 1, random);
             user.select((selected < shapes).then_some(selected as u32));
-            let parameters = user.selection().expect("there are lights").parameters;
-            if !parameters.is_empty() {
-                let index = count(parameters.len(), random);
-                user.edit(index, other(parameters[index].value, random)).expect("a value within its bounds");
-            }
+            let mut parameters = user.selection().map_or(Vec::new(), |selection| selection.parameters);
+            parameters.extend(user.lens_parameters());
+            let parameter = parameters.swap_remove(count(parameters.len(), random));
+            let value = other(parameter.value, random);
+            user.edit(SceneParameter { value, ..parameter }).expect("a value within its bounds");
         }
     }
 }
@@ -265,15 +267,14 @@ fn objects_and_lens_are_edited() {
     user.end_change();
     assert_eq!((user.undo_name(), user.redo_name()), (Some("move of `ball`"), None));
     user.select(None);
-    let lens = |user: &SceneEditor| {
-        let found = user.selection().expect("lights").parameters;
-        found.iter().position(|p| p.label == "radius of the lens").expect("a lens")
+    let set_lens = |user: &mut SceneEditor, label: &str, number| {
+        let found = user.lens_parameters().into_iter().find(|parameter| parameter.label == label);
+        let value = ParameterValue::Number { value: number, min: 0.0, max: 100.0 };
+        user.edit(SceneParameter { value, ..found.expect("a lens") }).expect("a number")
     };
-    let open = ParameterValue::Number { value: 0.2, min: 0.0, max: 1.0 };
-    assert!(user.edit(lens(&user), open).expect("a number"));
+    assert!(set_lens(&mut user, "radius of the lens", 0.2));
     settle(&mut user);
-    let focus = ParameterValue::Number { value: 4.0, min: 0.0, max: 100.0 };
-    assert!(user.edit(lens(&user) + 1, focus).expect("a number"));
+    assert!(set_lens(&mut user, "distance in focus", 4.0));
     let camera = user.edits().camera.expect("a changed camera");
     assert!(camera.aperture_radius == 0.2 && (camera.focus_distance - 4.0).abs() < 1e-12, "{camera:?}");
     assert_eq!(user.desc().camera.aperture_radius, 0.2);

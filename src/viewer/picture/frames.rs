@@ -8,6 +8,7 @@ use crate::client::pacing::{FramePlan, PacingInput};
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, Reconstruction, Settings};
+use crate::denoise::noise_filter::NoiseFilter;
 use crate::gpu::FrameNumber;
 use crate::stream::BLOCK_SAMPLES;
 use crate::viewer::picture::{LastRepaint, LivePicture, Painted, ShownFrame};
@@ -35,25 +36,26 @@ impl LivePicture {
         let mut filter = self.look_at_filter(run, settings);
         // Noisy pictures are shown until the first denoised one.
         let mut filtered = self.filtered_frame(run, settings).map(|frame| frame.samples);
-        let mut is_fresh = self.filter.is_fresh();
+        let mut is_fresh = self.filter.fresh;
         // Released regions are denoised once more, from all of their samples.
         for region in self.regions.released_mut() {
             let is_ready = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
             if is_ready && region.filtered(settings) != Some(region.samples()) {
                 region.filter_now();
             }
-            is_fresh |= region.filter().is_fresh();
+            is_fresh |= region.filter.fresh;
         }
         if let Some(region) = self.regions.traced_mut() {
             filter = region.look_at_filter(settings, &mut self.pacer, &mut self.filter_time);
             filtered = region.filtered(settings);
-            is_fresh |= region.filter().is_fresh();
+            is_fresh |= region.filter.fresh;
         }
         if self.film().is_some_and(VulkanFilm::is_background_ready) {
             self.repaint = true;
         }
         let longest_wait = if self.unseen { FIRST_WAIT } else { NEXT_WAIT };
-        let waits = self.filter.is_reprojecting() && session.elapsed() < longest_wait;
+        let reprojects = self.filter.thread.as_ref().is_some_and(NoiseFilter::is_reprojecting);
+        let waits = reprojects && session.elapsed() < longest_wait;
         let (last, samples) = (&self.last_repaint, self.traced_samples());
         let growth = match last.samples {
             last if last == samples => 1.0,
@@ -193,7 +195,7 @@ impl LivePicture {
                 self.filter.prepare();
             }
             self.repaint = false;
-            self.filter.is_seen();
+            self.filter.fresh = false;
             self.last_repaint = LastRepaint { at: began, samples, detail };
         }
         Ok(ShownFrame { number, began, samples, detail, filtered: is_filtered })

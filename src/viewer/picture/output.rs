@@ -14,9 +14,11 @@ use crate::client::{
 use crate::denoise::filtered_picture::FilteredPicture;
 use crate::image::Grid;
 use crate::render::outputs::PendingSnapshot;
-use crate::render::run_spec::RunSpec;
+use crate::render::run_spec::{RunEnd, RunSpec};
 use crate::render::tev::TevLink;
 use crate::stream::{PathCounts, Sample};
+use crate::study::ErrorQuantile;
+use crate::viewer::editor::SceneEditor;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::picture::regions::{Regions, per_pixel};
@@ -103,6 +105,20 @@ impl Film for ComposedFilm<'_> {
 }
 
 impl LivePicture {
+    /// State of the render so far, for the metadata of a picture file.
+    pub fn outcome(&self, session: &RenderSession, editor: &SceneEditor) -> RunEnd {
+        let rejected = session.rejected(editor).summary();
+        let is_whole = self.regions.is_empty() && !session.has_gaps();
+        let prefix = session.is_complete() && is_whole;
+        let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
+        // The error of a light mix is not estimated.
+        if let Some(observer) = self.observer.as_ref().filter(|_| !self.mix.is_mixing()) {
+            end.describe(&observer.state(), ErrorQuantile::P95);
+        }
+        end.notes.extend(self.composition());
+        end
+    }
+
     /// Denoises all samples so far, if these settings show the denoised picture; blocks until done.
     pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
         if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {

@@ -19,14 +19,12 @@ use crate::client::film::VulkanFilm;
 use crate::client::pacing::Pacer;
 use crate::client::pass::compose::PictureLayer;
 use crate::client::wavelet::out_of_memory;
-use crate::client::window::panel::RegionDrawing;
 use crate::client::{ClientError, Film, FilmData, FilmSpec, Settings, develop};
 use crate::denoise::noise_filter::EpochView;
 use crate::gpu::{Cmd, Gpu, Region};
 use crate::image::Grid;
 use crate::render::run_spec::RunSpec;
 use crate::render::{method, observed};
-use crate::study::ErrorTarget;
 use crate::tracer::Camera;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::picture::LivePicture;
@@ -45,6 +43,19 @@ const LEAST: u32 = 8;
 /// Seeds of regions differ from that of the picture by multiples of this.
 const REGION_SEED: u32 = 0x3c6e_f35f;
 
+/// A region as it is drawn over the picture, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegionDrawing {
+    /// First pixel.
+    pub origin: [u32; 2],
+    /// Width and height.
+    pub extent: [u32; 2],
+    /// Whether the region is traced alone; otherwise it is being dragged.
+    pub is_traced: bool,
+    /// Paths per pixel of the region's samples.
+    pub per_pixel: f64,
+}
+
 /// A region and its samples.
 pub struct RegionRender {
     /// Rectangle in pixels of the picture.
@@ -52,7 +63,8 @@ pub struct RegionRender {
     /// As the run of the whole picture, except for size, seed, and samples in order of arrival.
     run: RunSpec,
     film: VulkanFilm,
-    filter: WindowFilter,
+    /// Noise filter of the region.
+    pub filter: WindowFilter,
     /// Estimates the error of the displayed picture in the region.
     observer: Option<Observer>,
     began: Instant,
@@ -107,11 +119,6 @@ impl RegionRender {
     /// Number of samples in the denoised picture, if there is one.
     pub fn filtered(&self, settings: &Settings) -> Option<u64> {
         self.filter.shown(&self.run, settings).map(|frame| frame.samples)
-    }
-
-    /// The noise filter of the region.
-    pub fn filter(&mut self) -> &mut WindowFilter {
-        &mut self.filter
     }
 
     /// Begins to denoise the samples so far, unless a filter run is in progress.
@@ -307,7 +314,7 @@ impl Regions {
         let mut images = Vec::new();
         for (shares, region) in self.shares(whole, settings).into_iter().zip(&mut self.list) {
             if !shares.is_empty() {
-                region.filter.is_seen();
+                region.filter.fresh = false;
                 let filtered = region
                     .filter
                     .shown(&region.run, settings)
@@ -395,7 +402,6 @@ impl LivePicture {
         view: EpochView,
         editor: &SceneEditor,
         settings: &Settings,
-        target: ErrorTarget,
     ) -> Result<()> {
         let method = session.run_spec().integrator;
         if let [false, _] = method.streams() {
@@ -432,7 +438,7 @@ impl LivePicture {
             deterministic: false,
             ..whole.clone()
         };
-        let observe = || observed::observe(&run, Some(target), CheckpointPolicy::WhenIdle);
+        let observe = || observed::observe(&run, Some(self.target()), CheckpointPolicy::WhenIdle);
         let mut region = RegionRender {
             rectangle,
             film: screen.new_film(film).into_diagnostic()?,

@@ -8,7 +8,9 @@ use winit::keyboard::KeyCode;
 use crate::client::window::action::{Action, ActionQueue};
 use crate::client::window::keys::{ToolKey, Trigger, tool_at_cursor, tool_key};
 use crate::client::window::navigation::{FOV, Gesture};
-use crate::client::window::panel::{PanelData, SectionPlace, Selection, parameters, section, style};
+use crate::client::window::panel::{PanelData, SectionPlace, section, style};
+use crate::viewer::editor::parameters::SceneParameter;
+use crate::viewer::tools::parameters;
 use crate::viewer::tools::tool::{Tool, ToolContext};
 
 /// What the user can do with the camera.
@@ -22,6 +24,8 @@ pub enum CameraAction {
     Reset,
     /// Sets the field of view, in degrees.
     SetFov(f64),
+    /// Sets a parameter of the lens to a new value.
+    EditLens(SceneParameter),
 }
 
 /// The camera as the panel shows it.
@@ -31,8 +35,8 @@ pub struct CameraTool {
     fov: f64,
     /// Position, target, field of view.
     words: String,
-    /// The selection, whose last parameters are those of the lens.
-    lens: Option<Selection>,
+    /// Parameters of the lens.
+    lens: Vec<SceneParameter>,
 }
 
 impl Tool for CameraTool {
@@ -70,13 +74,14 @@ impl Tool for CameraTool {
             }
             CameraAction::Reset => context.has_edited |= context.editor.reset_camera(),
             CameraAction::SetFov(fov) => context.has_edited |= context.editor.set_fov(fov),
+            CameraAction::EditLens(parameter) => context.has_edited |= context.editor.edit(parameter)?,
         }
         Ok(None)
     }
 
-    fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
+    fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
         (self.fov, self.words) = (context.editor.fov(), context.editor.camera_words());
-        self.lens = data.selection.clone();
+        self.lens = context.editor.lens_parameters();
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<CameraAction>) {
@@ -105,11 +110,7 @@ fn show(ui: &mut Ui, camera: &CameraTool, queue: &mut ActionQueue<CameraAction>)
     if !camera.words.is_empty() {
         ui.small(&camera.words);
     }
-    if let Some(selection) = &camera.lens {
-        let mut changes = Vec::new();
-        parameters(ui, selection, selection.lens_from..selection.parameters.len(), &mut changes);
-        changes.into_iter().for_each(|change| queue.ask_window(change));
-    }
+    parameters::show(ui, &camera.lens, queue, CameraAction::EditLens);
     ui.horizontal_wrapped(|ui| {
         if ui.button("Reset").on_hover_text("Back to the file's camera  R").clicked() {
             queue.ask(CameraAction::Reset);
@@ -136,7 +137,7 @@ mod tests {
     #[test]
     fn buttons_do_what_they_say() {
         let draw = |ui: &mut Ui, queue: &mut ActionQueue<CameraAction>| {
-            let camera = CameraTool { fov: 39.3, words: "at 1 2 3".into(), lens: None };
+            let camera = CameraTool { fov: 39.3, words: "at 1 2 3".into(), lens: Vec::new() };
             show(ui, &camera, queue);
         };
         let mut harness = Harness::builder().build_ui_state(draw, ActionQueue::default());

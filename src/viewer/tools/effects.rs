@@ -75,6 +75,8 @@ pub struct EffectList {
     known: Option<(IntegratorKind, Settings, Vec<EffectRow>)>,
     /// The rows as the panel shows them.
     shown: Vec<EffectRow>,
+    /// Names of the effects that are forced off.
+    left_out: Vec<&'static str>,
 }
 
 impl Tool for EffectList {
@@ -115,11 +117,17 @@ impl Tool for EffectList {
 
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
         self.shown = self.rows(context.session, context.editor, context.panel);
+        self.left_out = context.session.run_spec().left_out().collect();
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<EffectAction>) {
-        if place == SectionPlace::RenderFigures {
+        if place == SectionPlace::Render {
             section(ui, "Effects", false, |ui| show(ui, &self.shown, self.costs.state(), queue));
+            // Below the switches, so that their layout does not jump.
+            if !self.left_out.is_empty() {
+                ui.colored_label(style::ACCENT, format!("without {}", self.left_out.join(", ")));
+                ui.add_space(4.0);
+            }
         }
     }
 

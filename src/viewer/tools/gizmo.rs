@@ -104,6 +104,8 @@ struct GizmoDrag {
 pub struct Gizmo {
     mode: GizmoMode,
     drag: Option<GizmoDrag>,
+    /// Whether an object is selected.
+    has_object: bool,
     /// The gizmo as the panel shows it.
     drawn: Option<GizmoDrawing>,
 }
@@ -113,7 +115,7 @@ impl Tool for Gizmo {
 
     fn keys() -> Vec<ToolKey<GizmoAction>> {
         let next = "move, turn or scale the selected object";
-        vec![tool_key("G", next, &[Trigger::Char('g')], GizmoAction::Next).below("select nothing")]
+        vec![tool_key("G", next, &[Trigger::Char('g')], GizmoAction::Next).below("select an object")]
     }
 
     fn perform(&mut self, action: GizmoAction, _: &mut ToolContext<'_>) -> Result<Option<String>> {
@@ -153,11 +155,12 @@ impl Tool for Gizmo {
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
         let (size, zoom) = (context.session.size(), context.panel.points_per_pixel());
         let cursor = context.panel.cursor();
+        self.has_object = context.editor.selected().is_some();
         self.drawn = if is_shown(context) { self.drawing(context.editor, cursor, size, zoom) } else { None };
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<GizmoAction>) {
-        if place == SectionPlace::Selection {
+        if place == SectionPlace::Selection && self.has_object {
             choice(ui, self.mode, queue);
         }
     }

@@ -5,14 +5,21 @@ mod bookmarks;
 mod camera;
 mod comparison;
 mod effects;
+mod error;
 mod exposure;
+mod figures;
+mod files;
+mod frame_times;
 mod gizmo;
 mod histogram;
 mod inspector;
 mod light_mix;
 mod maps;
 mod outline;
+mod parameters;
 mod region;
+mod rejected;
+mod selection;
 mod tool;
 
 use std::path::Path;
@@ -29,6 +36,7 @@ use crate::viewer::tools::tool::Tool;
 
 pub use camera::CameraAction;
 pub use exposure::ExposureAction;
+pub use files::FileAction;
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};
 
@@ -137,7 +145,7 @@ macro_rules! tools {
 }
 
 // What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock. The comparison comes after the
-// maps, since its own map takes the place of theirs.
+// maps, since its own map takes the place of theirs, and before the error, to whose plot it gives a curve.
 tools! {
     Exposure exposure: exposure::AutoExposure,
     Histogram histogram: histogram::HistogramTool,
@@ -146,11 +154,17 @@ tools! {
     Outline outline: outline::Outline,
     Region region: region::RegionTool,
     Gizmo gizmo: gizmo::Gizmo,
+    Selection selection: selection::SelectionTool,
     Inspect inspector: inspector::Inspector,
+    Error error: error::ErrorFigures,
+    Figures figures: figures::FigureTable,
     Camera camera: camera::CameraTool,
     LightMix light_mix: light_mix::LightMixTool,
     Effects effects: effects::EffectList,
+    Rejected rejected: rejected::RejectedView,
+    FrameTimes frame_times: frame_times::FrameTimePlot,
     Bookmarks bookmarks: bookmarks::CameraBookmarks,
+    Files files: files::FileTool,
 }
 
 #[cfg(test)]

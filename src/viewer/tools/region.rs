@@ -7,12 +7,10 @@ use miette::{Result, miette};
 
 use crate::client::window::action::ActionQueue;
 use crate::client::window::keys::{ToolKey, Trigger, mouse, tool_key};
-use crate::client::window::panel::{
-    PanelData, PictureArea, RegionDrawing, SectionPlace, ToolPresence, style,
-};
+use crate::client::window::panel::{PanelData, PictureArea, SectionPlace, ToolPresence, style};
 use crate::denoise::noise_filter::EpochView;
 use crate::gpu::Region;
-use crate::viewer::picture::regions::rectangle_between;
+use crate::viewer::picture::regions::{RegionDrawing, rectangle_between};
 use crate::viewer::tools::tool::{Tool, ToolContext};
 
 /// What the user can do with regions. Positions are physical pixels of the window.
@@ -86,7 +84,7 @@ impl Tool for RegionTool {
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<RegionAction>) {
-        if place == SectionPlace::RenderTop {
+        if place == SectionPlace::Render {
             show(ui, self.drawing.filter(|region| region.is_traced), queue);
         }
     }
@@ -119,8 +117,7 @@ fn trace(rectangle: Region, context: &mut ToolContext<'_>) -> Result<String> {
     let camera = context.editor.camera(context.session.size())?;
     let view = EpochView { scene: context.editor.scene(), camera };
     let ToolContext { picture, session, editor, panel, .. } = context;
-    let (settings, target) = (&panel.controls.settings, panel.target());
-    picture.begin_region(rectangle, session, view, editor, settings, target)?;
+    picture.begin_region(rectangle, session, view, editor, &panel.controls.settings)?;
     context.go_on();
     let [width, height] = rectangle.extent;
     Ok(format!("only {width}×{height} pixels are traced: Ctrl+B or Escape releases them"))

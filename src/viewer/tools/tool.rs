@@ -1,6 +1,6 @@
 //! What a tool of the window is, and what it may use of the window.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use egui::{Context, Ui};
@@ -11,9 +11,12 @@ use crate::client::window::action::ActionQueue;
 use crate::client::window::keys::ToolKey;
 use crate::client::window::panel::{PanelData, PictureArea, SectionPlace, ToolPresence};
 use crate::render::process::tell;
+use crate::viewer::context::SessionContext;
 use crate::viewer::editor::SceneEditor;
+use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
+use crate::viewer::preferences::Preferences;
 use crate::viewer::session::RenderSession;
 
 /// A tool of the window: state of its own, actions, keys, and a part of the panel that shows its state.
@@ -104,6 +107,9 @@ pub struct ToolContext<'a> {
     pub picture: &'a mut LivePicture,
     pub editor: &'a mut SceneEditor,
     pub panel: &'a mut ViewerPanel,
+    pub metrics: &'a mut ViewerMetrics,
+    pub preferences: &'a mut Preferences,
+    pub options: &'a SessionContext,
     /// When the render was paused; `None` while it traces.
     pub paused: &'a mut Option<Instant>,
     /// Position of the window that the action is about, physical pixels.
@@ -114,6 +120,8 @@ pub struct ToolContext<'a> {
     pub has_edited: bool,
     /// Set by a tool whose window must be drawn anew.
     pub redraws: bool,
+    /// Scene or model that a tool asks the window to open.
+    pub opens: Option<PathBuf>,
 }
 
 impl ToolContext<'_> {

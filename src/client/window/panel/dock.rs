@@ -1,93 +1,14 @@
 //! The dock beside the picture: a bar of buttons, and tabs below, which can be rearranged.
 
-use egui::{Align2, Button, Context, Frame, Margin, Panel, Rect, ScrollArea, Ui, Vec2, WidgetText};
-use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tree, UiResponse};
+use egui::{Button, Frame, Margin, Panel, Rect, ScrollArea, Ui, WidgetText};
+use egui_tiles::{Behavior, SimplificationOptions, TileId, Tree, UiResponse};
 
 use crate::client::window::action::Action;
-use crate::client::window::panel::{GAP, PanelControls, PanelData, PanelTools, style, tabs};
-
-/// Width of the dock at first, points.
-pub const WIDTH: f32 = 340.0;
-
-/// Least width of the dock, points.
-const LEAST_WIDTH: f32 = 200.0;
-
-/// Least width of the picture beside the dock, points: in a narrower window there is no dock.
-const LEAST_PICTURE: f32 = 64.0;
-
-/// A tab of the dock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PanelTab {
-    /// Error, figures and effects of the render.
-    Render,
-    /// How the picture is displayed.
-    Look,
-    /// The selected object, the lights and the camera.
-    Scene,
-    /// The pixel under the pointer.
-    Inspect,
-    /// Snapshots and other pictures beside the present one.
-    Compare,
-    /// Scenes, pictures and views on the disk.
-    Files,
-}
-
-impl PanelTab {
-    /// All tabs, in the order of the dock.
-    pub const ALL: [Self; 6] =
-        [Self::Render, Self::Look, Self::Scene, Self::Inspect, Self::Compare, Self::Files];
-
-    /// Title of the tab.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Render => "Render",
-            Self::Look => "Look",
-            Self::Scene => "Scene",
-            Self::Inspect => "Inspect",
-            Self::Compare => "Compare",
-            Self::Files => "Files",
-        }
-    }
-}
-
-/// Layout of the dock.
-#[derive(Clone, Debug)]
-pub struct PanelLayout {
-    /// Whether there is a dock.
-    pub is_open: bool,
-    /// Width in points, as set by the user.
-    pub width: f32,
-    /// Factor on the size of all text.
-    pub font_scale: f32,
-    /// The tabs.
-    pub tabs: Tree<PanelTab>,
-}
-
-impl PanelLayout {
-    /// A dock with all tabs in one group.
-    pub fn new(is_open: bool) -> Self {
-        let tabs = Tree::new_tabs("tabs", PanelTab::ALL.to_vec());
-        Self { is_open, width: WIDTH, font_scale: 1.0, tabs }
-    }
-
-    /// Brings a tab to the front.
-    pub fn bring(&mut self, tab: PanelTab) {
-        self.tabs.make_active(|_, tile| matches!(tile, Tile::Pane(pane) if *pane == tab));
-    }
-
-    /// Whether a tab is visible.
-    pub fn shows(&self, tab: PanelTab) -> bool {
-        let mut panes = self.tabs.active_tiles().into_iter();
-        self.is_open
-            && panes.any(|id| matches!(self.tabs.tiles.get(id), Some(Tile::Pane(pane)) if *pane == tab))
-    }
-
-    /// Width that the dock takes of a window of this width, points; 0 if closed.
-    pub fn width_in(&self, window: f32) -> f32 {
-        let room = window - LEAST_PICTURE;
-        if self.is_open && room >= LEAST_WIDTH { self.width.clamp(LEAST_WIDTH, room) } else { 0.0 }
-    }
-}
+use crate::client::window::panel::controls::PanelControls;
+use crate::client::window::panel::data::PanelData;
+use crate::client::window::panel::layout::{LEAST_PICTURE, LEAST_WIDTH, PanelTab};
+use crate::client::window::panel::tabs;
+use crate::client::window::panel::tools::PanelTools;
 
 /// Draws the dock; returns the area that it leaves to the picture.
 pub(super) fn show(
@@ -192,24 +113,4 @@ impl Behavior<PanelTab> for TabContents<'_> {
     fn tab_bar_height(&self, _: &egui::Style) -> f32 {
         22.0
     }
-}
-
-/// Draws a small sheet at an edge of the picture's area; `contents` receives the available size.
-pub(super) fn corner(
-    ctx: &Context,
-    area: Rect,
-    id: &str,
-    align: Align2,
-    contents: impl FnOnce(&mut Ui, Vec2),
-) {
-    let space = area.shrink(GAP);
-    if space.width() < 60.0 || space.height() < 40.0 {
-        return;
-    }
-    let order = if id == "message" { egui::Order::Foreground } else { egui::Order::Middle };
-    let sheet = egui::Area::new(egui::Id::new(id)).order(order).fade_in(false).interactable(false);
-    sheet.pivot(align).fixed_pos(align.pos_in_rect(&space)).constrain_to(space).show(ctx, |ui| {
-        let frame = Frame::new().fill(style::BACK).inner_margin(Margin::same(8));
-        frame.show(ui, |ui| contents(ui, space.size()));
-    });
 }

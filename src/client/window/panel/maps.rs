@@ -7,8 +7,10 @@ use egui::{
     pos2, vec2,
 };
 
-use crate::client::window::panel::dock::corner;
-use crate::client::window::panel::{FalseColorMap, MapChoice, PictureArea, PictureOverlay, style, trimmed};
+use crate::client::window::panel::data::{FalseColorMap, MapChoice, PictureOverlay};
+use crate::client::window::panel::over_picture::{PictureArea, corner};
+use crate::client::window::panel::plots::trimmed;
+use crate::client::window::panel::style;
 use crate::color::palette;
 
 /// Opacity of a map over the picture.
@@ -188,7 +190,7 @@ mod tests {
         let map = FalseColorMap {
             grid: [2, 1],
             values: vec![0.0, f64::NAN],
-            scale: crate::client::window::panel::ColorScale { low: 0.0, high: 1.0, logarithmic: false },
+            scale: crate::client::window::panel::data::ColorScale { low: 0.0, high: 1.0, logarithmic: false },
             ..FalseColorMap::default()
         };
         let [r, g, b] = palette::NOTHING;

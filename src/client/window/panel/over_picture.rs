@@ -1,10 +1,18 @@
-//! Where the picture is in the window; the grid and the zoom over it.
+//! Where the picture is in the window; the grid, the zoom and small sheets of text over it.
 
-use egui::{Align2, Color32, Context, LayerId, Pos2, Rect, Stroke, pos2, vec2};
+use egui::{
+    Align2, Area, Color32, Context, Frame, Id, LayerId, Margin, Order, Pos2, Rect, Stroke, Ui, Vec2, pos2,
+    vec2,
+};
 use glam::DVec2;
 
-use crate::client::window::panel::{PictureView, dock, style, trimmed};
+use crate::client::window::panel::data::PictureView;
+use crate::client::window::panel::plots::trimmed;
+use crate::client::window::panel::style;
 use crate::client::window::viewport::GRID_ZOOM;
+
+/// Distance of overlays from the edges of the picture area, points.
+pub(super) const GAP: f32 = 8.0;
 
 /// Position of the picture in the window.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +50,7 @@ pub(super) fn show(ctx: &Context, picture: PictureArea) {
         grid(ctx, picture);
     }
     if !picture.view.viewport.is_whole() {
-        dock::corner(ctx, picture.area, "zoom", Align2::LEFT_BOTTOM, |ui, _| {
+        corner(ctx, picture.area, "zoom", Align2::LEFT_BOTTOM, |ui, _| {
             ui.colored_label(style::BRIGHT, format!("×{}   0: whole picture", trimmed(zoom, 2)));
         });
     }
@@ -64,4 +72,24 @@ fn grid(ctx: &Context, picture: PictureArea) {
         let y = picture.point(DVec2::new(0.0, y as f64)).y;
         painter.line_segment([pos2(from.x, y), pos2(to.x, y)], stroke);
     }
+}
+
+/// Draws a small sheet at an edge of the picture's area; `contents` receives the available size.
+pub(super) fn corner(
+    ctx: &Context,
+    area: Rect,
+    id: &str,
+    align: Align2,
+    contents: impl FnOnce(&mut Ui, Vec2),
+) {
+    let space = area.shrink(GAP);
+    if space.width() < 60.0 || space.height() < 40.0 {
+        return;
+    }
+    let order = if id == "message" { Order::Foreground } else { Order::Middle };
+    let sheet = Area::new(Id::new(id)).order(order).fade_in(false).interactable(false);
+    sheet.pivot(align).fixed_pos(align.pos_in_rect(&space)).constrain_to(space).show(ctx, |ui| {
+        let frame = Frame::new().fill(style::BACK).inner_margin(Margin::same(8));
+        frame.show(ui, |ui| contents(ui, space.size()));
+    });
 }

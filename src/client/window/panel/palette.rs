@@ -144,7 +144,7 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    use crate::client::window::keys::CursorAction;
+    use crate::client::window::action::CursorAction;
 
     #[test]
     fn commands_are_found_by_parts_of_their_words() {
@@ -155,8 +155,8 @@ mod tests {
         };
         assert_eq!(first("zoom"), Some(Action::AskPlace(CursorAction::ZoomIn)));
         assert_eq!(first("open"), Some(Action::OpenDialog));
-        assert_eq!(first("save png"), Some(Action::SavePng));
-        assert_eq!(first("PNG sav"), Some(Action::SavePng));
+        assert_eq!(first("save exr"), Some(Action::SaveExr));
+        assert_eq!(first("EXR sav"), Some(Action::SaveExr));
         assert_eq!(first("full"), Some(Action::ToggleFullscreen));
         assert_eq!(first("no such thing"), None);
         assert!(matches(&keys, "").len() > 20);

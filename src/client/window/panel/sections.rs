@@ -1,76 +1,11 @@
-//! Sections of the panel that request actions: selected object and files; and the list of keys.
+//! The size of the picture, and the list of keys.
 
-use std::ops::Range;
-use std::path::Path;
-
-use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Slider, SliderClamping, Ui, Window};
+use egui::{Align2, DragValue, Grid, Key, Order, ScrollArea, Ui, Window};
 
 use crate::client::window::action::Action;
 use crate::client::window::keys::KeyTable;
-use crate::client::window::panel::{PanelData, ParameterValue, RejectedList, Selection, style};
-
-/// Draws the selected object's parameters; every change requests an edit.
-pub(super) fn selection(ui: &mut Ui, selection: &Selection, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
-        ui.colored_label(style::ACCENT, &selection.name);
-        if selection.selected && ui.button("Deselect").on_hover_text("Selects nothing  X").clicked() {
-            actions.push(Action::Deselect);
-        }
-    });
-    if selection.lens_from == 0 && selection.selected {
-        ui.colored_label(style::DIM, "Nothing of it can be changed.");
-    }
-    parameters(ui, selection, 0..selection.lens_from, actions);
-}
-
-/// Draws a range of the parameters of a selection with their labels; every change requests an edit.
-pub fn parameters(ui: &mut Ui, selection: &Selection, some: Range<usize>, actions: &mut Vec<Action>) {
-    for (index, parameter) in selection.parameters.iter().enumerate().take(some.end).skip(some.start) {
-        ui.horizontal(|ui| {
-            let (value, ended) = edit(ui, parameter.value);
-            if let Some(value) = value {
-                actions.push(Action::Edit { index, value });
-            }
-            if ended {
-                actions.push(Action::EndMove);
-            }
-            ui.colored_label(style::DIM, &parameter.label);
-        });
-    }
-}
-
-/// Draws a widget for a value; returns the new value when the user changes it, and whether a change has ended.
-fn edit(ui: &mut Ui, value: ParameterValue) -> (Option<ParameterValue>, bool) {
-    let (response, next) = match value {
-        ParameterValue::Scale(mut factor) => {
-            let slider = Slider::new(&mut factor, 0.0..=1000.0).logarithmic(true).smallest_positive(1e-3);
-            let response = ui.add(slider.clamping(SliderClamping::Edits).max_decimals(3).suffix("×"));
-            (response, ParameterValue::Scale(factor))
-        }
-        ParameterValue::Color(mut rgb) => {
-            let response = ui.color_edit_button_rgb(&mut rgb);
-            // The button rounds its value, so only a visible difference counts as a change.
-            let near = |(a, b): (&f32, &f32)| (a - b).abs() < 1e-3;
-            let same = matches!(value, ParameterValue::Color(before) if before.iter().zip(&rgb).all(near));
-            let next = ParameterValue::Color(rgb.map(|c| c.clamp(0.0, 1.0)));
-            (response, if same { value } else { next })
-        }
-        ParameterValue::Number { mut value, min, max } => {
-            let slider = Slider::new(&mut value, min..=max).clamping(SliderClamping::Edits).max_decimals(4);
-            (ui.add(slider), ParameterValue::Number { value, min, max })
-        }
-        ParameterValue::Switch(mut on) => (ui.checkbox(&mut on, ""), ParameterValue::Switch(on)),
-        ParameterValue::Vector { mut value, step } => {
-            let [x, y, z] = value.each_mut().map(|v| ui.add(DragValue::new(v).speed(step).max_decimals(4)));
-            (x | y | z, ParameterValue::Vector { value, step })
-        }
-    };
-    let changed = response.changed() && next != value;
-    let ended = response.drag_stopped()
-        || response.lost_focus()
-        || matches!(value, ParameterValue::Switch(_)) && changed;
-    (changed.then_some(next), ended)
-}
+use crate::client::window::panel::data::PanelData;
+use crate::client::window::panel::style;
 
 /// Largest side of a picture, pixels, as of `--size`.
 const LARGEST_SIDE: u32 = 16384;
@@ -117,68 +52,6 @@ pub(super) fn picture_size(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Acti
         let zoom = data.view.viewport.zoom();
         if zoom != 1.0 {
             ui.colored_label(style::DIM, format!("shown at {:.0} %", 100.0 * zoom));
-        }
-    });
-}
-
-/// Lists rejected values; a click copies the command that reproduces one.
-pub(super) fn rejected(ui: &mut Ui, list: &RejectedList) {
-    for row in &list.rows {
-        let label = egui::Label::new(egui::RichText::new(&row.what).color(style::ACCENT)).wrap();
-        let hint = format!("Click to copy:\n{}", row.command);
-        if ui.add(label.sense(egui::Sense::click())).on_hover_text(hint).clicked() {
-            ui.ctx().copy_text(row.command.clone());
-        }
-    }
-}
-
-/// Names the effects that are forced off, below the switches, so that the layout of the switches does not jump.
-pub(super) fn left_out(ui: &mut Ui, names: &[&str]) {
-    if !names.is_empty() {
-        ui.colored_label(style::ACCENT, format!("without {}", names.join(", ")));
-        ui.add_space(4.0);
-    }
-}
-
-/// Draws the buttons that write files.
-pub(super) fn files(ui: &mut Ui, actions: &mut Vec<Action>) {
-    let files = [
-        ("PNG", "Saves the picture as it is shown, without the panel  P", Action::SavePng),
-        ("EXR", "Saves the sums of both streams  E", Action::SaveExr),
-        (
-            "Save scene",
-            "Saves camera and changes as XML that includes the original  Ctrl+S",
-            Action::SaveScene,
-        ),
-        ("Copy command", "Copies the command line that repeats this picture  C", Action::CopyCommand),
-    ];
-    ui.colored_label(style::DIM, "Save in the working folder, under the next free name:");
-    button_row(ui, &files, actions);
-}
-
-/// Draws the recent scenes.
-pub(super) fn recent(ui: &mut Ui, data: &PanelData, actions: &mut Vec<Action>) {
-    ui.colored_label(style::DIM, "Recent scenes:");
-    if data.recent.is_empty() {
-        ui.colored_label(style::DIM, "none yet");
-    }
-    for path in &data.recent {
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
-        let name = format!("{folder}/{name}");
-        if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
-            actions.push(Action::Open(path.clone()));
-        }
-    }
-}
-
-/// Draws a row of buttons, each with tooltip and action.
-fn button_row(ui: &mut Ui, buttons: &[(&str, &str, Action)], actions: &mut Vec<Action>) {
-    ui.horizontal_wrapped(|ui| {
-        for (text, hint, action) in buttons {
-            if ui.button(*text).on_hover_text(*hint).clicked() {
-                actions.push(action.clone());
-            }
         }
     });
 }

@@ -1,11 +1,14 @@
 //! Contents of each tab of the dock, section by section.
 
-use egui::{CollapsingHeader, RichText, Ui};
+use egui::Ui;
 
 use crate::client::window::action::Action;
-use crate::client::window::panel::{
-    PanelControls, PanelData, PanelTab, PanelTools, SectionPlace, error, figures, look, sections, style,
-};
+use crate::client::window::panel::controls::PanelControls;
+use crate::client::window::panel::data::PanelData;
+use crate::client::window::panel::layout::PanelTab;
+use crate::client::window::panel::tools::{PanelTools, SectionPlace};
+use crate::client::window::panel::widgets::section;
+use crate::client::window::panel::{look, sections, style};
 
 /// Draws the contents of a tab.
 pub(super) fn show(
@@ -17,75 +20,31 @@ pub(super) fn show(
     actions: &mut Vec<Action>,
 ) {
     match tab {
-        PanelTab::Render => render(ui, data, controls, tools, actions),
+        PanelTab::Render => {
+            sections::picture_size(ui, data, actions);
+            tools.sections(SectionPlace::Render, ui);
+        }
         PanelTab::Look => {
             tools.sections(SectionPlace::LookTop, ui);
             look::show(ui, controls);
         }
-        PanelTab::Scene => scene(ui, data, tools, actions),
+        PanelTab::Scene => scene(ui, data, tools),
         PanelTab::Inspect => tools.sections(SectionPlace::Inspect, ui),
         PanelTab::Compare => tools.sections(SectionPlace::Compare, ui),
         PanelTab::Files => {
-            sections::files(ui, actions);
+            tools.sections(SectionPlace::FilesTop, ui);
             ui.separator();
             tools.sections(SectionPlace::Files, ui);
             ui.separator();
-            sections::recent(ui, data, actions);
+            tools.sections(SectionPlace::FilesEnd, ui);
         }
     }
 }
 
-fn render(
-    ui: &mut Ui,
-    data: &PanelData,
-    controls: &mut PanelControls,
-    tools: &mut dyn PanelTools,
-    actions: &mut Vec<Action>,
-) {
-    let settled = figures::settled(ui.ctx(), data);
-    sections::picture_size(ui, data, actions);
-    tools.sections(SectionPlace::RenderTop, ui);
-    section(ui, "Error", true, |ui| {
-        error::show(ui, data.error.as_deref(), &mut controls.target, data.method, actions);
-    });
-    section(ui, "Figures", true, |ui| figures::show(ui, &settled, actions));
-    tools.sections(SectionPlace::RenderFigures, ui);
-    sections::left_out(ui, &data.left_out);
-    if data.rejected.total > 0 {
-        section(ui, &format!("Rejected: {}", data.rejected.total), false, |ui| {
-            sections::rejected(ui, &data.rejected);
-        });
-    }
-    section(ui, "Frame times", true, |ui| figures::frame_times(ui, &settled));
-    section(ui, "Passes", false, |ui| figures::passes(ui, &settled));
-}
-
-fn scene(ui: &mut Ui, data: &PanelData, tools: &mut dyn PanelTools, actions: &mut Vec<Action>) {
-    match &data.selection {
-        Some(selection) if selection.selected || selection.lens_from > 0 => {
-            section(ui, "Selection", true, |ui| {
-                if selection.selected {
-                    tools.sections(SectionPlace::Selection, ui);
-                }
-                sections::selection(ui, selection, actions);
-            });
-        }
-        _ => {
-            ui.colored_label(style::DIM, "Click an object in the picture to change it.");
-        }
+fn scene(ui: &mut Ui, data: &PanelData, tools: &mut dyn PanelTools) {
+    match data.has_selection {
+        true => section(ui, "Selection", true, |ui| tools.sections(SectionPlace::Selection, ui)),
+        false => _ = ui.colored_label(style::DIM, "Click an object in the picture to change it."),
     }
     tools.sections(SectionPlace::SceneEnd, ui);
-}
-
-/// Draws a section that folds.
-pub fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
-    // The identifier is the part before a colon, since the rest may change while the section stays open.
-    let name = title.split(':').next();
-    CollapsingHeader::new(RichText::new(title).color(style::BRIGHT).heading())
-        .id_salt(name)
-        .default_open(open)
-        .show_unindented(ui, |ui| {
-            contents(ui);
-            ui.add_space(4.0);
-        });
 }

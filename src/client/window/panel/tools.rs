@@ -2,18 +2,16 @@
 
 use egui::{Context, Ui};
 
-use crate::client::window::panel::PictureArea;
+use crate::client::window::panel::over_picture::PictureArea;
 
 /// A place in the dock where tools draw sections, one below the other in the order of their list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SectionPlace {
     /// The tab Render, below the size of the picture.
-    RenderTop,
-    /// The tab Render, below the figures.
-    RenderFigures,
+    Render,
     /// The tab Look, above the controls.
     LookTop,
-    /// The tab Scene, in the section of the selected object, above its parameters.
+    /// The tab Scene, in the section of the selection.
     Selection,
     /// The tab Inspect.
     Inspect,
@@ -21,8 +19,12 @@ pub enum SectionPlace {
     Compare,
     /// At the end of the tab Scene.
     SceneEnd,
-    /// The tab Files, between saving and recent scenes.
+    /// At the beginning of the tab Files.
+    FilesTop,
+    /// In the middle of the tab Files.
     Files,
+    /// At the end of the tab Files.
+    FilesEnd,
 }
 
 /// How much of a tool is visible outside of the dock.

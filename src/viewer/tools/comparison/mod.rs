@@ -96,10 +96,7 @@ impl Tool for Comparison {
         if let Some(map) = self.references.map(&self.controls) {
             data.overlay = PictureOverlay::Map(map);
         }
-        let curve = self.references.curve(&self.controls);
-        if let Some(error) = data.error.as_mut().filter(|_| !curve.is_empty()) {
-            std::sync::Arc::make_mut(error).compared = curve;
-        }
+        data.compared = self.references.curve(&self.controls);
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<CompareAction>) {

@@ -1,10 +1,10 @@
-//! The error of the picture: present value, curve, and predicted time to the target.
+//! The plot of the error against time.
 
-use egui::{ComboBox, RichText, Ui};
+use egui::Ui;
 use egui_plot::{AxisHints, GridInput, GridMark, HLine, Line, MarkerShape, PlotPoints, PlotUi, Points};
 
-use crate::client::window::action::Action;
-use crate::client::window::panel::{ErrorSummary, TARGETS, UnfoundSummary, still_plot, style, trimmed};
+use crate::client::window::panel::{still_plot, style, trimmed};
+use crate::viewer::tools::error::summary::ErrorSummary;
 
 /// Height of the plot, points.
 const HEIGHT: f32 = 132.0;
@@ -30,81 +30,9 @@ const TIMES: [(f64, &str); 14] = [
 /// Colour of the reference picture's curve.
 const COMPARED: egui::Color32 = egui::Color32::from_rgb(110, 170, 220);
 
-/// Draws the section, with controls for the target and for switching from the `present` method.
-pub(super) fn show(
-    ui: &mut Ui,
-    error: Option<&ErrorSummary>,
-    target: &mut f64,
-    present: &str,
-    actions: &mut Vec<Action>,
-) {
-    let Some(error) = error else {
-        ui.colored_label(style::DIM, "Not known: one randomisation only (--replicates 1).");
-        return;
-    };
-    figures(ui, error);
-    ui.horizontal(|ui| {
-        ui.colored_label(style::DIM, "Target")
-            .on_hover_text("Relative error that 95 % of the picture shall stay below");
-        let name = TARGETS.iter().find(|(value, _)| value == target).map_or("–", |(_, name)| name);
-        ComboBox::from_id_salt("target").width(56.0).selected_text(name).show_ui(ui, |ui| {
-            for (value, name) in TARGETS {
-                ui.selectable_value(target, value, name);
-            }
-        });
-    });
-    // The line is reserved even before the first checkpoint, so that the layout does not jump.
-    let message = if error.quantiles.is_some() { error.message.as_str() } else { "" };
-    ui.colored_label(style::ACCENT, message);
-    if let Some(UnfoundSummary { text, method }) = &error.unfound {
-        ui.label(text);
-        if let Some(method) = method.filter(|method| *method != present)
-            && ui.button(format!("Find it by {method}")).clicked()
-        {
-            actions.push(Action::SetMethod(Some(method)));
-        }
-    }
-    if let Some(warning) = &error.warning {
-        ui.colored_label(ui.visuals().warn_fg_color, "Light is still being found").on_hover_text(warning);
-    }
-    plot(ui, error, *target);
-}
-
-fn figures(ui: &mut Ui, error: &ErrorSummary) {
-    let Some([median, p95, p99]) = &error.quantiles else {
-        ui.horizontal(|ui| {
-            ui.label(RichText::new("–").color(style::BRIGHT).size(16.0));
-            ui.colored_label(style::DIM, format!("error {}", error.message));
-        });
-        ui.label(RichText::new(" ").small());
-        return;
-    };
-    ui.horizontal(|ui| {
-        ui.label(RichText::new(&p95[0]).color(style::BRIGHT).size(16.0));
-        ui.colored_label(style::DIM, format!("or less in 95 % (90 %: {})", p95[1]));
-    })
-    .response
-    .on_hover_text(
-        "Relative error of neighbourhoods of 8×8 pixels: the standard error of their luminance, before any blur that \
-         hides noise",
-    );
-    ui.horizontal(|ui| {
-        for (name, [value, interval]) in [("median", median), ("99 %", p99)] {
-            ui.label(RichText::new(format!("{name} {value} ({interval})")).small().color(style::DIM));
-        }
-    });
-    if let Some(filtered) = &error.filtered {
-        ui.label(RichText::new(filtered).small().color(style::DIM)).on_hover_text(
-            "This is the error that 95 % of the picture as it is shown do not exceed. It is estimated from 4 samples per pixel on (16 \
-             after a move of the camera), and again whenever there are half as many more. It is not known where photons blur the \
-             picture, fireflies are reweighted, light is known to be missing, or regions have samples of their own",
-        );
-    }
-}
-
 /// Plots error against time on logarithmic axes, the fitted line up to the target, and the predicted time of reaching it.
-fn plot(ui: &mut Ui, error: &ErrorSummary, target: f64) {
-    let [x, y] = bounds(error, target).unwrap_or_else(|| empty(target));
+pub fn show(ui: &mut Ui, error: &ErrorSummary, compared: &[[f64; 2]], target: f64) {
+    let [x, y] = bounds(error, compared, target).unwrap_or_else(|| empty(target));
     let time = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| time_name(mark.value);
     let percent = |mark: GridMark, _: &std::ops::RangeInclusive<f64>| error_name(mark.value);
     let axis = |axis: AxisHints<'static>| axis.tick_label_color(style::DIM);
@@ -119,14 +47,14 @@ fn plot(ui: &mut Ui, error: &ErrorSummary, target: f64) {
         .show(ui, |plot| {
             plot.set_plot_bounds_x(x[0]..=x[1]);
             plot.set_plot_bounds_y(y[0]..=y[1]);
-            draw(plot, error, target);
+            draw(plot, error, compared, target);
         });
 }
 
-fn draw(plot: &mut PlotUi<'_>, error: &ErrorSummary, target: f64) {
+fn draw(plot: &mut PlotUi<'_>, error: &ErrorSummary, compared: &[[f64; 2]], target: f64) {
     let line = |points: &[[f64; 2]]| -> PlotPoints<'static> { logs(points).collect() };
     plot.hline(HLine::new("target", target.log10()).color(style::ACCENT.gamma_multiply(0.7)).width(1.0));
-    plot.line(Line::new("compared", line(&error.compared)).color(COMPARED).width(1.0));
+    plot.line(Line::new("compared", line(compared)).color(COMPARED).width(1.0));
     plot.line(Line::new("fit", line(&error.fit)).color(style::DIM).width(1.0));
     plot.line(Line::new("error", line(&error.checkpoints)).color(style::BRIGHT).width(1.0));
     plot.points(Points::new("checkpoints", line(&error.checkpoints)).color(style::BRIGHT).radius(1.5));
@@ -151,10 +79,10 @@ fn empty(target: f64) -> [[f64; 2]; 2] {
 }
 
 /// Axis ranges, as logarithms; `None` without a checkpoint.
-fn bounds(error: &ErrorSummary, target: f64) -> Option<[[f64; 2]; 2]> {
+fn bounds(error: &ErrorSummary, compared: &[[f64; 2]], target: f64) -> Option<[[f64; 2]; 2]> {
     let due = error.prediction.map(|[_, _, high]| [high, target]);
     let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    let seen = logs(&error.checkpoints).chain(logs(&error.compared));
+    let seen = logs(&error.checkpoints).chain(logs(compared));
     for point in seen.chain(logs(due.as_slice()).collect::<Vec<_>>()) {
         for (range, value) in range.iter_mut().zip(point) {
             *range = [range[0].min(value), range[1].max(value)];
@@ -229,10 +157,10 @@ mod tests {
         let mut error =
             ErrorSummary { checkpoints: vec![[1.0, 0.2], [10.0, 0.05]], ..ErrorSummary::default() };
         error.prediction = Some([300.0, 200.0, 500.0]);
-        let [x, y] = bounds(&error, 0.01).expect("checkpoints");
+        let [x, y] = bounds(&error, &[], 0.01).expect("checkpoints");
         assert!(x[0] < 0.0 && x[1] > 500f64.log10() && y[0] < -2.0 && y[1] > 0.2f64.log10());
         error.checkpoints = vec![[f64::NAN, 0.0], [0.0, f64::INFINITY]];
         error.prediction = None;
-        assert_eq!(bounds(&error, 0.01), None);
+        assert_eq!(bounds(&error, &[], 0.01), None);
     }
 }
