@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use egui::{Button, ComboBox, Response, Sense, Slider, SliderClamping, Ui};
 
 use crate::client::oidn;
+use crate::client::post_process::PostSlider;
 use crate::client::settings::{Adaptation, ColorOutput, Denoise, Glare, OptionNames, Settings, SplatFilter};
 use crate::client::window::panel::{PanelControls, style};
 use crate::color::Profile;
@@ -28,6 +29,9 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     });
     ui.separator();
     glare(ui, &mut settings.glare);
+    for PostSlider { label, hint, value, default, range } in settings.post.sliders() {
+        slide(ui, (label, hint), value, default, range);
+    }
     ui.separator();
     let exposure = settings.exposure;
     tone(ui, settings, &default, own_profile.as_ref(), auto_exposure);
