@@ -1,10 +1,16 @@
 #version 460
-#extension GL_GOOGLE_include_directive : require
 
 // A layer of the picture: a region that has samples of its own, mixed with what is there, or a group of lights, added to it.
 
-#define COMPOSE_PUSH
-#include "include/layout.glsl"
+layout(push_constant) uniform ComposePush {
+    vec4 x;               // rows of the matrix that the layer's XYZ are multiplied by; w unused
+    vec4 y;
+    vec4 z;
+    ivec4 part;           // the part of the picture that is drawn: first texel, and one past the last
+    ivec2 origin;         // the layer's first texel in the picture
+    float share;          // its part of what is shown there
+    float padding;
+} push;
 
 layout(set = 0, binding = 0) uniform sampler2D layer;
 

@@ -1,11 +1,11 @@
 #version 460
-#extension GL_GOOGLE_include_directive : require
 
 // One level of the mip chain, as an average that keeps totals also for odd sizes, where a clamped 2×2 average
 // or a blit would not: from 2n+1 to n texels output i weighs inputs 2i, 2i+1, 2i+2 by (n-i, n, i+1) / (2n+1).
 
-#define DOWNSAMPLE_PUSH
-#include "include/layout.glsl"
+layout(push_constant) uniform DownsamplePush {
+    ivec2 source;         // extent of the finer level, texels
+} push;
 
 // Inputs of one output along x and y: 2 where the extent is even, 3 where it is odd, 1 where it is 1.
 layout(constant_id = 0) const int TAPS_X = 3;

@@ -4,8 +4,10 @@
 // Adds a batch image to the sums, in place, and leaves the mean luminance before and after it, if the variance needs it. Every texel
 // is read and written by one invocation alone.
 
-#define FOLD_PUSH
-#include "include/layout.glsl"
+layout(push_constant) uniform FoldPush {
+    float inverse_scale;  // 1 / luminance scale, a power of two
+} push;
+
 #include "include/two_float.glsl"
 
 // Number of copies of the film in the batch image, one below the other.

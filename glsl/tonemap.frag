@@ -4,8 +4,16 @@
 // XYZ becomes an encoded picture: tone curve, matrix P, constant-luminance desaturation, transfer (paper §4.3), dither.
 // Specialization constants, from src/client/effects.rs, compile out what is off.
 
-#define TONEMAP_PUSH
-#include "include/layout.glsl"
+layout(push_constant) uniform TonemapPush {
+    vec4 red;             // rows of P, XYZ to linear RGB; w unused
+    vec4 green;
+    vec4 blue;
+    float exposure;       // B
+    float contrast;       // C
+    float inverse_gamma;  // 1 / G
+    float padding;
+} push;
+
 #include "include/curves.glsl"
 #include "include/color.glsl"
 #include "include/dither.glsl"

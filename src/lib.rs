@@ -9,8 +9,8 @@
 //!   server: workers claim index ranges of one sequence over the whole screen
 //!     index ─ Sampler ─▶ wavelengths, ray ─ Integrator ─▶ SampledSpectrum ─ CIE 1931 ─▶ Xyz
 //!     ─▶ SampleSink ─▶ Block ─▶ lane ════════ the contract: module stream ════════
-//!   client: lanes.drain ─▶ splat ─▶ fold ─▶ variance ─▶ mips ─▶ reconstruct ─▶ glare ─▶ tonemap
-//!     ─▶ PNG, EXR, or with the panel over it the swapchain: viewer runs this as a loop, once a frame
+//!   client: lanes.drain ─▶ splat ─▶ fold ─▶ variance ─▶ mips ─▶ reconstruct ─▶ glare ─▶ post-processes
+//!     ─▶ tonemap ─▶ PNG, EXR, or with the panel over it the swapchain: viewer runs this as a loop, once a frame
 //! ```
 //!
 //! # A sample from the integrator to the screen
@@ -24,7 +24,7 @@
 //!    them ([`client::retained`]), to fill a film of another size.
 //! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, or before a repaint what there
 //!    is of one, folds it into its sums and updates the variance.
-//! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare and tone-maps.
+//! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare, runs the post-processes and tone-maps.
 //! 6. `viewer/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.
 //!
 //! A tracer may be on another machine: then [`remote`] stands where the lanes do, and its blocks come over the network.

@@ -1,4 +1,4 @@
-// Every block that a shader reads from the host, member by member as in src/client/layout.rs.
+// Blocks that several shaders read from the host, member by member as in src/client/layout.rs; a block of one shader stands in it.
 // tests/gpu/shaders.rs walks the compiled offsets and compares them with the Rust structs.
 // A shader defines the name of the block it wants before including this file.
 
@@ -9,18 +9,6 @@ layout(push_constant) uniform SplatPush {
     vec2 ndc_scale;       // 2 / target
     float pad;            // texels of overscan on every side
     float inverse_scale;  // 1 / luminance scale, a power of two
-} push;
-#endif
-
-#ifdef FOLD_PUSH
-layout(push_constant) uniform FoldPush {
-    float inverse_scale;  // 1 / luminance scale, a power of two
-} push;
-#endif
-
-#ifdef DOWNSAMPLE_PUSH
-layout(push_constant) uniform DownsamplePush {
-    ivec2 source;         // extent of the finer level, texels
 } push;
 #endif
 
@@ -38,18 +26,6 @@ layout(push_constant) uniform ReconstructPush {
 } push;
 #endif
 
-#ifdef COMPOSE_PUSH
-layout(push_constant) uniform ComposePush {
-    vec4 x;               // rows of the matrix that the layer's XYZ are multiplied by; w unused
-    vec4 y;
-    vec4 z;
-    ivec4 part;           // the part of the picture that is drawn: first texel, and one past the last
-    ivec2 origin;         // the layer's first texel in the picture
-    float share;          // its part of what is shown there
-    float padding;
-} push;
-#endif
-
 #ifdef BILATERAL_PUSH
 layout(push_constant) uniform BilateralPush {
     float variance_lod;   // level at which colour and variance are read
@@ -57,18 +33,6 @@ layout(push_constant) uniform BilateralPush {
     float max_level;      // coarsest level
     float energy;         // mean sum of squared weights of one splat
     float inverse_scale;  // 1 / luminance scale
-} push;
-#endif
-
-#ifdef TONEMAP_PUSH
-layout(push_constant) uniform TonemapPush {
-    vec4 red;             // rows of P, XYZ to linear RGB; w unused
-    vec4 green;
-    vec4 blue;
-    float exposure;       // B
-    float contrast;       // C
-    float inverse_gamma;  // 1 / G
-    float padding;
 } push;
 #endif
 

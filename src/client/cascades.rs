@@ -17,7 +17,7 @@ use crate::client::Film;
 use crate::client::develop::linear_xyz;
 use crate::client::error::ClientError;
 use crate::client::lod::power_of_two_below;
-use crate::client::reference::tonemap::tonemap;
+use crate::client::reference::ReferenceFilm;
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings};
 use crate::image::Grid;
 use crate::stream::{PathCounts, Sample};
@@ -209,7 +209,8 @@ impl Film for CascadeFilm {
         let data = self.reweighted()?;
         let picture = linear_xyz(&data).into_iter().map(Vec3::from).collect();
         let grid = Grid::from_rows(data.width as usize, data.height as usize, picture);
-        grid.map_or_else(|| self.plain.display(settings), |grid| Ok(tonemap(&grid, settings)))
+        let Some(grid) = grid else { return self.plain.display(settings) };
+        ReferenceFilm::show(&grid, &Settings { glare: None, ..settings.clone() })
     }
 
     fn develop(&mut self) -> Result<FilmData, ClientError> {

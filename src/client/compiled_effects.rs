@@ -5,6 +5,7 @@
 use glam::Mat3;
 
 use crate::client::lod::StreamLod;
+use crate::client::post_process::PostSettings;
 use crate::client::settings::{
     ColorOutput, DisplayView, Dither, Masking, Reconstruction, Settings, ToneCurve,
 };
@@ -66,6 +67,11 @@ impl Effects {
     /// Whether bilateral filtering applies to a stream at this level of detail; with too few samples low-pass masking replaces it.
     pub fn bilateral(&self, lod: &StreamLod) -> bool {
         self.masking == Some(Masking::Bilateral) && lod.allows_bilateral()
+    }
+
+    /// The post-processes, which an error view does not have.
+    pub fn post<'a>(&self, settings: &'a Settings) -> Option<&'a PostSettings> {
+        Some(&settings.post).filter(|_| !self.view.is_error())
     }
 
     /// Whether the variance is read.

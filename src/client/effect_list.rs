@@ -109,7 +109,15 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         true if effects.output == ColorOutput::ScRgb => (false, "scRGB holds all colours"),
         true => (true, "colours that the display lacks lose saturation, not luminance"),
     };
-    vec![
+    let post = settings.post.effects().into_iter().map(|post| ClientEffect {
+        passes: post.passes,
+        can_switch: picture,
+        ..match picture {
+            true => effect(post.name, post.on, &post.options),
+            false => effect(post.name, false, "--show: it is no picture of light"),
+        }
+    });
+    let before = [
         ClientEffect {
             passes: splat(camera),
             images: &["camera color"],
@@ -167,6 +175,8 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
             images: &["glare"],
             ..effect("glare", effects.glare, glare_reason)
         },
+    ];
+    let after = [
         ClientEffect {
             passes: &["tonemap"],
             images: &["picture encoded", "transfer"],
@@ -182,10 +192,11 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
                 &format!("--dither {}", effects.dither.name()),
             )
         },
-    ]
+    ];
+    before.into_iter().chain(post).chain(after).collect()
 }
 
-/// Effects with a single on/off setting.
+/// Effects with a single on/off setting, besides the post-processes.
 const SWITCHES: [&str; 6] = ["masking", "noise-filter", "reprojection", "reconstruction", "glare", "dither"];
 
 impl Settings {
@@ -200,7 +211,7 @@ impl Settings {
             "glare" => self.glare = on.then(Glare::default),
             "dither" if on => self.dither = Dither::Ordered,
             "dither" => self.dither = Dither::None,
-            _ => (),
+            post => self.post.switch(post, on),
         }
     }
 }

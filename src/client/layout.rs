@@ -1,4 +1,5 @@
-//! Every block that a shader reads from the host, member by member as in `glsl/include/layout.glsl`.
+//! Every block that a shader reads from the host, member by member as in the shader, or in `glsl/include/layout.glsl` if several read it.
+//! Those of the post-processes stand beside them.
 //!
 //! Offsets follow std430: scalars at multiples of 4, `vec2` of 8, `vec4` of 16. `tests/gpu/shaders.rs` walks the
 //! compiled shaders and compares every member with [`BLOCKS`]. Vertices are [`Sample`](crate::stream::Sample)s.
@@ -6,10 +7,20 @@
 /// Largest block: the push range that every Vulkan device has.
 pub const MAX_PUSH_BYTES: usize = 128;
 
+/// A block as the host lays it out.
+pub struct PushBlock {
+    /// The name of the struct, here and in the shader.
+    pub name: &'static str,
+    /// Its size.
+    pub bytes: usize,
+    /// Its members.
+    pub members: &'static [Member],
+}
+
 /// A member's name and offset in bytes.
 pub type Member = (&'static str, usize);
 
-/// Declares the blocks and lists them with their members.
+/// Declares blocks and lists them with their members.
 macro_rules! blocks {
     ($($(#[$doc:meta])* $name:ident, $bytes:literal {
         $($(#[$member_doc:meta])* $member:ident: $kind:ty,)*
@@ -21,16 +32,18 @@ macro_rules! blocks {
             $($(#[$member_doc])* pub $member: $kind,)*
         }
 
-        const _: () = assert!(size_of::<$name>() == $bytes && $bytes <= MAX_PUSH_BYTES);)*
+        const _: () = assert!(size_of::<$name>() == $bytes && $bytes <= $crate::client::layout::MAX_PUSH_BYTES);)*
 
-        /// Name, size in bytes and members of every block.
-        pub const BLOCKS: &[(&str, usize, &[Member])] = &[$((
-            stringify!($name),
-            size_of::<$name>(),
-            &[$((stringify!($member), std::mem::offset_of!($name, $member)),)*],
-        ),)*];
+        /// Every block of this file.
+        pub const BLOCKS: &[$crate::client::layout::PushBlock] = &[$($crate::client::layout::PushBlock {
+            name: stringify!($name),
+            bytes: size_of::<$name>(),
+            members: &[$((stringify!($member), std::mem::offset_of!($name, $member)),)*],
+        },)*];
     };
 }
+
+pub(crate) use blocks;
 
 blocks! {
     /// Constants of `splat.vert`.

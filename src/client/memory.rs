@@ -51,7 +51,11 @@ pub fn film_memory(
         list.push(image("batch variance", TexelFormat::R32F, slots));
         list.push(image("batch means", TexelFormat::Rgba32F, padded));
     }
-    list.push(image("picture XYZ", TexelFormat::Rgba32F, extent.map(|n| n.div_ceil(effects.detail))));
+    let coarse = extent.map(|n| n.div_ceil(effects.detail));
+    list.push(image("picture XYZ", TexelFormat::Rgba32F, coarse));
+    if effects.post(settings).is_some_and(|post| post.is_any_on()) {
+        list.push(image("picture spare", TexelFormat::Rgba32F, coarse));
+    }
     list.push(image("picture encoded", effects.encoded_format(), extent));
     // The chunks of a batch, and the one being filled while the device reads them.
     let capacity = spec.batch_capacity();

@@ -13,8 +13,9 @@
 //! 5. **reconstruct** raises the level of detail where the variance asks for it (strength `Vm`), reads both streams through
 //!    a windowed Gaussian on two levels, normalises, and adds light stream · Lw.
 //! 6. **glare**, if it is on, convolves the picture with the eye's point-spread function.
-//! 7. **tonemap**: Y' = 1 − exp(−(B·Y)^C), matrix P, desaturation at constant luminance, gamma G, dither.
-//! 8. [`Film::display`] reads the encoded picture back; a window instead calls [`film::VulkanFilm::paint`] and copies the
+//! 7. The **post-processes** that are asked for change it, XYZ to XYZ ([`post_process`]).
+//! 8. **tonemap**: Y' = 1 − exp(−(B·Y)^C), matrix P, desaturation at constant luminance, gamma G, dither.
+//! 9. [`Film::display`] reads the encoded picture back; a window instead calls [`film::VulkanFilm::paint`] and copies the
 //!    encoded image into the acquired image of its [`Swapchain`](crate::gpu::Swapchain). [`Film::develop`] hands out the
 //!    sums as they are, and [`develop::linear_rgb`] makes the scene-linear picture of them.
 //!
@@ -33,6 +34,7 @@
 //! | [`wavelet`], [`oidn`] | the noise filters of what is displayed: our own, and Open Image Denoise where it is installed |
 //! | [`film`], [`sample_sums`], [`upload`], [`sorting`], [`raster`], [`pass`] | the Vulkan film, its sums, its batches and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel, [`memory`] adds them up, [`traffic`] those that passes move |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
+//! | [`post_process`] | passes from picture to picture, each with its reference, its parameters and its options |
 //! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
 //! | [`zones`] | luminance in false colours, marks of what is clipped |
@@ -59,6 +61,7 @@ pub mod memory;
 pub mod oidn;
 pub mod pacing;
 pub mod pass;
+pub mod post_process;
 pub mod raster;
 pub mod readback;
 pub mod reference;

@@ -6,6 +6,7 @@
 
 use clap::ValueEnum;
 
+use crate::client::post_process::PostSettings;
 use crate::color::{Profile, pq};
 pub use crate::gpu::ColorOutput;
 
@@ -282,6 +283,8 @@ pub struct Settings {
     pub view: DisplayView,
     /// Glare of the eye; `None` is off.
     pub glare: Option<Glare>,
+    /// The post-processes, which are off by default.
+    pub post: PostSettings,
     /// Tone curve.
     pub curve: ToneCurve,
     /// Brightness `B` of the tone curve.
@@ -312,6 +315,7 @@ impl Default for Settings {
             reproject: false,
             view: DisplayView::default(),
             glare: None,
+            post: PostSettings::default(),
             curve: ToneCurve::default(),
             exposure: 1.0,
             contrast: 1.0,
@@ -321,6 +325,13 @@ impl Default for Settings {
             output: ColorOutput::default(),
             peak: pq::PEAK,
         }
+    }
+}
+
+impl Settings {
+    /// The same for a picture that is still to be composed: glare and post-processes act on the whole one.
+    pub fn before_glare(&self) -> Self {
+        Self { glare: None, post: PostSettings::default(), ..self.clone() }
     }
 }
 

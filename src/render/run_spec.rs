@@ -390,7 +390,7 @@ pub fn display_options(s: &Settings) -> String {
     if let Some(glare) = s.glare {
         options += &format!(" --glare {} --view-angle {}", glare.adaptation.name(), glare.view_angle);
     }
-    options
+    options + &s.post.options()
 }
 
 /// Quotes `text` for a shell: in single quotes unless it is plain.

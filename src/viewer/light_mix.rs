@@ -318,7 +318,7 @@ impl LightMix {
     /// Mixed picture, scene-linear XYZ before glare and tone curve.
     pub fn linear(&mut self, settings: &Settings, size: [u32; 2]) -> Result<Grid<Vec3>, ClientError> {
         let [width, height] = size.map(|n| n as usize);
-        let settings = Settings { glare: None, ..without_masking(settings) };
+        let settings = without_masking(settings).before_glare();
         let factors = self.factors();
         let mut sum = vec![Vec3::ZERO; width * height];
         for (film, factor) in self.device_films().zip(factors).filter(|(_, factor)| *factor != [0.0; 3]) {
@@ -494,9 +494,9 @@ fn without_masking(settings: &Settings) -> Settings {
     Settings { vm: 0.0, ..settings.clone() }
 }
 
-/// The settings for displaying light without glare.
+/// The settings for displaying light as it is.
 fn plain(settings: &Settings) -> Settings {
-    Settings { glare: None, view: Default::default(), ..settings.clone() }
+    Settings { view: Default::default(), ..settings.before_glare() }
 }
 
 /// Inverts the tone curve: the light, linear Rec.709, that is displayed with this colour; it has its chromaticity, and its intensity is

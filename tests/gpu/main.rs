@@ -19,6 +19,7 @@ mod film;
 mod glare;
 mod overlay;
 mod plan;
+mod post_process;
 mod reference;
 mod shaders;
 mod soak;

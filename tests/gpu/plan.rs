@@ -143,7 +143,7 @@ fn assert_told(
     assert!((0.95 - padding..1.05).contains(&ratio), "{ratio}: told {told:?}, held {held:?}");
 }
 
-/// With and without variance, masking of both kinds, glare, one stream and two.
+/// With and without variance, masking of both kinds, glare with post-processes, one stream and two.
 #[test]
 fn the_memory_of_a_film_is_told() {
     for (width, height, streams) in
@@ -160,8 +160,11 @@ fn the_memory_of_a_film_is_told() {
             let full = spec(width, height, SplatFilter::Gaussian);
             let spec = FilmSpec { variance: full.variance.filter(|_| variance), ..full };
             let plain = settings(Reconstruction::Gaussian, if masking.is_some() { 0.5 } else { 0.0 });
-            let settings =
+            let mut settings =
                 Settings { masking: masking.unwrap_or_default(), glare: glare.then(Glare::default), ..plain };
+            for post in settings.post.effects() {
+                settings.switch(post.name, glare);
+            }
             let mut film = VulkanFilm::new(own.clone(), spec).expect("a film");
             let every_light = match streams {
                 [true, false] => 0,

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::support::place::root;
-use pointillist::client::layout::BLOCKS;
+use pointillist::client::{layout, post_process};
 use pointillist::gpu::{shader_code, shader_names};
 
 fn glsl() -> PathBuf {
@@ -85,23 +85,24 @@ fn push_block(code: &[u8]) -> Option<Block> {
     Some(block)
 }
 
-/// Every block of every shader, member by member, against `client/layout.rs`.
+/// Every block of every shader, member by member, against `client/layout.rs` and the post-processes.
 #[test]
 fn blocks_are_laid_out_as_on_the_host() {
     let mut seen = Vec::new();
+    let known = || post_process::BLOCKS.iter().copied().chain([layout::BLOCKS]).flatten();
     for shader in shader_names() {
         let Some(block) = push_block(shader_code(shader).expect("listed")) else {
             continue;
         };
-        let known = BLOCKS.iter().find(|(name, ..)| *name == block.name);
-        let (name, bytes, members) =
-            known.unwrap_or_else(|| panic!("{shader}: unknown block {}", block.name));
+        let of_host = known().find(|known| known.name == block.name);
+        let layout::PushBlock { name, bytes, members } =
+            of_host.unwrap_or_else(|| panic!("{shader}: unknown block {}", block.name));
         let got: Vec<(&str, usize)> = block.members.values().map(|(name, at)| (name.as_str(), *at)).collect();
         assert_eq!(got, *members, "{shader}: members of {name}");
         assert_eq!(block.bytes, *bytes, "{shader}: size of {name}");
         seen.push(*name);
     }
-    for (name, ..) in BLOCKS {
+    for layout::PushBlock { name, .. } in known() {
         assert!(seen.contains(name), "no shader has the block {name}");
     }
 }

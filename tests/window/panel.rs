@@ -83,6 +83,7 @@ fn untouched_values_stay_bit_for_bit() {
                 name: if round % 4 == 0 { "mine.icc" } else { "rec2020" }.to_string(),
                 ..Profile::srgb()
             },
+            post: Default::default(),
             dither: [Dither::Ordered, Dither::BlueNoise][round % 2],
             output: [ColorOutput::Sdr, ColorOutput::ScRgb, ColorOutput::Hdr10][round % 3],
             peak: [203, 777, 10_000][round % 3],

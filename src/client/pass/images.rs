@@ -11,6 +11,7 @@
 //! | variance of a stream: a quarter of that | 9 | if the film keeps it: noise masking, error view, EXR files |
 //! | batch: colour, and variance with means | 16 + 20 | with the first batch, for both streams |
 //! | picture: XYZ and encoded | 16 + 4, or 8 for scRGB | with the first repaint |
+//! | another picture XYZ | 16 | with the first repaint that post-processes |
 //! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so; the atlas on lavapipe only |
 //!
 //! If the CPU computes the sums, the device has neither the second floats nor a batch. A film below 190² texels has several copies of the
@@ -20,6 +21,7 @@
 use std::sync::Arc;
 
 use crate::client::compiled_effects::{DETAILS, Effects};
+use crate::client::post_process::PicturePair;
 use crate::client::settings::{FilmSpec, Summation};
 use crate::gpu::{
     Access, Attachment, Cmd, ComputePipeline, Gpu, GpuError, Image, StorageBinding, TexelFormat,
@@ -255,7 +257,7 @@ impl BatchImages {
 pub struct PictureImages {
     extent: [u32; 2],
     /// Scene-linear XYZ for each of [`DETAILS`], created on first use.
-    xyz: [Option<Image>; DETAILS.len()],
+    xyz: [Option<PicturePair>; DETAILS.len()],
     /// Encoded R, G, B at full size, created on first use.
     encoded: Option<Image>,
     /// Index in [`DETAILS`] of the last request.
@@ -275,7 +277,12 @@ impl PictureImages {
 
     /// Images of the last repaint: scene-linear XYZ, picture pixels per texel of it and axis, and the encoded picture.
     pub fn shown(&mut self) -> Option<(&mut Image, u32, &mut Image)> {
-        Some((self.xyz[self.last].as_mut()?, DETAILS[self.last], self.encoded.as_mut()?))
+        Some((&mut self.xyz[self.last].as_mut()?.xyz, DETAILS[self.last], self.encoded.as_mut()?))
+    }
+
+    /// Scene-linear XYZ of the last request, with the image that post-processes write.
+    pub fn pair(&mut self) -> Option<&mut PicturePair> {
+        self.xyz[self.last].as_mut()
     }
 
     /// Whether [`get`](Self::get) would create no image for these effects.
@@ -290,19 +297,15 @@ impl PictureImages {
         let at = DETAILS.iter().position(|d| *d == effects.detail).unwrap_or(0);
         self.last = at;
         let format = effects.encoded_format();
-        let xyz = match &mut self.xyz[at] {
-            Some(image) => image,
-            empty => {
-                let coarse = self.extent.map(|n| n.div_ceil(DETAILS[at]));
-                // Storage image, since glare and reconstruction write it from compute shaders.
-                empty.insert(Image::storage(gpu, "picture XYZ", TexelFormat::Rgba32F, coarse)?)
-            }
+        let pair = match &mut self.xyz[at] {
+            Some(pair) => pair,
+            empty => empty.insert(PicturePair::new(gpu, self.extent.map(|n| n.div_ceil(DETAILS[at])))?),
         };
         self.encoded = self.encoded.take().filter(|image| image.format() == format);
         let encoded = match &mut self.encoded {
             Some(image) => image,
             empty => empty.insert(Image::new(gpu, "picture encoded", format, self.extent)?),
         };
-        Ok((xyz, encoded))
+        Ok((&mut pair.xyz, encoded))
     }
 }

@@ -11,6 +11,7 @@
 //! | [`error_view`] | the variance in place of the picture, if asked for | `error_view` |
 //! | [`compose`] | regions with samples of their own mixed into the picture, groups of lights added | [`develop::mix_region`](crate::client::develop::mix_region) |
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
+//! | [`PostPass`](crate::client::post_process) | what changes the picture, if asked for | [`post_process`](crate::client::post_process) |
 //! | [`wavelet`] | the noise filter, before a picture is shown through it | [`client/wavelet`](crate::client::wavelet) |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
 //!
@@ -23,6 +24,9 @@
 //!
 //! # Adding a display pass
 //!
+//! One from the scene-linear picture to another is a post-process: a shader, a file and a line, as
+//! [`post_process`](crate::client::post_process) says. A pass at another place, or one that needs more images, takes more:
+//!
 //! 1. **Setting.** Add a field to [`Settings`](crate::client::Settings). An option with a closed set of values derives
 //!    `clap::ValueEnum` and gets its labels in `client/settings.rs`; the command line takes it in `cmd/args/display.rs`.
 //! 2. **Plan.** [`Effects`](crate::client::compiled_effects::Effects) decides whether the pass runs, and yields its specialization
@@ -30,8 +34,8 @@
 //!    images.
 //! 3. **Reference.** Write the pass in plain Rust in `client/reference` and call it from
 //!    [`ReferenceFilm::display`](crate::client::reference::ReferenceFilm::display). It defines what the shader computes.
-//! 4. **Layout.** Push constants are a `block!` in [`layout`](crate::client::layout) and a block of the same name and
-//!    members in `glsl/include/layout.glsl`; the test of the shaders compares the offsets.
+//! 4. **Layout.** Push constants are a block in [`layout`](crate::client::layout) and one of the same name and members in the
+//!    shader, or in `glsl/include/layout.glsl` if several read it; the test of the shaders compares the offsets.
 //! 5. **Shader.** Put `name.frag` into `glsl/`, compile it with the feature `shaderc`, and commit its SPIR-V in `glsl/spv`.
 //! 6. **Pass.** A file here with one struct: a [`ShaderVariants`] for the pipelines and a `record` that opens a scope, makes
 //!    images ready with [`Cmd::access`](crate::gpu::Cmd::access), and draws. [`repaint::Repaint`] calls it at its place.

@@ -18,6 +18,7 @@ use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
+use crate::client::post_process::{PictureGrid, PostPasses};
 use crate::client::readback::Readback;
 use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, FilmSpec, Settings};
 use crate::color::pq;
@@ -49,6 +50,7 @@ pub struct Repaint {
     error_view: ErrorViewPass,
     compose: ComposePass,
     glare: GlarePass,
+    post: PostPasses,
     tonemap: TonemapPass,
     picture: PictureImages,
     /// Whether a repaint blocks on tables that take long to compute.
@@ -74,6 +76,7 @@ impl Repaint {
             error_view: ErrorViewPass::new(gpu, &compiling),
             compose: ComposePass::new(gpu, &compiling),
             glare: GlarePass::new(gpu),
+            post: PostPasses::new(gpu, &compiling),
             tonemap: TonemapPass::new(gpu, &compiling),
             picture: PictureImages::new([spec.width, spec.height]),
             policy: BackgroundPolicy::Block,
@@ -101,7 +104,8 @@ impl Repaint {
         })
     }
 
-    /// Records regions, glare and encoding of this picture (scene-linear XYZ, the film's size) instead of the reconstructed sums.
+    /// Records regions, glare, post-processes and encoding of this picture (scene-linear XYZ, the film's size) instead of the reconstructed
+    /// sums.
     pub fn paint_filtered(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -116,7 +120,7 @@ impl Repaint {
         })
     }
 
-    /// Records glare and encoding of the sum of these layers, all at the same internal resolution.
+    /// Records glare, post-processes and encoding of the sum of these layers, all at the same internal resolution.
     pub fn paint_sum(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -199,7 +203,7 @@ impl Repaint {
         Ok(())
     }
 
-    /// Composes the regions into the picture, adds glare if enabled, and encodes it.
+    /// Composes the regions into the picture, adds glare and post-processes if enabled, and encodes it.
     fn finish(
         &mut self,
         cmd: &mut Cmd<'_>,
@@ -211,13 +215,13 @@ impl Repaint {
         for region in regions {
             self.compose.mean(cmd, region, effects.detail, xyz)?;
         }
-        self.scatter(cmd, settings, effects)?;
+        self.post_process(cmd, settings, effects)?;
         let (xyz, encoded) = self.picture.get(&self.gpu, effects)?;
         Ok(self.tonemap.record(cmd, effects, settings, xyz, encoded)?)
     }
 
-    /// Records the glare of the picture, if enabled.
-    fn scatter(
+    /// Records glare and post-processes of the picture, if enabled.
+    fn post_process(
         &mut self,
         cmd: &mut Cmd<'_>,
         settings: &Settings,
@@ -227,6 +231,10 @@ impl Repaint {
         if let Some(glare) = settings.glare.filter(|_| effects.glare) {
             let (xyz, _) = self.picture.get(&self.gpu, effects)?;
             self.glare.record(cmd, xyz, &glare, self.policy)?;
+        }
+        if let Some((post, picture)) = effects.post(settings).zip(self.picture.pair()) {
+            let extent = [self.spec.width, self.spec.height];
+            self.post.record(cmd, post, PictureGrid { extent, detail: effects.detail }, picture)?;
         }
         Ok(())
     }
@@ -320,7 +328,7 @@ impl Repaint {
         self.compiling.set_aside(false);
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
-        self.scatter(&mut frame.cmd(), settings, &effects)?;
+        self.post_process(&mut frame.cmd(), settings, &effects)?;
         frame.submit()?;
         let (xyz, _) = self.picture.get(&gpu, &effects)?;
         let bytes = read_image(&gpu, xyz, region(&self.spec, effects.detail))?;

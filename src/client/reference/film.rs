@@ -1,11 +1,14 @@
 //! The film on the CPU: accumulators, batches and the order of the passes.
 
+use std::borrow::Cow;
+
 use glam::{Vec3, Vec4};
 
 use crate::client::Film;
 use crate::client::compiled_effects::Effects;
 use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
+use crate::client::post_process::PictureGrid;
 use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::bilateral::bilateral;
 use crate::client::reference::error_view::error_view;
@@ -68,7 +71,7 @@ impl ReferenceFilm {
         Ok(())
     }
 
-    /// Displays a scene-linear XYZ picture at its own size: glare, tone curve and encoding in 8 bits.
+    /// Displays a scene-linear XYZ picture at its own size: glare, post-processes, tone curve and encoding in 8 bits.
     ///
     /// # Errors
     /// [`ClientError::Memory`].
@@ -87,14 +90,16 @@ impl ReferenceFilm {
         settings: &Settings,
         glare: &mut ReferenceGlare,
     ) -> Result<DisplayImage, ClientError> {
-        let scattered = match settings.glare.filter(|_| Effects::new(settings, 1).glare) {
-            Some(kind) => {
-                let bytes = size_of_val(picture.pixels()) as u64;
-                Some(glare.apply(picture, &kind).ok_or(ClientError::Memory { what: "glare", bytes })?)
-            }
-            None => None,
-        };
-        Ok(tonemap(scattered.as_ref().unwrap_or(picture), settings))
+        let bytes = size_of_val(picture.pixels()) as u64;
+        let no_memory = |what| ClientError::Memory { what, bytes };
+        let (effects, mut picture) = (Effects::new(settings, 1), Cow::Borrowed(picture));
+        if let Some(kind) = settings.glare.filter(|_| effects.glare) {
+            picture = Cow::Owned(glare.apply(&picture, &kind).ok_or(no_memory("glare"))?);
+        }
+        let Some(post) = effects.post(settings) else { return Ok(tonemap(&picture, settings)) };
+        let grid = PictureGrid { extent: [picture.width() as u32, picture.height() as u32], detail: 1 };
+        let picture = post.apply(&picture, grid).ok_or(no_memory("post-processes"))?;
+        Ok(tonemap(&picture, settings))
     }
 }
 

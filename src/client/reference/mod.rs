@@ -13,6 +13,7 @@
 //! | [`error_view`] | the variance images | §5 |
 //! | [`reconstruct`], [`kernel`] | blur by count and variance, normalise, sum the streams | §4.2, §4.3 |
 //! | [`glare`] | scatter of the eye: convolution by FFT | §4.2 step 5 |
+//! | [`post_process`](crate::client::post_process) | what changes the picture; each stands beside its parameters | |
 //! | [`tonemap`], [`curves`] | tone curve, matrix, desaturation, transfer, dither, 8 bits | §4.2 |
 //!
 //! [`exact`] is a film of its own, whose sums are the same in any order.

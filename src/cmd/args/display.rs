@@ -3,6 +3,7 @@
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
+use crate::client::post_process::PostSettings;
 use crate::client::{
     Adaptation, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel, Settings,
     ToneCurve,
@@ -65,6 +66,9 @@ pub struct DisplayArgs {
     /// Angle that the picture's width fills in the observer's eye, for --glare.
     #[arg(long, value_name = "DEGREES", default_value_t = Glare::default().view_angle, value_parser = view_angle)]
     pub view_angle: f32,
+
+    #[command(flatten)]
+    pub post: PostSettings,
 }
 
 impl DisplayArgs {
@@ -83,6 +87,7 @@ impl DisplayArgs {
             gamma: self.gamma,
             profile: self.profile.clone(),
             glare: self.glare.0.map(|adaptation| Glare { adaptation, view_angle: self.view_angle }),
+            post: self.post.clone(),
             ..Settings::default()
         }
     }
@@ -102,6 +107,33 @@ impl ValueEnum for GlareArg {
         match &self.0 {
             None => Some(PossibleValue::new("off").help("No glare")),
             Some(adaptation) => adaptation.to_possible_value(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct TestCommand {
+        #[command(flatten)]
+        display: DisplayArgs,
+    }
+
+    /// What a post-process says of itself on the command line is read as the same.
+    #[test]
+    fn post_processes_are_read_as_they_are_written() {
+        let plain = Settings::default().post;
+        for effect in plain.effects() {
+            let mut settings = Settings::default();
+            settings.switch(effect.name, true);
+            let options = format!("test{}", settings.post.options());
+            let read = TestCommand::parse_from(options.split(' ')).display.settings();
+            assert_eq!(read, settings, "{options}");
+            assert!(plain != read.post && plain.options().is_empty());
         }
     }
 }

@@ -106,7 +106,7 @@ pub fn is_complete(folder: &StudyFolder) -> bool {
 
 /// All settings; each differs from the defaults in one value.
 fn settings(renderer: &StudyRenderer) -> Vec<DisplaySetting> {
-    let usual = Settings { vm: 0.0, glare: None, ..renderer.settings.clone() };
+    let usual = Settings { vm: 0.0, ..renderer.settings.before_glare() };
     let plain = FilmSpec { variance: None, ..renderer.run.film };
     let varied = FilmSpec { variance: Some(VarianceForm::Product), ..plain };
     let mut all = Vec::new();

@@ -74,7 +74,7 @@ impl Film for ComposedFilm<'_> {
         if self.mix.is_mixing() {
             return ReferenceFilm::show(&self.mix.linear(settings, [width, height])?, settings);
         }
-        let linear = self.film.reconstruct(&Settings { glare: None, ..settings.clone() }, 1)?;
+        let linear = self.film.reconstruct(&settings.before_glare(), 1)?;
         let pixels = linear.into_iter().map(Vec3::from).collect();
         let size = [width as usize, height as usize];
         let picture = Grid::from_rows(size[0], size[1], pixels);

@@ -151,8 +151,7 @@ impl RegionRender {
         if let Some(frame) = self.filter.shown(&self.run, settings) {
             return Ok(frame.shown.xyz().clone());
         }
-        let settings = Settings { glare: None, ..settings.clone() };
-        let xyz = self.film.reconstruct(&settings, 1)?;
+        let xyz = self.film.reconstruct(&settings.before_glare(), 1)?;
         let [width, height] = self.rectangle.extent.map(|n| n as usize);
         let pixels = xyz.into_iter().map(Vec3::from).collect();
         Grid::from_rows(width, height, pixels).ok_or_else(|| out_of_memory([width, height]))

@@ -20,7 +20,7 @@ fn what_is_asked_for_is_on() {
     let always = ["fold", "mips", "reconstruction", "tone-curve", "gamut"];
     let found = on(&PLAIN, &Settings::default(), [true, false]);
     assert_eq!(found, [&["camera-stream"][..], &always].concat());
-    let all = Settings {
+    let mut all = Settings {
         vm: 1.0,
         denoise: Denoise::Wavelet,
         reproject: true,
@@ -28,6 +28,9 @@ fn what_is_asked_for_is_on() {
         dither: Dither::Ordered,
         ..Settings::default()
     };
+    for post in all.post.effects() {
+        all.switch(post.name, true);
+    }
     let spec = FilmSpec { variance: Some(VarianceForm::Product), ..PLAIN };
     assert_eq!(on(&spec, &all, [true; 2]).len(), effect_list(&spec, &all, [true; 2]).len());
     for (denoise, reason) in [(Denoise::Wavelet, "--denoise wavelet"), (Denoise::Oidn, "--denoise oidn")] {

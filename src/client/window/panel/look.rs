@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
 
 use crate::client::oidn;
+use crate::client::post_process::PostSlider;
 use crate::client::settings::{
     Adaptation, ColorOutput, Denoise, DisplayView, Glare, OptionNames, Settings, SplatFilter,
 };
@@ -31,6 +32,9 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     });
     ui.separator();
     glare(ui, &mut settings.glare);
+    for PostSlider { label, hint, value, default, range } in settings.post.sliders() {
+        slide(ui, (label, hint), value, default, range);
+    }
     ui.separator();
     let exposure = settings.exposure;
     tone(ui, settings, &default, own_profile.as_ref(), auto_exposure);

@@ -238,8 +238,8 @@ impl References {
                 "pictures of more than {LONGEST_SIDE} pixels along a side are not drawn over it"
             ));
         }
-        // The snapshot already contains glare.
-        let picture = Arc::new(displayed(xyz, &Settings { glare: None, ..settings.clone() })?);
+        // The snapshot already contains glare and post-processes.
+        let picture = Arc::new(displayed(xyz, &settings.before_glare())?);
         self.displayed = Some((xyz.clone(), settings.clone(), picture.clone()));
         Ok(picture)
     }
