@@ -236,6 +236,16 @@ mod tests {
         assert_eq!(time(Duration::from_secs_f64(125.9)), "2 min 05 s");
     }
 
+    /// A clock that has not run yet and a stream without capacity give figures that no table expects.
+    #[test]
+    fn hostile_figures_are_written_without_a_panic() {
+        for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
+            assert!(!count(odd).is_empty() && !significant(odd).is_empty());
+            assert!(limit((5, 0), odd, false).starts_with("display"));
+            assert_eq!(milliseconds(odd as f32), Duration::ZERO);
+        }
+    }
+
     #[test]
     fn figures_settle() {
         let (mut clock, start) = (FigureClock::default(), Instant::now());
