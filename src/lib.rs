@@ -18,11 +18,12 @@
 //! 1. `server/worker.rs` claims a chunk of indices and calls [`Integrator::trace`](tracer::Integrator::trace) for each.
 //! 2. The integrator hands its samples to a [`BlockSink`](stream::BlockSink), which fills a block; `LaneWriter::send` swaps
 //!    it into the lane of the worker.
-//! 3. The lanes are drained ([`stream::Lanes::drain`]) by `render/drive.rs` for a render and by `viewer/picture.rs` for the window, both
+//! 3. The lanes are drained ([`stream::Lanes::drain`]) by `render/drive.rs` for a render and by `viewer/picture/feed.rs` for the window, both
 //!    through `render/film_writer.rs`, which counts paths, adds the samples to the film and copies them to the accounts
 //!    (`accounting`), from which the stated error, the noise filter and the predictions read. The window also keeps
 //!    them ([`client::retained`]), to fill a film of another size.
-//! 4. The film ([`client::film::VulkanFilm`], or its [`client::reference`] on the CPU) splats a full batch, or before a repaint what there
+//! 4. The film ([`client::film::VulkanFilm`], or without Vulkan its [`client::reference`], which also makes the sums where the Vulkan device
+//!    is a CPU, see `client/raster.rs`) splats a full batch, or before a repaint what there
 //!    is of one, folds it into its sums and updates the variance.
 //! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare, runs the post-processes and tone-maps.
 //! 6. `viewer/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.

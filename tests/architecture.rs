@@ -49,11 +49,11 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("study", &["ash::", "winit::", "rayon::", "std::thread", "std::time"]),
     ("denoise", &["winit::", "egui::"]),
     ("render", &["clap::", "winit::", "egui::"]),
-    // Its values of options name themselves (`ValueEnum`); the options are the command line's.
+    // Values of options may derive `ValueEnum`, and post-processes of the client declare their own options; all others stand in `cmd`.
     ("viewer", &["clap::Args", "clap::Parser", "clap::Subcommand"]),
 ];
 
-/// Longest file, in lines. A cap against monsters and no aim: judgement comes first, and what belongs together stays together.
+/// Longest file, in lines: a limit and not a goal.
 const LONGEST: usize = 600;
 
 /// External crates and the only places that may name them.
@@ -175,11 +175,10 @@ fn paths_cannot_dodge_the_table() {
 }
 
 #[test]
-fn modules_leave_foreign_ground_alone() {
+fn modules_do_not_name_forbidden_crates() {
     for (module, forbidden) in FORBIDDEN {
         check(&sources(module), |_, line| {
             let named = forbidden.iter().find(|f| line.contains(**f))?;
-            // Files are the scene reader's business only in its loaders; tests may do what they like.
             Some(format!("{module} must not use {named}"))
         });
     }
@@ -252,7 +251,7 @@ fn unsafe_stays_in_its_place() {
 }
 
 #[test]
-fn the_top_level_is_what_the_readme_says() {
+fn the_top_level_has_no_other_files() {
     let known =
         ["Cargo.toml", "Cargo.lock", "src", "glsl", "scenes", "tests", "tools", "README.md", "target"];
     for entry in fs::read_dir(root()).unwrap() {

@@ -61,13 +61,13 @@ enum QueueEntry {
         at: Duration,
     },
     Begin(Box<RenderAccount>),
-    /// Begins to hold samples out.
-    KeepApart,
+    /// Begins to hold out some of the samples of each replicate.
+    HoldOut,
     /// Answers with a snapshot.
     Snapshot(Sender<AccumulatedSamples>),
 }
 
-/// QueueEntries in order, and the samples of all of their blocks, one after the other.
+/// The queued entries in order, and the samples of all their blocks, one after the other.
 #[derive(Default)]
 struct QueueEntries {
     entries: VecDeque<QueueEntry>,
@@ -176,8 +176,8 @@ impl SampleAccumulator {
     }
 
     /// Begins to hold out some of the samples of each replicate.
-    pub fn keep_apart(&self) {
-        self.shared.push(&mut unpoisoned(&self.shared.queue), QueueEntry::KeepApart);
+    pub fn hold_out(&self) {
+        self.shared.push(&mut unpoisoned(&self.shared.queue), QueueEntry::HoldOut);
     }
 
     /// Takes no more samples and ends the thread soon.
@@ -330,7 +330,7 @@ fn accumulate(shared: &Shared, mut account: RenderAccount, take_checkpoint: &dyn
                     }
                 }
                 QueueEntry::Begin(new) => account = *new,
-                QueueEntry::KeepApart => account.samples.keep_apart(),
+                QueueEntry::HoldOut => account.samples.hold_out(),
                 // If nobody waits for it any more, it is dropped.
                 QueueEntry::Snapshot(answer) => _ = answer.send(account.samples.clone()),
             }

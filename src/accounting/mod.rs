@@ -8,7 +8,7 @@
 //!                               checkpoints, error, predictions                    halves, held-out samples
 //! ```
 //!
-//! - [`accumulator`]: the queue and the sums. Adding is cheap, so its thread keeps up; if it does not, the caller adds what is queued. A
+//! - [`accumulator`]: the queue and the sums. Adding is cheap, so its thread keeps up; if the queue is full, the caller waits. A
 //!   snapshot shares the sums, which are copied only if samples are added while it is still there.
 //! - [`observer`]: the error at checkpoints, which takes as long as thousands of paths and has a thread of its own for that reason.
 

@@ -1,5 +1,5 @@
-//! The error observer: accumulates the samples of a render, and estimates the error of the picture on a thread, so that neither tracing nor
-//! display is blocked. In a window the thread runs at the lowest priority.
+//! The error observer: estimates the error of a render at checkpoints, on a thread of its own, so that neither tracing nor display is blocked; the
+//! [`accumulator`](super::accumulator) adds up the samples. In a window the thread runs at the lowest priority.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -236,9 +236,9 @@ impl Observer {
         self.account().read()
     }
 
-    /// Begins to keep some of the samples of each replicate apart.
-    pub fn keep_apart(&self) {
-        self.accumulator.keep_apart();
+    /// Begins to hold out some of the samples of each replicate.
+    pub fn hold_out(&self) {
+        self.accumulator.hold_out();
     }
 
     /// The state of the monitor, to resume from, after all samples so far.

@@ -111,6 +111,7 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
     };
     let post = settings.post.effects().into_iter().map(|post| ClientEffect {
         passes: post.passes,
+        images: &["picture spare"],
         can_switch: picture,
         ..match picture {
             true => effect(post.name, post.on, &post.options),

@@ -35,8 +35,8 @@
 //! | [`film`], [`sample_sums`], [`upload`], [`sorting`], [`raster`], [`pass`] | the Vulkan film, its sums, its batches and its passes; [`pass`] says how to add one, [`pass::images`] counts bytes per pixel, [`memory`] adds them up, [`traffic`] those that passes move |
 //! | [`mod@reference`] | the same in plain Rust: the definition of every pass |
 //! | [`post_process`] | passes from picture to picture, each with its reference, its parameters and its options |
-//! | [`filter`], [`merge`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
-//! | [`settings`], [`effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
+//! | [`filter`], [`dense_cells`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
+//! | [`settings`], [`compiled_effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
 //! | [`zones`] | luminance in false colours, marks of what is clipped |
 //! | [`layout`] | push constants, member by member as in the shaders |
 //! | [`pacing`] | how the time of a frame is split between samples and repaints |

@@ -261,7 +261,7 @@ impl<'a> BatchRender<'a> {
         let observer = observer.transpose()?;
         let filters = self.settings.denoise != Denoise::Off;
         if let Some(observer) = observer.as_ref().filter(|_| filters && run.can_state_filtered_error()) {
-            observer.keep_apart();
+            observer.hold_out();
         }
         let witnesses = method::witnesses(run, &self.scene, &self.camera);
         if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {

@@ -44,7 +44,7 @@ impl AccumulatedSamples {
     }
 
     /// Begins to hold out some of the samples of each replicate: all of those so far, or half of those to come if there are none.
-    pub fn keep_apart(&mut self) {
+    pub fn hold_out(&mut self) {
         self.apart = Some(Arc::new(match self.paths() {
             0 => SamplesApart::half_to_come(&self.sums),
             _ => SamplesApart::so_far(&self.replicates()),

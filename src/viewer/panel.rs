@@ -117,7 +117,7 @@ impl ViewerPanel {
         self.next_run().is_some_and(|due| now >= due)
     }
 
-    /// Runs the panel; returns the user's actions but for those of the tools.
+    /// Runs the panel; returns the actions that the user asks for in the dock and in the palette.
     pub fn run<T: Clone>(
         &mut self,
         window: &Window,

@@ -128,7 +128,7 @@ const FAILURES: u32 = 2;
 fn accounts(run: &RunSpec, target: Option<ErrorTarget>) -> ObservedRender {
     let mut render = observed::observed(run, target, CheckpointPolicy::WhenIdle);
     if run.can_state_filtered_error() {
-        render.samples.keep_apart();
+        render.samples.hold_out();
     }
     render
 }

@@ -12,11 +12,11 @@
 //! | [`compose`] | regions with samples of their own mixed into the picture, groups of lights added | [`develop::mix_region`](crate::client::develop::mix_region) |
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
 //! | [`PostPass`](crate::client::post_process) | what changes the picture, if asked for | [`post_process`](crate::client::post_process) |
-//! | [`wavelet`] | the noise filter, before a picture is shown through it | [`client/wavelet`](crate::client::wavelet) |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
+//! | [`wavelet`] | the noise filter, before a picture is shown through it | [`client/wavelet`](crate::client::wavelet) |
 //!
-//! [`VulkanFilm`](crate::client::film::VulkanFilm) runs the passes of a batch, down to `variance`; [`repaint`] runs the
-//! others in order. [`images`] holds what they read and write. Pipelines are made on first use and specialized: what a film
+//! [`VulkanFilm`](crate::client::film::VulkanFilm) runs the passes of a batch, down to `variance`; `denoise` runs
+//! `wavelet`; [`repaint`] runs the others in order. [`images`] holds what they read and write. Pipelines are made on first use and specialized: what a film
 //! or a repaint does not need is not in the code that runs.
 //!
 //! Errors are those of the driver: [`GpuError::Call`] names the pipeline or the image, [`GpuError::Memory`] the image or buffer that

@@ -1,4 +1,4 @@
-//! One repaint: mips, reconstruction, tone mapping, and readback.
+//! One repaint: mips, reconstruction, regions, glare, post-processes, tone mapping, and readback.
 
 use std::sync::Arc;
 
@@ -215,13 +215,13 @@ impl Repaint {
         for region in regions {
             self.compose.mean(cmd, region, effects.detail, xyz)?;
         }
-        self.post_process(cmd, settings, effects)?;
+        self.glare_and_post_processes(cmd, settings, effects)?;
         let (xyz, encoded) = self.picture.get(&self.gpu, effects)?;
         Ok(self.tonemap.record(cmd, effects, settings, xyz, encoded)?)
     }
 
     /// Records glare and post-processes of the picture, if enabled.
-    fn post_process(
+    fn glare_and_post_processes(
         &mut self,
         cmd: &mut Cmd<'_>,
         settings: &Settings,

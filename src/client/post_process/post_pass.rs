@@ -19,9 +19,6 @@ pub trait PostProcess: clap::Args + Clone + Default + PartialEq + Sync {
     /// Its name in the list of effects and in the timings.
     const NAME: &'static str;
 
-    /// Its own pass in the timings.
-    const PASSES: &'static [&'static str] = &[Self::NAME];
-
     /// Its fragment shader.
     const SHADER: &'static str;
 
@@ -119,7 +116,7 @@ impl<P: PostProcess> PostPass<P> {
     }
 }
 
-/// The picture that the post-processed one is made of, by the reference of a post-process; `None` without memory.
+/// The picture after this post-process, by its reference; `None` without memory.
 pub fn apply<P: PostProcess>(process: &P, picture: &Grid<Vec3>, grid: PictureGrid) -> Option<Grid<Vec3>> {
     let (push, width) = (process.push(grid), picture.width());
     let mut result = Grid::try_filled(width, picture.height(), Vec3::ZERO)?;

@@ -66,7 +66,7 @@ impl<T> ActionQueue<T> {
     }
 }
 
-/// An action of the window itself. Positions are physical pixels of the window.
+/// An action that the input or the dock knows: the viewer performs it, or passes it on to the tool that does. Positions are physical pixels of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Moves the camera.
@@ -123,7 +123,7 @@ pub enum Action {
     TogglePanel,
     /// Shows or hides the list of keys.
     ToggleHelp,
-    /// Closes the list of keys; if it is closed already, clears the selection.
+    /// Leaves what was begun; else closes the list of keys, releases the region, or clears the selection.
     Cancel,
     /// Closes the window.
     Quit,

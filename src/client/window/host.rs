@@ -200,7 +200,7 @@ impl EguiHost {
         self.due
     }
 
-    /// Runs the panel; returns the user's actions but for those of the tools.
+    /// Runs the panel; returns the actions that the user asks for in the dock and in the palette.
     pub fn run<T: Clone>(
         &mut self,
         window: &Window,

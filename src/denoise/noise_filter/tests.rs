@@ -28,7 +28,7 @@ fn cornell_box() -> EpochView {
 fn accounts(wants_error: bool) -> SampleAccumulator {
     let mut samples = AccumulatedSamples::new([SIDE; 2], FILM.filter.energy());
     if wants_error {
-        samples.keep_apart();
+        samples.hold_out();
     }
     let account = RenderAccount { render: 0, samples, due: f64::INFINITY };
     SampleAccumulator::start(account, CheckpointPolicy::WhenIdle, drop).unwrap()

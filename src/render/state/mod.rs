@@ -13,7 +13,7 @@
 //! |---|---|
 //! | [`header`] | what a state says of itself, and how two of them differ |
 //! | [`identity`] | by what a scene and the machine's arithmetic are recognised |
-//! | [`plan`] | which state a render keeps and goes on with, and until when |
+//! | [`goal`] | which state a render keeps and goes on with, and until when |
 //! | [`ranges`] | sets of indices |
 //! | [`file`](mod@file) | the bytes: written, checked, added row by row |
 //! | [`recorder`] | a render that keeps its state on disk |

@@ -1,4 +1,5 @@
-//! The light transport methods, and what each can do: the only place outside of the tracer that tells one from another.
+//! Names, capabilities and help of the light transport methods. Outside of the tracer only `render/method.rs` (photon maps, and the method that
+//! finds missing light), the aliases in `scene/mitsuba/integrator.rs`, and the words of `explain` and `study` name single ones.
 //!
 //! The other modules ask a method for its [traits](IntegratorKind::traits). A new one is a variant of [`IntegratorKind`] and a constant below;
 //! how it traces stands in `tracer/integrator`, which says what else it takes.

@@ -124,7 +124,13 @@ pub struct ProjectorDesc {
 impl LightDesc {
     /// True for an environment light, of which a scene has at most one.
     pub fn is_environment(&self) -> bool {
-        matches!(self, LightDesc::Constant { .. } | LightDesc::Map { .. } | LightDesc::SunSky(_))
+        match self {
+            LightDesc::Constant { .. } | LightDesc::Map { .. } | LightDesc::SunSky(_) => true,
+            LightDesc::Directional { .. }
+            | LightDesc::Spot(_)
+            | LightDesc::Projector(_)
+            | LightDesc::Point { .. } => false,
+        }
     }
 
     /// Mitsuba's name of the plugin.
@@ -166,7 +172,13 @@ impl LightDesc {
 
     /// [`spectrum`](Self::spectrum) in a rendering space: the intensity of a point light scales with the square of lengths.
     pub fn spectrum_in(&self, space: &RenderingSpace) -> Spectrum {
-        let is_point = matches!(self, LightDesc::Point { .. } | LightDesc::Spot(_) | LightDesc::Projector(_));
+        let is_point = match self {
+            LightDesc::Point { .. } | LightDesc::Spot(_) | LightDesc::Projector(_) => true,
+            LightDesc::Constant { .. }
+            | LightDesc::Map { .. }
+            | LightDesc::SunSky(_)
+            | LightDesc::Directional { .. } => false,
+        };
         match is_point && space.scale != 1.0 {
             true => self.spectrum().scaled((space.scale * space.scale) as f32),
             false => self.spectrum().clone(),
@@ -180,7 +192,7 @@ impl LightDesc {
             LightDesc::SunSky(light) => light.sky.is_black() && light.sun.is_black(),
             LightDesc::Projector(light) => light.picture.as_ref().is_some_and(|picture| picture.is_black()),
             LightDesc::Spot(light) => light.texture.as_ref().is_some_and(|t| t.texture.is_black()),
-            _ => false,
+            LightDesc::Constant { .. } | LightDesc::Directional { .. } | LightDesc::Point { .. } => false,
         };
         dark || self.spectrum().is_black()
     }

@@ -4,16 +4,18 @@
 //! older, `upgrade.rs` gives names their present form, so that nothing after it knows of versions.
 //! `walk.rs` goes through that list and hands each plugin to the function its group's table names:
 //!
-//! | group | file | plugins |
-//! |---|---|---|
-//! | shape | `shape.rs`, files first by `prefetch.rs` | obj, ply, serialized, rectangle, cube, sphere, cylinder, disk, linearcurve, bsplinecurve, merge, shapegroup, instance |
-//! | bsdf | `bsdf/`, a smooth plugin and its rough form in a file | diffuse, dielectric, conductor, plastic, the same rough, principled and thin ones, null, blendbsdf, mask, twosided |
-//! | emitter | `emitter.rs` | area, constant, envmap, point |
-//! | sensor, film, rfilter | `sensor.rs` | perspective, thinlens, orthographic; films and filters |
-//! | integrator, sampler | `integrator.rs` | path, ptracer, depth and our own, layers of `aov`, methods that stand for others; any sampler |
-//! | texture | `texture.rs` | bitmap, checkerboard, mesh_attribute, product, volume |
-//! | volume | `volume.rs` | gridvolume, constvolume, within the texture `volume` |
-//! | spectrum | `spectrum.rs` | uniform, d65, srgb, blackbody, regular, irregular |
+//! | group | file |
+//! |---|---|
+//! | shape | `shape.rs`, files first by `prefetch.rs` |
+//! | bsdf | `bsdf/`, a smooth plugin and its rough form in one file |
+//! | emitter | `emitter.rs` |
+//! | sensor, film, rfilter | `sensor.rs` |
+//! | integrator, sampler | `integrator.rs`: also names of methods that stand for ours |
+//! | texture | `texture.rs` |
+//! | volume | `volume.rs`, within the texture `volume` |
+//! | spectrum | `spectrum.rs` |
+//!
+//! `pointillist plugins` lists the plugins of each group.
 //!
 //! Adding a plugin is one function and one line in its group's table. The function asks `Params` (`params.rs`) for each parameter that
 //! the plugin has: parameters that nobody asked for are reported, and `tools/plugins` learns from the questions what

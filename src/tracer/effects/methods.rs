@@ -26,12 +26,7 @@ pub(super) const ENVIRONMENT: Entry = Entry {
     at_run_time: "whether the prepared scene has such a light, where a ray leaves it (Lights::environment)",
     find: |used, _| {
         let light = used.environment().ok_or("no light comes from all around")?;
-        let name = match light {
-            LightDesc::Map { .. } => "envmap",
-            LightDesc::SunSky(_) => "sunsky",
-            _ => "constant",
-        };
-        Ok((format!("{name}: light from all around"), known(light.place())))
+        Ok((format!("{}: light from all around", light.plugin()), known(light.place())))
     },
     refusal: never,
     // Lights in the scene only. What is all around stays where it is and gives no light, so that the scene need not be prepared anew.

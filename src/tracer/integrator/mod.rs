@@ -37,12 +37,12 @@
 //!    Camera paths build on `direct_lighting::PathState`, light paths and connections on
 //!    [`Subpath`](crate::tracer::subpath::Subpath); both take their steps by [`Walk`](crate::tracer::walk::Walk).
 //!    Random numbers come only from the [`Sampler`](crate::tracer::Sampler) of the index, so that a path is a pure function.
-//! 2. `impl From<RenderContext>`, by which everything makes one. One that sees photons implements [`SeesPhotons`], too.
+//! 2. `impl From<RenderContext>`. One that sees photons implements [`SeesPhotons`], too, and is started by `render/method.rs`.
 //! 3. A variant of [`IntegratorKind`](crate::scene::desc::IntegratorKind), which is the help of `--integrator`, and in the same file its
 //!    [traits](crate::scene::desc::IntegratorTraits): its names, its paths per index, what it finds and what it cannot do. The command line,
-//!    the reader of scene files, the window and the study ask nothing else. One line in `visitor.rs` names its type.
-//! 4. A row in the table above, and lines in `tests/agreement`, where all integrators must agree on every scene, and in
-//!    `tests/tracer/effects_check.rs`.
+//!    the reader of scene files, the window and the study ask these. One line in `visitor.rs` names its type.
+//! 4. A row in the table above; `Method` in `tests/support/agreement.rs`, by which `tests/agreement` asks all integrators to agree on every
+//!    scene; and a line in `tests/tracer/effects_check.rs`.
 
 mod bidirectional;
 mod caustic_witness;

@@ -28,10 +28,12 @@
 //!    hit, `environment.rs` has those around the scene.
 //! 2. One line in the table of [`LightShape`], in `shapes.rs`. Next-event estimation, light subpaths, the choice among lights and the
 //!    densities of hits then work by themselves.
-//! 3. What makes one: a variant of `scene::desc::LightDesc` and its reader in `scene/mitsuba/emitter.rs`, and
-//!    `Geometry::add_light` in `tracer/prepare/lights.rs`, which makes the struct of the description. A shape that emits needs
-//!    neither: it is registered there with its primitives.
-//! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, `light_choice.rs` samples with densities.
+//! 3. What makes one: a variant of `LightDesc` with its arms in `scene/desc/light.rs` and `scene/desc/moved.rs`; a reader and a line of
+//!    `PLUGINS` in `scene/mitsuba/emitter.rs`; and an arm of `Geometry::add_light` in `tracer/prepare/lights.rs`. A shape that emits needs
+//!    none of them: it is registered with its primitives in `tracer/prepare/geometry.rs`. Its position, direction and colour can be edited
+//!    by lines in `scene/edit/parameters.rs`.
+//! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, and samples with densities; `scenes/plugins/emitter_NAME.xml`
+//!    has a golden picture (`tools/golden`), and `tools/plugins` documents it.
 
 mod bounds;
 mod casters;

@@ -152,7 +152,7 @@ fn show(ui: &mut Ui, histogram: &Histogram, queue: &mut ActionQueue<Infallible>)
         style::DIM,
         format!("{} white, {} black", share(histogram.clipped), share(histogram.black)),
     )
-    .on_hover_text("“View” below marks them with stripes");
+    .on_hover_text("“Show: Clipping” below marks them with stripes");
 }
 
 /// Draws bars; the wheel over them changes the exposure.

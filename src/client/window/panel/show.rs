@@ -10,9 +10,8 @@ use crate::client::window::panel::over_picture::{self, GAP, PictureArea};
 use crate::client::window::panel::tools::PanelTools;
 use crate::client::window::panel::{dock, maps, palette, sections, style};
 
-/// Draws the panel; returns the user's actions but for those of the tools, in order.
-///
-/// Numbers change at most ten times a second, so that they can be read; everything else is as recent as `data`.
+/// Draws the panel; returns the actions that the user asks for in the dock and in the palette, in order. Those that tools ask for while they are
+/// drawn stand in their own queue.
 pub fn show<T: Clone>(
     ui: &mut Ui,
     data: &PanelData,
