@@ -23,8 +23,8 @@
 //!    (`accounting`), from which the stated error, the noise filter and the predictions read. The window also keeps
 //!    them ([`client::retained`]), to fill a film of another size.
 //! 4. The film ([`client::film::VulkanFilm`], or without Vulkan its [`client::reference`], which also makes the sums where the Vulkan device
-//!    is a CPU, see `client/raster.rs`) splats a full batch, or before a repaint what there
-//!    is of one, folds it into its sums and updates the variance.
+//!    is a CPU, see `client/raster.rs`) splats a full batch, or before a repaint what there is of one: there samples become texels
+//!    (`client/pass/splat.rs`, `client/reference/splat.rs`). It folds the batch into its sums and updates the variance.
 //! 5. A repaint (`client/pass/repaint.rs`) builds mips, reconstructs, adds glare, runs the post-processes and tone-maps.
 //! 6. `viewer/screen.rs` copies the picture to the swapchain and draws the panel over it; without a window it is read back and written.
 //!
