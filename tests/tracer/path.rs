@@ -272,7 +272,10 @@ fn touching_light_and_too_white_walls_stay_finite() {
     shape(&mut desc, ShapeKind::Rectangle, touching, m, 1.0);
     let luminances = luminances(&desc, 10_000);
     assert!(luminances.iter().all(|y| y.is_finite() && *y >= 0.0));
-    assert!(luminances.iter().filter(|y| **y > 0.0).count() > 1000, "the light is seen, and lights the floor");
+    assert!(
+        luminances.iter().filter(|y| **y > 0.0).count() > 1000,
+        "the light is seen, and lights the floor"
+    );
 }
 
 /// Lights disappear for the camera, not for what they light.

@@ -34,7 +34,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let [width, height] = *arguments.size else { return Err("--size wants two numbers".into()) };
     let desc = pointillist::scene::load(&arguments.scene, &[])?.desc;
-    let camera = Camera::new(&desc.camera, &desc.film, &PrepareOptions { width, height })?.placed(&desc.space);
+    let camera =
+        Camera::new(&desc.camera, &desc.film, &PrepareOptions { width, height })?.placed(&desc.space);
     let scene = Scene::prepare(&desc)?;
     let tracer = |scene: Scene| {
         let context = RenderContext::new(Arc::new(scene), camera, &desc.integrator, 0, UvWindow::PICTURE);
