@@ -39,6 +39,7 @@ mod support;
 mod textures;
 mod tracer;
 mod turns;
+mod vertices;
 mod viewer;
 
 /// Measures the speed of one part.
@@ -104,6 +105,8 @@ enum Part {
     Tracer(tracer::Arguments),
     /// Traces or paints for as many milliseconds as each line of standard input says; see `tools/effects.py`
     Turns(turns::Arguments),
+    /// Vertices, light samples and processor time of a camera path of path tracing, as JSON; `tools/other_scenes` asks for it
+    Vertices(vertices::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -134,6 +137,7 @@ fn main() -> ExitCode {
         Part::Textures(arguments) => textures::run(&arguments),
         Part::Tracer(arguments) => tracer::run(&arguments),
         Part::Turns(arguments) => turns::run(&arguments),
+        Part::Vertices(arguments) => vertices::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -61,35 +61,82 @@ impl LightBounds {
 
     /// An estimate of the unoccluded irradiance at `at`: ≥ 0, and 0 only where no point of the lights can send light to the
     /// seen side of the surface.
-    #[inline]
+    ///
+    /// Every case is computed and one is selected: without branches the compiler computes several lights at once ([`BoundsPack`]).
+    #[inline(always)]
     pub(super) fn importance(&self, at: LightSampleContext) -> f32 {
-        if self.radius2 < 0.0 {
-            return if self.cos < 0.0 { self.power } else { self.power * received(at, -self.axis, 0.0) };
-        }
-        let to = self.center - at.p;
+        let Self { center, radius2, axis, cos, power } = *self;
+        let is_far = radius2 < 0.0;
+        let to = center - at.p;
         let distance2 = to.length_squared();
-        let falloff = self.power / distance2.max(self.radius2).max(LEAST_DISTANCE2);
-        if distance2 <= self.radius2 || distance2 == 0.0 {
-            return INSIDE * falloff;
-        }
-        let wi = to * (1.0 / distance2.sqrt());
+        let falloff = if is_far { power } else { power / distance2.max(radius2).max(LEAST_DISTANCE2) };
+        let near = to * (1.0 / distance2.sqrt());
+        let wi = Vec3::new(
+            if is_far { -axis.x } else { near.x },
+            if is_far { -axis.y } else { near.y },
+            if is_far { -axis.z } else { near.z },
+        );
         // The bounding sphere is seen under a half angle of this sine.
-        let sin_u = (self.radius2 / distance2).sqrt();
-        let received = received(at, wi, sin_u);
-        if self.cos <= -1.0 {
-            return falloff * received;
-        }
+        let sin_u = if is_far { 0.0 } else { (radius2 / distance2).sqrt() };
+        let cos_n = wi.dot(at.n);
+        let received = mean_cosine(if at.through { cos_n.abs() } else { cos_n }, sin_u);
         // The angle to the axis, less the half angle of the cone.
-        let cos_w = -wi.dot(self.axis);
-        let cos_w = if self.cos == 1.0 {
-            cos_w
-        } else if cos_w >= self.cos {
-            1.0
-        } else {
-            let sin2 = ((1.0 - cos_w * cos_w) * (1.0 - self.cos * self.cos)).max(0.0);
-            cos_w * self.cos + sin2.sqrt()
-        };
-        falloff * received * mean_cosine(cos_w, sin_u)
+        let cos_w = -wi.dot(axis);
+        let sin2 = ((1.0 - cos_w * cos_w) * (1.0 - cos * cos)).max(0.0);
+        let within = if cos_w >= cos { 1.0 } else { cos_w * cos + sin2.sqrt() };
+        let emitted = mean_cosine(if cos == 1.0 { cos_w } else { within }, sin_u);
+        let is_inside = !is_far && (distance2 <= radius2 || distance2 == 0.0);
+        let is_even = cos <= -1.0;
+        let received = if is_far && is_even { 1.0 } else { received };
+        let emitted = if is_far || is_even { 1.0 } else { emitted };
+        if is_inside { INSIDE * falloff } else { falloff * received * emitted }
+    }
+}
+
+/// Lights whose importance is computed at once, in the lanes of a register.
+pub(super) const PACK: usize = 4;
+
+/// The bounds of [`PACK`] lights, field by field.
+#[derive(Clone, Debug)]
+pub(super) struct BoundsPack {
+    center: [[f32; PACK]; 3],
+    radius2: [f32; PACK],
+    axis: [[f32; PACK]; 3],
+    cos: [f32; PACK],
+    pub(super) power: [f32; PACK],
+}
+
+impl BoundsPack {
+    /// Of up to [`PACK`] lights. The other lanes are lights without power.
+    pub(super) fn new(lights: &[LightBounds]) -> Self {
+        let lane = |i: usize| lights.get(i).copied().unwrap_or(LightBounds { power: 0.0, ..lights[0] });
+        let lanes = std::array::from_fn(lane);
+        let of = |field: fn(&LightBounds) -> f32| lanes.each_ref().map(field);
+        Self {
+            center: [of(|b| b.center.x), of(|b| b.center.y), of(|b| b.center.z)],
+            radius2: of(|b| b.radius2),
+            axis: [of(|b| b.axis.x), of(|b| b.axis.y), of(|b| b.axis.z)],
+            cos: of(|b| b.cos),
+            power: of(|b| b.power),
+        }
+    }
+
+    /// The importance of each ([`LightBounds::importance`]).
+    #[inline(always)]
+    pub(super) fn importances(&self, at: LightSampleContext) -> [f32; PACK] {
+        let mut importances = [0.0; PACK];
+        for i in 0..PACK {
+            let lane = |rows: &[[f32; PACK]; 3]| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
+            let bounds = LightBounds {
+                center: lane(&self.center),
+                radius2: self.radius2[i],
+                axis: lane(&self.axis),
+                cos: self.cos[i],
+                power: self.power[i],
+            };
+            importances[i] = bounds.importance(at);
+        }
+        importances
     }
 }
 
@@ -100,17 +147,10 @@ const LEAST_DISTANCE2: f32 = 64.0 * f32::MIN_POSITIVE;
 /// Share of the power that counts within the bounding sphere, where angles say nothing.
 const INSIDE: f32 = 0.5;
 
-/// The mean cosine at `at` of light that comes from around `wi`, from a half angle of sine `sin_u`.
-#[inline]
-fn received(at: LightSampleContext, wi: Vec3, sin_u: f32) -> f32 {
-    let cos = wi.dot(at.n);
-    mean_cosine(if at.through { cos.abs() } else { cos }, sin_u)
-}
-
 /// The mean of the positive cosines over a sphere in a direction of cosine `cos` that fills a half angle of sine `sin_u`:
 /// `cos` itself where all of it is above the horizon (exact for a sphere of even radiance), 0 where none is, and between
 /// them the parabola that goes on smoothly at both ends.
-#[inline]
+#[inline(always)]
 fn mean_cosine(cos: f32, sin_u: f32) -> f32 {
     // Tolerance, so that rounding hides no light that is just visible.
     const SLACK: f32 = 1e-6;

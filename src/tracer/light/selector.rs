@@ -2,7 +2,7 @@
 
 use crate::tracer::bounding_sphere::BoundingSphere;
 
-use super::bounds::LightBounds;
+use super::bounds::{BoundsPack, LightBounds, PACK};
 use super::sample::LightSampleContext;
 use super::shapes::Light;
 use super::tree::{LightTree, TreeItem};
@@ -91,10 +91,10 @@ impl LightSelector {
 /// Lights few enough to evaluate the importance of each.
 #[derive(Clone, Debug)]
 pub(super) struct FewLights {
-    bounds: Vec<LightBounds>,
+    bounds: Vec<BoundsPack>,
     /// Their indices among all lights.
     lights: Vec<u32>,
-    /// Position in `bounds` of every light; `NONE` for one that never shines.
+    /// Position in `lights` of every light; `NONE` for one that never shines.
     slots: Vec<u8>,
 }
 
@@ -106,8 +106,9 @@ impl FewLights {
         for (slot, item) in items.iter().enumerate() {
             slots[item.light as usize] = slot as u8;
         }
-        let (lights, bounds) = items.iter().map(|item| (item.light, item.bounds)).unzip();
-        Self { bounds, lights, slots }
+        let (lights, bounds): (_, Vec<LightBounds>) =
+            items.iter().map(|item| (item.light, item.bounds)).unzip();
+        Self { bounds: bounds.chunks(PACK).map(BoundsPack::new).collect(), lights, slots }
     }
 
     /// The weights that lights are chosen in proportion to, and their sum.
@@ -115,22 +116,24 @@ impl FewLights {
     fn weights(&self, at: LightSampleContext) -> ([f32; FEW], f32) {
         let mut weights = [0.0; FEW];
         let (mut sum, mut count) = (0.0, 0.0);
-        for (weight, bounds) in weights.iter_mut().zip(&self.bounds) {
-            *weight = bounds.importance(at);
-            sum += *weight;
-            count += if *weight > 0.0 { 1.0 } else { 0.0 };
+        let (packs, _) = weights.as_chunks_mut::<PACK>();
+        for (pack, bounds) in packs.iter_mut().zip(&self.bounds) {
+            *pack = bounds.importances(at);
+            for weight in pack {
+                sum += *weight;
+                count += if *weight > 0.0 { 1.0 } else { 0.0 };
+            }
         }
         let share = EVEN * sum / count;
         let mut total = 0.0;
         // A sum of 0, and one that is no number, leaves the choice to the powers.
         let usable = share > 0.0 && share.is_finite();
-        for (weight, bounds) in weights.iter_mut().zip(&self.bounds) {
-            if !usable {
-                *weight = bounds.power;
-            } else if *weight > 0.0 {
-                *weight += share;
+        for (pack, bounds) in packs.iter_mut().zip(&self.bounds) {
+            for (weight, power) in pack.iter_mut().zip(bounds.power) {
+                let even = if *weight > 0.0 { *weight + share } else { *weight };
+                *weight = if usable { even } else { power };
+                total += *weight;
             }
-            total += *weight;
         }
         (weights, total)
     }
@@ -140,7 +143,7 @@ impl FewLights {
         let (weights, total) = self.weights(at);
         let mut left = u * f64::from(total);
         let mut chosen = 0;
-        for (i, weight) in weights[..self.bounds.len()].iter().enumerate() {
+        for (i, weight) in weights[..self.lights.len()].iter().enumerate() {
             if *weight > 0.0 {
                 chosen = i;
                 left -= f64::from(*weight);
