@@ -328,7 +328,7 @@ impl Repaint {
         self.compiling.set_aside(false);
         let mut frame = gpu.begin()?;
         self.record(&mut frame.cmd(), sums, settings, &effects)?;
-        self.post_process(&mut frame.cmd(), settings, &effects)?;
+        self.glare_and_post_processes(&mut frame.cmd(), settings, &effects)?;
         frame.submit()?;
         let (xyz, _) = self.picture.get(&gpu, &effects)?;
         let bytes = read_image(&gpu, xyz, region(&self.spec, effects.detail))?;
