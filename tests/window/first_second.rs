@@ -61,6 +61,8 @@ fn the_last_picture_stands_in_for_samples() {
         let folder = folder("move");
         let viewer = view(&desktop, &folder, "cornell.xml", options);
         desktop.find_picture("ointillist", PATIENCE).unwrap();
+        // A picture of few samples is not worth keeping.
+        std::thread::sleep(Duration::from_secs(2));
         desktop.pointer(48, 48);
         desktop.button(1, true);
         for x in [50, 54, 58, 62] {

@@ -217,7 +217,8 @@ fn a_lost_display_costs_no_picture() {
     let folder = folder("display");
     let desktop = Desktop::start(300, 300);
     let viewer = view(&desktop, &folder, &["--size", "96x96", "-o", "last.png"]);
-    desktop.find_picture("ointillist", PATIENCE).unwrap();
+    desktop.find("ointillist", PATIENCE).unwrap();
+    std::thread::sleep(Duration::from_secs(2));
     drop(desktop); // kills the X server
     let status = end(viewer).status;
     assert!(!status.success() && status.code().is_some(), "{status}");

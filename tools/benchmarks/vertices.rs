@@ -1,4 +1,4 @@
-//! What a camera path of path tracing consists of: vertices and light samples per path, counted from recorded paths; and the processor time of
+//! The parts of a camera path of path tracing: vertices, light samples and occluded ones per path, counted from recorded paths; and the processor time of
 //! a path on one thread, traced without recording. Quotients of these are the cost per vertex, which other renderers can be compared by.
 
 use std::path::PathBuf;
@@ -41,13 +41,16 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let context = RenderContext::new(Arc::new(scene), camera, &desc.integrator, 0, UvWindow::PICTURE);
         PathTracer { context: context.of_size([width, height]) }
     };
-    let (mut vertices, mut light_samples) = (0u64, 0u64);
+    let (mut vertices, mut light_samples, mut occluded) = (0u64, 0u64, 0u64);
     let recording = tracer(scene.clone().recorded());
     for index in FIRST..FIRST + arguments.recorded {
         for event in recorded(|| recording.trace(index, &mut (), &mut Nowhere)) {
             match event {
                 PathEvent::Meets(..) => vertices += 1,
-                PathEvent::Light { .. } => light_samples += 1,
+                PathEvent::Light { visible, .. } => {
+                    light_samples += 1;
+                    occluded += u64::from(visible == 0.0);
+                }
                 _ => {}
             }
         }
@@ -62,6 +65,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         serde_json::json!({
             "vertices": per_path(vertices),
             "light_samples": per_path(light_samples),
+            "occluded": per_path(occluded),
             "seconds": seconds,
         })
     );
