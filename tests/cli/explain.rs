@@ -31,7 +31,7 @@ fn the_plan_takes_no_measurement() {
         assert!(json.get(key).is_none(), "{key}");
     }
     let plan = json["plan"].as_array().unwrap();
-    assert_eq!(plan.len(), 28);
+    assert!(plan.len() > 20, "{plan:?}");
     for entry in plan {
         assert!(!has_cost(entry), "{entry}");
         let [name, reason] = ["effect", "reason"].map(|key| entry[key].as_str().unwrap());
