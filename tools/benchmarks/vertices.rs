@@ -38,7 +38,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Camera::new(&desc.camera, &desc.film, &PrepareOptions { width, height })?.placed(&desc.space);
     let scene = Scene::prepare(&desc)?;
     let tracer = |scene: Scene| {
-        let context = RenderContext::new(Arc::new(scene), camera.clone(), &desc.integrator, 0, UvWindow::PICTURE);
+        let context =
+            RenderContext::new(Arc::new(scene), camera.clone(), &desc.integrator, 0, UvWindow::PICTURE);
         PathTracer { context: context.of_size([width, height]) }
     };
     let (mut vertices, mut light_samples, mut occluded) = (0u64, 0u64, 0u64);
