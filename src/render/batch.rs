@@ -347,8 +347,9 @@ impl<'a> BatchRender<'a> {
             stats.epoch = done.epoch;
             stats.workers.extend(done.workers);
             let is_over = driven.interrupted || driven.reached || driven.panicked.is_some();
-            // A time limit may end the pilot; the render then continues with the next stage.
-            if !driven.complete && (is_over || part != StagePart::Pilot) {
+            // A time limit may end the pilot; the render then continues with the next stage. The tracer may have completed a stage before the
+            // block was taken that met the error target.
+            if is_over || (!driven.complete && part != StagePart::Pilot) {
                 break;
             }
         }
