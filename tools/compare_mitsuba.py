@@ -81,9 +81,14 @@ class Failed(SystemExit):
 # Mitsuba's half
 
 
-def box_filtered(scene, size):
-    """The text of the scene file with a box filter, float32 RGB pixels and, if given, another size."""
+def box_filtered(scene, size, integrator=None):
+    """The text of the scene file with a box filter, float32 RGB pixels and, if given, another size and another integrator."""
     tree = ElementTree.parse(scene)
+    if integrator:
+        # Mitsuba creates what the file names, even if the caller renders by another one.
+        for element in tree.iter("integrator"):
+            element.clear()
+            element.set("type", integrator)
     films = list(tree.iter("film"))
     if not films:
         raise Failed(f"{scene} has no <film> of its own: put the sensor into this file")
@@ -100,12 +105,12 @@ def box_filtered(scene, size):
     return ElementTree.tostring(tree.getroot(), encoding="unicode")
 
 
-def load_box_filtered(mi, scene, defines, size):
-    """The scene in Mitsuba, with the film of box_filtered()."""
+def load_box_filtered(mi, scene, defines, size, integrator=None):
+    """The scene in Mitsuba, with film and integrator of box_filtered()."""
     with tempfile.TemporaryDirectory() as place:
         copy = os.path.join(place, "scene.xml")
         with open(copy, "w") as f:
-            f.write(box_filtered(scene, size))
+            f.write(box_filtered(scene, size, integrator))
         mi.file_resolver().prepend(os.path.dirname(os.path.abspath(scene)))
         return mi.load_file(copy, **defines)
 

@@ -167,10 +167,10 @@ def print_costs(a, path, size, scene, mine, peer, reference):
 def measure(a, path):
     """Prints one row per renderer and time; returns the ratios of `auto`, one for each time."""
     mi.set_variant(VARIANT)
-    width, height = load_box_filtered(mi, path, {}, None).sensors()[0].film().size()
+    width, height = load_box_filtered(mi, path, {}, None, "path").sensors()[0].film().size()
     size, ratios, reference = [a.width, max(1, round(a.width * height / width))], [], None
     a.size, a.integrator = size, None
-    scene = load_box_filtered(mi, path, {}, size)
+    scene = load_box_filtered(mi, path, {}, size, "path")
     method = mi.load_dict({"type": "path", "rr_depth": RR_DEPTH})
     for share, bound in TIMES:
         seconds = a.seconds * CORES * share
@@ -192,7 +192,7 @@ def measure(a, path):
             middle, low, high = ratio(errors, theirs_errors)
             missing = one.name in METHODS and any(one.below(other) for other in unbiased)
             name = one.name + (f" ({one.chosen})" if one.name == "auto" else "") + (" *" if missing else "")
-            interval = "" if one is peer else f"{middle:>8.2f}  {low:.2f} to {high:.2f}"
+            interval = "" if one is peer else f"{middle:>9.2g}  {low:.2g} to {high:.2g}"
             verdict = ""
             if one.name == "auto":
                 ratios.append(middle)
@@ -228,7 +228,8 @@ def main():
         at = [r[i] for r in results]
         mean = float(np.exp(np.mean(np.log(at))))
         failed |= max(at) > bound or (share == 1.0 and mean > LARGEST_MEAN)
-        print(f"auto after {a.seconds * share:g} s: worst ratio {max(at):.2f} (bound {bound:g}), geometric mean {mean:.2f} (bound {LARGEST_MEAN} at the end)")
+        of_mean = f" (bound {LARGEST_MEAN})" if share == 1.0 else ""
+        print(f"auto after {a.seconds * share:g} s: worst ratio {max(at):.2g} (bound {bound:g}), geometric mean {mean:.2g}{of_mean}")
     sys.exit(1 if failed else 0)
 
 
