@@ -81,9 +81,33 @@ class Failed(SystemExit):
 # Mitsuba's half
 
 
+# The angle in degrees under which Mitsuba 3 shows the sun by default.
+SUN_APERTURE = 0.5358
+
+
+def upgrade(tree):
+    """Changes what Mitsuba 3 does not by itself in a file for Mitsuba 0.6: its skies have +y up instead of +z, and it filters textures over
+    the footprint of a pixel."""
+    if tree.getroot().get("version", "3").split(".")[0] != "0":
+        return
+    for element in tree.iter("string"):
+        if element.get("name") == "filterType" and element.get("value") in ("trilinear", "ewa"):
+            element.set("value", "bilinear")
+    for sky in tree.iter("emitter"):
+        if sky.get("type") not in ("sky", "sun", "sunsky") or sky.find("transform") is not None:
+            continue
+        for child in list(sky):
+            name = child.get("name")
+            if name == "sunRadiusScale":
+                child.attrib = {"name": "sun_aperture", "value": str(SUN_APERTURE * float(child.get("value")))}
+        turned = ElementTree.SubElement(sky, "transform", name="to_world")
+        ElementTree.SubElement(turned, "rotate", x="1", angle="-90")
+
+
 def box_filtered(scene, size, integrator=None):
     """The text of the scene file with a box filter, float32 RGB pixels and, if given, another size and another integrator."""
     tree = ElementTree.parse(scene)
+    upgrade(tree)
     if integrator:
         # Mitsuba creates what the file names, even if the caller renders by another one.
         for element in tree.iter("integrator"):
@@ -112,7 +136,12 @@ def load_box_filtered(mi, scene, defines, size, integrator=None):
         with open(copy, "w") as f:
             f.write(box_filtered(scene, size, integrator))
         mi.file_resolver().prepend(os.path.dirname(os.path.abspath(scene)))
-        return mi.load_file(copy, **defines)
+        config = mi.parser.ParserConfig(mi.variant())
+        # Files for Mitsuba 0.6 have properties that Mitsuba 3 lacks.
+        config.unused_properties = mi.LogLevel.Warn
+        state = mi.parser.parse_file(config, copy, **defines)
+        mi.parser.transform_all(config, state)
+        return mi.parser.instantiate(config, state)
 
 
 def mitsuba_renderings(mi, scene, defines, size, spp, seeds):
