@@ -104,6 +104,7 @@ impl Scene {
     /// This scene with rays traced by `kernel`: samples are the same bits, and only their time differs. `None` where the
     /// processor lacks what `kernel` needs, or while another scene, [edited](Scene::edited) from this one, shares the tree.
     pub fn with_kernel(mut self, kernel: SimdKernel) -> Option<Scene> {
+        self.lights.set_kernel(kernel.available()?);
         let set = |alone: &mut Primitives| alone.accel.set_kernel(kernel);
         let is_set = self.kernel() == kernel || Arc::get_mut(&mut self.primitives).is_some_and(set);
         is_set.then_some(self)

@@ -68,7 +68,7 @@ pub(in crate::tracer) struct AvailableKernel(SimdKernel);
 
 impl AvailableKernel {
     /// The fastest.
-    pub(super) fn best() -> Self {
+    pub(in crate::tracer) fn best() -> Self {
         SimdKernel::ALL.into_iter().rev().find_map(SimdKernel::available).unwrap_or(Self(SimdKernel::Scalar))
     }
 
@@ -77,3 +77,32 @@ impl AvailableKernel {
         self.0
     }
 }
+
+/// Compiles a function for processors with AVX2 as well, and calls that of `kernel`.
+///
+/// With AVX-512 it is the same code: registers of 512 bits lower the clock of everything else.
+macro_rules! for_kernel {
+    ($(#[$doc:meta])* $vis:vis $name:ident => $body:ident($($argument:ident: $type:ty),*) -> $result:ty) => {
+        $(#[$doc])*
+        #[inline]
+        $vis fn $name(kernel: $crate::tracer::accel::AvailableKernel, $($argument: $type),*) -> $result {
+            #[cfg(target_arch = "x86_64")]
+            {
+                use $crate::tracer::accel::SimdKernel;
+
+                #[target_feature(enable = "avx2")]
+                fn avx2($($argument: $type),*) -> $result {
+                    $body($($argument),*)
+                }
+                if let SimdKernel::Avx2 | SimdKernel::Avx512 = kernel.get() {
+                    // SAFETY: the value of `AvailableKernel` proves that this processor has these instructions.
+                    return unsafe { avx2($($argument),*) };
+                }
+            }
+            let _ = kernel;
+            $body($($argument),*)
+        }
+    };
+}
+
+pub(in crate::tracer) use for_kernel;

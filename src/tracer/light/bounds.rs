@@ -93,21 +93,18 @@ impl LightBounds {
     }
 }
 
-/// Lights whose importance is computed at once, in the lanes of a register.
-pub(super) const PACK: usize = 4;
-
-/// The bounds of [`PACK`] lights, field by field.
+/// The bounds of up to `N` lights, field by field, whose importances are computed at once in the lanes of registers.
 #[derive(Clone, Debug)]
-pub(super) struct BoundsPack {
-    center: [[f32; PACK]; 3],
-    radius2: [f32; PACK],
-    axis: [[f32; PACK]; 3],
-    cos: [f32; PACK],
-    pub(super) power: [f32; PACK],
+pub(super) struct BoundsPack<const N: usize> {
+    center: [[f32; N]; 3],
+    radius2: [f32; N],
+    axis: [[f32; N]; 3],
+    cos: [f32; N],
+    pub(super) power: [f32; N],
 }
 
-impl BoundsPack {
-    /// Of up to [`PACK`] lights. The other lanes are lights without power.
+impl<const N: usize> BoundsPack<N> {
+    /// Of 1 to `N` lights. The other lanes are lights without power.
     pub(super) fn new(lights: &[LightBounds]) -> Self {
         let lane = |i: usize| lights.get(i).copied().unwrap_or(LightBounds { power: 0.0, ..lights[0] });
         let lanes = std::array::from_fn(lane);
@@ -123,10 +120,10 @@ impl BoundsPack {
 
     /// The importance of each ([`LightBounds::importance`]).
     #[inline(always)]
-    pub(super) fn importances(&self, at: LightSampleContext) -> [f32; PACK] {
-        let mut importances = [0.0; PACK];
-        for i in 0..PACK {
-            let lane = |rows: &[[f32; PACK]; 3]| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
+    pub(super) fn importances(&self, at: &LightSampleContext) -> [f32; N] {
+        let mut importances = [0.0; N];
+        for i in 0..N {
+            let lane = |rows: &[[f32; N]; 3]| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
             let bounds = LightBounds {
                 center: lane(&self.center),
                 radius2: self.radius2[i],
@@ -134,7 +131,7 @@ impl BoundsPack {
                 cos: self.cos[i],
                 power: self.power[i],
             };
-            importances[i] = bounds.importance(at);
+            importances[i] = bounds.importance(*at);
         }
         importances
     }

@@ -12,7 +12,7 @@ use glam::Vec3;
 use crate::math::distribution::Distribution;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
-use crate::tracer::accel::PrimRange;
+use crate::tracer::accel::{AvailableKernel, PrimRange};
 use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::light_groups::LightGroups;
 use crate::tracer::sampler::LightNumbers;
@@ -72,6 +72,11 @@ impl Lights {
     /// The same lights, whose [aimed](Lights::emit_aimed) rays go to these casters.
     pub fn aiming_at(self, casters: CausticCasters) -> Self {
         Self { casters, ..self }
+    }
+
+    /// Computes with the instructions of `kernel` from now on, where there is a choice; the same bits by each.
+    pub(in crate::tracer) fn set_kernel(&mut self, kernel: AvailableKernel) {
+        self.selector.set_kernel(kernel);
     }
 
     /// The same lights in `count` groups: `of_sources` has that of each [source](Lights::source).

@@ -1,8 +1,9 @@
 //! Which light a point samples: by the importance of each there, which [`bounds`](super::bounds) estimate.
 
+use crate::tracer::accel::{AvailableKernel, for_kernel};
 use crate::tracer::bounding_sphere::BoundingSphere;
 
-use super::bounds::{BoundsPack, LightBounds, PACK};
+use super::bounds::{BoundsPack, LightBounds};
 use super::sample::LightSampleContext;
 use super::shapes::Light;
 use super::tree::{LightTree, TreeItem};
@@ -57,6 +58,13 @@ impl LightSelector {
         }
     }
 
+    /// Computes importances by `kernel` from now on; the same bits by each.
+    pub(super) fn set_kernel(&mut self, kernel: AvailableKernel) {
+        if let LightSelector::Few(few) = self {
+            few.kernel = kernel;
+        }
+    }
+
     /// The one light that is ever chosen, or `Some(None)` where there is none; `None` where there are several.
     #[inline]
     pub(super) fn only(&self) -> Option<Option<u32>> {
@@ -91,14 +99,69 @@ impl LightSelector {
 /// Lights few enough to evaluate the importance of each.
 #[derive(Clone, Debug)]
 pub(super) struct FewLights {
-    bounds: Vec<BoundsPack>,
+    bounds: FewBounds,
     /// Their indices among all lights.
     lights: Vec<u32>,
     /// Position in `lights` of every light; `NONE` for one that never shines.
     slots: Vec<u8>,
+    kernel: AvailableKernel,
 }
 
 const NONE: u8 = u8::MAX;
+
+/// The bounds of few lights, as many at once as there are.
+#[derive(Clone, Debug)]
+enum FewBounds {
+    UpTo4(Box<BoundsPack<4>>),
+    UpTo8(Box<BoundsPack<8>>),
+    UpTo16(Box<BoundsPack<FEW>>),
+}
+
+/// The weights that few lights are chosen in proportion to.
+struct Weights {
+    each: [f32; FEW],
+    sum: f32,
+}
+
+for_kernel! {
+    /// The weights of up to eight lights.
+    weights_of_8 => weights(bounds: &BoundsPack<8>, at: &LightSampleContext) -> Weights
+}
+
+for_kernel! {
+    /// The weights of up to sixteen lights.
+    weights_of_16 => weights(bounds: &BoundsPack<16>, at: &LightSampleContext) -> Weights
+}
+
+/// The weights of lights by their importances at `at`.
+#[inline(always)]
+fn weights<const N: usize>(bounds: &BoundsPack<N>, at: &LightSampleContext) -> Weights {
+    let importances = bounds.importances(at);
+    let shining = importances.map(|importance| if importance > 0.0 { 1.0 } else { 0.0 });
+    let sum = sum_of_lanes(importances);
+    let share = EVEN * sum / sum_of_lanes(shining);
+    // A sum of 0, and one that is no number, leaves the choice to the powers.
+    let usable = share > 0.0 && share < f32::INFINITY;
+    let mut each = [0.0; FEW];
+    for i in 0..N {
+        each[i] = if usable { importances[i] + share * shining[i] } else { bounds.power[i] };
+    }
+    let sum = if usable { sum * (1.0 + EVEN) } else { sum_of_lanes(bounds.power) };
+    Weights { each, sum }
+}
+
+/// The sum of `N` numbers, a power of two, by halves: fewer steps than one after the other, and the same bits for any width of registers.
+#[inline(always)]
+fn sum_of_lanes<const N: usize>(mut lanes: [f32; N]) -> f32 {
+    let mut half = N / 2;
+    while half > 0 {
+        for i in 0..half {
+            lanes[i] += lanes[i + half];
+        }
+        half /= 2;
+    }
+    lanes[0]
+}
 
 impl FewLights {
     fn new(items: &[TreeItem], all: usize) -> Self {
@@ -108,42 +171,29 @@ impl FewLights {
         }
         let (lights, bounds): (_, Vec<LightBounds>) =
             items.iter().map(|item| (item.light, item.bounds)).unzip();
-        Self { bounds: bounds.chunks(PACK).map(BoundsPack::new).collect(), lights, slots }
+        let bounds = match items.len() {
+            0..=4 => FewBounds::UpTo4(BoundsPack::new(&bounds).into()),
+            5..=8 => FewBounds::UpTo8(BoundsPack::new(&bounds).into()),
+            _ => FewBounds::UpTo16(BoundsPack::new(&bounds).into()),
+        };
+        Self { bounds, lights, slots, kernel: AvailableKernel::best() }
     }
 
-    /// The weights that lights are chosen in proportion to, and their sum.
     #[inline]
-    fn weights(&self, at: LightSampleContext) -> ([f32; FEW], f32) {
-        let mut weights = [0.0; FEW];
-        let (mut sum, mut count) = (0.0, 0.0);
-        let (packs, _) = weights.as_chunks_mut::<PACK>();
-        for (pack, bounds) in packs.iter_mut().zip(&self.bounds) {
-            *pack = bounds.importances(at);
-            for weight in pack {
-                sum += *weight;
-                count += if *weight > 0.0 { 1.0 } else { 0.0 };
-            }
+    fn weights(&self, at: LightSampleContext) -> Weights {
+        match &self.bounds {
+            FewBounds::UpTo4(bounds) => weights(bounds, &at),
+            FewBounds::UpTo8(bounds) => weights_of_8(self.kernel, bounds, &at),
+            FewBounds::UpTo16(bounds) => weights_of_16(self.kernel, bounds, &at),
         }
-        let share = EVEN * sum / count;
-        let mut total = 0.0;
-        // A sum of 0, and one that is no number, leaves the choice to the powers.
-        let usable = share > 0.0 && share.is_finite();
-        for (pack, bounds) in packs.iter_mut().zip(&self.bounds) {
-            for (weight, power) in pack.iter_mut().zip(bounds.power) {
-                let even = if *weight > 0.0 { *weight + share } else { *weight };
-                *weight = if usable { even } else { power };
-                total += *weight;
-            }
-        }
-        (weights, total)
     }
 
     #[inline]
     fn sample(&self, at: LightSampleContext, u: f64) -> (u32, f32) {
-        let (weights, total) = self.weights(at);
-        let mut left = u * f64::from(total);
+        let Weights { each, sum } = self.weights(at);
+        let mut left = u * f64::from(sum);
         let mut chosen = 0;
-        for (i, weight) in weights[..self.lights.len()].iter().enumerate() {
+        for (i, weight) in each[..self.lights.len()].iter().enumerate() {
             if *weight > 0.0 {
                 chosen = i;
                 left -= f64::from(*weight);
@@ -152,15 +202,15 @@ impl FewLights {
                 }
             }
         }
-        (self.lights[chosen], weights[chosen] / total)
+        (self.lights[chosen], each[chosen] / sum)
     }
 
     #[inline]
     fn probability(&self, light: u32, at: LightSampleContext) -> f32 {
-        let (weights, total) = self.weights(at);
+        let Weights { each, sum } = self.weights(at);
         match self.slots[light as usize] {
             NONE => 0.0,
-            slot => weights[usize::from(slot)] / total,
+            slot => each[usize::from(slot)] / sum,
         }
     }
 }

@@ -6,7 +6,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::tracer::accel::{AvailableKernel, SimdKernel};
+use crate::tracer::accel::for_kernel;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::subpath::SubpathVertex;
 use crate::tracer::subpath_mis::CONNECTION_SAMPLES;
@@ -109,45 +109,15 @@ pub(super) struct CameraRow<'a> {
     pub(super) room: f32,
 }
 
-/// Compiles a function for the processors with AVX2 and AVX-512 as well, and calls that of `kernel`.
-macro_rules! for_kernel {
-    ($(#[$doc:meta])* $name:ident => $body:ident($($argument:ident: $type:ty),*) -> $result:ty) => {
-        $(#[$doc])*
-        #[inline]
-        pub(super) fn $name(kernel: AvailableKernel, $($argument: $type),*) -> $result {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2")]
-                fn avx2($($argument: $type),*) -> $result {
-                    $body($($argument),*)
-                }
-                #[target_feature(enable = "avx2,avx512f,avx512vl,avx512dq,avx512bw")]
-                fn avx512($($argument: $type),*) -> $result {
-                    $body($($argument),*)
-                }
-                match kernel.get() {
-                    SimdKernel::Scalar => {}
-                    // SAFETY: the value of `AvailableKernel` proves that this processor has these instructions.
-                    SimdKernel::Avx2 => return unsafe { avx2($($argument),*) },
-                    // SAFETY: as above.
-                    SimdKernel::Avx512 => return unsafe { avx512($($argument),*) },
-                }
-            }
-            let _ = kernel;
-            $body($($argument),*)
-        }
-    };
-}
-
 for_kernel! {
     /// Works out the importances of a row and returns their sum. An importance is about what the pair would contribute if nothing occludes
     /// it: exact but for its MIS weight, of which the larger part is known. NaN where an infinite density meets nothing.
-    find_importances => importances_of(row: &CameraRow<'_>, out: &mut [f32]) -> f32
+    pub(super) find_importances => importances_of(row: &CameraRow<'_>, out: &mut [f32]) -> f32
 }
 
 for_kernel! {
     /// The sums, over [`LANES`] at a time, of the probabilities `scale` · importance, at most 1 each.
-    sum_probabilities => probability_sums(importances: &[f32], scale: f32, sums: &mut Vec<f32>) -> ()
+    pub(super) sum_probabilities => probability_sums(importances: &[f32], scale: f32, sums: &mut Vec<f32>) -> ()
 }
 
 #[inline(always)]
