@@ -291,8 +291,9 @@ fn report(memory: &[u64], success: Option<bool>, folder: &Path) -> Outcome {
     };
     let [second, last] = [&memory[third..2 * third], &memory[2 * third..]].map(sorted);
     // The least, the median and the most.
-    let [second, last] = [&second, &last]
-        .map(|part| [0, part.len() / 2, part.len().saturating_sub(1)].map(|i| part.get(i).copied().unwrap_or(0)));
+    let [second, last] = [&second, &last].map(|part| {
+        [0, part.len() / 2, part.len().saturating_sub(1)].map(|i| part.get(i).copied().unwrap_or(0))
+    });
     let [growth, of_median, of_most] = [0, 1, 2].map(|i| last[i] as f64 / second[i].max(1) as f64);
     let mib = |part: [u64; 3]| part.map(|kib| (kib >> 10).to_string()).join(", ");
     println!(

@@ -37,5 +37,5 @@ mod write;
 pub use bvh::Accel;
 pub use ray::{Hit, PrimRange, Ray};
 pub use shapes::{Instance, PrimitiveGroup, Shapes, TriangleSource};
-pub(in crate::tracer) use simd_kernel::{AvailableKernel, for_kernel};
 pub use simd_kernel::SimdKernel;
+pub(in crate::tracer) use simd_kernel::{AvailableKernel, for_kernel};

@@ -178,6 +178,7 @@ fn probability_sums(importances: &[f32], scale: f32, sums: &mut Vec<f32>) {
 mod tests {
     use super::*;
     use crate::math::bits::mix;
+    use crate::tracer::accel::{AvailableKernel, SimdKernel};
 
     /// Vertices in a box of side 2, of which some look away and every seventh is not diffuse.
     fn vertices(count: u64, seed: u64) -> Vec<DiffuseSummary> {
