@@ -80,7 +80,7 @@ impl AvailableKernel {
 
 /// Compiles a function for processors with AVX2 as well, and calls that of `kernel`.
 ///
-/// With AVX-512 it is the same code: registers of 512 bits lower the clock of everything else.
+/// With AVX-512 it is the same code: with registers of 512 bits renders took 6 to 13 % longer, presumably because the clock is lower.
 macro_rules! for_kernel {
     ($(#[$doc:meta])* $vis:vis $name:ident => $body:ident($($argument:ident: $type:ty),*) -> $result:ty) => {
         $(#[$doc])*
