@@ -214,3 +214,62 @@ impl FewLights {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::math::bits::mix;
+    use crate::tracer::accel::SimdKernel;
+
+    /// A number in [0, 1).
+    fn number(i: u64) -> f32 {
+        (mix(i) >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// A vector in a cube of side 2 around the origin.
+    fn vector(i: u64) -> Vec3 {
+        2.0 * Vec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) - 1.0
+    }
+
+    /// Every third light is a ball, every fourth infinitely far away, and the others are flat.
+    fn light(i: u64) -> LightBounds {
+        let (center, power) = (4.0 * vector(1000 + i), 0.1 + number(7000 + i));
+        match i % 12 {
+            0 | 3 | 6 | 9 => LightBounds::round(center, 0.01, power),
+            4 | 8 => LightBounds { radius2: -1.0, ..LightBounds::round(center, 0.0, power) },
+            _ => LightBounds::flat([center, center + 0.3], vector(2000 + i).normalize(), power),
+        }
+    }
+
+    fn weights_by<const N: usize>(
+        count: u64,
+        weights: impl Fn(AvailableKernel, &BoundsPack<N>, &LightSampleContext) -> Weights,
+    ) {
+        let lights: Vec<LightBounds> = (0..count).map(light).collect();
+        let pack = BoundsPack::new(&lights);
+        for i in 0..200 {
+            let (p, n) = (4.0 * vector(3000 + i), vector(4000 + i).normalize());
+            let at = LightSampleContext { p, n, through: i % 5 == 0, glossy: false };
+            let bits = |kernel| {
+                let Weights { each, sum } = weights(kernel, &pack, &at);
+                (each.map(f32::to_bits), sum.to_bits())
+            };
+            let (each, sum) = bits(SimdKernel::Scalar.available().expect("any processor runs it"));
+            let (total, sum) =
+                (each.iter().map(|v| f64::from(f32::from_bits(*v))).sum::<f64>(), f32::from_bits(sum));
+            assert!((total - f64::from(sum)).abs() <= 1e-5 * total && sum > 0.0, "{total} {sum}");
+            assert!(each[count as usize..].iter().all(|weight| *weight == 0), "no light has no weight");
+            for kernel in SimdKernel::ALL.into_iter().filter_map(SimdKernel::available) {
+                assert_eq!(bits(kernel), (each, sum.to_bits()), "{kernel:?}, {count} lights, context {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_kernel_weighs_lights_alike() {
+        (5..=8).for_each(|count| weights_by::<8>(count, weights_of_8));
+        (9..=16).for_each(|count| weights_by::<16>(count, weights_of_16));
+    }
+}

@@ -171,6 +171,7 @@ impl Scene {
         let SceneMaterials { materials, surfaces, opacities } =
             materials::of(&desc.with_materials_in_rendering_space(), &self.materials)?;
         let (mut lights, mut chains) = (self.lights.relit(spectra(desc)), self.chains.clone());
+        lights.set_kernel(self.accel().available_kernel());
         let specular_uses = SpecularUse::of_surfaces(desc);
         if specular_uses != self.specular_uses {
             let casters;
