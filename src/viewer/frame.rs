@@ -345,7 +345,10 @@ impl Viewer {
             self.look_at_display = begin;
         }
         self.metrics.presented(&shown);
-        self.errors.succeed();
+        // A frame that shows the picture before again proves nothing, unless nothing else is tried.
+        if shown.detail.is_some() || self.picture.is_frozen() {
+            self.errors.succeed();
+        }
         Ok(())
     }
 
@@ -477,12 +480,18 @@ impl Viewer {
 
     /// Handles an error that a new device would have, too, such as out-of-memory: reverts to the film of the last picture, or else to its
     /// settings, whichever was changed since. If neither was, the frame is retried once; then the picture freezes, without new samples,
-    /// until something changes. Before the first picture there is nothing to revert to, so the frame is retried for a while.
+    /// until something changes. Before the first picture there is nothing to revert to, so the frame is retried for a while; the same while
+    /// all pictures were coarse, with this film and these settings: coarse ones need less memory.
     fn step_back(&mut self, error: ClientError) {
         let now = Instant::now();
         let is_known = self.errors.has_failed();
         self.clock.set(self.errors.fail(now, &error));
-        let Some(Painted { settings, film }) = self.picture.painted.clone() else {
+        let asked = self.session.run_spec().film;
+        let asked = FilmSpec { filter: self.panel.controls.filter, ..asked };
+        let is_state = |painted: &Painted| {
+            painted.film != asked || painted.settings != self.panel.controls.settings || painted.detail == 1
+        };
+        let Some(Painted { settings, film, .. }) = self.picture.painted.clone().filter(is_state) else {
             if self.errors.lasts(now) > FIRST_PATIENCE {
                 return self.fail(miette::Report::from_err(error));
             }
@@ -491,8 +500,6 @@ impl Viewer {
             }
             return;
         };
-        let asked = self.session.run_spec().film;
-        let asked = FilmSpec { filter: self.panel.controls.filter, ..asked };
         let kept = if film != asked {
             self.session.set_film(film);
             self.panel.controls.filter = film.filter;

@@ -47,11 +47,13 @@ struct LastRepaint {
     detail: u32,
 }
 
-/// Settings and film of a painted picture.
+/// Settings, film and detail of a painted picture.
 #[derive(Clone)]
 pub struct Painted {
     pub settings: Settings,
     pub film: FilmSpec,
+    /// Picture pixels per reconstructed pixel and axis.
+    pub detail: u32,
 }
 
 /// A frame submitted to the device.
@@ -104,7 +106,7 @@ pub struct LivePicture {
     pub rasterised: u64,
     /// Samples taken by the loop since this was last read, and the time that took, batches included.
     fed: (u64, Duration),
-    /// Settings and film of the last picture.
+    /// The last picture at full detail; before the first of these, the last picture.
     pub painted: Option<Painted>,
     /// Errors since the last repaint that neither film nor settings caused.
     failures: u32,

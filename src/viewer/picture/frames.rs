@@ -187,8 +187,13 @@ impl LivePicture {
         let detail = detail.filter(|_| !self.film().is_some_and(VulkanFilm::has_given_up));
         if let Some(detail) = detail {
             let film = session.run_spec().film;
-            if self.painted.as_ref().is_none_or(|p| p.film != film || p.settings != *settings) {
-                self.painted = Some(Painted { settings: settings.clone(), film });
+            // A coarse picture needs less memory: it does not replace a state that is known to fit.
+            let is_new = |painted: &Painted| {
+                let differs = painted.film != film || painted.settings != *settings;
+                if detail == 1 { differs || painted.detail > 1 } else { differs && painted.detail > 1 }
+            };
+            if self.painted.as_ref().is_none_or(is_new) {
+                self.painted = Some(Painted { settings: settings.clone(), film, detail });
             }
             self.failures = 0;
             if std::mem::take(&mut self.unseen) {
