@@ -86,10 +86,12 @@ SUN_APERTURE = 0.5358
 
 
 def upgrade(tree):
-    """Changes what Mitsuba 3 does not by itself in a file for Mitsuba 0.6: its skies have +y up instead of +z, and it filters textures over
-    the footprint of a pixel."""
+    """Changes what Mitsuba 3 does not by itself in a file for Mitsuba 0.6: its skies have +y up instead of +z, it filters textures over
+    the footprint of a pixel, and a transform may be written lookAt."""
     if tree.getroot().get("version", "3").split(".")[0] != "0":
         return
+    for element in list(tree.iter("lookAt")):
+        element.tag = "lookat"
     for element in tree.iter("string"):
         if element.get("name") == "filterType" and element.get("value") in ("trilinear", "ewa"):
             element.set("value", "bilinear")
