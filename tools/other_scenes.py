@@ -25,6 +25,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import drjit as dr
 import mitsuba as mi
@@ -41,6 +42,18 @@ TIMES = [(1.0, 1.0), (0.1, 1.2)]
 LARGEST_MEAN = 0.65
 # Two-sided 95 % quantiles of Student's t by degrees of freedom.
 STUDENT = {3: 3.182, 4: 2.776, 5: 2.571, 6: 2.447, 7: 2.365, 8: 2.306, 9: 2.262, 11: 2.201, 15: 2.131}
+
+
+def depth_of(path):
+    """The longest path that the scene file asks for, in segments; -1 for any length."""
+    root = ElementTree.parse(path).getroot()
+    defaults = {f"${one.get('name')}": one.get("value") for one in root.iter("default")}
+    for one in root.iter("integrator"):
+        for number in one.iter("integer"):
+            if number.get("name") in ("max_depth", "maxDepth"):
+                value = number.get("value")
+                return int(defaults.get(value, value))
+    return -1
 
 
 def scenes(places):
@@ -119,18 +132,22 @@ def ratio(errors, others):
     return middle, middle / spread, middle * spread
 
 
-def vertices_of_mitsuba(scene):
-    """Vertices per path of Mitsuba's `path`: an integrator that scatters and ends paths as that does, and returns their number."""
+def vertices_of_mitsuba(scene, depth):
+    """Vertices per path of Mitsuba's `path` with paths of at most `depth` segments (-1 for any length): an integrator that scatters and
+    ends paths as that does, and returns their number."""
 
     class VertexCounter(mi.SamplingIntegrator):
         def sample(self, scene, sampler, ray, medium=None, active=True):
+            longest = mi.UInt32(depth if depth >= 0 else 2**31 - 1)
+
             @dr.syntax
-            def walk(scene, sampler, ray, active):
+            def walk(scene, sampler, ray, active, longest):
                 count, throughput, eta = mi.UInt32(0), mi.Spectrum(1), mi.Float(1)
                 while active:
                     si = scene.ray_intersect(ray, active)
                     active &= si.is_valid()
                     count[active] += 1
+                    active &= count < longest
                     bsdf = si.bsdf(ray)
                     sample, weight = bsdf.sample(mi.BSDFContext(), si, sampler.next_1d(active), sampler.next_2d(active), active)
                     throughput *= weight
@@ -143,7 +160,7 @@ def vertices_of_mitsuba(scene):
                     active &= (~armed | (sampler.next_1d(active) < survival)) & (largest > 0)
                 return count
 
-            return mi.Spectrum(mi.Float(walk(scene, sampler, mi.Ray3f(ray), mi.Bool(active)))), mi.Bool(True), []
+            return mi.Spectrum(mi.Float(walk(scene, sampler, mi.Ray3f(ray), mi.Bool(active), longest))), mi.Bool(True), []
 
     mi.register_integrator("vertex_counter", lambda props: VertexCounter(props))
     return float(np.array(mi.render(scene, integrator=mi.load_dict({"type": "vertex_counter"}), spp=16))[..., 0].mean())
@@ -155,7 +172,7 @@ def print_costs(a, path, size, scene, mine, peer, reference):
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"other_scenes: {' '.join(command)} failed:\n{done.stderr}")
-    vertices = {mine.name: json.loads(done.stdout)["vertices"], peer.name: vertices_of_mitsuba(scene)}
+    vertices = {mine.name: json.loads(done.stdout)["vertices"], peer.name: vertices_of_mitsuba(scene, depth_of(path))}
     print(f"  {'':<16}{'paths/s':>10}{'vertices':>10}{'ns/vertex':>11}{'variance/path':>15}")
     for one in (mine, peer):
         rate = size[0] * size[1] * one.spp / one.spent
@@ -171,7 +188,7 @@ def measure(a, path):
     size, ratios, reference = [a.width, max(1, round(a.width * height / width))], [], None
     a.size, a.integrator = size, None
     scene = load_box_filtered(mi, path, {}, size, "path")
-    method = mi.load_dict({"type": "path", "rr_depth": RR_DEPTH})
+    method = mi.load_dict({"type": "path", "rr_depth": RR_DEPTH, "max_depth": depth_of(path)})
     for share, bound in TIMES:
         seconds = a.seconds * CORES * share
         all_ours = [Renderer(m, lambda spp, seed, m=m: ours(a, path, spp, seed, m), seconds) for m in a.methods]
