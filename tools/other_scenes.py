@@ -52,7 +52,10 @@ def depth_of(path):
         for number in one.iter("integer"):
             if number.get("name") in ("max_depth", "maxDepth"):
                 value = number.get("value")
-                return int(defaults.get(value, value))
+                try:
+                    return int(defaults.get(value, value))
+                except ValueError:
+                    sys.exit(f"other_scenes: {path}: {number.get('name')} is {value}, which is no number here")
     return -1
 
 
@@ -158,7 +161,8 @@ def vertices_of_mitsuba(scene, depth):
                     armed = count >= RR_DEPTH
                     throughput[armed] *= dr.rcp(survival)
                     active &= (~armed | (sampler.next_1d(active) < survival)) & (largest > 0)
-                return count
+                # Ours does not count the last vertex, which no path is scattered at, either.
+                return dr.minimum(count, longest - 1)
 
             return mi.Spectrum(mi.Float(walk(scene, sampler, mi.Ray3f(ray), mi.Bool(active), longest))), mi.Bool(True), []
 

@@ -18,7 +18,7 @@ use crate::study::error_tile::TILE;
 use crate::study::format::percent;
 use crate::study::witness::Witnesses;
 use crate::study::{LateLight, MissingLight};
-use crate::tracer::choice::{self, IntegratorChoice, Survey, Trial};
+use crate::tracer::choice::{self, IntegratorChoice};
 use crate::tracer::integrator::{
     CheckedIntegrator, IntegratorVisitor, PhotonTracer, PlanCheckTally, RenderContext, Replicated,
     SeesPhotons, visit,
@@ -194,8 +194,7 @@ pub fn choose(run: &mut RunSpec, scene: &Arc<Scene>, camera: &Camera, threads: u
         return;
     }
     let context = trial_context(run, scene, camera);
-    let chosen =
-        ChoiceReport::from(if threads > 1 { choose_in_parallel(&context) } else { choice::choose(&context) });
+    let chosen = ChoiceReport::from(choice::choose(&context, threads));
     run.integrator = chosen.kind;
     run.auto = Some(chosen);
 }
@@ -210,23 +209,6 @@ pub fn witnesses(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Option<W
 fn trial_context(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> RenderContext {
     let run = RunSpec { seed: 0, ..run.clone() };
     render_context(&run, scene.clone(), camera.clone(), UvWindow::PICTURE)
-}
-
-/// Chooses as [`choice::choose`] does, with the trials in parallel.
-fn choose_in_parallel(context: &RenderContext) -> IntegratorChoice {
-    let survey = Survey::of(context);
-    let trials: Vec<Trial> = std::thread::scope(|scope| {
-        let trial = |kind| {
-            scope.spawn({
-                let survey = &survey;
-                move || Trial::of(context, survey, kind)
-            })
-        };
-        let running: Vec<_> = survey.candidates(context).map(trial).collect();
-        // A path that panics will do so again in the render, where it is reported.
-        running.into_iter().filter_map(|trial| trial.join().ok()).collect()
-    });
-    choice::decide(&survey, &trials)
 }
 
 /// Chooses the method for a window in the background, anew whenever scene or view have changed and come to rest.
@@ -255,7 +237,7 @@ impl Chooser {
         self.stale = false;
         let context = trial_context(run, scene, camera);
         // If no thread can be started the method stays unchanged.
-        self.running = Job::start("the choice of the method", move |_| choice::choose(&context)).ok();
+        self.running = Job::start("the choice of the method", move |_| choice::choose(&context, 1)).ok();
     }
 
     /// Returns the choice that was begun, once, when it is ready.

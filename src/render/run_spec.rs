@@ -116,7 +116,7 @@ pub struct Candidate {
     pub variance: f64,
     /// Fraction of the light that its trial missed.
     pub missed: f64,
-    /// Cost of a path, in units of a camera vertex.
+    /// Cost of a path, in units of beginning one.
     pub cost: f64,
     /// Mean luminance in its trial.
     pub mean: f64,

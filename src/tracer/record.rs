@@ -129,8 +129,12 @@ pub fn record(event: PathEvent) {
 }
 
 fn record_faults(events: &mut Vec<PathEvent>) {
+    let pending = faults::pending();
+    if pending.is_empty() {
+        return;
+    }
     let known = events.iter().filter(|event| matches!(event, PathEvent::Fault(_))).count();
-    events.extend(faults::pending().into_iter().skip(known).map(|raised| PathEvent::Fault(raised.fault)));
+    events.extend(pending.into_iter().skip(known).map(|raised| PathEvent::Fault(raised.fault)));
 }
 
 /// The events of `path` and the faults that it raised.

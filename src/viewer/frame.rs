@@ -8,7 +8,7 @@ use miette::Result;
 use winit::dpi::PhysicalSize;
 
 use crate::client::pacing::FramePlan;
-use crate::client::{CHUNK_SAMPLES, ClientError, ColorOutput, FilmSpec, OptionNames};
+use crate::client::{CHUNK_SAMPLES, ClientError, ColorOutput, FilmSpec, OptionNames, Settings};
 use crate::denoise::noise_filter::EpochView;
 use crate::gpu::Swapchain;
 use crate::render::process::tell;
@@ -345,7 +345,7 @@ impl Viewer {
             self.look_at_display = begin;
         }
         self.metrics.presented(&shown);
-        // A frame that shows the picture before again proves nothing, unless nothing else is tried.
+        // A frame that only shows the previous picture again proves nothing, unless the picture is frozen.
         if shown.detail.is_some() || self.picture.is_frozen() {
             self.errors.succeed();
         }
@@ -480,18 +480,17 @@ impl Viewer {
 
     /// Handles an error that a new device would have, too, such as out-of-memory: reverts to the film of the last picture, or else to its
     /// settings, whichever was changed since. If neither was, the frame is retried once; then the picture freezes, without new samples,
-    /// until something changes. Before the first picture there is nothing to revert to, so the frame is retried for a while; the same while
-    /// all pictures were coarse, with this film and these settings: coarse ones need less memory.
+    /// until something changes. Before the first picture there is nothing to revert to, so the frame is retried for a while; the same
+    /// holds while all pictures were coarse, with this film and these settings: coarse ones need less memory.
     fn step_back(&mut self, error: ClientError) {
         let now = Instant::now();
         let is_known = self.errors.has_failed();
         self.clock.set(self.errors.fail(now, &error));
         let asked = self.session.run_spec().film;
         let asked = FilmSpec { filter: self.panel.controls.filter, ..asked };
-        let is_state = |painted: &Painted| {
-            painted.film != asked || painted.settings != self.panel.controls.settings || painted.detail == 1
-        };
-        let Some(Painted { settings, film, .. }) = self.picture.painted.clone().filter(is_state) else {
+        let is_state =
+            |painted: &Painted| painted.detail == 1 || !painted.is_of(&asked, &self.panel.controls.settings);
+        let Some(painted) = self.picture.painted.clone().filter(is_state) else {
             if self.errors.lasts(now) > FIRST_PATIENCE {
                 return self.fail(miette::Report::from_err(error));
             }
@@ -500,6 +499,7 @@ impl Viewer {
             }
             return;
         };
+        let film = painted.film;
         let kept = if film != asked {
             self.session.set_film(film);
             self.panel.controls.filter = film.filter;
@@ -520,8 +520,9 @@ impl Viewer {
                     "trying again".to_string()
                 }
             }
-        } else if self.panel.controls.settings != settings {
-            self.panel.controls.settings = settings;
+        } else if !painted.is_of(&film, &self.panel.controls.settings) {
+            let exposure = self.panel.controls.settings.exposure;
+            self.panel.controls.settings = Settings { exposure, ..painted.settings };
             self.picture.request_repaint();
             "the display settings are again those of the last picture".to_string()
         } else if self.picture.is_frozen() {

@@ -56,6 +56,14 @@ pub struct Painted {
     pub detail: u32,
 }
 
+impl Painted {
+    /// Whether it was painted from such a film with these settings. The exposure, which auto-exposure changes, does not count.
+    pub fn is_of(&self, film: &FilmSpec, settings: &Settings) -> bool {
+        let exposure = self.settings.exposure;
+        self.film == *film && self.settings == Settings { exposure, ..settings.clone() }
+    }
+}
+
 /// A frame submitted to the device.
 pub struct ShownFrame {
     pub number: FrameNumber,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::{self, SceneDesc};
 use pointillist::stream::UvWindow;
-use pointillist::tracer::choice::{IntegratorChoice, Survey, choose};
+use pointillist::tracer::choice::{self, EventCounts, IntegratorChoice, Survey};
 use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::{Camera, Scene};
 
@@ -18,6 +18,10 @@ fn render_context(desc: &SceneDesc) -> RenderContext {
 fn of_scene(name: &str) -> RenderContext {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.xml"));
     render_context(&scene::load(&path, &[]).unwrap().desc)
+}
+
+fn choose(context: &RenderContext) -> IntegratorChoice {
+    choice::choose(context, 1)
 }
 
 fn of_file(name: &str) -> IntegratorChoice {
@@ -53,6 +57,7 @@ fn ball(bsdf: &str) -> String {
 fn a_scene_has_one_choice() {
     let context = floor(LAMP);
     assert_eq!(choose(&context), choose(&context));
+    assert_eq!(choose(&context), choice::choose(&context, 4));
     // Neither the seed nor the size of a picture is part of the question.
     assert_eq!(
         choose(&context),
@@ -154,7 +159,21 @@ fn a_survey_counts_what_is_there() {
     let survey = Survey::of(&floor(&format!("{LAMP}{}", ball("<bsdf type=\"dielectric\"/>"))));
     assert_eq!(survey.lights, 1);
     assert!(survey.delta_seen > 0.005 && survey.delta_seen < 0.2, "{survey:?}");
-    assert!(survey.camera.open < survey.camera.vertices, "{survey:?}");
+}
+
+/// What is recorded is what methods do: a path has one beginning, and one of bidirectional tracing has a share of a light subpath, too.
+#[test]
+fn events_are_counted_per_path() {
+    let context = of_scene("cornell");
+    let [path, both, light] = [IntegratorKind::Path, IntegratorKind::Bidirectional, IntegratorKind::Light]
+        .map(|kind| EventCounts::of(&context, kind));
+    assert!((path.begun - 1.0).abs() < 1e-9 && both.begun > 1.1 && (light.begun - 1.0).abs() < 1e-9);
+    assert!(path.light_samples > 1.0 && light.light_samples == 0.0 && path.to_camera == 0.0, "{path:?}");
+    assert!(
+        light.to_camera > 0.5 && both.connections > 0.5 && both.vertices_of_both == both.vertices,
+        "{both:?}"
+    );
+    assert_eq!(path.vertices_of_both, 0.0);
 }
 
 /// Long paths are expensive, so that few are tried: even then no part of the picture may look black to one method and bright to the other.

@@ -38,6 +38,7 @@ mod soak_window;
 mod support;
 mod textures;
 mod tracer;
+mod trial_costs;
 mod turns;
 mod vertices;
 mod viewer;
@@ -105,6 +106,8 @@ enum Part {
     Tracer(tracer::Arguments),
     /// Traces or paints for as many milliseconds as each line of standard input says; see `tools/effects.py`
     Turns(turns::Arguments),
+    /// Events and processor time of a path of each method, as JSON: what the costs of `--integrator auto` are fitted to
+    TrialCosts(trial_costs::Arguments),
     /// Vertices, light samples and processor time of a camera path of path tracing, as JSON; `tools/other_scenes` asks for it
     Vertices(vertices::Arguments),
 }
@@ -137,6 +140,7 @@ fn main() -> ExitCode {
         Part::Textures(arguments) => textures::run(&arguments),
         Part::Tracer(arguments) => tracer::run(&arguments),
         Part::Turns(arguments) => turns::run(&arguments),
+        Part::TrialCosts(arguments) => trial_costs::run(&arguments),
         Part::Vertices(arguments) => vertices::run(&arguments),
     };
     match outcome {

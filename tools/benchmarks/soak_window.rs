@@ -51,7 +51,7 @@ const DOCK: i32 = WIDTH as i32;
 const MOST_GROWTH: f64 = 1.05;
 const MEDIAN_GROWTH: f64 = 1.03;
 
-/// Snapshots that are kept at the start. Later there are no more: each of them keeps a picture until the user removes it, which is no leak.
+/// Snapshots that are kept at the start. Later the key is not pressed: each of them keeps a picture until the user removes it, which is no leak.
 const SNAPSHOTS: usize = 8;
 
 /// The same user every time.

@@ -1,14 +1,18 @@
 //! A few thousand paths of one method: the variance of its samples, and what a path costs.
 
 use crate::color::Xyz;
-use crate::scene::desc::{IntegratorKind, IntegratorTraits, PhotonUse};
+use crate::scene::desc::IntegratorKind;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::integrator::{Integrator, IntegratorVisitor, RenderContext, visit};
 
-use super::survey::{SEED, Survey};
+use super::cost::{Costs, MERGING};
+use super::survey::SEED;
 
-/// Work of one trial, in the units of [`cost_of`].
-const WORK: f64 = 200_000.0;
+/// Work of one trial, in the units of [`Costs`].
+const WORK: f64 = 250_000.0;
+
+/// Factor on the paths of a second trial.
+const LONGER: u64 = 4;
 
 /// Mean number of camera paths from one place.
 const FROM_ONE_PLACE: u64 = 4;
@@ -20,29 +24,6 @@ const PLACE_BITS: u32 = 5;
 /// Bounds of the number of paths of one trial.
 const PATHS: [f64; 2] = [(FROM_ONE_PLACE * CELLS as u64) as f64, 16_384.0];
 
-// The cost of a path of each method, in units of a vertex of a camera path: a ray to the next surface, a material, a
-// direction to go on. The constants are measured: microseconds per path of each method, one thread, against the lengths that
-// the survey finds. Only ratios matter.
-
-/// Cost of starting a walk: numbers, camera or light.
-const START: f64 = 1.0;
-/// Cost of a vertex of a camera path.
-const VERTEX: f64 = 1.0;
-/// Cost of a vertex that keeps its densities for MIS, or is connected to the camera.
-const VERTEX_OF_BOTH: f64 = 1.5;
-/// Cost of a shadow ray, with the scattering at its ends.
-const SHADOW: f64 = 1.0;
-/// Cost of the connections of a camera subpath: the importance of all pairs, and ten connections, of which the small ones rarely trace a ray.
-/// With 5 a camera subpath costs 1.8 paths in the Cornell box, of which 1.77 are measured (with 10: 2.4), 1.7 in the cove (1.78), 1.8 with mirror
-/// and glass (1.57), and more than is measured with rough metals.
-const CONNECTIONS: f64 = 5.0;
-/// Factor on the cost of what follows the split of a camera path: one branch or two, some of which roulette ends early.
-const BRANCHES: f64 = 1.7;
-/// Cost of a path that gathers photons, with its share of light paths, over that of a path.
-const GATHERING: f64 = 2.0;
-/// Cost of merging, with the light paths that leave photons, over that of the connections of the same paths.
-const MERGING: f64 = 1.1;
-
 /// The outcome of one method.
 #[derive(Clone, Debug)]
 pub struct Trial {
@@ -50,52 +31,53 @@ pub struct Trial {
     pub kind: IntegratorKind,
     /// Paths that were traced: from the camera, or from lights if those are all.
     pub paths: u64,
-    /// Cost of one path, in units of a camera vertex.
+    /// Cost of one path, in units of beginning one.
     pub cost: f64,
     pub(super) grid: MomentGrid,
+    /// More paths of the method, if they were traced.
+    longer: Option<MomentGrid>,
 }
 
 impl Trial {
     /// Traces paths of `kind`, as many as its share of the work allows.
-    pub fn of(context: &RenderContext, survey: &Survey, kind: IntegratorKind) -> Self {
-        let cost = cost_of(kind, survey);
+    pub(super) fn of(context: &RenderContext, kind: IntegratorKind, costs: &Costs) -> Self {
+        let cost = costs.of_kind(kind);
         // With merging and without it bidirectional tracing traces the same paths, so that their means differ by what is merged.
         let share = if kind.traits().extends.is_some() { MERGING } else { 1.0 };
-        let paths = (WORK * share / cost).clamp(PATHS[0], PATHS[1]) as u64;
-        // Lights that are seen directly have no noise in any method, but would be most of what few places see.
-        let (seed, window) = (SEED, UvWindow::PICTURE);
-        let places = 1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2).min(PLACE_BITS);
-        let context =
-            RenderContext { seed, window, hide_emitters: true, places: Some(places), ..context.clone() };
-        let grid = visit(kind, TracedPaths { context, paths });
-        Self { kind, paths, cost, grid }
+        let paths = (WORK * share / cost).round().clamp(PATHS[0], PATHS[1]) as u64;
+        let grid = trace(context, kind, paths, places_of(paths));
+        Self { kind, paths, cost, grid, longer: None }
+    }
+
+    /// This trial with a second one of more paths from the same places, which tells more of rare bright paths.
+    pub(super) fn lengthened(self, context: &RenderContext) -> Self {
+        let longer = trace(context, self.kind, LONGER * self.paths, places_of(self.paths));
+        Self { longer: Some(longer), ..self }
+    }
+
+    /// True if there was a second trial.
+    pub(super) fn is_long(&self) -> bool {
+        self.longer.is_some()
+    }
+
+    /// The variances of the method: of the longer trial, if there is one. Means are compared by first trials: with more paths, methods were
+    /// charged for bright paths that another one had by chance (particle tracing of narrow lobes, whose means have heavy tails, too).
+    pub(super) fn noise(&self) -> &MomentGrid {
+        self.longer.as_ref().unwrap_or(&self.grid)
     }
 }
 
-/// Mean cost of one path: of those from the camera, if there are any, with its share of light paths.
-fn cost_of(kind: IntegratorKind, survey: &Survey) -> f64 {
-    let (camera, light) = (&survey.camera, &survey.light);
-    // The first surface, and all after it.
-    let first = VERTEX * camera.vertices.min(1.0) + SHADOW * camera.open.min(1.0);
-    let later = VERTEX * (camera.vertices - 1.0).max(0.0) + SHADOW * (camera.open - 1.0).max(0.0);
-    let path = START + first + BRANCHES * later;
-    let lit = START + VERTEX_OF_BOTH * light.vertices + SHADOW * light.open;
-    let IntegratorTraits { paths_per_index: [camera_paths, light_paths], photons, .. } = kind.traits();
-    match (photons, camera_paths, light_paths) {
-        (PhotonUse::Gathered, ..) => GATHERING * path,
-        (_, 0, _) => lit,
-        (_, _, 0) => path,
-        (merged, ..) => {
-            let share = *light_paths as f64 / *camera_paths as f64;
-            let both = camera.open.min(light.open).min(1.0);
-            let connected = START
-                + VERTEX_OF_BOTH * camera.vertices
-                + SHADOW * camera.open
-                + share * lit
-                + CONNECTIONS * both;
-            if *merged == PhotonUse::Merged { MERGING * connected } else { connected }
-        }
-    }
+/// Number of places along either side from which so many camera paths start.
+fn places_of(paths: u64) -> u32 {
+    1 << ((paths / FROM_ONE_PLACE).max(1).ilog2() / 2).min(PLACE_BITS)
+}
+
+/// Traces paths of a trial.
+fn trace(context: &RenderContext, kind: IntegratorKind, paths: u64, places: u32) -> MomentGrid {
+    // Lights that are seen directly have no noise in any method, but would be most of what few places see.
+    let (seed, window, places) = (SEED, UvWindow::PICTURE, Some(places));
+    let context = RenderContext { seed, window, hide_emitters: true, places, ..context.clone() };
+    visit(kind, TracedPaths { context, paths })
 }
 
 /// Traces the paths of a trial.

@@ -189,7 +189,7 @@ impl LivePicture {
             let film = session.run_spec().film;
             // A coarse picture needs less memory: it does not replace a state that is known to fit.
             let is_new = |painted: &Painted| {
-                let differs = painted.film != film || painted.settings != *settings;
+                let differs = !painted.is_of(&film, settings);
                 if detail == 1 { differs || painted.detail > 1 } else { differs && painted.detail > 1 }
             };
             if self.painted.as_ref().is_none_or(is_new) {
