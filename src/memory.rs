@@ -1,15 +1,6 @@
 //! Memory as the operating system gives it: huge pages for what is accessed at random, and giving back what is no longer in use.
 
 use std::mem::MaybeUninit;
-use std::time::{Duration, Instant};
-
-use crate::job::{Job, StopFlag};
-
-/// Time after which [`return_free_memory_regularly`] does so again.
-const PERIOD: Duration = Duration::from_secs(10);
-
-/// Longest time for which it does not notice that it is no longer wanted.
-const LOOK: Duration = Duration::from_millis(200);
 
 /// Asks the operating system for pages of 2 MiB. Call it before the memory is first written. Traversal accesses memory at
 /// random, and TLB misses on small pages take 5 to 8 % of its time in a BVH of 8 MB. The system may refuse.
@@ -50,21 +41,4 @@ pub(crate) fn return_free_memory() {
         // SAFETY: the function has no precondition, and touches free memory only.
         let _ = unsafe { malloc_trim(0) };
     }
-}
-
-/// Gives memory that is no longer in use back to the operating system now and then, until the job is dropped. Without this the memory of a
-/// window grew by 10 MiB a minute: threads that come and go leave free memory in arenas of the allocator, which keeps it for each of them.
-/// `None` where there can be no thread for it.
-pub(crate) fn return_free_memory_regularly() -> Option<Job<()>> {
-    let work = |stop: &StopFlag| {
-        let mut last = Instant::now();
-        while !stop.is_set() {
-            std::thread::sleep(LOOK);
-            if last.elapsed() >= PERIOD {
-                return_free_memory();
-                last = Instant::now();
-            }
-        }
-    };
-    Job::start("returning memory", work).ok()
 }

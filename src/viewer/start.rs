@@ -16,7 +16,6 @@ use crate::color::Profile;
 use crate::denoise::view_filter::check as check_denoise;
 use crate::gpu::{self, DeviceChoice};
 use crate::job::panic_message;
-use crate::memory::return_free_memory_regularly;
 use crate::remote::{FetchOptions, Fetched, TracerAddress, fetch};
 use crate::render::device::CPU;
 use crate::render::options::SceneOptions;
@@ -65,7 +64,6 @@ pub fn view(args: &ViewOptions) -> Result<()> {
     let mut events = EventLoop::<ReaderEvent>::with_user_event();
     let events = events.build().map_err(|error| no_display(&error.to_string()))?;
     let mut app = ViewerApp::start(args, denoise, outputs, events.create_proxy(), began)?;
-    let _memory = return_free_memory_regularly();
     // The window system may fail at any moment; the traced samples are saved nevertheless.
     let run = catch_unwind(AssertUnwindSafe(|| events.run_app(&mut app)));
     match run {

@@ -84,7 +84,13 @@ impl IntegratorChoice {
     pub(super) fn close(&self) -> Vec<IntegratorKind> {
         let rated = self.ratings.iter().filter(|rating| rating.complete && !shares_one_map(rating.kind));
         let best = rated.clone().map(IntegratorRating::time).fold(f64::INFINITY, f64::min);
-        let is_close = |rating: &&IntegratorRating| best > 0.0 && rating.time() <= CLOSE * best;
+        // Where merging gains nothing, bidirectional tracing stands for it.
+        let gains = |rating: &IntegratorRating| {
+            let extended = self.ratings.iter().find(|other| rating.kind.traits().extends == Some(other.kind));
+            extended.is_none_or(|extended| rating.time() < extended.time())
+        };
+        let is_close =
+            |rating: &&IntegratorRating| best > 0.0 && rating.time() <= CLOSE * best && gains(rating);
         let close: Vec<_> = rated.filter(is_close).map(|rating| rating.kind).collect();
         if close.len() > 1 { close } else { Vec::new() }
     }
