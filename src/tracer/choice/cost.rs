@@ -12,7 +12,7 @@ use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::integrator::{Integrator, IntegratorVisitor, RenderContext, visit};
 use crate::tracer::record::{PathEvent, recorded};
 
-use super::each;
+use super::each::each;
 use super::survey::SEED;
 
 /// Most indices whose paths are recorded, and the number of events from which on there are no more.

@@ -24,6 +24,7 @@
 
 mod cost;
 mod decide;
+mod each;
 mod survey;
 mod trial;
 
@@ -33,6 +34,7 @@ pub use survey::Survey;
 
 use cost::Costs;
 use decide::decide;
+use each::each;
 use trial::Trial;
 
 use super::integrator::RenderContext;
@@ -52,17 +54,4 @@ pub fn choose(context: &RenderContext, threads: usize) -> IntegratorChoice {
         // By its longer trial a method may fall behind one that had none yet.
         trials = each(trials, threads, |one| if is_due(&one) { one.lengthened(context) } else { one });
     }
-}
-
-/// Maps values on a thread for each, if there are several `threads`.
-fn each<T: Send, R: Send>(values: Vec<T>, threads: usize, map: impl Fn(T) -> R + Sync) -> Vec<R> {
-    if threads < 2 {
-        return values.into_iter().map(map).collect();
-    }
-    std::thread::scope(|scope| {
-        let map = &map;
-        let running: Vec<_> = values.into_iter().map(|value| scope.spawn(move || map(value))).collect();
-        // A path that panics will do so again in the render, where it is reported.
-        running.into_iter().filter_map(|one| one.join().ok()).collect()
-    })
 }
