@@ -36,7 +36,7 @@ fn a_study_grows_and_keeps_what_it_has() {
     let out = place.join("cornell");
     let path = out.display().to_string();
     let common = ["scenes/cornell.xml", "--methods", "path,photon", "-o", &path];
-    let text = succeeds(&study(&place, &[&common[..], &["--knobs", "methods", "--budget", "5"]].concat()));
+    let text = succeeds(&study(&place, &[&common[..], &["--knobs", "methods", "--budget", "8"]].concat()));
     assert!(text.lines().count() <= 24 && text.contains("path"), "{text}");
     let first = json(&out);
     assert_eq!(first["methods"].as_array().unwrap().len(), 2);
@@ -61,7 +61,7 @@ fn a_study_grows_and_keeps_what_it_has() {
     std::fs::write(&lines, torn).unwrap();
     let samples = |study: &Value| study["reference"]["samples_per_pixel"].as_f64().unwrap();
     // Each part has a run of its own: on a slow machine the first might leave no time for the other.
-    for (knobs, budget) in [("methods", "6"), ("effects", "8"), ("numeric", "5"), ("replicates", "6")] {
+    for (knobs, budget) in [("methods", "9"), ("effects", "10"), ("numeric", "8"), ("replicates", "8")] {
         succeeds(&study(&place, &[&common[..], &["--knobs", knobs, "--budget", budget]].concat()));
     }
     let second = json(&out);
