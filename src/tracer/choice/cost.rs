@@ -2,7 +2,7 @@
 //!
 //! Time is no measure, since the choice must be the same on every machine. The costs of events are fitted to the times of paths of
 //! path tracing, particle tracing and bidirectional tracing in 20 scenes (`benchmarks trial-costs`): the quotient of bidirectional and path
-//! tracing is that of times within 10 % (root mean square of its logarithm; 35 % by the lengths of walks, which were counted before).
+//! tracing is that of times within 10 % (root mean square of its logarithm; 31 % by the lengths of walks, which were counted before).
 
 use std::sync::Arc;
 
