@@ -23,7 +23,7 @@ const MAY_IMPORT: &[(&str, &str)] = &[
     ("scene", "math color spectrum image"),
     ("tracer", "math memory color spectrum scene stream"),
     ("server", "math job tracer scene stream"),
-    ("gpu", ""),
+    ("gpu", "memory"),
     ("client", "job gpu stream color image math"),
     ("study", "image color math stream"),
     ("accounting", "job color stream study"),
@@ -33,7 +33,7 @@ const MAY_IMPORT: &[(&str, &str)] = &[
         "math job accounting color spectrum image stream study gpu client scene tracer server remote denoise",
     ),
     ("viewer", "render"),
-    ("cmd", "render viewer"),
+    ("cmd", "memory render viewer"),
 ];
 
 /// External crates that a module must not touch.

@@ -89,6 +89,7 @@ use miette::Result;
 ///
 /// Any error that stops the run, ready to be printed: with file, line and column if the scene is at fault.
 pub fn run(cli: Cli) -> Result<()> {
+    crate::memory::limit_free_memory();
     process::listen_for_snapshots();
     let outcome = match cli.command {
         CliCommand::Render(args) => render::render(*args),

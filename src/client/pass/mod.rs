@@ -79,12 +79,17 @@ impl CompilePolicy {
     }
 }
 
+/// Most variants of a shader that are kept. Some constants have hundreds of values, such as the width and the exponent of the
+/// reconstruction kernel, and the driver of a CPU device takes some hundred kilobytes for each pipeline.
+const MOST_VARIANTS: usize = 16;
+
 /// Pipelines of one shader, one per set of specialization constants, compiled on first use; on another thread if the [`CompilePolicy`] says
-/// so.
+/// so. Those that were used last are kept.
 pub struct Variants<P> {
     gpu: Arc<Gpu>,
     shader: &'static str,
     policy: CompilePolicy,
+    /// The variants, the one used last at the end.
     made: Vec<(Vec<u32>, Variant<P>)>,
 }
 
@@ -112,10 +117,18 @@ impl<P: Send + 'static> Variants<P> {
     ) -> Result<&P, GpuError> {
         let waits = !self.policy.is_aside();
         let at = match self.made.iter().position(|(made, _)| made == constants) {
-            Some(at) => at,
+            Some(at) => {
+                self.made[at..].rotate_left(1);
+                self.made.len() - 1
+            }
             None => {
                 let variant = self.start(compile.clone(), waits)?;
                 let is_under_way = matches!(variant, Variant::UnderWay(_));
+                if self.made.len() >= MOST_VARIANTS
+                    && let Some(oldest) = self.made.iter().position(|(_, v)| matches!(v, Variant::Ready(_)))
+                {
+                    self.made.remove(oldest);
+                }
                 self.made.push((constants.to_vec(), variant));
                 if is_under_way {
                     return Err(GpuError::Compiling(self.shader));

@@ -1,6 +1,5 @@
 //! The open device, which every other object holds by `Arc`.
 
-use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -11,14 +10,16 @@ use crate::gpu::device::faults::{CallFaults, DeviceFaults};
 use crate::gpu::device::instance::{DebugNames, VulkanInstance};
 #[cfg(feature = "faults")]
 use crate::gpu::device::loss::Loss;
-use crate::gpu::device::memory::{Memory, keep_freed_host_memory};
+use crate::gpu::device::memory::Memory;
 use crate::gpu::device::options::GpuOptions;
 use crate::gpu::device::physical::{DeviceChoice, DeviceInfo, DeviceKind, PhysicalDevice, enumerate, pick};
 use crate::gpu::device::retire::{PipelineHandles, RetireQueue, Retired};
 use crate::gpu::device::ring::FrameRing;
+use crate::gpu::device::spares::SparePipelines;
 use crate::gpu::error::{GpuError, Named};
 use crate::gpu::timing::clock::DeviceClock;
 use crate::gpu::timing::rows::{ScopeTime, TimingInfo, TimingRows};
+use crate::memory::limit_free_memory;
 
 /// Number of a submitted frame, on which one can wait; monotonically increasing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -72,8 +73,8 @@ pub struct Gpu {
     /// Call results planned by a test.
     faults: CallFaults,
     retired: Mutex<RetireQueue>,
-    /// Unowned pipelines that can be reused, by description.
-    spares: Mutex<HashMap<String, Vec<PipelineHandles>>>,
+    /// Unowned pipelines that can be reused.
+    spares: Mutex<SparePipelines>,
     /// The driver's cache of compiled pipelines.
     pub(in crate::gpu) pipelines: PipelineCache,
     /// Names and constants of the compiled pipelines.
@@ -123,7 +124,7 @@ impl Gpu {
         faults: CallFaults,
     ) -> Result<Arc<Self>, GpuError> {
         if physical.info.kind == DeviceKind::Cpu {
-            keep_freed_host_memory();
+            limit_free_memory();
         }
         let mut gpu = Self::bare(instance, physical, options, windows, faults)?;
         // From here on a failure drops `gpu`, which destroys everything created so far.
@@ -418,12 +419,14 @@ impl Gpu {
 
     /// An unowned pipeline of this description, if there is one, so that a film of another size need not compile anything.
     pub(in crate::gpu) fn take_spare(&self, description: &str) -> Option<PipelineHandles> {
-        locked(&self.spares).get_mut(description)?.pop()
+        locked(&self.spares).take(description)
     }
 
-    /// Keeps a pipeline for reuse. The device may still be using it; pipelines are immutable.
+    /// Keeps a pipeline for reuse, and destroys the one that has waited longest if there are too many. The device may still be using it;
+    /// pipelines are immutable.
     pub(in crate::gpu) fn keep_spare(&self, description: String, handles: PipelineHandles) {
-        locked(&self.spares).entry(description).or_default().push(handles);
+        let oldest = locked(&self.spares).keep(description, handles);
+        oldest.into_iter().for_each(|handles| self.retire(Retired::Pipeline(handles)));
     }
 
     /// Makes a semaphore of this name.
@@ -526,7 +529,7 @@ impl Drop for Gpu {
         unsafe {
             let _ = self.device.device_wait_idle();
             self.collect_retired(u64::MAX);
-            spares.into_values().flatten().for_each(|handles| handles.destroy(&self.device));
+            spares.into_handles().for_each(|handles| handles.destroy(&self.device));
             self.pipelines.destroy(&self.device);
             self.frames().destroy(&self.device);
             self.device.destroy_sampler(self.sampler, None);

@@ -142,25 +142,3 @@ impl Memory {
         unsafe { ManuallyDrop::drop(&mut self.allocator) };
     }
 }
-
-/// Makes glibc keep up to 64 MiB per arena of memory freed by a CPU driver, and map pieces of 4 MiB and more separately.
-///
-/// lavapipe allocates each pass's scene in pieces of 64 KiB; by default glibc would return them to the system after every pass and
-/// page-fault again on the next, which is half of the CPU time of drawing sprites into a small film. Images and blocks of device memory are
-/// larger and live as long as a film; within the heap they would cause fragmentation, and the heap would grow with every resize of the
-/// window. On other systems this does nothing.
-pub(in crate::gpu) fn keep_freed_host_memory() {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        use std::ffi::c_int;
-        unsafe extern "C" {
-            fn mallopt(parameter: c_int, value: c_int) -> c_int;
-        }
-        /// `M_TRIM_THRESHOLD` and `M_MMAP_THRESHOLD` of glibc's malloc.h: bytes; the second at most 32 MiB.
-        const THRESHOLDS: [(c_int, c_int); 2] = [(-1, 64 << 20), (-3, 4 << 20)];
-        for (parameter, bytes) in THRESHOLDS {
-            // SAFETY: glibc's own function with its documented parameters; it takes the allocator's lock.
-            unsafe { mallopt(parameter, bytes) };
-        }
-    }
-}

@@ -5,7 +5,7 @@
 //! - [`physical`]: the devices of the machine, what each lacks, and which one is taken.
 //! - [`cache`]: compiled pipelines, as bytes for later runs.
 //! - [`memory`]: the allocator. [`heaps`]: how much memory there is.
-//!   [`retire`]: dropped objects that a frame in flight may still use.
+//!   [`retire`]: dropped objects that a frame in flight may still use. `spares`: pipelines without an owner, for reuse.
 //! - [`ring`]: command pools, command buffers and timestamps of the frames in flight.
 //! - [`loss`] and [`faults`]: lose the device and let calls fail on purpose, for tests with the feature `faults`.
 
@@ -21,3 +21,4 @@ pub(in crate::gpu) mod options;
 pub(in crate::gpu) mod physical;
 pub(in crate::gpu) mod retire;
 pub(in crate::gpu) mod ring;
+mod spares;
