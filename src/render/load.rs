@@ -76,15 +76,37 @@ pub fn open_with_layers(
 
 /// Loads the scene, with size and method from the command line, and reports every file to `progress`.
 pub fn read_telling(source: &SceneOptions, progress: &Arc<LoadProgress>) -> Result<Loaded> {
-    let options = LoadOptions { defines: &source.defines, lenient: source.lenient };
-    let mut loaded = scene::load_telling(&source.scene, &options, progress)?;
-    let desc = &mut loaded.desc;
+    let mut loaded = scene::load_telling(&source.scene, &options(source), progress)?;
+    set_options(&mut loaded.desc, source);
+    Ok(loaded)
+}
+
+/// As [`read_telling`]; `preview` gets the scene before its large pictures are read, if that takes long ([`scene::load_previewing`]).
+pub fn read_previewing(
+    source: &SceneOptions,
+    progress: &Arc<LoadProgress>,
+    mut preview: impl FnMut(SceneDesc),
+) -> Result<Loaded> {
+    let mut preview = |mut desc| {
+        set_options(&mut desc, source);
+        preview(desc);
+    };
+    let mut loaded = scene::load_previewing(&source.scene, &options(source), progress, &mut preview)?;
+    set_options(&mut loaded.desc, source);
+    Ok(loaded)
+}
+
+fn options(source: &SceneOptions) -> LoadOptions<'_> {
+    LoadOptions { defines: &source.defines, lenient: source.lenient }
+}
+
+/// Replaces size and method by those of the command line.
+fn set_options(desc: &mut SceneDesc, source: &SceneOptions) {
     if let Some((width, height)) = source.size {
         (desc.film.width, desc.film.height) = (width, height);
         desc.film.crop = None;
     }
     desc.integrator.kind = source.integrator.unwrap_or(desc.integrator.kind);
-    Ok(loaded)
 }
 
 /// Loads the scene and applies the forced effects of the command line.
@@ -96,13 +118,13 @@ pub fn load(source: &SceneOptions) -> Result<SceneInput> {
     Ok(SceneInput { loaded, forced, files: progress.files() })
 }
 
-/// Prepares `desc` for tracing with `make` ([`Scene::prepare`] or [`Scene::prepare_general`]) and selects the SIMD kernel of ray traversal.
+/// Prepares `desc` for tracing with `make`, such as [`Scene::prepare`], and selects the SIMD kernel of ray traversal.
 ///
 /// # Errors
 ///
 /// When the processor lacks the kernel's instructions, or `make` fails.
 pub fn prepare(
-    make: fn(&SceneDesc) -> Result<Scene, PrepareError>,
+    make: impl FnOnce(&SceneDesc) -> Result<Scene, PrepareError>,
     desc: &SceneDesc,
     kernel: SimdKernel,
 ) -> Result<Scene> {

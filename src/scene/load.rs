@@ -7,7 +7,7 @@ use crate::scene::desc::SceneDesc;
 use crate::scene::diagnostic::{SceneError, SceneWarning};
 use crate::scene::edit::saved;
 use crate::scene::files::LoadProgress;
-use crate::scene::mitsuba::{self, LoadOptions, SceneWithEdits};
+use crate::scene::mitsuba::{self, Document, LoadOptions, ReadElements, SceneWithEdits};
 
 /// A scene as read, with warnings for the user.
 #[derive(Clone, Debug)]
@@ -50,7 +50,29 @@ pub fn load_telling(
     options: &LoadOptions<'_>,
     progress: &Arc<LoadProgress>,
 ) -> Result<Loaded, SceneError> {
-    with_edits(mitsuba::read_file(path, options, progress)?)
+    with_edits(mitsuba::read_file(path, options, progress, None)?)
+}
+
+/// Reads the scene file at `path` as [`load_telling`] does. If its textures take long to decode, `preview` is called before that with the
+/// scene in which each large picture is replaced by a single texel: a medium grey, and for raw values a normal that points away from
+/// the surface.
+///
+/// # Errors
+///
+/// The errors of [`load_with`]; after a preview only those of large pictures.
+pub fn load_previewing(
+    path: &Path,
+    options: &LoadOptions<'_>,
+    progress: &Arc<LoadProgress>,
+    preview: &mut dyn FnMut(SceneDesc),
+) -> Result<Loaded, SceneError> {
+    let mut take = |ReadElements { mut desc, edits, .. }: ReadElements, document: &Document| {
+        // Edits that are in error are told when the whole scene is read.
+        if saved::apply(document, &mut desc, &edits).is_ok() {
+            preview(desc);
+        }
+    };
+    with_edits(mitsuba::read_file(path, options, progress, Some(&mut take))?)
 }
 
 /// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.

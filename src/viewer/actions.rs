@@ -137,6 +137,7 @@ impl Viewer {
             }
             Action::Undo => return self.undo(),
             Action::Redo => return self.redo(),
+            Action::StartOver => return self.start_over(),
             Action::SaveExr => return self.use_tool(ToolAction::Files(FileAction::SaveExr)),
             Action::SaveDialog => return self.use_tool(ToolAction::Files(FileAction::AskName)),
             Action::OpenDialog => return self.use_tool(ToolAction::Files(FileAction::AskScene)),
@@ -182,6 +183,21 @@ impl Viewer {
     fn redo(&mut self) -> Result<Option<String>> {
         let redone = self.editor.redo().map(|change| format!("Redo {change}"));
         self.restored().map(|()| redone)
+    }
+
+    /// Returns to everything as it was opened; returns a message. Changes of the scene can be undone, those of the display cannot.
+    fn start_over(&mut self) -> Result<Option<String>> {
+        if self.picture.mix.is_on() {
+            self.session.set_light_groups(Vec::new())?;
+            self.picture.mix.end();
+        }
+        self.panel.start_over(self.options.controls.clone());
+        self.editor.start_over();
+        let size = self.session.start_over();
+        self.set_picture_size(size);
+        self.ask_room(size);
+        self.restored()?;
+        Ok(Some("everything is as it was opened; Ctrl+Z brings changes of the scene back".to_owned()))
     }
 
     /// Pauses or resumes; returns a message.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use crate::client::window::panel::PanelControls;
 use crate::gpu::{DeviceChoice, DeviceFaults};
 use crate::remote::TracerAddress;
 use crate::render::outputs::Outputs;
@@ -28,6 +29,8 @@ pub struct SessionContext {
     pub tracers: Vec<TracerAddress>,
     /// Frame length; `None` for the display's refresh interval.
     pub budget: Option<Duration>,
+    /// The controls of the panel as they were at the start.
+    pub controls: PanelControls,
     /// Name of the scene, for title and file names.
     pub name: String,
 }

@@ -62,8 +62,8 @@ pub struct SceneEditor {
     took: Duration,
     /// Undo history of all changes.
     history: UndoHistory<EditorState>,
-    /// Camera pose of the file.
-    home: Pose,
+    /// The state that was opened: the file's, with the effects that the command line forces.
+    opened: EditorState,
     selected: Option<SelectedShape>,
     drag: Option<TransformDrag>,
     /// The last saved changes and the file they were saved to.
@@ -90,8 +90,8 @@ impl SceneEditor {
             edited: EditedScene::new(original, scene),
             preparing: None,
             took: Duration::ZERO,
-            history: UndoHistory::new(state),
-            home,
+            history: UndoHistory::new(state.clone()),
+            opened: state,
             selected: None,
             drag: None,
             saved: None,
@@ -145,7 +145,7 @@ impl SceneEditor {
         let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
         let width = (0.5 * pose.fov.to_radians()).tan() * pose.distance();
         let rigid = pose.to_world();
-        let eye = pose.target - rigid.matrix3.z_axis * self.home.distance();
+        let eye = pose.target - rigid.matrix3.z_axis * self.opened.pose.distance();
         let scale = DMat3::from_diagonal(DVec3::new(width, width * y / x, z));
         DAffine3::from_mat3_translation(rigid.matrix3 * scale, eye)
     }
@@ -183,7 +183,15 @@ impl SceneEditor {
     /// Resets the camera to the file's pose; returns whether it was elsewhere.
     pub fn reset_camera(&mut self) -> bool {
         self.end_change();
-        self.set_pose("reset of the camera", self.home)
+        self.set_pose("reset of the camera", self.opened.pose)
+    }
+
+    /// Returns to the scene and the camera that were opened, as one change that can be undone. Call [`follow`](Self::follow) afterwards.
+    pub fn start_over(&mut self) {
+        self.end_change();
+        self.history.change("start over", "start over", self.opened.clone());
+        self.end_change();
+        self.select(None);
     }
 
     /// Moves the camera to a pose; returns whether it was elsewhere.
@@ -219,7 +227,7 @@ impl SceneEditor {
 
     /// Whether the camera differs from the file's.
     fn is_moved(&self) -> bool {
-        self.pose() != self.home
+        self.pose() != self.opened.pose
     }
 
     /// Surface visible at a position of a picture of this size, both in pixels.
@@ -314,8 +322,8 @@ impl SceneEditor {
         let others = self.forced().iter().filter(|forced| forced.effect != new.effect);
         let forced: Vec<Forced> = others.copied().chain([new]).collect();
         self.edited.change(self.edited.edits().clone(), forced.clone())?;
-        let forced = Arc::new(forced);
-        self.history = UndoHistory::new(EditorState { forced, ..self.state().clone() });
+        self.opened = EditorState { forced: Arc::new(forced), ..self.state().clone() };
+        self.history = UndoHistory::new(self.opened.clone());
         Ok(())
     }
 
@@ -357,9 +365,9 @@ impl SceneEditor {
                 to
             }
         };
-        let home = self.home;
+        let [home, before] = [&*self, &old].map(|editor| editor.opened.pose);
         let history = old.history.clone().map(|state| EditorState {
-            pose: if state.pose == old.home { home } else { state.pose },
+            pose: if state.pose == before { home } else { state.pose },
             edits: carry(state.edits),
             ..state
         });

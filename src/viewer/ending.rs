@@ -139,6 +139,12 @@ impl Viewer {
         let captured = capture.map_or(Ok(()), |capture| capture.finish(self.session.tracers.server()));
         // If no window was ever opened there is no picture, and the reason has been reported already.
         let wanted = !self.options.outputs.is_empty() && self.picture.screen.is_some();
+        if let Some(loader) = self.loader.as_ref().filter(|_| wanted) {
+            let path = loader.source.args.scene.display();
+            tell(&format!(
+                "note: the window was closed while {path} was still being read: pictures show what was read before"
+            ));
+        }
         let written = if wanted { self.write_pictures() } else { Ok(()) };
         let panicked = self.session.panicked.clone();
         let Self { picture, panel, options, outcome, .. } = self;

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
 
 use miette::{IntoDiagnostic, Result};
 
@@ -14,7 +16,7 @@ use crate::render::remote_order::scene_digest;
 use crate::render::run_spec::RunSpec;
 use crate::render::{method, warnings};
 use crate::scene::desc::IntegratorKind;
-use crate::scene::{LoadProgress, SceneError};
+use crate::scene::{LoadProgress, Loaded, SceneDesc, SceneError};
 use crate::tracer::Scene;
 use crate::viewer::editor::SceneEditor;
 
@@ -28,8 +30,23 @@ pub struct ViewSource {
     pub remote: bool,
 }
 
+/// Longest wait for the first picture of a preview.
+const MOST_WAIT: Duration = Duration::from_secs(2);
+
+/// How much of a scene has been read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadStage {
+    /// All of it.
+    Whole,
+    /// Its large pictures are yet to be read: one texel stands for each.
+    Preview,
+    /// What was missing from a preview.
+    Rest,
+}
+
 /// A scene ready to be traced.
 pub struct ReadyScene {
+    pub stage: LoadStage,
     pub run: RunSpec,
     /// The method is still to be chosen, in the background.
     pub choose: bool,
@@ -44,7 +61,28 @@ pub struct SceneLoader {
     progress: Arc<LoadProgress>,
     /// All files are read; the scene is being prepared.
     preparing: Arc<AtomicBool>,
+    previews: Receiver<ReadyScene>,
+    /// The preview was taken.
+    previewed: bool,
+    /// It is on the screen.
+    seen: Arc<AtomicBool>,
     job: Job<Result<ReadyScene>>,
+}
+
+/// Where a preview goes.
+struct PreviewSender {
+    scenes: Sender<ReadyScene>,
+    seen: Arc<AtomicBool>,
+}
+
+impl PreviewSender {
+    /// Waits until the preview is on the screen: reading on would take the processor from its first picture.
+    fn wait_until_seen(&self) {
+        let sent = Instant::now();
+        while !self.seen.load(Ordering::Relaxed) && sent.elapsed() < MOST_WAIT {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
 }
 
 impl ViewSource {
@@ -59,16 +97,57 @@ impl ViewSource {
         self.args.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// Reads and prepares the scene. Warnings go to standard error.
-    fn load(&self, progress: &Arc<LoadProgress>, preparing: &AtomicBool) -> Result<ReadyScene> {
-        let Self { args, deterministic, replicated, remote } = self;
-        let loaded = load::read_telling(args, progress)?;
+    /// Reads and prepares the scene; `preview` gets it before its large pictures are read, if that takes long. Warnings go to standard error.
+    fn load(
+        &self,
+        progress: &Arc<LoadProgress>,
+        preparing: &AtomicBool,
+        preview: Option<&PreviewSender>,
+    ) -> Result<ReadyScene> {
+        let args = &self.args;
+        let mut shown: Option<Arc<Scene>> = None;
+        let mut show = |desc: SceneDesc| {
+            // What is wrong with it is told when all of it is read.
+            let loaded = Loaded { desc, warnings: Vec::new() };
+            let scene = load::prepare(Scene::prepare, &loaded.desc, args.simd);
+            let ready =
+                scene.and_then(|scene| self.ready(LoadStage::Preview, loaded, scene, progress.files()));
+            if let (Ok(ready), Some(preview)) = (ready, preview) {
+                shown = Some(ready.editor.scene());
+                // Nobody may be waiting any more.
+                if preview.scenes.send(ready).is_ok() {
+                    preview.wait_until_seen();
+                }
+            }
+        };
+        // Pictures that depend on nothing but the scene begin with all of it.
+        let loaded = match preview.is_some() && !self.deterministic && !self.remote {
+            true => load::read_previewing(args, progress, &mut show)?,
+            false => load::read_telling(args, progress)?,
+        };
         preparing.store(true, Ordering::Relaxed);
         warnings::tell_warnings(&loaded.warnings, args);
-        let scene = load::prepare(Scene::prepare, &loaded.desc, args.simd)?;
+        let (stage, scene) = match shown {
+            Some(before) => {
+                (LoadStage::Rest, load::prepare(|desc| before.edited(desc), &loaded.desc, args.simd)?)
+            }
+            None => (LoadStage::Whole, load::prepare(Scene::prepare, &loaded.desc, args.simd)?),
+        };
         warnings::tell_notices(scene.notices(), args);
+        self.ready(stage, loaded, scene, progress.files())
+    }
+
+    /// A prepared scene with its method and editor.
+    fn ready(
+        &self,
+        stage: LoadStage,
+        loaded: Loaded,
+        scene: Scene,
+        files: Vec<PathBuf>,
+    ) -> Result<ReadyScene> {
+        let Self { args, deterministic, replicated, remote } = self;
         let forced = load::forced(&loaded.desc, args)?;
-        let input = SceneInput { loaded, forced, files: progress.files() };
+        let input = SceneInput { loaded, forced, files };
         let mut run = RunSpec {
             deterministic: *deterministic,
             replicated: *replicated,
@@ -92,24 +171,31 @@ impl ViewSource {
             run.integrator = IntegratorKind::Path;
             choose = true;
         }
-        Ok(ReadyScene { run, choose, editor, digest })
+        Ok(ReadyScene { stage, run, choose, editor, digest })
     }
 }
 
 impl SceneLoader {
-    /// Begins to load.
-    pub fn start(source: ViewSource) -> Result<Self> {
+    /// Begins to load; with `previews`, the scene may come twice ([`LoadStage::Preview`]).
+    pub fn start(source: ViewSource, previews: bool) -> Result<Self> {
         let (progress, preparing) = (Arc::<LoadProgress>::default(), Arc::<AtomicBool>::default());
+        let (scenes, receiver) = channel();
+        let seen = Arc::<AtomicBool>::default();
+        let preview = previews.then(|| PreviewSender { scenes, seen: seen.clone() });
         let work = {
             let (source, progress, preparing) = (source.clone(), progress.clone(), preparing.clone());
-            move |_: &StopFlag| source.load(&progress, &preparing)
+            move |_: &StopFlag| source.load(&progress, &preparing, preview.as_ref())
         };
         let job = Job::start("the reader of scenes", work).into_diagnostic()?;
-        Ok(Self { source, progress, preparing, job })
+        Ok(Self { source, progress, preparing, previews: receiver, previewed: false, seen, job })
     }
 
-    /// Returns the scene or the error, once, when loading has ended.
+    /// Returns the preview, if there is one, and then the scene or the error, each once. After those it must not be called again.
     pub fn take(&mut self) -> Option<Result<ReadyScene>> {
+        if let Ok(preview) = self.previews.try_recv() {
+            self.previewed = true;
+            return Some(Ok(preview));
+        }
         Some(self.job.poll()?.unwrap_or_else(|panic| {
             let path = self.source.args.scene.display();
             Err(miette::miette!(
@@ -117,6 +203,11 @@ impl SceneLoader {
                 "{path} could not be read: {panic}"
             ))
         }))
+    }
+
+    /// Notes that what was taken is on the screen: what a preview lacks is read now.
+    pub fn note_seen(&self) {
+        self.seen.store(self.previewed, Ordering::Relaxed);
     }
 
     /// Size of the picture in pixels, as soon as it is known.

@@ -12,7 +12,6 @@ use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::Window;
 
 use crate::client::window::host::{EguiHost, ReaderEvent};
-use crate::client::window::panel::PanelControls;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, FilmSpec, SplatFilter, VarianceForm};
 use crate::gpu;
@@ -48,7 +47,6 @@ pub(super) struct OpenWindow {
 /// The window while its scene is loaded.
 pub(super) struct LoadingWindow {
     pub options: SessionContext,
-    pub controls: PanelControls,
     pub preferences: Preferences,
     pub loader: SceneLoader,
     /// For the accessibility tree of screen readers.
@@ -69,25 +67,12 @@ impl LoadingWindow {
     pub fn start(
         source: ViewSource,
         options: SessionContext,
-        controls: PanelControls,
         preferences: Preferences,
         proxy: EventLoopProxy<ReaderEvent>,
     ) -> Result<Self> {
         let (open, may_open, modifiers, drawn, told, quit) = Default::default();
-        let loader = SceneLoader::start(source)?;
-        Ok(Self {
-            options,
-            controls,
-            preferences,
-            loader,
-            proxy,
-            open,
-            may_open,
-            modifiers,
-            drawn,
-            told,
-            quit,
-        })
+        let loader = SceneLoader::start(source, true)?;
+        Ok(Self { options, preferences, loader, proxy, open, may_open, modifiers, drawn, told, quit })
     }
 
     /// Hears an event of the window.
@@ -109,7 +94,7 @@ impl LoadingWindow {
                 self.quit |= escape || q && self.modifiers.control_key();
             }
             WindowEvent::DroppedFile(path) => {
-                match SceneLoader::start(self.loader.source.with_scene(path.clone())) {
+                match SceneLoader::start(self.loader.source.with_scene(path.clone()), true) {
                     Ok(loader) => self.loader = loader,
                     Err(error) => tell(&error.to_string()),
                 }
@@ -159,7 +144,7 @@ impl LoadingWindow {
         tracing::info!("the window opens after {:.0?}", options.began.elapsed());
         let mut host = EguiHost::default();
         host.open(&window, events, self.proxy.clone());
-        let layout = &self.controls.layout;
+        let layout = &self.options.controls.layout;
         host.scale_text(layout.font_scale);
         let dock = layout.width * layout.font_scale * window.scale_factor() as f32;
         let dock = if layout.is_open { dock.round() as u32 } else { 0 };
@@ -184,7 +169,7 @@ impl LoadingWindow {
         let viewport = Viewport::new(extent);
         let panel = Some(host.drawing());
         let parts = PictureParts { regions: &mut Regions::default(), mix: &mut LightMix::default() };
-        screen.show(&self.controls.settings, None, parts, &viewport, panel)?;
+        screen.show(&self.options.controls.settings, None, parts, &viewport, panel)?;
         self.drawn = Some(Instant::now());
         Ok(())
     }

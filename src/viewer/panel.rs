@@ -71,6 +71,14 @@ impl ViewerPanel {
         self.settings_changed = true;
     }
 
+    /// Returns to these controls, and shows the whole picture.
+    pub fn start_over(&mut self, controls: PanelControls) {
+        self.host.scale_text(controls.layout.font_scale);
+        self.controls = controls;
+        self.viewport.reset();
+        self.settings_changed = true;
+    }
+
     /// Whether any visible part of the panel reacts to input.
     fn is_interactive(&self) -> bool {
         let controls = &self.controls;

@@ -11,7 +11,7 @@ use miette::Result;
 use crate::render::process::tell;
 use crate::viewer::Viewer;
 use crate::viewer::light_mix::LightMix;
-use crate::viewer::loader::{ReadyScene, SceneLoader, ViewSource, brief};
+use crate::viewer::loader::{LoadStage, ReadyScene, SceneLoader, ViewSource, brief};
 use crate::viewer::loading::title;
 
 impl Viewer {
@@ -22,7 +22,9 @@ impl Viewer {
     }
 
     fn load(&mut self, source: ViewSource) {
-        match SceneLoader::start(source) {
+        // What is open already is shown until all of its new version is ready.
+        let previews = !self.is_open(&source);
+        match SceneLoader::start(source, previews) {
             Ok(loader) => self.loader = Some(loader),
             Err(error) => self.say(error.to_string()),
         }
@@ -38,14 +40,19 @@ impl Viewer {
             }
         }
         let Some(loader) = &mut self.loader else { return };
+        if self.picture.is_seen() && !self.session.is_stale() {
+            loader.note_seen();
+        }
         let Some(outcome) = loader.take() else {
             let state = loader.state();
             return self.panel.host.pin(format!("{}: {}", state.name, state.what));
         };
-        let Some(loader) = self.loader.take() else { return };
-        let files = loader.files();
-        let again = self.is_open(&loader.source);
-        let outcome = outcome.and_then(|ready| self.replace(ready, loader.source));
+        let (files, source) = (loader.files(), loader.source.clone());
+        if !outcome.as_ref().is_ok_and(|ready| ready.stage == LoadStage::Preview) {
+            self.loader = None;
+        }
+        let again = self.is_open(&source);
+        let outcome = outcome.and_then(|ready| self.replace(ready, source));
         let (message, files) = match outcome {
             Ok(message) => {
                 tell(&message);
@@ -77,7 +84,7 @@ impl Viewer {
 
     /// Replaces the present scene by another; returns a message.
     fn replace(&mut self, ready: ReadyScene, source: ViewSource) -> Result<String> {
-        let ReadyScene { run, choose, mut editor, digest } = ready;
+        let ReadyScene { stage, run, choose, mut editor, digest } = ready;
         let before = self.session.size();
         // Checked before anything is changed: an invalid camera is an error of the scene.
         editor.camera(before)?;
@@ -109,10 +116,20 @@ impl Viewer {
         self.edited();
         let path = self.source.args.scene.display();
         Ok(match (again, lost) {
+            (false, _) if stage == LoadStage::Preview => previewed(&self.source),
             (false, _) => format!("opened {path}"),
+            (true, 0) if stage == LoadStage::Rest => {
+                format!("{path} is complete: all of its pictures are read")
+            }
             (true, 0) => format!("read {path} again"),
             (true, 1) => format!("read {path} again; one change has lost its object and is gone"),
             (true, lost) => format!("read {path} again; {lost} changes have lost their objects and are gone"),
         })
     }
+}
+
+/// What the user is told of a preview.
+pub(super) fn previewed(source: &ViewSource) -> String {
+    let path = source.args.scene.display();
+    format!("{path} is shown with one colour for each large picture until these are read")
 }

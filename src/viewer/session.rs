@@ -38,6 +38,8 @@ pub struct RenderSession {
     run: RunSpec,
     /// Size requested by the command line or the scene; the film may have been resized since.
     asked_size: [u32; 2],
+    /// The method that the scene or the command line asks for; `None` for the automatic choice.
+    asked_method: Option<IntegratorKind>,
     chooser: Chooser,
     /// Local threads or remote tracers.
     pub tracers: Tracers,
@@ -87,6 +89,7 @@ impl RenderSession {
     pub fn new(run: RunSpec, choose: bool, tracers: Tracers, lanes: Lanes, paths: Option<u64>) -> Self {
         Self {
             asked_size: [run.film.width, run.film.height],
+            asked_method: (!choose).then_some(run.integrator),
             run,
             chooser: Chooser::new(choose),
             tracers,
@@ -121,6 +124,7 @@ impl RenderSession {
         let (film, device) =
             (FilmSpec { width, height, ..self.run.film }, std::mem::take(&mut self.run.device));
         self.asked_size = asked;
+        self.asked_method = (!choose).then_some(run.integrator);
         self.run = RunSpec { film, device, ..run };
         self.tracers.replace_scene(digest);
         self.groups = Vec::new();
@@ -190,6 +194,12 @@ impl RenderSession {
         self.chooser = Chooser::new(named.is_none());
         self.run.auto = None;
         named.is_some_and(|kind| std::mem::replace(&mut self.run.integrator, kind) != kind)
+    }
+
+    /// Returns to the method and the size of picture that the scene or the command line asks for; returns that size.
+    pub fn start_over(&mut self) -> [u32; 2] {
+        self.set_method(self.asked_method.map(|kind| kind.name()));
+        self.asked_size
     }
 
     /// Whether the choice of the method is automatic.

@@ -28,13 +28,14 @@ use crate::render::{predictions, process};
 use crate::viewer::Viewer;
 use crate::viewer::clock::{Backoff, FrameClock};
 use crate::viewer::context::SessionContext;
-use crate::viewer::loader::{ReadyScene, ViewSource};
+use crate::viewer::loader::{LoadStage, ReadyScene, ViewSource};
 use crate::viewer::loading::{LoadingWindow, OpenWindow, title, window_size};
 use crate::viewer::metrics::ViewerMetrics;
 use crate::viewer::options::{OF_TRACER, ViewOptions};
 use crate::viewer::panel::ViewerPanel;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
+use crate::viewer::reload::previewed;
 use crate::viewer::screen::is_device_lost;
 use crate::viewer::session::RenderSession;
 use crate::viewer::tools::Tools;
@@ -158,9 +159,10 @@ impl ViewerApp {
             samples: args.samples,
             tev: args.tev.as_deref().map(TevLink::start).transpose()?,
             tracers,
+            controls,
             name: source.name(),
         };
-        let loading = LoadingWindow::start(source, options, controls, preferences, proxy)?;
+        let loading = LoadingWindow::start(source, options, preferences, proxy)?;
         Ok(Self { stage: Stage::Loading(Box::new(loading)) })
     }
 
@@ -252,18 +254,18 @@ fn scene(args: &ViewOptions, tracers: &[TracerAddress]) -> Result<SceneOptions> 
 
 /// Starts the tracer and the first epoch in the open window.
 fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
-    let LoadingWindow { mut options, mut controls, mut preferences, loader, open, .. } = loading;
+    let LoadingWindow { mut options, mut preferences, loader, open, .. } = loading;
     let Some(OpenWindow { screen, host }) = open else {
         return Err(miette::miette!("there is no window for the scene"));
     };
-    let ReadyScene { run, choose, editor, digest } = ready;
-    controls.filter = run.film.filter;
+    let ReadyScene { stage, run, choose, editor, digest } = ready;
+    options.controls.filter = run.film.filter;
     let size = [run.film.width, run.film.height];
     let window = screen.window.clone();
     // Another scene may have been dropped onto the window while loading.
     options.name = loader.source.name();
     window.set_title(&title(&options.name));
-    let panel = ViewerPanel::new(host, controls, size);
+    let panel = ViewerPanel::new(host, options.controls.clone(), size);
     let wanted = window_size(&window, size, panel.dock_pixels(&window));
     if window.inner_size() != wanted {
         // The window was opened before the size of the picture was known.
@@ -302,8 +304,8 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     let now = Instant::now();
     let metrics = ViewerMetrics::since(options.began);
     let mut viewer = Viewer {
-        source: loader.source,
-        loader: None,
+        source: loader.source.clone(),
+        loader: (stage == LoadStage::Preview).then_some(loader),
         watch,
         options,
         session,
@@ -328,7 +330,9 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         quit: false,
         outcome: Ok(()),
     };
-    problem.into_iter().chain(unseen).chain(problems).for_each(|message| viewer.say(message));
+    let preview = (stage == LoadStage::Preview).then(|| previewed(&viewer.source));
+    let messages = problem.into_iter().chain(unseen).chain(problems).chain(preview);
+    messages.for_each(|message| viewer.say(message));
     viewer.choose_method()?;
     viewer.restart()?;
     Ok(viewer)

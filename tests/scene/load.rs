@@ -1,10 +1,12 @@
 //! The scenes of the project load without a warning, and say what their files say.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
+use pointillist::scene::desc::texture::SpectrumTexture;
 use pointillist::scene::desc::{BsdfDesc, ConductorDesc, DielectricDesc, FovAxis, LightDesc, ShapeKind};
-use pointillist::scene::{Loaded, load};
+use pointillist::scene::{LoadOptions, Loaded, SceneDesc, SceneError, load, load_previewing};
 
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Loaded {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
@@ -94,4 +96,62 @@ fn furnace_faces_look_outwards_and_make_a_closed_cube() {
     }
     assert_eq!(desc.shapes.len(), 6);
     assert!(sum.length() < 1e-12);
+}
+
+/// A BMP file of this grey, 24 bits per pixel, whose bytes are cut off after `length`.
+fn bmp(side: u32, grey: u8, length: usize) -> Vec<u8> {
+    let data = 3 * side * side;
+    let mut bytes = b"BM".to_vec();
+    for number in [54 + data, 0, 54, 40, side, side, 1 | 24 << 16, 0, data, 2835, 2835, 0, 0] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.resize(54 + data as usize, grey);
+    bytes.truncate(length);
+    bytes
+}
+
+/// The side of the picture of the first material, and a texel of it.
+fn picture(desc: &SceneDesc) -> (usize, f32) {
+    let BsdfDesc::Diffuse(diffuse) = &desc.bsdfs[0] else { panic!("{:?}", desc.bsdfs) };
+    let SpectrumTexture::Bitmap(texture) = &diffuse.reflectance else {
+        panic!("{:?}", desc.bsdfs);
+    };
+    (texture.bitmap.width(), texture.bitmap.texel(0, 0)[0])
+}
+
+/// Where large pictures take long to read there is a scene without them before, with the same meshes; where they are small, or cannot be
+/// read, there is the scene, or the error, as ever.
+#[test]
+fn large_pictures_have_a_preview() {
+    let folder = std::env::temp_dir().join(format!("pointillist-preview-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let path = folder.join("scene.xml");
+    let text = r#"<scene version="3.0.0"><sensor type="perspective"/><emitter type="constant"/>
+        <shape type="obj"><string name="filename" value="one.obj"/><bsdf type="diffuse">
+        <texture type="bitmap" name="reflectance"><string name="filename" value="wall.bmp"/></texture></bsdf></shape></scene>"#;
+    std::fs::write(&path, text).expect("written");
+    std::fs::write(folder.join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
+        .expect("written");
+    let load = |side, length| -> (Vec<SceneDesc>, Result<Loaded, SceneError>) {
+        std::fs::write(folder.join("wall.bmp"), bmp(side, 200, length)).expect("written");
+        let mut previews = Vec::new();
+        let mut take = |desc| previews.push(desc);
+        let loaded = load_previewing(&path, &LoadOptions::default(), &Arc::default(), &mut take);
+        (previews, loaded)
+    };
+    let (previews, loaded) = load(64, usize::MAX);
+    assert_eq!((previews.len(), picture(&loaded.expect("valid").desc).0), (0, 64));
+    let (previews, loaded) = load(2500, usize::MAX);
+    let loaded = loaded.expect("valid");
+    let ([preview], true) = (previews.as_slice(), loaded.warnings.is_empty()) else { panic!("{loaded:?}") };
+    let [grey, white] = [preview, &loaded.desc].map(picture);
+    assert_eq!((grey.0, white.0), (1, 2500));
+    assert!((grey.1 - 0.2158).abs() < 1e-3 && (white.1 - 0.5776).abs() < 1e-3, "{grey:?} {white:?}");
+    assert!(Arc::ptr_eq(&preview.meshes[0], &loaded.desc.meshes[0]), "the mesh was read twice");
+    // The error comes after the preview, at the same place as without one.
+    let (previews, loaded) = load(2500, 17_000_000);
+    let error = loaded.expect_err("cut off").to_string();
+    assert!(previews.len() == 1 && error.contains("wall.bmp"), "{error}");
+    assert_eq!(error, pointillist::scene::load(&path, &[]).expect_err("cut off").to_string());
+    std::fs::remove_dir_all(folder).expect("removed");
 }

@@ -209,3 +209,82 @@ fn an_error_of_loading_ends_the_program() {
     assert!(words.contains("bad.gltf:3:") && !words.contains("panicked"), "{words}");
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// A BMP file of this grey, 24 bits per pixel, too large to be read before the first picture.
+fn large_bmp(grey: u8) -> Vec<u8> {
+    let (side, data) = (2500_u32, 3 * 2500 * 2500_u32);
+    let header = [54 + data, 0, 54, 40, side, side, 1 | 24 << 16, 0, data, 2835, 2835, 0, 0];
+    let mut bytes: Vec<u8> =
+        b"BM".iter().copied().chain(header.into_iter().flat_map(u32::to_le_bytes)).collect();
+    bytes.resize(54 + data as usize, grey);
+    bytes
+}
+
+/// A scene whose textures take long to read is shown before, in grey. One that is damaged is told, and the grey stays.
+#[test]
+fn large_textures_come_after_the_first_picture() {
+    let folder = folder("textures");
+    let wall = "<scene version=\"3.0.0\"><emitter type=\"constant\"/><shape type=\"rectangle\"><transform name=\"to_world\">\
+                <scale value=\"9\"/><rotate y=\"1\" angle=\"180\"/><translate z=\"3\"/></transform><bsdf type=\"diffuse\">\
+                <texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"wall.bmp\"/></texture></bsdf></shape>\
+                <sensor type=\"perspective\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"320\"/>\
+                <integer name=\"height\" value=\"240\"/></film></sensor></scene>";
+    write(folder.join("scene.xml"), wall);
+    write(folder.join("wall.bmp"), large_bmp(230));
+    let options = ["--no-panel", "--integrator", "path"];
+    let desktop = Desktop::start(400, 300);
+    let mut viewer = Heard::view(&desktop, &folder, "scene.xml", &options);
+    viewer.hears("shown with one colour for each large picture", 1);
+    viewer.hears("scene.xml is complete", 1);
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    shows(&desktop, window, 0.791);
+    // A new version of the same scene replaces it at once.
+    write(folder.join("wall.bmp"), large_bmp(100));
+    viewer.hears("read scene.xml again", 1);
+    shows(&desktop, window, 0.127);
+    assert_eq!(viewer.words().matches("shown with one colour").count(), 1);
+    assert!(terminate(viewer.child).status.success());
+    write(folder.join("wall.bmp"), &large_bmp(230)[..17_000_000]);
+    let mut viewer = Heard::view(&desktop, &folder, "scene.xml", &options);
+    viewer.hears("wall.bmp", 1);
+    viewer.hears("scene.xml:1:", 1);
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    shows(&desktop, window, 0.2158);
+    assert!(terminate(viewer.child).status.success());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// The key that starts over brings back what was changed in the display, and tells how to undo it.
+#[test]
+fn everything_can_be_as_it_was_opened() {
+    let folder = folder("start-over");
+    write(folder.join("scene.xml"), SCENE);
+    write(folder.join("light.xml"), light("0.2"));
+    let desktop = Desktop::start(400, 300);
+    let mut viewer = Heard::view(&desktop, &folder, "scene.xml", &["--no-panel", "--integrator", "path"]);
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    shows(&desktop, window, 0.2);
+    assert!(desktop.focus(window, PATIENCE));
+    let press = |keys: &[u32]| {
+        [true, false].into_iter().for_each(|down| keys.iter().for_each(|key| desktop.key(*key, down)));
+    };
+    let (ctrl, shift) = (0xffe3, 0xffe1);
+    desktop.pointer(100, 100);
+    for down in [true, false] {
+        [ctrl, shift].into_iter().for_each(|key| desktop.key(key, down));
+        if down {
+            (0..12).for_each(|_| [true, false].iter().for_each(|down| desktop.button(4, *down)));
+        }
+    }
+    // Two stops, or four where a step of the wheel counts twice.
+    let start = Instant::now();
+    while desktop.pixels(window).is_none_or(|(.., bgrx)| bgrx[1] < 185) {
+        assert!(start.elapsed() < PATIENCE, "the picture has not become brighter: {}", viewer.words());
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    press(&[ctrl, shift, u32::from(b'r')]);
+    viewer.hears("everything is as it was opened", 1);
+    shows(&desktop, window, 0.2);
+    assert!(terminate(viewer.child).status.success());
+    std::fs::remove_dir_all(folder).unwrap();
+}

@@ -101,6 +101,8 @@ pub enum Action {
     Undo,
     /// Redoes the change that was undone last.
     Redo,
+    /// Returns to scene, camera, method, display and panel as they were opened.
+    StartOver,
     /// Saves the sums of the film.
     SaveExr,
     /// Opens the dialog for a scene or model.

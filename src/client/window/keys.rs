@@ -219,6 +219,12 @@ fn changes<T>() -> Vec<KeyBinding<T>> {
         mouse("Click", "select an object"),
         key("Ctrl+Z", "undo", &[Ctrl('z', false)], Action::Undo),
         key("Ctrl+Shift+Z, Ctrl+Y", "redo", &[Ctrl('z', true), Ctrl('y', false)], Action::Redo),
+        key(
+            "Ctrl+Shift+R",
+            "start over: scene, camera, method, display and panel as they were opened",
+            &[Ctrl('r', true)],
+            Action::StartOver,
+        ),
     ]
 }
 

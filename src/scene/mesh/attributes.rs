@@ -168,7 +168,7 @@ mod tests {
         );
         let attributes = asked.iter().map(|name| (*name).to_owned()).collect();
         let options = MeshOptions { format: MeshFormat::Ply, attributes, ..MeshOptions::default() };
-        parse("a.ply", text.as_bytes(), &options).map(|read| read.mesh.attributes)
+        parse("a.ply", text.as_bytes(), &options).map(|read| read.mesh.attributes.clone())
     }
 
     fn one(vertex: &str, asked: &str) -> MeshAttribute {

@@ -1,6 +1,8 @@
 //! A mesh file as messages name it, and what every format does once the numbers are read: faults are dropped and counted,
 //! normals are made or mended.
 
+use std::sync::Arc;
+
 use glam::{DMat3, Vec2};
 
 use super::options::MeshOptions;
@@ -43,7 +45,7 @@ pub struct MeshRead {
     /// Size of the file.
     pub bytes: usize,
     /// The mesh.
-    pub mesh: Mesh,
+    pub mesh: Arc<Mesh>,
     /// Why it has no triangle, if it has none.
     pub nothing: Option<SceneError>,
     /// One warning for each kind of fault that was dropped or mended, at its first place.
@@ -146,6 +148,6 @@ impl MeshFile<'_> {
             let message = format!("of {} vertices {}", mesh.positions.len(), missing.join("; "));
             warnings.push(self.finding(1, message).label("in this file").warning());
         }
-        Ok(MeshRead { bytes: self.bytes.len(), mesh, nothing, warnings })
+        Ok(MeshRead { bytes: self.bytes.len(), mesh: Arc::new(mesh), nothing, warnings })
     }
 }

@@ -462,7 +462,7 @@ mod tests {
             read(&format!("{HEADER}{ROWS}3 0 1 2 .5\n4 0 1 2 3 .5\r\n3 0 2 3 1")).expect("valid");
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 2], [0, 2, 3], [0, 2, 3]]);
         assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
-        assert_eq!((mesh.uvs, warnings.len()), (vec![Vec2::new(0.25, 0.75); 4], 1));
+        assert_eq!((mesh.uvs.clone(), warnings.len()), (vec![Vec2::new(0.25, 0.75); 4], 1));
         assert_eq!(warnings[0].to_string(), "not used: `vertex.red`, `vertex.extra`, `face.weight`");
         assert_eq!(mesh.normals, [Vec3::Z; 4]);
     }
@@ -534,7 +534,7 @@ mod tests {
                 let mesh = parse("a.ply", &file, &OPTIONS).expect("valid").mesh;
                 assert_eq!(mesh.positions[1..], [Vec3::new(1.5, 0.0, 7.0), Vec3::new(0.0, 2.5, 7.0)]);
                 assert_eq!(
-                    (mesh.normals, mesh.triangles),
+                    (mesh.normals.clone(), mesh.triangles.clone()),
                     (vec![Vec3::new(0.0, 0.6, 0.8); 3], vec![[0, 1, 2]])
                 );
                 let cut = &file[..file.len() - 1];

@@ -307,7 +307,10 @@ mod tests {
                         COLOURS => vec!["not used: `colours of vertices`"],
                         _ => vec!["not used: `flag 0x0010`, `colours of vertices`"],
                     };
-                    assert_eq!((mesh.uvs, told), (uvs, left.into_iter().map(str::to_owned).collect()));
+                    assert_eq!(
+                        (mesh.uvs.clone(), told),
+                        (uvs, left.into_iter().map(str::to_owned).collect())
+                    );
                 }
             }
         }

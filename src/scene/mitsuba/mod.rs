@@ -62,7 +62,7 @@ pub use question::Question;
 pub(super) use sensor::AXES;
 pub use unsupported::UNSUPPORTED;
 pub(super) use value::{integer, numbers};
-pub(super) use walk::SceneWithEdits;
+pub(super) use walk::{ReadElements, SceneWithEdits, TakePreview};
 
 use std::path::Path;
 use std::sync::Arc;
@@ -79,14 +79,16 @@ pub struct LoadOptions<'a> {
     pub lenient: bool,
 }
 
-/// Reads the scene file at `path`, and tells `progress` of every file meanwhile.
+/// Reads the scene file at `path`, and tells `progress` of every file meanwhile. If large pictures take long to read, `preview` gets
+/// the scene before.
 pub(super) fn read_file(
     path: &Path,
     options: &LoadOptions<'_>,
     progress: &Arc<LoadProgress>,
+    preview: Option<TakePreview<'_>>,
 ) -> Result<SceneWithEdits, SceneError> {
     let expander = expand::Expander::new(options.defines).telling(progress.clone());
-    walk::read(expander.file(path)?, options.lenient)
+    walk::read(expander.file(path)?, options.lenient, preview)
 }
 
 /// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.
@@ -96,5 +98,5 @@ pub(super) fn read_text(
     options: &LoadOptions<'_>,
 ) -> Result<SceneWithEdits, SceneError> {
     let expanded = expand::Expander::new(options.defines).string(Path::new(name), text.as_bytes())?;
-    walk::read(expanded, options.lenient)
+    walk::read(expanded, options.lenient, None)
 }

@@ -18,7 +18,7 @@ pub fn questions(path: &Path, text: &str, id: &str) -> (Vec<(&'static str, Quest
     let log = Arc::new(Questions::default());
     document.questions = Some(log.clone());
     let asked = document.ids.get(id).copied();
-    let problem = walk::read((document, warnings), false).err();
+    let problem = walk::read((document, warnings), false, None).err();
     let log = std::mem::take(&mut *log.lock().unwrap_or_else(PoisonError::into_inner));
     let of_it = log.into_iter().filter(|(of, ..)| Some(*of) == asked);
     (of_it.map(|(_, name, question)| (name, question)).collect(), problem)

@@ -17,6 +17,17 @@ pub(crate) struct Prefetched {
     pub(crate) bitmaps: BTreeMap<(PathBuf, bool), Result<Bitmap, BitmapError>>,
 }
 
+impl Prefetched {
+    /// The meshes that were read without an error; they are shared.
+    pub(crate) fn meshes_again(&self) -> Self {
+        let read = |(key, read): (&(PathBuf, MeshOptions), &Result<MeshRead, MeshError>)| {
+            let read = read.as_ref().ok()?;
+            Some((key.clone(), Ok(read.clone())))
+        };
+        Self { meshes: self.meshes.iter().filter_map(read).collect(), bitmaps: BTreeMap::new() }
+    }
+}
+
 /// Why the picture of a texture cannot be used.
 pub(crate) enum BitmapError {
     Unreadable(ReadError),

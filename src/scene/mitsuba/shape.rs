@@ -272,7 +272,7 @@ fn mesh(
             format!("the meshes of this scene have more than {triangles} triangles or {bytes} bytes");
         return Err(params.fault(FindingKind::Limit, message).error());
     }
-    reader.lists.meshes.push(Arc::new(read.mesh));
+    reader.lists.meshes.push(read.mesh);
     let new = MeshId(reader.lists.meshes.len() as u32 - 1);
     reader.known.meshes.insert(key, new);
     Ok(ShapeKind::Mesh(new))

@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 
 use super::document::{Document, Element, ElementId};
 use super::expand::Expanded;
+use super::prefetch::{NamedFiles, on_own_threads};
+use super::prefetched::Prefetched;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::{MEDIA, TagKind};
-use super::{attribute, emitter, integrator, params, prefetch, sensor, shape, upgrade};
+use super::{attribute, emitter, integrator, params, sensor, shape, upgrade};
 
 use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
@@ -33,20 +35,57 @@ struct SceneWalk<'d> {
     edits: Vec<ElementId>,
 }
 
-/// The scene that an expanded document describes; `lenient` leaves out or replaces plugins that are not supported.
-pub(crate) fn read((document, warnings): Expanded, lenient: bool) -> Result<SceneWithEdits, SceneError> {
+/// Takes a scene in which one texel stands for each large picture, while these are yet to be read.
+pub(crate) type TakePreview<'a> = &'a mut dyn FnMut(ReadElements, &Document);
+
+/// What the elements of a document describe.
+pub(crate) struct ReadElements {
+    pub(crate) desc: SceneDesc,
+    /// Warnings and remarks, in the order they were found.
+    warnings: Vec<SceneWarning>,
+    /// The `<edit>` elements, in the order of the file.
+    pub(crate) edits: Vec<ElementId>,
+}
+
+/// The scene that an expanded document describes; `lenient` leaves out or replaces plugins that are not supported. If large
+/// pictures take long to read, `preview` gets the scene before.
+pub(crate) fn read(
+    (document, warnings): Expanded,
+    lenient: bool,
+    preview: Option<TakePreview<'_>>,
+) -> Result<SceneWithEdits, SceneError> {
     announce(&document);
-    let known = Known { prefetched: prefetch::prefetch(&document), ..Known::default() };
+    let files = NamedFiles::of(&document);
+    let known = match preview.filter(|_| files.have_large_pictures()) {
+        Some(take) => {
+            let read = files.without_large_pictures(&document);
+            let meshes = read.meshes_again();
+            take(read_elements(&document, lenient, Vec::new(), read)?, &document);
+            on_own_threads(|| files.read(&document, meshes))
+        }
+        None => files.read(&document, Prefetched::default()),
+    };
+    let ReadElements { desc, warnings, edits } = read_elements(&document, lenient, warnings, known)?;
+    Ok(SceneWithEdits { desc, warnings, document, edits })
+}
+
+/// Reads the elements of a document, whose files were read before.
+fn read_elements(
+    document: &Document,
+    lenient: bool,
+    warnings: Vec<SceneWarning>,
+    prefetched: Prefetched,
+) -> Result<ReadElements, SceneError> {
+    let known = Known { prefetched, ..Known::default() };
     let lists = SceneLists::default();
-    let reader = Reader { document: &document, lists, known, lenient, warnings, more_warnings: 0 };
+    let reader = Reader { document, lists, known, lenient, warnings, more_warnings: 0 };
     let mut walk = SceneWalk { reader, sensor: None, integrator: None, edits: Vec::new() };
     walk.version();
     walk.media();
     for &id in &document.element(ElementId(0)).children {
         walk.top_level(id)?;
     }
-    let (desc, warnings, edits) = walk.done()?;
-    Ok(SceneWithEdits { desc, warnings, document, edits })
+    walk.done()
 }
 
 /// Tells those who wait how large the film is and how many files the scene names.
@@ -177,7 +216,7 @@ impl SceneWalk<'_> {
         self.reader.warn(found.help(help).warning());
     }
 
-    fn done(mut self) -> Result<(SceneDesc, Vec<SceneWarning>, Vec<ElementId>), SceneError> {
+    fn done(mut self) -> Result<ReadElements, SceneError> {
         emitter::finish(&mut self.reader)?;
         let root = self.reader.document.element(ElementId(0)).span;
         let Some(sensor) = self.sensor.take() else {
@@ -230,6 +269,6 @@ impl SceneWalk<'_> {
         }
         // An edited scene is traced where the original is, whatever was moved.
         desc.place();
-        Ok((desc, self.reader.warnings, self.edits))
+        Ok(ReadElements { desc, warnings: self.reader.warnings, edits: self.edits })
     }
 }

@@ -28,7 +28,7 @@ impl SceneEditor {
         }
         let (distance, aperture) = (self.pose().distance(), self.aperture());
         // Bounds that stay constant while the focus changes.
-        let reach = self.home.distance();
+        let reach = self.opened.pose.distance();
         let value = ParameterValue::Number { value: aperture, min: 0.0, max: (WIDEST * reach).max(aperture) };
         let label = "radius of the lens".to_owned();
         parameters.push(SceneParameter { label, edits: EditedValue::Aperture, value });

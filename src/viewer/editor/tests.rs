@@ -323,3 +323,24 @@ fn history_survives_another_reading() {
     settle(&mut new);
     assert!(new.edits().is_empty() && new.desc().shapes[2].to_world.translation == DVec3::ZERO);
 }
+
+/// Starting over returns to the scene and the camera as they were opened, with the effects that were forced then, as one change.
+#[test]
+fn starting_over_can_be_undone() {
+    let mut user = editor();
+    user.force(Forced { effect: Effect::Transmission, on: false }).expect("possible");
+    let opened = user.state().clone();
+    user.start_over();
+    assert!(user.undo().is_none(), "nothing has changed");
+    assert!(user.gesture(Gesture::Dolly(1.0), [200, 100]) && user.set_fov(20.0));
+    user.end_change();
+    user.switch(Effect::Transmission).expect("possible");
+    let changed = user.state().clone();
+    assert_ne!(changed, opened);
+    user.start_over();
+    user.follow().expect("the scene can be prepared");
+    settle(&mut user);
+    assert_eq!((user.state(), user.forced()), (&opened, opened.forced.as_slice()));
+    assert_eq!(user.undo().as_deref(), Some("start over"));
+    assert_eq!(*user.state(), changed);
+}

@@ -6,7 +6,7 @@ use crate::client::window::panel::palette::CommandPalette;
 use crate::color::Profile;
 
 /// Controls that the user changes in the panel.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct PanelControls {
     /// Display settings; a change of them never restarts the server.
     pub settings: Settings,
