@@ -32,7 +32,7 @@ const MAY_IMPORT: &[(&str, &str)] = &[
         "render",
         "math job accounting color spectrum image stream study gpu client scene tracer server remote denoise",
     ),
-    ("viewer", "render"),
+    ("viewer", "memory render"),
     ("cmd", "memory render viewer"),
 ];
 

@@ -86,6 +86,7 @@ impl Viewer {
         at: Option<[f64; 2]>,
         act: impl FnOnce(&mut Tools, &mut ToolContext<'_>) -> R,
     ) -> R {
+        let rests_for_pictures = self.rests_for_pictures();
         let Self { session, picture, editor, panel, metrics, preferences, options, paused, tools, .. } = self;
         let mut context = ToolContext {
             session,
@@ -96,6 +97,7 @@ impl Viewer {
             preferences,
             options,
             paused,
+            rests_for_pictures,
             at,
             asks_place: self.asked.is_some(),
             has_edited: false,

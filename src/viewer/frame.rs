@@ -11,8 +11,11 @@ use crate::client::pacing::FramePlan;
 use crate::client::{CHUNK_SAMPLES, ClientError, ColorOutput, FilmSpec, OptionNames, Settings};
 use crate::denoise::noise_filter::EpochView;
 use crate::gpu::Swapchain;
+use crate::job::Job;
+use crate::memory::return_free_memory;
 use crate::render::process::tell;
 use crate::viewer::Viewer;
+use crate::viewer::loader::SceneLoader;
 use crate::viewer::loading::window_size;
 use crate::viewer::picture::Painted;
 use crate::viewer::screen::{Canvas, Screen, is_device_lost};
@@ -31,6 +34,12 @@ const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The method is reconsidered once nothing has been edited for this long.
 const REST: Duration = Duration::from_millis(500);
+
+/// Free memory is given back once nothing has been edited for this long.
+const LONG_REST: Duration = Duration::from_secs(3);
+
+/// Samples per pixel of a preview: as many as show the scene well enough for a few seconds.
+const PREVIEW_SAMPLES: f64 = 2.0;
 
 /// Interval between checks of the display that the window is on: not every window system reports a change.
 const DISPLAY_LOOK: Duration = Duration::from_secs(1);
@@ -66,10 +75,10 @@ impl Viewer {
         if !self.picture.is_frozen() && !is_retry {
             self.picture.mend(self.session.run_spec());
             self.leave_lost_parts();
-            match self.paused {
-                // A replaced film is filled from retained samples.
-                Some(_) => self.picture.read_kept(plan.samples)?,
-                None => self.picture.read_samples(&mut self.session, plan.samples, begin)?,
+            // A replaced film is filled from retained samples.
+            match self.paused.is_some() || self.rests_for_pictures() {
+                true => self.picture.read_kept(plan.samples)?,
+                false => self.picture.read_samples(&mut self.session, plan.samples, begin)?,
             }
             if plan.flush {
                 self.picture.flush()?;
@@ -87,6 +96,16 @@ impl Viewer {
         self.send_to_tev(false)?;
         self.measure(begin);
         Ok(())
+    }
+
+    /// Whether a preview shows enough: no more samples are read, so that tracer and display leave the processor to the decoding of the
+    /// pictures that the scene still lacks.
+    pub(super) fn rests_for_pictures(&self) -> bool {
+        let [width, height] = self.session.size().map(f64::from);
+        let samples = self.picture.counts().samples() as f64;
+        self.loader.as_ref().is_some_and(SceneLoader::is_previewed)
+            && self.picture.is_seen()
+            && samples >= PREVIEW_SAMPLES * width * height
     }
 
     /// Opens a device if there is none; samples are retained until it opens.
@@ -172,6 +191,7 @@ impl Viewer {
             self.refresh();
         }
         self.note_tools();
+        self.return_memory();
         if let Err(error) = self.choose_method() {
             return self.fail(error);
         }
@@ -204,6 +224,17 @@ impl Viewer {
         if self.picture.awaits_first_picture() && !self.clock.has_retry() && !has_failed {
             self.clock.set(Instant::now() + SOON);
         }
+    }
+
+    /// Gives free memory back to the system once at every rest of the user: that of pictures of another size, or of passes that are no longer
+    /// shown. It takes some 10 ms, on a thread of its own.
+    fn return_memory(&mut self) {
+        let at_rest = self.picture.since_edit() > LONG_REST;
+        if at_rest && !self.has_returned_memory {
+            // Without a thread the memory stays until the next rest.
+            let _ = Job::start("memory", |_| return_free_memory()).map(Job::abandon);
+        }
+        self.has_returned_memory = at_rest;
     }
 
     /// Adopts the refresh rate of the display that the window is on, unless the user set one. The window system may not know it before the

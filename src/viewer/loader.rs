@@ -205,6 +205,11 @@ impl SceneLoader {
         }))
     }
 
+    /// Whether the preview was taken, and the scene itself is still to come.
+    pub fn is_previewed(&self) -> bool {
+        self.previewed
+    }
+
     /// Notes that what was taken is on the screen: what a preview lacks is read now.
     pub fn note_seen(&self) {
         self.seen.store(self.previewed, Ordering::Relaxed);

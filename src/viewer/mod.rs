@@ -123,6 +123,8 @@ struct Viewer {
     preferences: Preferences,
     /// When to check next which display the window is on.
     look_at_display: Instant,
+    /// Whether free memory was given back since the last edit.
+    has_returned_memory: bool,
     /// Deadline of a requested window resize. Until then the window is expected to take a size in which the picture keeps its present area.
     awaited: Option<Instant>,
     /// The window must close.

@@ -326,6 +326,7 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
         warned: None,
         preferences,
         look_at_display: now,
+        has_returned_memory: false,
         awaited: None,
         quit: false,
         outcome: Ok(()),

@@ -79,7 +79,7 @@ impl Tool for FigureTable {
 impl FigureTable {
     /// Reads the figures.
     fn read(&mut self, context: &mut ToolContext<'_>) {
-        let ToolContext { session, picture, metrics, paused, .. } = context;
+        let ToolContext { session, picture, metrics, paused, rests_for_pictures, .. } = context;
         let (run, counts) = (session.run_spec(), picture.counts());
         let rates = metrics.rates(session.traced(), picture.rasterised);
         let [width, height] = session.size();
@@ -103,7 +103,14 @@ impl FigureTable {
             ("Light paths", count(counts.light_paths as f64)),
             ("Traced", format!("{}/s", count(rates.traced))),
             ("Rasterised", format!("{}/s", count(rates.rasterised))),
-            ("Limit", limit(self.ring, rates.drawing, paused.is_some())),
+            (
+                "Limit",
+                match (paused, *rests_for_pictures) {
+                    (Some(_), _) => "paused: Space goes on".to_owned(),
+                    (None, true) => "the reading of the scene's pictures: the tracer rests".to_owned(),
+                    (None, false) => limit(self.ring, rates.drawing),
+                },
+            ),
             ("Level of detail", format!("{} camera, {} light", lods[0], lods[1])),
             ("Since last edit", time(session.elapsed())),
         ];
@@ -172,10 +179,7 @@ fn method(ui: &mut Ui, shown: &str, chosen: Option<&'static str>, queue: &mut Ac
 }
 
 /// Which side limits convergence: tracer or display. `drawing`: fraction of the time that the display draws.
-fn limit((used, size): (usize, usize), drawing: f64, is_paused: bool) -> String {
-    if is_paused {
-        return "paused: Space goes on".to_owned();
-    }
+fn limit((used, size): (usize, usize), drawing: f64) -> String {
     let drawing = (100.0 * drawing).round().min(100.0);
     match 10 * used > 9 * size {
         true => format!("display, at work {drawing} %: the tracer waits"),
@@ -241,7 +245,7 @@ mod tests {
     fn hostile_figures_are_written_without_a_panic() {
         for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
             assert!(!count(odd).is_empty() && !significant(odd).is_empty());
-            assert!(limit((5, 0), odd, false).starts_with("display"));
+            assert!(limit((5, 0), odd).starts_with("display"));
             assert_eq!(milliseconds(odd as f32), Duration::ZERO);
         }
     }

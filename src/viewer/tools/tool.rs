@@ -112,6 +112,8 @@ pub struct ToolContext<'a> {
     pub options: &'a SessionContext,
     /// When the render was paused; `None` while it traces.
     pub paused: &'a mut Option<Instant>,
+    /// Whether the tracer rests until the pictures are read that a preview lacks.
+    pub rests_for_pictures: bool,
     /// Position of the window that the action is about, physical pixels.
     pub at: Option<[f64; 2]>,
     /// Whether the next click in the picture is for an action that the user has begun.
