@@ -13,4 +13,5 @@ pub mod nnls;
 pub mod pdf;
 pub mod quantile;
 pub mod random;
+pub mod trigonometry;
 pub mod warp;

@@ -6,6 +6,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 use glam::Vec3;
 
 use crate::math::frame::Frame;
+use crate::math::trigonometry;
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{PhongDesc, SHARPEST_PHONG};
 use crate::spectrum::SampledWavelengths;
@@ -69,7 +70,7 @@ impl Lobe for PhongLobe {
         // cos α = u^(1 / (n + 1)), by what is missing to 1.
         let rest = -(u[0].ln() / (self.exponent + 1.0)).exp_m1();
         let sin = (rest * (2.0 - rest)).max(0.0).sqrt();
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        let (sin_phi, cos_phi) = trigonometry::sin_cos(TAU * u[1]);
         Frame::new(mirrored(wo)).to_world(Vec3::new(cos_phi * sin, sin_phi * sin, 1.0 - rest)).normalize()
     }
 }

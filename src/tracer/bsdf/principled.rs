@@ -11,6 +11,7 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use glam::{Vec3, Vec4};
 
 use crate::math::pdf::PdfW;
+use crate::math::trigonometry;
 use crate::math::warp;
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{PrincipledDesc, PrincipledLobes};
@@ -436,7 +437,7 @@ fn sample_gtr1(alpha: f32, u: [f32; 2]) -> Vec3 {
     let alpha2 = alpha * alpha;
     // sin² θ = (α^(2 − 2u) − α²) / (1 − α²).
     let sin2 = ((alpha2.powf(1.0 - u[1]) - alpha2) / (1.0 - alpha2)).clamp(0.0, 1.0);
-    let (sin_phi, cos_phi) = (TAU * u[0]).sin_cos();
+    let (sin_phi, cos_phi) = trigonometry::sin_cos(TAU * u[0]);
     let sin = sin2.sqrt();
     Vec3::new(cos_phi * sin, sin_phi * sin, (1.0 - sin2).sqrt())
 }

@@ -6,6 +6,7 @@ use std::f32::consts::{FRAC_1_PI, FRAC_2_PI};
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
+use crate::math::trigonometry;
 use crate::math::warp;
 use crate::scene::desc::RoughDiffuseDesc;
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
@@ -62,7 +63,7 @@ impl RoughDiffuse {
         if self.fast {
             return self.albedo * (c1 + c2 * cos_phi.max(0.0) * alpha.0 * tan_beta);
         }
-        let [alpha_angle, beta_angle] = [alpha, beta].map(|(sin, cos)| sin.atan2(cos));
+        let [alpha_angle, beta_angle] = [alpha, beta].map(|(sin, cos)| trigonometry::atan2(sin, cos));
         let fraction = FRAC_2_PI * beta_angle;
         let spread = if cos_phi >= 0.0 { alpha.0 } else { alpha.0 - fraction.powi(3) };
         let angles = FRAC_2_PI * FRAC_2_PI * alpha_angle * beta_angle;

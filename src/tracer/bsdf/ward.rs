@@ -7,6 +7,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3;
 
+use crate::math::trigonometry;
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::{AlphaTexture, Roughness, WardDesc, WardVariant};
 use crate::spectrum::SampledWavelengths;
@@ -82,7 +83,7 @@ impl Lobe for WardLobe {
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let radius = (-(1.0 - u[0]).ln()).sqrt();
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        let (sin_phi, cos_phi) = trigonometry::sin_cos(TAU * u[1]);
         let half =
             Vec3::new(self.alpha[0] * radius * cos_phi, self.alpha[1] * radius * sin_phi, 1.0).normalize();
         (half * (2.0 * wo.dot(half)) - wo).normalize()

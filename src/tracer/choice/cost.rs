@@ -112,9 +112,7 @@ impl EventCounts {
             + TO_CAMERA * self.to_camera
             + CONNECTION * self.connections
     }
-}
 
-impl EventCounts {
     /// These sums over a number of paths.
     fn over(self, paths: f64) -> Self {
         Self {

@@ -46,13 +46,13 @@ pub(super) fn sample_direct<B: Scattering>(
     (share > 0.0).then(|| (light, value * share))
 }
 
-/// The emission of the light that a path asked for last: most paths ask for one light again and again.
+/// The light that a path asked for last, since most paths ask for one light again and again: its emission, or the factor of it that is the
+/// same everywhere, and whether there is another.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct EmissionCache(Option<(u32, SampledSpectrum)>);
+pub(super) struct EmissionCache(Option<(u32, SampledSpectrum, bool)>);
 
 impl EmissionCache {
-    /// The spectrum of `light` seen at its point `p` along `wi`. It is kept if it is the same everywhere; the cache must be cleared
-    /// when `lambda` changes.
+    /// The spectrum of `light` seen at its point `p` along `wi`. The cache must be cleared when `lambda` changes.
     #[inline(always)]
     pub(super) fn emission(
         &mut self,
@@ -62,16 +62,15 @@ impl EmissionCache {
         wi: Vec3,
         lambda: &SampledWavelengths,
     ) -> SampledSpectrum {
-        match self.0 {
-            Some((known, value)) if known == light => value,
+        let (constant, varies) = match self.0 {
+            Some((known, constant, varies)) if known == light => (constant, varies),
             _ => {
-                let value = lights.spectrum(light, p, wi, lambda);
-                if !lights.varies(light) {
-                    self.0 = Some((light, value));
-                }
-                value
+                let (constant, varies) = (lights.constant_factor(light, lambda), lights.varies(light));
+                self.0 = Some((light, constant, varies));
+                (constant, varies)
             }
-        }
+        };
+        if varies { constant * lights.varying_factor(light, p, wi, lambda) } else { constant }
     }
 }
 

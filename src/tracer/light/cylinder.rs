@@ -8,6 +8,7 @@ use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::math::pdf::{PdfA, PdfW};
+use crate::math::trigonometry;
 use crate::math::warp;
 use crate::tracer::bounding_sphere::BoundingSphere;
 use crate::tracer::sampler::LightNumbers;
@@ -32,7 +33,7 @@ impl CylinderLight {
 
     #[inline]
     fn place(&self, u: [f32; 2]) -> (SurfacePoint, PdfA) {
-        let (y, x) = (TAU * u[0]).sin_cos();
+        let (y, x) = trigonometry::sin_cos(TAU * u[0]);
         (self.cylinder.point_at([x, y], u[1]), self.density([x, y]))
     }
 

@@ -8,6 +8,7 @@ use glam::{DMat3, Mat3, Vec3};
 use crate::math::distribution_2d::Distribution2d;
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
+use crate::math::trigonometry;
 use crate::math::warp;
 use crate::spectrum::{EmissionMap, SampledSpectrum, SampledWavelengths};
 use crate::tracer::bounding_sphere::BoundingSphere;
@@ -202,12 +203,12 @@ impl EnvironmentMap {
         let (width, rows) = (self.map.width(), self.map.height());
         let d = self.to_local * wi;
         let sin2 = d.x * d.x + d.z * d.z;
-        let column = d.x.atan2(-d.z) * (width as f32 / TAU) - 0.5;
+        let column = trigonometry::atan2(d.x, -d.z) * (width as f32 / TAU) - 0.5;
         let column = if column < 0.0 { column + width as f32 } else { column };
         let x = column as usize;
         // Rounding may end at the right edge, which is the left one.
         let (x, s) = if x >= width { (0, 0.0) } else { (x, column - x as f32) };
-        let theta = sin2.sqrt().atan2(d.y);
+        let theta = trigonometry::atan2(sin2.sqrt(), d.y);
         let row = theta * FRAC_1_PI * (rows - 1) as f32;
         let y = (row as usize).min(rows - 2);
         let t = (row - y as f32).clamp(0.0, 1.0);
@@ -229,7 +230,7 @@ impl EnvironmentMap {
         let height = first + (next - first) * f64::from(h);
         let sin_theta = (height * (2.0 - height)).max(0.0).sqrt() as f32;
         let phi = (x as f32 + s + 0.5) * (TAU / self.map.width() as f32);
-        let (sin, cos) = phi.sin_cos();
+        let (sin, cos) = trigonometry::sin_cos(phi);
         let local = Vec3::new(sin * sin_theta, (1.0 - height) as f32, -cos * sin_theta);
         let wi = (self.to_world * local).normalize();
         // Asked of the direction and not of the choice: rounding may have taken it over the edge of the cell.

@@ -220,9 +220,28 @@ impl Lights {
     /// that [varies](Lights::varies) depends on `p` and `wi`.
     #[inline]
     pub fn spectrum(&self, light: u32, p: Vec3, wi: Vec3, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let Light { shape, spectrum, .. } = &self.lights[light as usize];
-        let spectrum = self.spectra[*spectrum as usize].sample(lambda);
-        with_light!(shape, l => if l.varies() { spectrum * l.factor(p, wi, lambda) } else { spectrum })
+        let spectrum = self.constant_factor(light, lambda);
+        with_light!(&self.lights[light as usize].shape, l => {
+            if l.varies() { spectrum * l.factor(p, wi, lambda) } else { spectrum }
+        })
+    }
+
+    /// The factor of [`spectrum`](Self::spectrum) that is the same at every place and in every direction.
+    #[inline]
+    pub fn constant_factor(&self, light: u32, lambda: &SampledWavelengths) -> SampledSpectrum {
+        self.spectra[self.lights[light as usize].spectrum as usize].sample(lambda)
+    }
+
+    /// The other factor, of a light that [varies](Self::varies).
+    #[inline]
+    pub fn varying_factor(
+        &self,
+        light: u32,
+        p: Vec3,
+        wi: Vec3,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        with_light!(&self.lights[light as usize].shape, l => l.factor(p, wi, lambda))
     }
 
     /// The light's spectrum as the ray of `emission` carries it.

@@ -17,6 +17,7 @@
 use glam::Vec3;
 
 use crate::math::pdf::PdfW;
+use crate::math::trigonometry;
 
 use super::subtended::{LEAST_HEIGHT, NEAR_OVER_FAR_SQUARED, SubtendedShape};
 
@@ -108,7 +109,7 @@ impl SubtendedShape for SubtendedRectangle<'_> {
     fn sample(&self, u: [f32; 2]) -> (Vec3, PdfW) {
         let Self { rectangle: Rectangle { corner, x, y, .. }, x: [low, high], z, .. } = *self;
         let angle = self.angle();
-        let (sin, cos) = (u[0] * angle).sin_cos();
+        let (sin, cos) = trigonometry::sin_cos(u[0] * angle);
         // z times the tangent of the sum of this angle and that of `low`.
         let at_x = (z * (low * cos + z * sin) / (z * cos - low * sin)).clamp(low, high);
         let d2 = at_x * at_x + z * z;
@@ -131,7 +132,7 @@ impl SubtendedRectangle<'_> {
     #[inline]
     fn angle(&self) -> f32 {
         let Self { x: [low, high], z, .. } = *self;
-        (z * (high - low)).atan2(z * z + low * high)
+        trigonometry::atan2(z * (high - low), z * z + low * high)
     }
 }
 

@@ -4,6 +4,7 @@ use glam::{DMat3, Mat3, Vec2, Vec3};
 
 use crate::math::frame::Frame;
 use crate::math::pdf::PdfW;
+use crate::math::trigonometry;
 use crate::math::warp;
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
@@ -93,7 +94,7 @@ impl SpotLight {
     #[inline]
     fn falloff(&self, d: Vec3) -> f32 {
         // Accurate also where the cosine is nearly 1.
-        let angle = self.axis.cross(d).length().atan2(self.axis.dot(d));
+        let angle = trigonometry::atan2(self.axis.cross(d).length(), self.axis.dot(d));
         if angle <= self.beam { 1.0 } else { ((self.cutoff - angle) / (self.cutoff - self.beam)).max(0.0) }
     }
 }

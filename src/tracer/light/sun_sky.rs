@@ -73,20 +73,26 @@ fn sun_share(sun: f32, sky: f32) -> f32 {
 }
 
 impl SunSkyLight {
-    /// A direction to the sun with the probability `share`, or one that `sky` samples.
+    /// A direction to the sun with the probability `share`, or one that `sample` takes of the sky; and its density, with that of the sky by
+    /// `pdf`.
     #[inline]
     fn sample_with(
         &self,
         [u, v]: [f32; 2],
         share: f32,
-        sky: impl FnOnce([f32; 2]) -> Option<(Vec3, PdfW)>,
-    ) -> Option<Vec3> {
+        sample: impl FnOnce([f32; 2]) -> Option<(Vec3, PdfW)>,
+        pdf: impl FnOnce(Vec3) -> PdfW,
+    ) -> Option<(Vec3, PdfW)> {
         // The numbers are stretched again.
-        if u < share {
+        let (wi, sky) = if u < share {
             let local = warp::cone([u / share, v], self.sun.cone);
-            return Some(Frame::new(self.sun.direction).to_world(local).normalize());
-        }
-        sky([((u - share) / (1.0 - share)).min(1.0 - f32::EPSILON), v]).map(|(wi, _)| wi)
+            let wi = Frame::new(self.sun.direction).to_world(local).normalize();
+            (wi, pdf(wi))
+        } else {
+            sample([((u - share) / (1.0 - share)).min(1.0 - f32::EPSILON), v])?
+        };
+        let pdf = self.pdf_with(wi, share, sky);
+        (pdf.0 > 0.0).then_some((wi, pdf))
     }
 
     /// The density of [`SunSkyLight::sample_with`], where that of the sky is `sky`.
@@ -100,9 +106,8 @@ impl SunSkyLight {
 impl DirectionSampling for SunSkyLight {
     #[inline]
     fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
-        let wi = self.sample_with(u, self.share, |u| self.sky.sample_direction(u))?;
-        let pdf = self.pdf_direction(wi);
-        (pdf.0 > 0.0).then_some((wi, pdf))
+        let Self { sky, share, .. } = self;
+        self.sample_with(u, *share, |u| sky.sample_direction(u), |wi| sky.pdf_direction(wi))
     }
 
     #[inline]
@@ -112,9 +117,8 @@ impl DirectionSampling for SunSkyLight {
 
     #[inline]
     fn sample_excess(&self, u: [f32; 2]) -> Option<(Vec3, PdfW)> {
-        let wi = self.sample_with(u, self.excess_share, |u| self.sky.sample_excess(u))?;
-        let pdf = self.pdf_excess(wi);
-        (pdf.0 > 0.0).then_some((wi, pdf))
+        let Self { sky, excess_share, .. } = self;
+        self.sample_with(u, *excess_share, |u| sky.sample_excess(u), |wi| sky.pdf_excess(wi))
     }
 
     #[inline]

@@ -5,6 +5,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 use crate::math::float::UNIT_ROUNDOFF;
+use crate::math::trigonometry;
 use crate::tracer::light::bounds::LightBounds;
 use crate::tracer::shape::{Cylinder, Disk, Sphere, SurfacePoint, Triangle};
 
@@ -70,7 +71,7 @@ impl EmittingSurface {
     /// The point at (s, t).
     pub(super) fn point(&self, [s, t]: [f32; 2]) -> SurfacePoint {
         let around = if matches!(self, Self::Disk(_)) { t } else { s };
-        let (sin, cos) = (TAU * around).sin_cos();
+        let (sin, cos) = trigonometry::sin_cos(TAU * around);
         match self {
             Self::Flat(patch) => {
                 let mut point = patch.half.point(patch.shares([s, t]));
@@ -91,7 +92,7 @@ impl EmittingSurface {
     /// (s, t) of a point on the surface, or of one near it.
     pub(super) fn coordinates(&self, p: Vec3) -> [f32; 2] {
         let turn = |x: f32, y: f32| {
-            let share = y.atan2(x) / TAU;
+            let share = trigonometry::atan2(y, x) / TAU;
             if share < 0.0 { share + 1.0 } else { share }
         };
         let within = |v: f32| v.clamp(0.0, 1.0);
@@ -149,7 +150,7 @@ impl EmittingSurface {
             Self::Disk(disk) => disk.area(),
             Self::Sphere { sphere, .. } => sphere.area(),
             Self::Cylinder(cylinder) => {
-                let (sin, cos) = (TAU * s).sin_cos();
+                let (sin, cos) = trigonometry::sin_cos(TAU * s);
                 TAU * cylinder.stretch([cos, sin])
             }
         }
