@@ -8,6 +8,8 @@ use pointillist::scene::desc::texture::SpectrumTexture;
 use pointillist::scene::desc::{BsdfDesc, ConductorDesc, DielectricDesc, FovAxis, LightDesc, ShapeKind};
 use pointillist::scene::{LoadOptions, Loaded, SceneDesc, SceneError, load, load_previewing};
 
+use crate::support::bmp::grey_bmp;
+
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Loaded {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let overrides: Vec<(String, String)> =
@@ -98,18 +100,6 @@ fn furnace_faces_look_outwards_and_make_a_closed_cube() {
     assert!(sum.length() < 1e-12);
 }
 
-/// A BMP file of this grey, 24 bits per pixel, whose bytes are cut off after `length`.
-fn bmp(side: u32, grey: u8, length: usize) -> Vec<u8> {
-    let data = 3 * side * side;
-    let mut bytes = b"BM".to_vec();
-    for number in [54 + data, 0, 54, 40, side, side, 1 | 24 << 16, 0, data, 2835, 2835, 0, 0] {
-        bytes.extend(number.to_le_bytes());
-    }
-    bytes.resize(54 + data as usize, grey);
-    bytes.truncate(length);
-    bytes
-}
-
 /// The side of the picture of the first material, and a texel of it.
 fn picture(desc: &SceneDesc) -> (usize, f32) {
     let BsdfDesc::Diffuse(diffuse) = &desc.bsdfs[0] else { panic!("{:?}", desc.bsdfs) };
@@ -133,7 +123,8 @@ fn large_pictures_have_a_preview() {
     std::fs::write(folder.join("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
         .expect("written");
     let load = |side, length| -> (Vec<SceneDesc>, Result<Loaded, SceneError>) {
-        std::fs::write(folder.join("wall.bmp"), bmp(side, 200, length)).expect("written");
+        let bytes = grey_bmp(side, 200);
+        std::fs::write(folder.join("wall.bmp"), &bytes[..bytes.len().min(length)]).expect("written");
         let mut previews = Vec::new();
         let mut take = |desc| previews.push(desc);
         let loaded = load_previewing(&path, &LoadOptions::default(), &Arc::default(), &mut take);

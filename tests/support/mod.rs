@@ -5,6 +5,7 @@
 pub mod accel;
 pub mod agreement;
 pub mod audit;
+pub mod bmp;
 pub mod bsdfs;
 pub mod desktop;
 pub mod device;

@@ -6,6 +6,7 @@ use std::process::{Child, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use crate::support::bmp::grey_bmp;
 use crate::support::desktop::Desktop;
 use crate::support::models::{cube, glb};
 use crate::viewer::{PATIENCE, end, folder, program, terminate};
@@ -210,15 +211,8 @@ fn an_error_of_loading_ends_the_program() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// A BMP file of this grey, 24 bits per pixel, too large to be read before the first picture.
-fn large_bmp(grey: u8) -> Vec<u8> {
-    let (side, data) = (2500_u32, 3 * 2500 * 2500_u32);
-    let header = [54 + data, 0, 54, 40, side, side, 1 | 24 << 16, 0, data, 2835, 2835, 0, 0];
-    let mut bytes: Vec<u8> =
-        b"BM".iter().copied().chain(header.into_iter().flat_map(u32::to_le_bytes)).collect();
-    bytes.resize(54 + data as usize, grey);
-    bytes
-}
+/// Pixels along a side of a BMP file that is too large to be read before the first picture.
+const LARGE: u32 = 2500;
 
 /// A scene whose textures take long to read is shown before, in grey. One that is damaged is told, and the grey stays.
 #[test]
@@ -230,7 +224,7 @@ fn large_textures_come_after_the_first_picture() {
                 <sensor type=\"perspective\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"320\"/>\
                 <integer name=\"height\" value=\"240\"/></film></sensor></scene>";
     write(folder.join("scene.xml"), wall);
-    write(folder.join("wall.bmp"), large_bmp(230));
+    write(folder.join("wall.bmp"), grey_bmp(LARGE, 230));
     let options = ["--no-panel", "--integrator", "path"];
     let desktop = Desktop::start(400, 300);
     let mut viewer = Heard::view(&desktop, &folder, "scene.xml", &options);
@@ -239,12 +233,12 @@ fn large_textures_come_after_the_first_picture() {
     let window = desktop.find("ointillist", PATIENCE).unwrap();
     shows(&desktop, window, 0.791);
     // A new version of the same scene replaces it at once.
-    write(folder.join("wall.bmp"), large_bmp(100));
+    write(folder.join("wall.bmp"), grey_bmp(LARGE, 100));
     viewer.hears("read scene.xml again", 1);
     shows(&desktop, window, 0.127);
     assert_eq!(viewer.words().matches("shown with one colour").count(), 1);
     assert!(terminate(viewer.child).status.success());
-    write(folder.join("wall.bmp"), &large_bmp(230)[..17_000_000]);
+    write(folder.join("wall.bmp"), &grey_bmp(LARGE, 230)[..17_000_000]);
     let mut viewer = Heard::view(&desktop, &folder, "scene.xml", &options);
     viewer.hears("wall.bmp", 1);
     viewer.hears("scene.xml:1:", 1);
