@@ -105,6 +105,7 @@ impl Viewer {
         let samples = self.picture.counts().samples() as f64;
         self.loader.as_ref().is_some_and(SceneLoader::is_previewed)
             && self.picture.is_seen()
+            && !self.session.is_in_region()
             && samples >= PREVIEW_SAMPLES * width * height
     }
 
@@ -227,7 +228,7 @@ impl Viewer {
     }
 
     /// Gives free memory back to the system once at every rest of the user: that of pictures of another size, or of passes that are no longer
-    /// shown. It takes some 10 ms, on a thread of its own.
+    /// shown. On a thread of its own, since the allocator looks through all that is free.
     fn return_memory(&mut self) {
         let at_rest = self.picture.since_edit() > LONG_REST;
         if at_rest && !self.has_returned_memory {

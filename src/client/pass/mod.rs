@@ -80,7 +80,7 @@ impl CompilePolicy {
 }
 
 /// Most variants of a shader that are kept: as many as the mips of one picture may need. Some constants have hundreds of values, such as the
-/// width and the exponent of the reconstruction kernel, and the driver of a CPU device takes about half a megabyte for each pipeline.
+/// width and the exponent of the reconstruction kernel, and the driver of a CPU device takes some hundred kilobytes for each pipeline.
 const MOST_VARIANTS: usize = 8;
 
 /// Pipelines of one shader, one per set of specialization constants, compiled on first use; on another thread if the [`CompilePolicy`] says

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use crate::gpu::device::retire::PipelineHandles;
 
-/// Most pipelines that are kept: those of a film and its pictures, for the next one. The driver of a CPU device takes about half a megabyte
-/// for each.
+/// Most pipelines that are kept: those of a film and its pictures, for the next one. The driver of a CPU device takes some hundred
+/// kilobytes for each.
 const MOST: usize = 32;
 
 /// Pipelines with their descriptions, the longest unowned first.

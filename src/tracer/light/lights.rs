@@ -247,10 +247,11 @@ impl Lights {
     /// The light's spectrum as the ray of `emission` carries it.
     #[inline]
     pub fn emitted(&self, emission: &Emission, lambda: &SampledWavelengths) -> SampledSpectrum {
-        let Light { shape, spectrum, .. } = &self.lights[emission.light as usize];
-        let spectrum = self.spectra[*spectrum as usize].sample(lambda);
+        let spectrum = self.constant_factor(emission.light, lambda);
         let (p, direction) = (emission.from.p, emission.direction);
-        with_light!(shape, l => if l.varies() { spectrum * l.emitted(p, direction, lambda) } else { spectrum })
+        with_light!(&self.lights[emission.light as usize].shape, l => {
+            if l.varies() { spectrum * l.emitted(p, direction, lambda) } else { spectrum }
+        })
     }
 
     /// True when [`Lights::spectrum`] of this light depends on the place or the direction.
