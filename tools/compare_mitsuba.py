@@ -53,6 +53,7 @@ def arguments():
     )
     p.add_argument("scene", nargs="*", help="Mitsuba 3 scene file (not with --self-test); with --all parts of names")
     p.add_argument("--all", action="store_true", help="every scene of scenes/plugins")
+    p.add_argument("--folder", help="with --all: the folder of the scenes (scenes/plugins)")
     p.add_argument("--minutes", type=float, default=20, help="with --all: time after which nothing is added (20)")
     p.add_argument("--root", default=".", help=argparse.SUPPRESS)
     p.add_argument("--spp", type=int, default=64, help="samples per pixel of one Mitsuba rendering (64)")
@@ -373,10 +374,11 @@ def line_of(row):
 
 def compare_all(mi, a):
     """Compares every scene of one plugin; the exit status."""
-    scenes = sorted(Path(a.root, "scenes", "plugins").glob("*.xml"))
+    folder = Path(a.folder or Path(a.root, "scenes", "plugins"))
+    scenes = sorted(folder.glob("*.xml"))
     scenes = [s for s in scenes if not a.scene or any(word in s.stem for word in a.scene)]
     if not scenes:
-        raise Failed("no scene of scenes/plugins has such a name")
+        raise Failed(f"no scene of {folder} has such a name")
     out = Path(a.out or Path(a.root, "target", "compare_mitsuba"))
     out.mkdir(parents=True, exist_ok=True)
     deadline = time.monotonic() + 60 * a.minutes

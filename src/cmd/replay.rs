@@ -160,7 +160,10 @@ impl PathReport<'_> {
                 self.line(&format!(
                     "{}  {}\n      at ({x}, {y}, {z}), distance {}, normal {}, shading normal {}\n      back along {}, wavelengths {wavelengths} nm",
                     self.vertices,
-                    rejected::surface(self.desc, hit.surface),
+                    match hit.known_surface() {
+                        Some(surface) => rejected::surface(self.desc, surface),
+                        None => "in a medium".to_owned(),
+                    },
                     self.scene.space().world_length(hit.hit.t),
                     vector(hit.point.ng),
                     vector(hit.n),

@@ -70,6 +70,9 @@ pub fn sphere(u: [f32; 2]) -> Vec3 {
     cone(u, 2.0)
 }
 
+/// Density of [`sphere`] per steradian.
+pub const SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
+
 /// Unit square to barycentric weights of two vertices of a triangle, uniform by area (Heitz, *A Low-Distortion Map Between Triangle and Square*, 2019).
 #[inline]
 pub fn triangle(u: [f32; 2]) -> (f32, f32) {

@@ -119,6 +119,15 @@ impl Spectrum {
         }
     }
 
+    /// The extinction coefficient of a medium of colour `rgb`: up to 1 as [`Spectrum::reflectance_rgb`], as Mitsuba's spectral mode, and
+    /// above, where Mitsuba refuses it, as [`Spectrum::unbounded_rgb`].
+    pub fn extinction_rgb(rgb: [f32; 3]) -> Self {
+        match rgb.iter().any(|v| *v > 1.0) {
+            true => Self::unbounded_rgb(rgb),
+            false => Self::reflectance_rgb(rgb),
+        }
+    }
+
     /// CIE D65 times `scale`, normalised as Mitsuba's `d65` plugin: scale 1 gives Y = 1.
     pub fn d65(scale: f32) -> Self {
         Spectrum::D65(scale)

@@ -8,7 +8,9 @@ use crate::scene::desc::RenderingSpace;
 use crate::scene::desc::{CameraDesc, FilmDesc};
 use crate::stream::UvWindow;
 
+use super::Scene;
 use super::accel::Ray;
+use super::medium::MediumIndex;
 use super::prepare::{PrepareError, PrepareOptions};
 
 /// A camera with Mitsuba's conventions: in camera space it looks along +z, +y is up and +x is to the left.
@@ -40,6 +42,8 @@ pub struct Camera {
     aperture: f64,
     /// 1 / z of the plane in focus, 0 for a pinhole.
     focus: f64,
+    /// The medium that it is in by its description.
+    medium: MediumIndex,
 }
 
 /// The origins of camera rays.
@@ -215,6 +219,7 @@ impl Camera {
             },
             aperture: if lens { desc.aperture_radius } else { 0.0 },
             focus: if lens { 1.0 / desc.focus_distance } else { 0.0 },
+            medium: desc.medium.into(),
         })
     }
 
@@ -428,6 +433,11 @@ impl Camera {
     /// The one direction of all rays, where they are parallel.
     pub fn parallel_direction(&self) -> Option<Vec3> {
         (self.projection == Projection::Orthographic).then(|| self.axes.z_axis.as_vec3())
+    }
+
+    /// The medium that it is in: by the surfaces around it, since it may have moved, or where there are none with media by its description.
+    pub fn medium_in(&self, scene: &Scene) -> MediumIndex {
+        scene.medium_around(self.position()).unwrap_or(self.medium)
     }
 
     /// Position in rendering space: the pinhole, the centre of the lens, or of the plane that parallel rays begin at.

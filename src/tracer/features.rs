@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::Scene;
 use super::accel::Ray;
 use super::bsdf::{Bsdf, ScatteringModel};
+use super::medium::MediumIndex;
 use super::vertex::SurfaceVertex;
 use crate::spectrum::SampledWavelengths;
 
@@ -35,7 +36,7 @@ pub fn features(scene: &Scene, mut ray: Ray, lambda: &SampledWavelengths) -> Fea
         let specular = deltas > 0;
         let Some(hit) = scene.closest(&ray) else { return Features { specular, ..Features::default() } };
         distance += hit.point.p.distance(ray.origin);
-        let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &lambda);
+        let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &lambda, MediumIndex::VACUUM);
         let sample = vertex.bsdf.sample(vertex.wo, [0.5; 2], 0.5);
         let sample = sample.filter(|s| s.weight.is_finite());
         let weight = sample.map_or(Vec3::ZERO, |s| (s.weight.0 * s.eta2).truncate());

@@ -24,6 +24,7 @@ use super::bsdf::{Bsdf, ScatteringModel};
 use super::integrator::RenderContext;
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, LightSampleContext};
+use super::medium::MediumIndex;
 use super::specular_chain::is_followed;
 use super::vertex::SurfaceVertex;
 
@@ -128,7 +129,8 @@ impl HighlightFinder {
 
     fn areas_with_chains(&self) -> Vec<usize> {
         let [columns, rows] = self.size.map(|n| n.div_ceil(self.side) as usize);
-        if self.lamps == 0 {
+        // What a medium leaves of a highlight is not looked for.
+        if self.lamps == 0 || self.context.scene.media().is_some() {
             return Vec::new();
         }
         let cells = ((FIRST_PLACES / (columns * rows).max(1)).isqrt() as u32).clamp(1, self.side / 2);
@@ -240,7 +242,7 @@ impl HighlightFinder {
             return;
         }
         let Some(hit) = scene.closest(ray).filter(|hit| hit.light.is_none()) else { return };
-        let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &self.lambda);
+        let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &self.lambda, MediumIndex::VACUUM);
         for lobe in vertex.bsdf.delta_lobes(vertex.wo).iter().flatten() {
             let wi = vertex.frame.to_world(lobe.wi);
             let next = ChainStart {

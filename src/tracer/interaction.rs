@@ -1,4 +1,4 @@
-//! Where paths meet surfaces.
+//! Where paths meet surfaces, or scatter in a medium.
 
 use glam::Vec3;
 
@@ -22,18 +22,18 @@ impl SurfacePoint {
     }
 }
 
-/// A point where a ray met a surface.
+/// A point where a ray met a surface, or one at which it is scattered [in a medium](Self::in_medium).
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceInteraction {
-    /// Position, its error bound and geometric normal, world space.
+    /// Position, its error bound and geometric normal, world space; the normal is 0 in a medium.
     pub point: SurfacePoint,
-    /// Shading normal, on the front.
+    /// Shading normal, on the front; 0 in a medium.
     pub n: Vec3,
     /// Unit direction back along the ray, world space.
     pub wo: Vec3,
     /// The primitive that was hit, and where; `t` counts from where the ray began behind what it has passed.
     pub hit: Hit,
-    /// Index of the surface in the scene, which has the materials of its two sides.
+    /// Index of the surface in the scene, which has the materials of its two sides; [`SurfaceInteraction::NO_SURFACE`] in a medium.
     pub surface: u32,
     /// The light that this primitive belongs to, if it emits.
     pub light: Option<u32>,
@@ -42,6 +42,30 @@ pub struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
+    /// The surface of a point in a medium.
+    pub const NO_SURFACE: u32 = u32::MAX;
+
+    /// The point `p` in a medium, to which a ray came from the unit direction `wo` over the distance `t`.
+    #[inline]
+    pub fn in_medium(p: Vec3, wo: Vec3, t: f32) -> Self {
+        let point = SurfacePoint { p, error: Vec3::ZERO, ng: Vec3::ZERO };
+        let hit = Hit { t, prim: u32::MAX, uv: [0.0; 2], instance: Hit::DIRECT };
+        let surface = Self::NO_SURFACE;
+        Self { point, n: Vec3::ZERO, wo, hit, surface, light: None, smooth: false }
+    }
+
+    /// True for a point in a medium.
+    #[inline]
+    pub fn is_in_medium(&self) -> bool {
+        self.surface == Self::NO_SURFACE
+    }
+
+    /// The surface, for the message about a fault; `None` in a medium.
+    #[inline]
+    pub fn known_surface(&self) -> Option<u32> {
+        (!self.is_in_medium()).then_some(self.surface)
+    }
+
     /// The light that this point belongs to, if it emits to where the ray came from.
     #[inline(always)]
     pub fn emitter(&self) -> Option<u32> {

@@ -29,6 +29,7 @@
 //! - **A step from vertex to vertex** (BSDF sample, throughput, dispersion, Russian roulette) is [`walk`], for all integrators.
 //! - **Which light** a contribution comes from, for pictures of groups of lights: [`light_groups`].
 //! - **Dispersion** within a path of four wavelengths, and its MIS weight: [`wavelength_mis`].
+//! - **Participating media**: [`medium`]. A vertex in a medium is a vertex whose bsdf is a phase function.
 //! - **MIS weights**: [`mis`] for two strategies, [`subpath_mis`] for all strategies of the bidirectional method.
 //! - **Opacity**, masks and surfaces that are not there: `opacity` passes rays through them before paths know of a hit.
 //! - **A value that is not finite** is left out where it is found, and raised as a fault ([`stream::faults`](crate::stream::faults)); [`record`]
@@ -53,6 +54,7 @@ pub mod integrator;
 pub mod interaction;
 pub mod light;
 pub mod light_groups;
+pub mod medium;
 pub mod mis;
 mod opacity;
 mod output;

@@ -23,7 +23,7 @@ use super::interaction::SurfaceInteraction;
 use super::shape::SurfacePoint;
 
 /// Most surfaces that a ray passes; one more is met. It bounds the time of a ray between surfaces that lie in one place.
-const MOST_PASSED: usize = 4096;
+pub(super) const MOST_PASSED: usize = 4096;
 
 /// The share of a surface that is there: a sum of the shares of its materials.
 #[derive(Clone, Debug)]
@@ -82,9 +82,10 @@ impl Scene {
     #[inline]
     pub fn opacity(&self, at: &SurfaceInteraction) -> f32 {
         let Some(opacities) = &self.opacities else { return 1.0 };
-        match &opacities[at.surface as usize] {
-            Opacity(None) => 1.0,
-            Opacity(Some(shares)) => {
+        match opacities.get(at.surface as usize) {
+            // Also a point in a medium, which has no surface.
+            None | Some(Opacity(None)) => 1.0,
+            Some(Opacity(Some(shares))) => {
                 let texture = self.primitives.texture_point(at);
                 shares.iter().map(|share| share.at(&texture)).sum()
             }
@@ -129,12 +130,12 @@ impl Scene {
 }
 
 /// True where `ray` meets the surface at `at` rather than a hole.
-fn meets(ray: &Ray, at: &SurfaceInteraction, opacity: f32) -> bool {
+pub(super) fn meets(ray: &Ray, at: &SurfaceInteraction, opacity: f32) -> bool {
     opacity >= 1.0 || chance(ray, at) < opacity
 }
 
 /// The rest of `ray` behind `at`.
-fn past(ray: &Ray, at: &SurfaceInteraction) -> Ray {
+pub(super) fn past(ray: &Ray, at: &SurfaceInteraction) -> Ray {
     let SurfacePoint { p, error, ng } = at.point;
     let (from, direction) = (safe_origin(p, error, ng, ray.direction), ray.direction);
     let gone = (from - ray.origin).dot(direction) / direction.length_squared();

@@ -57,7 +57,7 @@ pub enum PathEvent {
         sample: LightSample,
         /// Unoccluded contribution with its MIS weight.
         value: SampledSpectrum,
-        /// Transmittance of the connection, in [0, 1].
+        /// Transmittance of the connection, in [0, 1]; at most 4 where colours part in a medium.
         visible: f32,
     },
     /// Radiance, or flux of a light path, that goes on from the last vertex, after roulette.
@@ -88,7 +88,7 @@ pub enum PathEvent {
         light: Vec3,
         /// Unoccluded contribution with its MIS weight, over its probability.
         value: SampledSpectrum,
-        /// Transmittance of the connection, in [0, 1].
+        /// Transmittance of the connection, in [0, 1]; at most 4 where colours part in a medium.
         visible: f32,
     },
     /// A path from the camera has ended: this is the radiance that it has found, at its wavelengths.

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-use crate::math::float::safe_origin;
 use crate::math::frame::Frame;
 use crate::scene::desc::RenderingSpace;
 use crate::spectrum::{SampledWavelengths, White};
@@ -13,10 +12,10 @@ use super::accel::{Accel, Hit, PrimRange, Ray, SimdKernel};
 use super::bsdf::{Material, MaterialEvalContext, Scattering, Sides};
 use super::interaction::SurfaceInteraction;
 use super::light::{LightSample, Lights};
+use super::medium::{Media, MediumIndex, PhaseFunction};
 use super::opacity::Opacity;
 use super::prepare::{SceneStructure, SpecularUse};
 use super::primitives::Primitives;
-use super::shape::SurfacePoint;
 use super::specular_chain::ChainBounds;
 
 /// The object that is seen at a point of the picture.
@@ -60,6 +59,8 @@ pub enum MaterialClass {
     General,
     /// All materials.
     Mixed,
+    /// All materials, and participating media.
+    InMedia,
 }
 
 /// What paths record while they find light. [`Plain`](Self::Plain) code is compiled for each [`MaterialClass`], that of the other modes for all
@@ -90,6 +91,8 @@ pub struct Scene {
     pub(super) specular_uses: Box<[SpecularUse]>,
     /// Bounds of all that a chain of deltas can lead to.
     pub(super) chains: ChainBounds,
+    /// Participating media; `None` where there are none.
+    pub(super) media: Option<Arc<Media>>,
     /// The white of all light, if nothing has a colour.
     pub(super) white: Option<White>,
     pub(super) material_class: MaterialClass,
@@ -147,6 +150,24 @@ impl Scene {
     /// Notices for the user about the scene, one sentence each.
     pub fn notices(&self) -> &[String] {
         &self.notices
+    }
+
+    /// The participating media, if there are any.
+    #[inline]
+    pub fn media(&self) -> Option<&Media> {
+        self.media.as_deref()
+    }
+
+    /// The medium that a light shines into.
+    #[inline]
+    pub(super) fn medium_of_light(&self, light: u32) -> MediumIndex {
+        self.media().map_or(MediumIndex::VACUUM, |media| media.around_source(self.lights.source(light)))
+    }
+
+    /// The phase function of a medium; in vacuum, where nothing scatters, that of all directions alike.
+    #[inline]
+    pub(super) fn phase_function(&self, medium: MediumIndex) -> PhaseFunction {
+        self.media().and_then(|media| media.phase(medium)).unwrap_or(PhaseFunction::ISOTROPIC)
     }
 
     /// The lights.
@@ -224,27 +245,15 @@ impl Scene {
         }
     }
 
-    /// The share of light that goes all along `ray`: 1 where nothing lies on it, 0 where something does that is all there.
-    #[inline]
-    pub fn transmittance(&self, ray: &Ray) -> f32 {
-        self.open_share(ray, PrimRange::NONE)
-    }
-
+    /// The share of light that goes all along `ray`, the primitives of `skip` excepted: 1 where nothing lies on it, 0 where something does that
+    /// is all there.
     #[inline(always)]
-    fn open_share(&self, ray: &Ray, skip: PrimRange) -> f32 {
+    pub(super) fn open_share(&self, ray: &Ray, skip: PrimRange) -> f32 {
         match self.primitives.accel.occluded(ray, skip) {
             false => 1.0,
             true if self.opacities.is_some() => self.passed_share(ray, skip),
             true => 0.0,
         }
-    }
-
-    /// The share of light that goes from one surface point to another; `d` is the unit direction from the first to the second.
-    #[inline]
-    pub fn connected(&self, from: &SurfaceInteraction, to: &SurfaceInteraction, d: Vec3) -> f32 {
-        let SurfacePoint { p, error, ng } = to.point;
-        // Both ends are moved off their surfaces: each may be hit a rounding error early.
-        self.transmittance(&from.spawn_to(safe_origin(p, error, ng, -d), d))
     }
 
     /// The first hit of `ray` that is not on a light; `ray` then begins behind what it has passed.

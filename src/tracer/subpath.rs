@@ -13,6 +13,7 @@ use super::accel::Ray;
 use super::bsdf::{Bsdf, BsdfSample, Scattering};
 use super::interaction::SurfaceInteraction;
 use super::light::{Emission, EmissionOrigin};
+use super::medium::MediumIndex;
 use super::record::PathEvent;
 use super::roulette::{self, Policy};
 use super::sampler::VertexNumbers;
@@ -23,7 +24,7 @@ use super::wavelength_mis::WavelengthMis;
 
 /// One vertex of a subpath, its endpoint on the camera or the light excepted.
 #[derive(Clone, Copy, Debug)]
-pub struct SubpathVertex<B = Bsdf> {
+pub struct SubpathVertex<B: Scattering = Bsdf> {
     /// The hit and its material; `surface.hit.wo` points back along the walk.
     pub surface: SurfaceVertex<B>,
     /// Product of the weights on the way here.
@@ -48,7 +49,7 @@ pub struct VertexScattering {
     pub fwd_w: f32,
     /// Density per steradian of going back along the walk, coming from this direction.
     pub rev_w: f32,
-    /// |cos| of the direction to the geometric normal.
+    /// |cos| of the direction to the geometric normal; 1 in a medium.
     pub cos: f32,
     /// True if the direction goes through the surface.
     pub through: bool,
@@ -59,13 +60,13 @@ impl<B: Scattering> SubpathVertex<B> {
     /// vertex belongs to. `None` where it is zero.
     #[inline]
     pub fn scatter_to<const FROM_LIGHT: bool>(&self, d: Vec3) -> Option<VertexScattering> {
-        let SurfaceVertex { hit, frame, bsdf, wo } = &self.surface;
+        let SurfaceVertex { hit, frame, bsdf, wo, .. } = &self.surface;
         let local = frame.to_local(d);
         let through = local.z * wo.z < 0.0;
         if !hit.sides_agree(d, through) {
             return None;
         }
-        let cos = d.dot(hit.point.ng).abs();
+        let cos = self.surface.cosine(d);
         let (eye, light) = if FROM_LIGHT { (local, *wo) } else { (*wo, local) };
         let from_eye = bsdf.eval(eye, light);
         let pdf_from_light = bsdf.pdf_from_light(light, eye);
@@ -75,7 +76,7 @@ impl<B: Scattering> SubpathVertex<B> {
         let mut value = from_eye?.0;
         if FROM_LIGHT {
             // |cos θₛ(l)| is in the value; the flux that arrives was measured with |cos θ(l)|.
-            let cos_light = hit.wo.dot(hit.point.ng).abs();
+            let cos_light = self.surface.cosine(hit.wo);
             value *= cos / cos_light;
         }
         let wavelength_mis = match bsdf.is_dispersive() {
@@ -142,7 +143,14 @@ impl Subpath<false> {
     /// A subpath from the point `origin` of the camera's lens; `None` where all its rays are parallel. `pdf` is the density of its directions
     /// per steradian, or of parallel rays per unit of area across them. `splats` is the number of samples that connecting
     /// a light subpath to the camera counts as in weights.
-    pub fn from_camera(lambda: SampledWavelengths, origin: Option<Vec3>, pdf: f32, splats: f32) -> Self {
+    /// It begins in `medium`.
+    pub fn from_camera(
+        lambda: SampledWavelengths,
+        origin: Option<Vec3>,
+        pdf: f32,
+        splats: f32,
+        medium: MediumIndex,
+    ) -> Self {
         // Nothing can choose the camera: its own sum is 0.
         let previous = PreviousVertex {
             from: origin,
@@ -153,16 +161,17 @@ impl Subpath<false> {
             previous_link: 0.0,
             tail: 0.0,
         };
-        Self::new(lambda, SampledSpectrum::ONE, 1.0, previous)
+        Self::new(Walk::new(lambda, SampledSpectrum::ONE, 1.0, medium), previous)
     }
 }
 
 impl Subpath<true> {
-    /// A subpath that begins with `emission` of the spectrum `emitted`; `None` when that is black, or no number, which is a fault.
+    /// A subpath that begins with `emission` of the spectrum `emitted` in `medium`; `None` when that is black, or no number, which is a fault.
     pub fn from_light(
         lambda: SampledWavelengths,
         emission: &Emission,
         emitted: SampledSpectrum,
+        medium: MediumIndex,
     ) -> Option<Self> {
         let pdf = emission.pdf;
         let throughput = emitted * emission.scale();
@@ -183,20 +192,15 @@ impl Subpath<true> {
             previous_link: if pdf.origin.is_delta() { 0.0 } else { 1.0 },
             tail: 0.0,
         };
-        Some(Self::new(lambda, throughput, 1.0 / most, previous))
+        Some(Self::new(Walk::new(lambda, throughput, 1.0 / most, medium), previous))
     }
 }
 
 impl<const FROM_LIGHT: bool> Subpath<FROM_LIGHT> {
     const POLICY: Policy = if FROM_LIGHT { roulette::FROM_LIGHT } else { roulette::FROM_CAMERA };
 
-    fn new(
-        lambda: SampledWavelengths,
-        throughput: SampledSpectrum,
-        relative: f32,
-        previous: PreviousVertex,
-    ) -> Self {
-        Self { walk: Walk::new(lambda, throughput, relative), policy: Self::POLICY, previous }
+    fn new(walk: Walk<FROM_LIGHT>, previous: PreviousVertex) -> Self {
+        Self { walk, policy: Self::POLICY, previous }
     }
 
     /// The vertex at `hit`.
@@ -204,7 +208,8 @@ impl<const FROM_LIGHT: bool> Subpath<FROM_LIGHT> {
     pub fn arrive<B: Scattering>(&mut self, scene: &Scene, hit: SurfaceInteraction) -> SubpathVertex<B> {
         self.walk.depth += 1;
         let previous = &self.previous;
-        let cos = hit.wo.dot(hit.point.ng).abs();
+        let surface = SurfaceVertex::new(scene, hit, &self.walk.lambda, self.walk.medium);
+        let cos = surface.cosine(hit.wo);
         let (to_area, back) = match previous.from {
             Some(from) => {
                 let inverse = 1.0 / from.distance_squared(hit.point.p);
@@ -214,7 +219,7 @@ impl<const FROM_LIGHT: bool> Subpath<FROM_LIGHT> {
         };
         SubpathVertex {
             mis: previous.next(previous.fwd_w * to_area, back),
-            surface: SurfaceVertex::new(scene, hit, &self.walk.lambda),
+            surface,
             throughput: self.walk.throughput,
             wavelength_mis: self.walk.wavelength_mis,
             depth: self.walk.depth,
@@ -304,7 +309,7 @@ impl<const FROM_LIGHT: bool> Subpath<FROM_LIGHT> {
         };
         self.previous = PreviousVertex {
             from: Some(hit.point.p),
-            cos: wi.dot(hit.point.ng).abs(),
+            cos: surface.cosine(wi),
             fwd_w,
             link: if s.delta { 0.0 } else { CONNECTION_SAMPLES },
             fwd: mis.fwd,

@@ -1,4 +1,4 @@
-//! A vertex of a path: where it meets a surface, with the material there.
+//! A vertex of a path: where it meets a surface, with the material there, or scatters in a medium.
 
 use glam::Vec3;
 
@@ -8,25 +8,38 @@ use crate::spectrum::SampledWavelengths;
 use super::bsdf::{Bsdf, Scattering};
 use super::interaction::SurfaceInteraction;
 use super::light::LightSampleContext;
+use super::medium::{MediumIndex, PathMedia};
 use super::scene::{Scene, SurfaceMaterial};
 
-/// A path vertex on a surface: a hit and its material at the wavelengths of the path.
+/// A path vertex: a hit and its material at the wavelengths of the path, or a point in a medium and its phase function.
 #[derive(Clone, Copy, Debug)]
-pub struct SurfaceVertex<B = Bsdf> {
+pub struct SurfaceVertex<B: Scattering = Bsdf> {
     /// The hit; `hit.wo` points back along the path, world space.
     pub hit: SurfaceInteraction,
-    /// The shading frame of `bsdf` and `wo`.
+    /// The shading frame of `bsdf` and `wo`; around `hit.wo` in a medium.
     pub frame: Frame,
     /// The material at the wavelengths of the path.
     pub bsdf: B,
     /// `hit.wo` in `frame`.
     pub wo: Vec3,
+    /// The media on both of its sides.
+    pub media: B::Media,
 }
 
 impl<B: Scattering> SurfaceVertex<B> {
-    /// Evaluates the material of `hit` at `lambda`.
+    /// Evaluates the material of `hit` at `lambda`, or the phase function of `medium`, through which the path came there.
     #[inline(always)]
-    pub fn new(scene: &Scene, hit: SurfaceInteraction, lambda: &SampledWavelengths) -> Self {
+    pub fn new(
+        scene: &Scene,
+        hit: SurfaceInteraction,
+        lambda: &SampledWavelengths,
+        medium: MediumIndex,
+    ) -> Self {
+        let media = B::Media::at(medium, || scene.media()?.interface(hit.surface));
+        if B::Media::PRESENT && hit.is_in_medium() {
+            let (frame, bsdf) = (Frame::new(hit.wo), B::of_phase(scene.phase_function(medium)));
+            return Self { frame, bsdf, wo: Vec3::Z, hit, media };
+        }
         let (frame, bsdf) = match scene.is_parametrized() {
             false => {
                 let SurfaceMaterial { material, frame, context } = scene.uniform_material(&hit);
@@ -35,7 +48,7 @@ impl<B: Scattering> SurfaceVertex<B> {
             // A copy, so that the compiler keeps the hit in registers.
             true => Self::parametrized(scene, &{ hit }, lambda),
         };
-        Self { frame, bsdf, wo: frame.to_local(hit.wo), hit }
+        Self { frame, bsdf, wo: frame.to_local(hit.wo), hit, media }
     }
 
     /// Out of line, so that scenes without textures do not move around what only textures ask for.
@@ -43,6 +56,12 @@ impl<B: Scattering> SurfaceVertex<B> {
     fn parametrized(scene: &Scene, hit: &SurfaceInteraction, lambda: &SampledWavelengths) -> (Frame, B) {
         let surface = scene.surface_material(hit);
         (surface.frame, surface.bsdf(lambda))
+    }
+
+    /// |cos| of the angle between the world-space direction `d` and the geometric normal; 1 in a medium, which has none.
+    #[inline(always)]
+    pub fn cosine(&self, d: Vec3) -> f32 {
+        if B::Media::PRESENT && self.hit.is_in_medium() { 1.0 } else { d.dot(self.hit.point.ng).abs() }
     }
 
     /// The context for sampling a light from here, seen from the side that the path came from.
@@ -55,6 +74,7 @@ impl<B: Scattering> SurfaceVertex<B> {
     #[inline]
     pub fn light_context_from(&self, eye: Vec3) -> LightSampleContext {
         let n = if eye.z < 0.0 { -self.frame.n } else { self.frame.n };
+        let n = if B::Media::PRESENT && self.hit.is_in_medium() { Vec3::ZERO } else { n };
         let (through, glossy) = (self.bsdf.transmits(), self.bsdf.is_glossy());
         LightSampleContext { p: self.hit.point.p, n, through, glossy }
     }

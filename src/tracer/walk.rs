@@ -16,7 +16,10 @@ use glam::{Vec3, Vec4};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, faults};
 
+use super::Scene;
 use super::bsdf::{BsdfSample, Scattering};
+use super::interaction::SurfaceInteraction;
+use super::medium::{EdgeWavelengths, MediumIndex, PathMedia};
 use super::record::CarriedLight;
 use super::roulette;
 use super::sampler::VertexNumbers;
@@ -37,13 +40,20 @@ pub struct Walk<const FROM_LIGHT: bool> {
     pub(super) relative: f32,
     /// Number of segments up to the last vertex.
     pub depth: u32,
+    /// The medium that the walk is in.
+    pub medium: MediumIndex,
 }
 
 impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
-    /// A walk before its first segment.
+    /// A walk before its first segment, which begins in `medium`.
     #[inline]
-    pub(super) fn new(lambda: SampledWavelengths, throughput: SampledSpectrum, relative: f32) -> Self {
-        Self { lambda, throughput, wavelength_mis: WavelengthMis::ALL, relative, depth: 0 }
+    pub(super) fn new(
+        lambda: SampledWavelengths,
+        throughput: SampledSpectrum,
+        relative: f32,
+        medium: MediumIndex,
+    ) -> Self {
+        Self { lambda, throughput, wavelength_mis: WavelengthMis::ALL, relative, depth: 0, medium }
     }
 
     /// One of `count` equal branches of this walk.
@@ -51,6 +61,16 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     pub(super) fn branch(&self, count: u32) -> Self {
         let share = 1.0 / count as f32;
         Self { throughput: self.throughput * share, relative: self.relative * count as f32, ..*self }
+    }
+
+    /// Goes straight on in the direction `d` behind the surface at `hit`, which the walk has passed.
+    #[inline(always)]
+    pub(super) fn pass<B: Scattering>(&mut self, scene: &Scene, hit: &SurfaceInteraction, d: Vec3) {
+        if B::Media::PRESENT
+            && let Some(media) = scene.media()
+        {
+            self.medium = media.behind(hit, d, self.medium);
+        }
     }
 
     /// Samples the material at `vertex`; `None` ends the walk.
@@ -67,7 +87,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     /// disagree about the side, or the throughput is not finite, which is a fault.
     #[inline(always)]
     pub fn scatter<B: Scattering>(&mut self, vertex: &SurfaceVertex<B>, s: &BsdfSample) -> Option<Vec3> {
-        let SurfaceVertex { hit, frame, bsdf, wo } = vertex;
+        let SurfaceVertex { hit, frame, bsdf, wo, .. } = vertex;
         let wi = frame.to_world(s.wi);
         if !hit.sides_agree(wi, s.transmitted) {
             return None;
@@ -91,9 +111,10 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             self.relative *= s.eta2;
         }
         if !self.throughput.is_finite() {
-            faults::raise(FaultyValue::Scattering, self.throughput.into(), Some(hit.surface), None);
+            faults::raise(FaultyValue::Scattering, self.throughput.into(), hit.known_surface(), None);
             return None;
         }
+        self.medium = vertex.medium_towards(wi);
         Some(wi)
     }
 
@@ -106,6 +127,15 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         let factor = roulette::survival_factor(probability, self.depth >= first, u)?;
         self.throughput *= factor;
         Some(factor)
+    }
+
+    /// The wavelengths that would have chosen the way here, none but the hero where that is all that is carried.
+    #[inline]
+    pub(super) fn carried_wavelengths(&self) -> WavelengthMis {
+        match self.lambda.is_hero_only() {
+            true => self.wavelength_mis.and(WavelengthMis::ALONE),
+            false => self.wavelength_mis,
+        }
     }
 
     /// Sets the throughput of the secondary wavelengths to zero at a dispersive delta, and keeps evaluating materials at all four: the two
@@ -145,6 +175,12 @@ impl<const FROM_LIGHT: bool> From<&Walk<FROM_LIGHT>> for CarriedLight {
     fn from(walk: &Walk<FROM_LIGHT>) -> Self {
         let Walk { lambda, throughput, wavelength_mis, .. } = *walk;
         Self { lambda, throughput, wavelength_mis, from_light: FROM_LIGHT }
+    }
+}
+
+impl<'a, const FROM_LIGHT: bool> From<&'a Walk<FROM_LIGHT>> for EdgeWavelengths<'a> {
+    fn from(walk: &'a Walk<FROM_LIGHT>) -> Self {
+        Self { lambda: &walk.lambda, mis: walk.carried_wavelengths() }
     }
 }
 

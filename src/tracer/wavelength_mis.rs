@@ -27,6 +27,8 @@
 //! values and weights of a [`Bsdf`](super::bsdf::Bsdf) that parts colours are multiplied by it where they are made
 //! ([`WavelengthMis::of`]), and what remains for the end, [`WavelengthMis::weight`], is 4 / Σ Π (g / max g).
 //!
+//! A participating medium whose extinction depends on the wavelength parts colours too, at every flight of a path ([`medium`](super::medium)).
+//!
 //! **Splitting.** Path and particle tracing follow all four wavelengths from the first smooth dispersive refraction on,
 //! each separately with the same random numbers, instead of the hero four times. Then the lane is not random any
 //! more: only what came before the split counts in A_h. A ball and a cube of SF11 by path tracing, squared error over
@@ -36,7 +38,7 @@
 //! both ends, and a rough refraction that the camera subpath chose before the split with the hero is one that the light
 //! subpath chose after it, at the lane's wavelength: the weights would not be a partition of one.
 
-use glam::Vec4;
+use glam::{BVec4A, Vec4};
 
 /// A sum below this has no weight.
 const SMALLEST: f32 = 1e-30;
@@ -62,6 +64,26 @@ impl WavelengthMis {
             let relative = g / most;
             (Self(relative), relative.x)
         })
+    }
+
+    /// From the densities of one choice, at least one of which is positive, over the largest: none above 1.
+    #[inline]
+    pub fn relative(densities: Vec4) -> Self {
+        Self(densities)
+    }
+
+    /// The lanes that would have chosen the path at all.
+    #[inline]
+    pub fn carried(self) -> BVec4A {
+        self.0.cmpgt(Vec4::ZERO)
+    }
+
+    /// The same with a largest density of 1, and the factor by which a value must be multiplied for that. Along many choices in which
+    /// colours part, densities would underflow together.
+    #[inline]
+    pub fn normalized(self) -> (Self, f32) {
+        let most = self.0.max_element();
+        if most > 0.0 { (Self(self.0 / most), 1.0 / most) } else { (self, 0.0) }
     }
 
     /// That of two parts of a path together.

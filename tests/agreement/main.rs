@@ -8,6 +8,7 @@ mod support;
 mod furnace;
 mod lights;
 mod materials;
+mod media;
 mod meshes;
 mod opacity;
 mod pairs;

@@ -11,6 +11,7 @@ mod guard;
 mod held_memory;
 mod images;
 mod limits;
+mod media;
 mod meshes;
 #[path = "../support/messages.rs"]
 mod messages;

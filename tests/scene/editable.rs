@@ -44,7 +44,12 @@ pub fn essence(desc: &SceneDesc) -> String {
         &mut group.shapes
     });
     desc.shapes.iter_mut().chain(of_groups).for_each(|s| s.place = Place::default());
-    desc.names.bsdfs.iter_mut().chain(&mut desc.names.lights).for_each(|n| n.place = Place::default());
+    desc.names
+        .bsdfs
+        .iter_mut()
+        .chain(&mut desc.names.lights)
+        .chain(&mut desc.names.media)
+        .for_each(|n| n.place = Place::default());
     for light in &mut desc.lights {
         match light {
             LightDesc::Constant { place, .. }

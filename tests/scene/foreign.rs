@@ -1,4 +1,4 @@
-//! What other renderers' files ask for and this program has not: methods, films, media, unknown plugins.
+//! What other renderers' files ask for and this program has not: methods, films, unknown plugins.
 
 use miette::{Diagnostic, Severity};
 use pointillist::scene::desc::{BsdfDesc, DiffuseDesc, IntegratorDesc, IntegratorKind, ReconstructionFilter};
@@ -127,24 +127,6 @@ fn films_filters_and_samplers_are_remarks() {
     }
 }
 
-/// However a file says that there are media, one warning says that they are left out.
-#[test]
-fn media_are_left_out_with_one_warning() {
-    let medium = "<medium type=\"homogeneous\" id=\"fog\"><float name=\"scale\" value=\"2\"/>\
-                  <phase type=\"hg\"/><volume type=\"constvolume\" name=\"albedo\"/></medium>";
-    let shapes = "<shape type=\"cube\"><ref name=\"interior\" id=\"fog\"/></shape>\
-                  <shape type=\"cube\"><medium name=\"exterior\" type=\"homogeneous\"/><subsurface type=\"dipole\"/></shape>";
-    let loaded = read(&format!("{medium}{shapes}"));
-    assert_eq!((loaded.desc.shapes.len(), loaded.warnings.len()), (2, 1), "{}", words(&loaded.warnings));
-    let text = words(&loaded.warnings);
-    assert!(
-        text.contains("t.xml:2:") && text.contains("2 more") && !is_advice(&loaded.warnings[0]),
-        "{text}"
-    );
-    let missing = "<shape type=\"cube\"><ref name=\"interior\" id=\"nothing\"/></shape>";
-    assert!(try_read(&format!("{SENSOR}{missing}"), false).is_err());
-}
-
 /// What changes light and is not known is an error, and in a lenient run a warning with its place.
 #[test]
 fn a_lenient_run_leaves_out_what_is_not_supported() {
@@ -225,7 +207,7 @@ fn scenes_that_others_made_are_read_as_they_are() {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}/scene.xml"));
         let loaded = pointillist::scene::load(&file, &[]).unwrap_or_else(|e| panic!("{e:?}"));
         assert!(loaded.desc.shapes.len() >= shapes, "{name}: {}", loaded.desc.shapes.len());
-        let known = ["the medium is left out", "have no area", "path_guiding_integrator"];
+        let known = ["have no area", "path_guiding_integrator"];
         for warning in loaded.warnings.iter().filter(|warning| !is_advice(warning)) {
             let shown = warning.to_string();
             assert!(known.iter().any(|words| shown.contains(words)), "{name}: {warning:?}");
@@ -246,8 +228,8 @@ fn plugins_that_are_not_supported_are_refused_with_the_reason() {
             "texture" => format!(
                 "{sensor}<shape type='sphere'><bsdf type='diffuse'><texture name='reflectance' type='{name}'/></bsdf></shape>"
             ),
-            // Media are left out, with one warning for all.
-            _ => continue,
+            "phase" => format!("{sensor}<medium type='homogeneous'>{plugin}</medium>"),
+            _ => panic!("where does a {kind} stand?"),
         };
         let told = match try_read(&body, false) {
             Err(error) => error.to_string(),
@@ -255,5 +237,27 @@ fn plugins_that_are_not_supported_are_refused_with_the_reason() {
             Ok(_) => panic!("{kind} {name} is no error"),
         };
         assert!(told.contains(why) && told.contains(name), "{kind} {name}: {told}");
+    }
+}
+
+/// Media of a file whose integrator knows surfaces only are left out, and that is told; any other has them.
+#[test]
+fn integrators_that_know_surfaces_only_leave_media_out() {
+    let fog =
+        "<shape type=\"cube\"><bsdf type=\"null\"/><medium name=\"interior\" type=\"homogeneous\"/></shape>";
+    for (name, surfaces_only) in [
+        ("path", true),
+        ("direct", true),
+        ("ptracer", true),
+        ("volpath", false),
+        ("volpathmis", false),
+        ("bidirectional", false),
+        ("auto", false),
+    ] {
+        let loaded = read(&format!("<integrator type=\"{name}\"/>{fog}"));
+        let told =
+            loaded.warnings.iter().filter(|warning| warning.to_string().contains("media are left out"));
+        assert_eq!(told.count(), usize::from(surfaces_only), "{name}: {:?}", loaded.warnings);
+        assert_eq!((loaded.desc.names_media(), loaded.desc.has_media()), (true, !surfaces_only), "{name}");
     }
 }

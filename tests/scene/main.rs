@@ -19,6 +19,8 @@ mod gltf_materials;
 mod gltf_words;
 mod instances;
 mod load;
+mod media;
+mod media_edits;
 mod mixed;
 mod models;
 mod moved;

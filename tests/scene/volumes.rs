@@ -267,9 +267,12 @@ fn what_is_refused() {
         ("directions", with(4, &4i32.to_le_bytes())),
         ("is none", with(8, &0i32.to_le_bytes())),
         ("is none", with(20, &(-1i32).to_le_bytes())),
-        ("do not fit", with(8, &i32::MAX.to_le_bytes())),
-        ("do not fit", [with(8, &i32::MAX.to_le_bytes())[..12].to_vec(), vec![0x7f; 60]].concat()),
-        ("do not fit", whole[..whole.len() - 1].to_vec()),
+        ("of values, and the file has", with(8, &i32::MAX.to_le_bytes())),
+        (
+            "of values, and the file has",
+            [with(8, &i32::MAX.to_le_bytes())[..12].to_vec(), vec![0x7f; 60]].concat(),
+        ),
+        ("of values, and the file has", whole[..whole.len() - 1].to_vec()),
     ] {
         std::fs::write(folder.join("broken.vol"), bytes).unwrap();
         let error = try_read(&folder, &matt(&of_file("broken.vol", ""))).expect_err(what);

@@ -392,8 +392,8 @@ fn integrators() {
     let auto = try_read(&format!("{SENSOR}{LIGHT}<integrator type=\"auto\"/>"), &[]).expect("valid");
     assert!(auto.warnings.is_empty());
     assert_eq!(auto.desc.integrator.kind, pointillist::scene::desc::IntegratorKind::Auto);
-    let other = try_read(&format!("{SENSOR}{LIGHT}<integrator type=\"volpath\"/>"), &[]).expect("valid");
-    assert!(other.warnings[0].to_string().contains("volpath"));
+    let other = try_read(&format!("{SENSOR}{LIGHT}<integrator type=\"prbvolpath\"/>"), &[]).expect("valid");
+    assert!(other.warnings[0].to_string().contains("prbvolpath"));
 }
 
 #[test]

@@ -12,6 +12,7 @@ use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::bsdf::{Bsdf, ScatteringModel};
 use pointillist::tracer::integrator::RenderContext;
+use pointillist::tracer::medium::MediumIndex;
 use pointillist::tracer::subpath::{Subpath, SubpathVertex};
 use pointillist::tracer::{Camera, Sampler, Scene};
 
@@ -66,13 +67,15 @@ fn naive_path<const FROM_LIGHT: bool>(
         let numbers = sampler.light();
         let Some(emission) = scene.lights().emit(&numbers.emission()) else { return };
         let emitted = scene.lights().emitted(&emission, &lambda);
-        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
+        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted, MediumIndex::VACUUM) else {
+            return;
+        };
         let vertex = |depth| numbers.vertex(depth);
         naive_walk(scene, subpath, emission.ray(), vertex, forgotten, audit);
     } else {
         let numbers = sampler.camera();
         let ray = camera.ray(numbers.screen, numbers.lens);
-        let subpath = Subpath::from_camera(lambda, Some(ray.origin), 1.0, 1.0);
+        let subpath = Subpath::from_camera(lambda, Some(ray.origin), 1.0, 1.0, MediumIndex::VACUUM);
         naive_walk(scene, subpath, ray, |depth| sampler.vertex(depth), forgotten, audit);
     }
 }

@@ -23,6 +23,8 @@ mod faults;
 mod fireflies;
 mod late;
 mod light_shapes;
+mod media;
+mod media_grids;
 mod mis_weights;
 mod photon_cases;
 mod photons;

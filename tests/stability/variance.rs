@@ -11,6 +11,7 @@ use pointillist::math::random::Random;
 use pointillist::scene::desc::IntegratorDesc;
 use pointillist::stream::{Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::{PathTracer, RenderContext};
+use pointillist::tracer::medium::MediumIndex;
 use pointillist::tracer::sampler::cells::ScreenCells;
 use pointillist::tracer::{Camera, Integrator, Scene};
 
@@ -311,6 +312,8 @@ fn p3_replicates_know_the_error_of_a_sequence() {
             places: None,
             screen: Default::default(),
             cells: ScreenCells::of_pixels([f64::from(spec.width), f64::from(spec.height)]),
+            medium: MediumIndex::VACUUM,
+            on_boundary: false,
             photons: Default::default(),
         };
         let (tracer, mut sink) = (PathTracer { context }, Collect(Vec::new()));

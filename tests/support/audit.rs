@@ -15,8 +15,9 @@ use pointillist::math::warp;
 use pointillist::scene::desc::SceneDesc;
 use pointillist::spectrum::SampledSpectrum;
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::bsdf::{Bsdf, BsdfSample, ScatteringModel};
+use pointillist::tracer::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringModel};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext};
+use pointillist::tracer::medium::MediumIndex;
 use pointillist::tracer::record::{CarriedLight, PathEvent, recorded};
 use pointillist::tracer::vertex::SurfaceVertex;
 use pointillist::tracer::wavelength_mis::WavelengthMis;
@@ -97,14 +98,14 @@ fn luminance(path: &CarriedLight, value: SampledSpectrum, mis: WavelengthMis) ->
 }
 
 /// The factor of light that a smooth normal asks for (Veach 1997, §5.3), but for the cosine that is in the material's value.
-fn to_geometric<B>(vertex: &SurfaceVertex<B>, wi: Vec3) -> f32 {
+fn to_geometric<B: Scattering>(vertex: &SurfaceVertex<B>, wi: Vec3) -> f32 {
     let ng = vertex.hit.point.ng;
     (vertex.frame.to_world(wi).dot(ng) / vertex.hit.wo.dot(ng)).abs()
 }
 
 /// What goes on in the local direction `wi`.
 fn per_steradian(path: &CarriedLight, vertex: &SurfaceVertex<Bsdf>, wi: Vec3) -> f64 {
-    let SurfaceVertex { hit, frame, bsdf, wo } = vertex;
+    let SurfaceVertex { hit, frame, bsdf, wo, .. } = vertex;
     if !hit.sides_agree(frame.to_world(wi), wo.z * wi.z < 0.0) {
         return 0.0;
     }
@@ -162,7 +163,10 @@ impl Audit {
     fn enter(&mut self, scene: &Scene, event: &PathEvent) {
         match *event {
             PathEvent::Begins(path) => self.begins(path),
-            PathEvent::Meets(path, hit) => self.meets(path, &SurfaceVertex::new(scene, hit, &path.lambda)),
+            PathEvent::Meets(path, hit) => {
+                // No scene that is audited has media.
+                self.meets(path, &SurfaceVertex::new(scene, hit, &path.lambda, MediumIndex::VACUUM));
+            }
             PathEvent::Leaves(path) => self.leaves(path),
             _ => (),
         }

@@ -13,6 +13,7 @@ use pointillist::image::compare::Measured;
 use pointillist::scene::desc::IntegratorDesc;
 use pointillist::stream::{PathCounts, Sample, SampleSink, UvWindow};
 use pointillist::tracer::integrator::{PathTracer, RenderContext};
+use pointillist::tracer::medium::MediumIndex;
 use pointillist::tracer::sampler::cells::ScreenCells;
 use pointillist::tracer::{Camera, Integrator, Scene};
 
@@ -64,6 +65,8 @@ fn replicate(
         places: None,
         screen: Default::default(),
         cells: ScreenCells::of_pixels(plan.size.map(f64::from)),
+        medium: MediumIndex::VACUUM,
+        on_boundary: false,
         photons: Default::default(),
     };
     let tracer = PathTracer { context };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::{SceneDesc, load, load_str};
-use pointillist::tracer::effects::{Effect, decide, with, without};
+use pointillist::tracer::effects::{Effect, decide, force_on, with, without};
 use pointillist::tracer::{Camera, Scene};
 
 use crate::support::scenes::luminances;
@@ -36,12 +36,24 @@ fn every_scene_has_its_effects() {
             "cornell" => &["wavelengths"],
             "cornell_spheres" => &["wavelengths", "transmission", "deltas"],
             "cove" => &["wavelengths", "light-choice", "smooth-normals"],
+            "fog" => &["wavelengths", "transmission", "deltas", "opacity", "media"],
             "furnace" => &["environment"],
             "instances" => &["wavelengths", "glossy", "environment", "light-choice", "smooth-normals"],
+            "milk" => &[
+                "wavelengths",
+                "transmission",
+                "deltas",
+                "environment",
+                "light-choice",
+                "smooth-normals",
+                "media",
+                "chromatic-media",
+            ],
             "prism" => {
                 &["wavelengths", "dispersion", "transmission", "deltas", "light-choice", "smooth-normals"]
             }
             "rough" => &["wavelengths", "transmission", "deltas", "glossy", "environment", "light-choice"],
+            "smoke" => &["wavelengths", "environment", "light-choice", "opacity", "media", "grid-media"],
             "veach_door" => &["wavelengths", "transmission", "deltas", "smooth-normals"],
             "veach_plates" => &["wavelengths", "glossy", "light-choice"],
             other => panic!("say what {other} has"),
@@ -66,7 +78,7 @@ fn reasons_point_into_the_file() {
             let text = fs::read_to_string(&desc.files[place.file as usize]).unwrap();
             let line = text.lines().nth(place.line as usize - 1).unwrap();
             let from: String = line.chars().skip(place.column as usize - 1).collect();
-            let tags = ["<bsdf", "<shape", "<emitter", "<sensor"];
+            let tags = ["<bsdf", "<shape", "<emitter", "<sensor", "<medium"];
             assert!(tags.iter().any(|tag| from.starts_with(tag)), "{name}: {decision:?} points at {from}");
         }
     }
@@ -165,4 +177,61 @@ fn what_camera_has_no_lens() {
             decide(&desc, IntegratorKind::Path).into_iter().find(|d| d.effect == Effect::Lens).unwrap();
         assert!(!lens.on && lens.reason.contains(reason), "{lens:?}");
     }
+}
+
+/// Media call for what they are, and are left out of a file whose integrator knows surfaces only, unless they are forced on.
+#[test]
+fn media_call_for_their_effects() {
+    let read = |integrator: &str, medium: &str| {
+        let text = format!(
+            "<scene version='3.0.0'><integrator type='{integrator}'/><sensor type='perspective'><transform name='to_world'>\
+             <lookat origin='0, 0, 4' target='0, 0, 0' up='0, 1, 0'/></transform></sensor><emitter type='constant'/>\
+             <shape type='sphere'><bsdf type='null'/>{medium}</shape></scene>"
+        );
+        let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/plugins/media.xml");
+        load_str(place.to_str().unwrap(), &text, &[]).unwrap().desc
+    };
+    let medium = |kind: &str, sigma_t: &str| {
+        format!("<medium type='{kind}' name='interior'>{sigma_t}<float name='albedo' value='.5'/></medium>")
+    };
+    let grey = medium("homogeneous", "<float name='sigma_t' value='2'/>");
+    let colored = medium("homogeneous", "<rgb name='sigma_t' value='.2 .4 .8'/>");
+    let grid = "<volume name='sigma_t' type='gridvolume'><string name='filename' value='texture_volume_numbers.vol'/></volume>";
+    let grid = medium("heterogeneous", grid);
+    for (medium, expected) in [
+        (&grey, vec!["media"]),
+        (&colored, vec!["media", "chromatic-media", "wavelengths"]),
+        (&grid, vec!["media", "grid-media"]),
+    ] {
+        let desc = read("volpath", medium);
+        let effects = on(&desc, IntegratorKind::Path);
+        let always = ["opacity", "environment"];
+        assert_eq!(effects, expected.into_iter().chain(always).collect(), "{medium}");
+        for effect in [Effect::Media, Effect::GridMedia, Effect::ChromaticMedia] {
+            let mut less = desc.clone();
+            without(&mut less, effect).unwrap();
+            assert!(!on(&less, IntegratorKind::Path).contains(effect.name()), "{medium}: {effect:?}");
+            Scene::prepare(&less).unwrap();
+        }
+    }
+    let mut surfaces = read("path", &grey);
+    assert!(!on(&surfaces, IntegratorKind::Path).contains("media"));
+    let clear = luminances(&surfaces, 1024);
+    assert!(clear.iter().all(|y| (y - clear[0]).abs() < 1e-6), "an even sky");
+    force_on(&mut surfaces, Effect::Media).unwrap();
+    assert!(on(&surfaces, IntegratorKind::Path).contains("media"));
+    assert_eq!(luminances(&surfaces, 1024), luminances(&read("volpath", &grey), 1024));
+    assert!(luminances(&surfaces, 1024) != clear);
+}
+
+/// A haze is put into a scene for what media cost, where it leaves anything to see.
+#[test]
+fn an_example_of_media_is_on() {
+    let mut sky = desc("<bsdf type='diffuse'/>");
+    assert!(!with(&mut sky, Effect::Media), "an endless haze would swallow the sky");
+    let (_, mut room) = scenes().into_iter().find(|(name, _)| name == "cornell").unwrap();
+    assert!(with(&mut room, Effect::Media) && on(&room, IntegratorKind::Path).contains("media"));
+    assert!(with(&mut room, Effect::ChromaticMedia));
+    assert!(on(&room, IntegratorKind::Path).contains("chromatic-media"));
+    Scene::prepare(&room).unwrap();
 }

@@ -170,6 +170,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
         bsdf: BsdfId(bsdf),
         emission: None,
         emission_profile: Default::default(),
+        medium_interface: Default::default(),
     };
     let turn = |axis: DVec3, degrees: f64| DAffine3::from_axis_angle(axis, degrees.to_radians());
     let wall = |at: DVec3, turned: DAffine3, bsdf| {
@@ -217,6 +218,7 @@ fn cornell_box(spheres: bool) -> SceneDesc {
             far_clip: 100.0,
             aperture_radius: 0.0,
             focus_distance: 0.0,
+            medium: None,
             place,
         },
         film: FilmDesc { width: 512, height: 512, crop: None, rfilter: None },
@@ -235,5 +237,6 @@ fn cornell_box(spheres: bool) -> SceneDesc {
         groups: Vec::new(),
         shapes,
         lights: Vec::new(),
+        media: Vec::new(),
     }
 }

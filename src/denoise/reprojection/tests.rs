@@ -16,6 +16,7 @@ use crate::scene::desc::PhotonDesc;
 use crate::stream::{CHUNK, Sample, SampleSink, UvWindow};
 use crate::study::Replicates;
 use crate::tracer::integrator::{RenderContext, Replicated};
+use crate::tracer::medium::MediumIndex;
 use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::{Integrator, PathTracer, Scene};
 
@@ -84,6 +85,8 @@ impl Seen {
             screen: Default::default(),
             cells: ScreenCells::of_pixels([f64::from(SIDE); 2]),
             photons: PhotonDesc::default(),
+            medium: MediumIndex::VACUUM,
+            on_boundary: false,
         };
         let tracer = Replicated::new(&context, true, PathTracer::from);
         Self { replicates: Replicates::new([SIDE; 2], 1.0), surfaces, coarse, filter, tracer, next: 0 }

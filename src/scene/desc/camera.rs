@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2};
 
-use super::ids::Place;
+use super::ids::{MediumId, Place};
 
 /// A camera, Mitsuba's `perspective`, with an aperture `thinlens`, or `orthographic`: looks along +z of its own space, +y up, **+x to the left**.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -26,6 +26,8 @@ pub struct CameraDesc {
     pub aperture_radius: f64,
     /// Distance along z of the plane in focus; of no effect on a pinhole.
     pub focus_distance: f64,
+    /// The medium that it is in, where the file says so.
+    pub medium: Option<MediumId>,
     /// Its place in the file.
     #[serde(skip)]
     pub place: Place,

@@ -18,6 +18,8 @@ pub struct Names {
     pub bsdfs: Vec<Name>,
     /// Names of [`SceneDesc::lights`](super::SceneDesc::lights).
     pub lights: Vec<Name>,
+    /// Names of [`SceneDesc::media`](super::SceneDesc::media).
+    pub media: Vec<Name>,
 }
 
 /// The name of an element of a file.
@@ -41,6 +43,10 @@ impl BsdfId {
 /// Index into [`SceneDesc::meshes`](super::SceneDesc::meshes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshId(pub u32);
+
+/// Index into [`SceneDesc::media`](super::SceneDesc::media).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+pub struct MediumId(pub u32);
 
 /// Index into [`SceneDesc::groups`](super::SceneDesc::groups).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -14,6 +14,8 @@ pub struct IntegratorDesc {
     pub rr_depth: u32,
     /// Lights are not seen directly by the camera.
     pub hide_emitters: bool,
+    /// Participating media are left out, as by Mitsuba's `path`, which knows surfaces only.
+    pub surfaces_only: bool,
     /// Four wavelengths are drawn for each path even where nothing has a colour.
     pub spectral: bool,
     /// Parameters of photon mapping.
@@ -30,6 +32,7 @@ impl Default for IntegratorDesc {
             max_depth: None,
             rr_depth: 5,
             hide_emitters: false,
+            surfaces_only: false,
             spectral: false,
             photons: PhotonDesc::default(),
             aovs: Vec::new(),

@@ -95,7 +95,7 @@ pub struct NoLight {
 
 const PATH: IntegratorTraits = IntegratorTraits {
     name: "path",
-    plugins: &["path"],
+    plugins: &["path", "volpath", "volpathmis"],
     title: "path tracing",
     traces: "camera paths",
     is_candidate: true,

@@ -13,6 +13,7 @@
 //! | `shape.rs`, `mesh.rs` | shapes, groups and curves; triangle meshes |
 //! | `bsdf/` | materials, a file for each plugin or for its smooth and rough form |
 //! | `light.rs` | lights that are not shapes |
+//! | `medium.rs` | participating media, and on which side of a shape they are |
 //! | `texture.rs`, `volume.rs`, `wrap.rs` | what varies over a surface or over space |
 //! | `emission_texture.rs` | emission that varies |
 //! | `rendering_space.rs`, `moved.rs` | the space that a scene is traced in, and the scene moved to it |
@@ -29,6 +30,7 @@ mod ids;
 mod integrator;
 mod integrator_kind;
 mod light;
+mod medium;
 mod mesh;
 mod moved;
 mod rendering_space;
@@ -41,10 +43,11 @@ mod wrap;
 pub use aov::{AovDesc, AovKind};
 pub use bsdf::*;
 pub use camera::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
-pub use ids::{BsdfId, GroupId, MeshId, Name, Names, Place};
+pub use ids::{BsdfId, GroupId, MediumId, MeshId, Name, Names, Place};
 pub use integrator::{IntegratorDesc, PhotonDesc};
 pub use integrator_kind::{IntegratorKind, IntegratorTraits, LateFind, NoLight, PhotonUse};
 pub use light::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
+pub use medium::{MediumDesc, MediumInterface, PhaseDesc};
 pub use mesh::{Mesh, MeshAttribute};
 pub use rendering_space::RenderingSpace;
 pub use scene::SceneDesc;

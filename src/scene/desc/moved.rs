@@ -60,14 +60,15 @@ impl SceneDesc {
         moved
     }
 
-    /// The description with only its materials in rendering space.
+    /// The description with only its materials and media in rendering space.
     pub(crate) fn with_materials_in_rendering_space(&self) -> SceneDesc {
         let mut moved = self.clone();
         moved.move_materials(&self.space);
         moved
     }
 
-    /// Transforms lengths and positions in materials from world space to `space`, also for surfaces within groups.
+    /// Transforms lengths and positions in materials and media from world space to `space`, also for surfaces within groups: theirs are
+    /// those of the world, too.
     fn move_materials(&mut self, space: &RenderingSpace) {
         for bsdf in &mut self.bsdfs {
             // Heights are lengths.
@@ -76,6 +77,7 @@ impl SceneDesc {
             }
             bsdf.for_each_volume(|volume| *volume = Arc::new(volume.placed(space)));
         }
+        self.media.iter_mut().for_each(|medium| medium.place(space));
     }
 
     /// Bounding box of a shape (an index into [`SceneDesc::shapes`]) in object space, or of the group of an instance; `None` if it is empty.
@@ -86,6 +88,17 @@ impl SceneDesc {
             _ => Vec::new(),
         };
         self.bounds_of(&ShapeDesc { to_world: DAffine3::IDENTITY, ..shape.clone() }, &groups)
+    }
+
+    /// The middles of the shapes that are boundaries of media, in the space of the description; of an instance that holds such shapes the middle
+    /// of all of it.
+    pub(crate) fn middles_of_boundaries(&self) -> impl Iterator<Item = Vec3> {
+        let groups = self.boxes_of_groups();
+        let is_boundary =
+            |shape: &&ShapeDesc| self.parts(shape).iter().any(|part| part.medium_interface.is_transition());
+        let middle =
+            move |shape: &ShapeDesc| self.bounds_of(shape, &groups).map(|[a, b]| (0.5 * (a + b)).as_vec3());
+        self.shapes.iter().filter(is_boundary).filter_map(middle)
     }
 
     /// Bounding box of each group, in the space of the group.

@@ -9,6 +9,7 @@ use super::camera::{CameraDesc, FilmDesc};
 use super::ids::{BsdfId, Names};
 use super::integrator::IntegratorDesc;
 use super::light::LightDesc;
+use super::medium::MediumDesc;
 use super::mesh::Mesh;
 use super::rendering_space::RenderingSpace;
 use super::shape::{GroupDesc, ShapeDesc, ShapeKind};
@@ -36,7 +37,9 @@ pub struct SceneDesc {
     pub groups: Vec<GroupDesc>,
     /// Lights that are not shapes.
     pub lights: Vec<LightDesc>,
-    /// Names and places of the materials and lights, for messages and for saving changes.
+    /// Participating media; [`MediumId`](super::MediumId) indexes here.
+    pub media: Vec<MediumDesc>,
+    /// Names and places of the materials, lights and media, for messages and for saving changes.
     pub names: Names,
     /// The rendering space, chosen by [`SceneDesc::place`].
     pub space: RenderingSpace,
@@ -53,6 +56,16 @@ impl SceneDesc {
             }
         }
         all
+    }
+
+    /// True where a surface that is shown, or the camera, names a medium, and the method knows media.
+    pub fn has_media(&self) -> bool {
+        !self.integrator.surfaces_only && self.names_media()
+    }
+
+    /// True where a surface that is shown, or the camera, names a medium.
+    pub fn names_media(&self) -> bool {
+        self.camera.medium.is_some() || self.surfaces().any(|shape| shape.medium_interface.is_transition())
     }
 
     /// The shapes whose surfaces `shape` shows: itself, or those of its group for an instance.

@@ -6,6 +6,7 @@ use glam::{DAffine3, DVec3, Vec4};
 
 use super::emission_texture::EmissionProfile;
 use super::ids::{BsdfId, GroupId, MeshId, Place};
+use super::medium::MediumInterface;
 use crate::spectrum::Spectrum;
 
 /// A surface in the scene.
@@ -29,6 +30,8 @@ pub struct ShapeDesc {
     pub emission: Option<Spectrum>,
     /// Variation of the emission; [`ShapeDesc::emission`] is a factor on its texture.
     pub emission_profile: EmissionProfile,
+    /// The media on both of its sides.
+    pub medium_interface: MediumInterface,
 }
 
 /// Geometry of a shape, in object space, as Mitsuba defines the plugin of the same name.

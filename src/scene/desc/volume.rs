@@ -127,6 +127,82 @@ impl VolumeTexture {
         self.value(p, |point| point.to_array().map(usable).into()).to_array()
     }
 
+    /// The numbers of points of the grid along its axes.
+    pub fn size(&self) -> [usize; 3] {
+        self.grid.size
+    }
+
+    /// From the space of surfaces to the space in which the grid fills the unit cube.
+    pub fn to_grid(&self) -> &DAffine3 {
+        &self.to_grid
+    }
+
+    /// The values at a place in the space in which the grid fills the unit cube, for a coefficient of a medium: what is no number, not positive or
+    /// not finite counts as 0.
+    #[inline]
+    pub fn coefficient(&self, at: Vec3) -> [f32; 3] {
+        let size = self.grid.size;
+        let at = at * Vec3::from_array(size.map(|n| n as f32)) - if self.nearest { 0.0 } else { 0.5 };
+        let cell = at.floor();
+        let part = if self.nearest { Vec3::ZERO } else { at - cell };
+        let first = cell.to_array().map(|v| v as i64);
+        let steps =
+            [self.grid.channels, self.grid.channels * size[0], self.grid.channels * size[0] * size[1]];
+        let lines: [[usize; 2]; 3] = [0, 1, 2].map(|axis| {
+            [first[axis], first[axis].saturating_add(1)].map(|i| self.wrap.index(i, size[axis]) * steps[axis])
+        });
+        let values = &self.grid.values;
+        let interpolated = |channel: usize| {
+            let number = |x: usize, y: usize, z: usize| {
+                let value = values[lines[0][x] + lines[1][y] + lines[2][z] + channel];
+                if value > 0.0 && value < f32::INFINITY { value } else { 0.0 }
+            };
+            let mix = |a: f32, b: f32, share: f32| a + (b - a) * share;
+            let along_x = |y, z| mix(number(0, y, z), number(1, y, z), part.x);
+            let along_y = |z| mix(along_x(0, z), along_x(1, z), part.y);
+            mix(along_y(0), along_y(1), part.z)
+        };
+        match self.grid.channels {
+            1 => [interpolated(0); 3],
+            _ => {
+                let color = [interpolated(0), interpolated(1), interpolated(2)];
+                if self.grey { [Vec3A::from(color).dot(LUMINANCE); 3] } else { color }
+            }
+        }
+    }
+
+    /// Upper bounds of all that [`coefficient`](Self::coefficient) returns, in `count` equal boxes along each axis, x fastest.
+    pub fn bounds_of_coefficients(&self, count: [usize; 3]) -> Vec<f32> {
+        let size = self.grid.size;
+        // The points that a box interpolates between, and one more against rounding.
+        let reach = |axis: usize, i: usize| {
+            let at = |i: usize| i as f64 / count[axis] as f64 * size[axis] as f64;
+            (at(i).floor() as i64 - 2)..=(at(i + 1).ceil() as i64 + 1)
+        };
+        let channels = self.grid.channels;
+        let mut bounds = Vec::with_capacity(count.into_iter().product());
+        for z in 0..count[2] {
+            for y in 0..count[1] {
+                for x in 0..count[0] {
+                    let mut most = 0f32;
+                    for k in reach(2, z).map(|k| self.wrap.index(k, size[2])) {
+                        for j in reach(1, y).map(|j| self.wrap.index(j, size[1])) {
+                            for i in reach(0, x).map(|i| self.wrap.index(i, size[0])) {
+                                let first = ((k * size[1] + j) * size[0] + i) * channels;
+                                let finite = self.grid.values[first..first + channels]
+                                    .iter()
+                                    .filter(|v| v.is_finite());
+                                most = finite.fold(most, |most, v| most.max(*v));
+                            }
+                        }
+                    }
+                    bounds.push(most);
+                }
+            }
+        }
+        bounds
+    }
+
     /// The mean of the values of the grid.
     pub fn mean(&self) -> [f32; 3] {
         if self.grey { [Vec3A::from(self.grid.mean).dot(LUMINANCE); 3] } else { self.grid.mean }

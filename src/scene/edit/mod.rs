@@ -7,9 +7,10 @@
 //! ```
 //!
 //! Edits are always applied to the description as it was read, so that nothing drifts and undoing is removing. What can be edited is
-//! one table in `parameters.rs`: a [`Target`] is one variant and one line of it. `target.rs` has types and ranges, `objects.rs` lists what an
-//! object has and names it, `save.rs` writes the file, `saved.rs` reads the changes back.
+//! one table in `parameters.rs`, with that of media in `medium.rs`: a [`Target`] is one variant and one line of it. `target.rs` has types
+//! and ranges, `objects.rs` lists what an object has and names it, `save.rs` writes the file, `saved.rs` reads the changes back.
 
+mod medium;
 pub(crate) mod objects;
 pub(crate) mod parameters;
 mod save;
@@ -60,7 +61,9 @@ impl Edits {
     /// The same changes for another reading of the scene, and how many have lost their object. An object is known by its `id`; one
     /// without, by its place among those of its kind while their number is the same.
     pub fn carried(&self, from: &SceneDesc, to: &SceneDesc) -> (Self, usize) {
-        let mut carried = Self { camera: self.camera.clone(), values: Vec::new() };
+        // Media are counted anew.
+        let camera = self.camera.clone().map(|camera| CameraDesc { medium: to.camera.medium, ..camera });
+        let mut carried = Self { camera, values: Vec::new() };
         for (target, value) in &self.values {
             let (parameter, index) = target.parameter();
             let new =

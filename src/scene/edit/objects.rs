@@ -1,8 +1,8 @@
 //! Lists the values of an object that can be changed, and names objects for the panel and for saved files.
 
 use crate::scene::desc::{
-    BlendDesc, BsdfDesc, BsdfId, MOST_PARTS, MaskDesc, MixtureDesc, Name, Place, SceneDesc, ShapeDesc,
-    ShapeKind, TwoSidedDesc,
+    BlendDesc, BsdfDesc, BsdfId, MOST_PARTS, MaskDesc, MediumId, MixtureDesc, Name, Place, SceneDesc,
+    ShapeDesc, ShapeKind, TwoSidedDesc,
 };
 use crate::scene::limits;
 
@@ -21,9 +21,9 @@ pub struct Editable {
 }
 
 /// The values of shape `shape` (an index into [`SceneDesc::shapes`]) that can be changed: those of its emission, and those of its
-/// material on either side; for an instance, those of the materials of its group. Empty for a shape that does not exist.
+/// material on either side, and those of its media; for an instance, those of the shapes of its group. Empty for a shape that does not exist.
 ///
-/// A material that several shapes refer to is changed for all of them; the label says so. Transforms are not listed: each shape has one.
+/// A material or a medium that several shapes refer to is changed for all of them; the label says so. Transforms are not listed: each shape has one.
 pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
     let Some(described) = desc.shapes.get(shape as usize) else { return Vec::new() };
     let mut all: Vec<Editable> = of(desc, ObjectKind::Shape, shape, "");
@@ -45,7 +45,34 @@ pub fn editable(desc: &SceneDesc, shape: u32) -> Vec<Editable> {
             }
         }
     }
+    let mut seen: Vec<MediumId> = Vec::new();
+    for (id, side) in desc.parts(described).iter().flat_map(media) {
+        if !seen.contains(&id) {
+            seen.push(id);
+            all.extend(of(desc, ObjectKind::Medium, id.0, &medium_note(desc, id, side)));
+        }
+    }
     all
+}
+
+/// The media that a shape names, and the side on which each is.
+fn media(shape: &ShapeDesc) -> impl Iterator<Item = (MediumId, &'static str)> {
+    let interface = shape.medium_interface;
+    let sides = [(interface.interior, "interior"), (interface.exterior, "exterior")];
+    sides.into_iter().filter_map(|(id, side)| Some((id?, side)))
+}
+
+/// ` of medium "fog" (interior, shared by 3 shapes)`.
+fn medium_note(desc: &SceneDesc, id: MediumId, side: &str) -> String {
+    let name = match id_of(&desc.names.media, id.0 as usize) {
+        Some(name) => format!("medium \"{name}\""),
+        None => "the medium".to_owned(),
+    };
+    let names = |shape: &&ShapeDesc| desc.parts(shape).iter().flat_map(media).any(|(named, _)| named == id);
+    match desc.shapes.iter().filter(names).count() {
+        0 | 1 => format!(" of {name} ({side})"),
+        count => format!(" of {name} ({side}, shared by {count} shapes)"),
+    }
 }
 
 /// The materials that a material is made of and that have values, with what to say of each.
@@ -96,11 +123,14 @@ fn part_name(desc: &SceneDesc, part: &ShapeDesc) -> String {
     id.map_or_else(|| format!("the {}", part.kind.plugin()), str::to_owned)
 }
 
-/// The values of lights, other than shapes, that can be changed.
+/// The values of lights, other than shapes, that can be changed, and those of the medium that the camera is in.
 pub fn lights(desc: &SceneDesc) -> Vec<Editable> {
-    (0..desc.lights.len() as u32)
-        .flat_map(|i| of(desc, ObjectKind::Light, i, &format!(" of {}", light_name(desc, i))))
-        .collect()
+    let lights = (0..desc.lights.len() as u32)
+        .flat_map(|i| of(desc, ObjectKind::Light, i, &format!(" of {}", light_name(desc, i))));
+    let medium = desc.camera.medium.into_iter();
+    let around =
+        medium.flat_map(|id| of(desc, ObjectKind::Medium, id.0, &medium_note(desc, id, "around the camera")));
+    lights.chain(around).collect()
 }
 
 fn of(desc: &SceneDesc, object: ObjectKind, index: u32, note: &str) -> Vec<Editable> {
@@ -203,6 +233,11 @@ pub(crate) fn address(desc: &SceneDesc, object: ObjectKind, index: u32) -> Optio
             kind: desc.lights.get(i)?.plugin(),
             count: desc.lights.len(),
         },
+        ObjectKind::Medium => Address {
+            id: id_of(&desc.names.media, i),
+            kind: desc.media.get(i)?.plugin(),
+            count: desc.media.len(),
+        },
     })
 }
 
@@ -218,6 +253,7 @@ pub(crate) fn find(
         ObjectKind::Shape => desc.shapes.len(),
         ObjectKind::Bsdf => desc.bsdfs.len(),
         ObjectKind::Light => desc.lights.len(),
+        ObjectKind::Medium => desc.media.len(),
     };
     match wanted.id {
         Some(id) => (0..count as u32).find(|i| address(desc, object, *i).is_some_and(|a| a.id == Some(id))),

@@ -7,6 +7,7 @@ use crate::scene::desc::{BsdfDesc, BsdfId, BsdfParts, LightDesc, ProjectorDesc, 
 use crate::spectrum::Spectrum;
 use crate::spectrum::dispersion::Ior;
 
+use super::medium::MEDIUM_PARAMETERS;
 use super::target::{EditableParameter, NewValue, NumberRange, ObjectKind, Target, ValueKind};
 
 /// Makes [`BsdfNumber`] and its lines of the table: variant, name in Mitsuba, label, range.
@@ -69,10 +70,11 @@ bsdf_numbers! {
 
 /// Everything that can be changed.
 pub(crate) fn parameters() -> impl Iterator<Item = &'static EditableParameter> {
-    PARAMETERS.iter().chain(&BSDF_NUMBERS)
+    PARAMETERS.iter().chain(&BSDF_NUMBERS).chain(MEDIUM_PARAMETERS)
 }
 
-/// All editable parameters but the numbers of materials. A new [`Target`] is one line here, a number of a material one line of [`BsdfNumber`].
+/// All editable parameters but those of media and the numbers of materials. A new [`Target`] is one line here, a number of a material one
+/// line of [`BsdfNumber`].
 const PARAMETERS: &[EditableParameter] = &[
     EditableParameter {
         name: "emission_scale",
@@ -231,13 +233,13 @@ fn own_parts(desc: &SceneDesc, index: u32) -> Option<BsdfParts<&SpectrumTexture,
 }
 
 /// The colour of a reflectance or a factor, unless it varies.
-fn color(texture: Option<&SpectrumTexture>) -> Option<NewValue> {
+pub(super) fn color(texture: Option<&SpectrumTexture>) -> Option<NewValue> {
     let rgb = texture?.uniform()?.reflected_rgb();
     Some(NewValue::Rgb(rgb.map(|v| f64::from(v).clamp(0.0, 1.0))))
 }
 
 /// Through the same smooth spectra as an `rgb` of a file.
-fn set_color(texture: Option<&mut SpectrumTexture>, value: NewValue) {
+pub(super) fn set_color(texture: Option<&mut SpectrumTexture>, value: NewValue) {
     if let (Some(texture), NewValue::Rgb(rgb)) = (texture, value) {
         *texture = Spectrum::reflectance_rgb(rgb.map(|v| v as f32)).into();
     }

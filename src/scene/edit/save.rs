@@ -243,9 +243,19 @@ fn sensor(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveError> {
             "        <sampler type=\"independent\">\n            <integer name=\"sample_count\" value=\"{n}\"/>\n        </sampler>"
         );
     }
-    out.push_str("    </sensor>\n");
-    check_sensor(&out, camera, &desc.film).map(|()| out)
+    // The medium stands in the original, which the check does not read.
+    check_sensor(&format!("{out}{SENSOR_END}"), &CameraDesc { medium: None, ..camera.clone() }, &desc.film)?;
+    if let Some(medium) = camera.medium {
+        let name = desc.names.media.get(medium.0 as usize).and_then(|name| name.id.as_deref());
+        let unnamed =
+            || SaveError::Camera("its medium has no id by which the new sensor could name it".to_owned());
+        let _ = writeln!(out, "        <ref id=\"{}\"/>", attribute("the id", name.ok_or_else(unnamed)?)?);
+    }
+    Ok(out + SENSOR_END)
 }
+
+/// Ends a sensor.
+const SENSOR_END: &str = "    </sensor>\n";
 
 /// The name of a value in a table of names.
 fn name_of<T: Copy + PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {

@@ -3,6 +3,7 @@
 //! ```xml
 //! <edit object="shape" id="lamp" name="emission_scale" value="2.0"/>
 //! <edit object="shape" id="ball" name="to_world" value="1 0 0 2  0 1 0 0  0 0 1 0  0 0 0 1"/>
+//! <edit object="medium" id="fog" name="density_scale" value="0.5"/>
 //! <edit object="bsdf" index="3" count="5" type="diffuse" name="reflectance" value="0.1, 0.2, 0.3"/>
 //! ```
 //!
@@ -97,7 +98,7 @@ impl Edit<'_> {
                 self.element.span_of("object"),
                 "no such sort of object",
             );
-            return Err(found.help("an edit changes a shape, a bsdf or an emitter").error());
+            return Err(found.help("an edit changes a shape, a bsdf, an emitter or a medium").error());
         };
         let known = || parameters().filter(move |p| p.object == object);
         let Some(parameter) = known().find(|p| p.name == text("name")) else {

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::scene::desc::{BsdfId, SHARPEST_PHONG, SceneDesc};
+use crate::scene::desc::{BsdfId, MediumId, SHARPEST_PHONG, SceneDesc};
 
 pub use super::parameters::BsdfNumber;
 use super::parameters::parameters;
@@ -36,6 +36,14 @@ pub enum Target {
     LightDirection(u32),
     /// Transform of a shape or an instance, object space to world space.
     ToWorld(u32),
+    /// Factor on the extinction coefficient of a medium.
+    Density(MediumId),
+    /// Colour of the extinction coefficient of a medium, linear Rec.709 in which only proportions count; its largest component stays.
+    ExtinctionColor(MediumId),
+    /// Albedo of a medium, linear Rec.709.
+    Albedo(MediumId),
+    /// Mean cosine of a phase function `hg`.
+    Asymmetry(MediumId),
 }
 
 /// A new value.
@@ -107,10 +115,13 @@ pub(crate) enum ObjectKind {
     Bsdf,
     /// [`SceneDesc::lights`].
     Light,
+    /// [`SceneDesc::media`].
+    Medium,
 }
 
 impl ObjectKind {
-    pub(crate) const ALL: [ObjectKind; 3] = [ObjectKind::Shape, ObjectKind::Bsdf, ObjectKind::Light];
+    pub(crate) const ALL: [ObjectKind; 4] =
+        [ObjectKind::Shape, ObjectKind::Bsdf, ObjectKind::Light, ObjectKind::Medium];
 
     /// The element's name in a file.
     pub(crate) fn tag(self) -> &'static str {
@@ -118,6 +129,7 @@ impl ObjectKind {
             ObjectKind::Shape => "shape",
             ObjectKind::Bsdf => "bsdf",
             ObjectKind::Light => "emitter",
+            ObjectKind::Medium => "medium",
         }
     }
 }
@@ -175,6 +187,12 @@ impl NumberRange {
         accepted: [f32::MIN_POSITIVE as f64, 1e3],
         slider: [1e-3, 1e3],
         wanted: "an index of refraction is above 0 and not above 1000",
+    };
+    /// A mean cosine; the reader's bounds are just below −1 and 1, which no slider can say.
+    pub(crate) const ASYMMETRY: Self = Self {
+        accepted: [-0.999, 0.999],
+        slider: [-0.999, 0.999],
+        wanted: "it is a number from -0.999 to 0.999",
     };
     /// An index of refraction relative to what is outside, which differs from it.
     pub(crate) const RELATIVE_IOR: Self = Self {
@@ -303,7 +321,11 @@ impl Target {
         | Target::Number(BsdfId(index), _)
         | Target::LightPosition(index)
         | Target::LightDirection(index)
-        | Target::ToWorld(index)) = self;
+        | Target::ToWorld(index)
+        | Target::Density(MediumId(index))
+        | Target::ExtinctionColor(MediumId(index))
+        | Target::Albedo(MediumId(index))
+        | Target::Asymmetry(MediumId(index))) = self;
         let found = parameters().find(|p| (p.target)(index) == self);
         (found.expect("every target has its line: held by a test"), index)
     }

@@ -37,6 +37,9 @@ const BEAM: &str = "directionalarea";
 /// Every light that is part of a shape.
 pub(super) const AREA: &[&str] = &["area", BEAM];
 
+/// Remark on a medium that an emitter names.
+const AROUND: &str = "the medium around an emitter is the one in which it lies: naming it has no effect";
+
 /// Reads a light of the scene itself.
 pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneError> {
     let params = Params::new(reader.document, id)?;
@@ -49,6 +52,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<(), SceneEr
         return Ok(());
     }
     let light = reader.plugin(&params, PLUGINS, AREA)?(reader, &params)?;
+    params.tag_without_effect("medium", AROUND);
     if light.is_environment() && reader.lists.lights.iter().any(LightDesc::is_environment) {
         let found = params.fault(FindingKind::Parameter, "a second light all around");
         return Err(found.help("a scene has at most one `constant`, `envmap` or `sunsky` emitter").error());
@@ -106,6 +110,7 @@ pub(crate) fn area(reader: &mut Reader<'_>, id: ElementId) -> Result<AreaEmissio
         params.note(found.advice());
     }
     let ReadEmission { spectrum: radiance, texture } = emission::read(reader, &params, "radiance")?;
+    params.tag_without_effect("medium", AROUND);
     reader.finish(params);
     Ok(AreaEmission { radiance, profile: EmissionProfile { texture, along_normal } })
 }

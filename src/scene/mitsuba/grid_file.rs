@@ -10,6 +10,7 @@ use glam::DVec3;
 use half::f16;
 
 use crate::scene::desc::volume::VolumeGrid;
+use crate::scene::limits;
 
 /// A grid read from a file.
 pub(crate) struct GridFile {
@@ -24,6 +25,15 @@ pub(crate) struct GridFile {
 
 /// The grids of a scene by their files.
 pub(crate) type Grids = std::collections::BTreeMap<PathBuf, Arc<GridFile>>;
+
+/// A number of bytes for messages.
+fn size(bytes: u128) -> String {
+    match bytes {
+        0..0x10_0000 => format!("{bytes} bytes"),
+        0x10_0000..0x4000_0000 => format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)),
+        _ => format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)),
+    }
+}
 
 /// The grid of a `.vol`.
 pub(super) fn parse(bytes: &[u8]) -> Result<GridFile, String> {
@@ -48,14 +58,20 @@ pub(super) fn parse(bytes: &[u8]) -> Result<GridFile, String> {
     let [Some(nx), Some(ny), Some(nz), Some(n)] = sizes else {
         return Err(format!("a grid of {x} × {y} × {z} points with {channels} channels is none"));
     };
-    let count = [nx, ny, nz, n].into_iter().try_fold(1usize, usize::checked_mul);
-    let wanted = count.and_then(|count| count.checked_mul(width));
+    // Four numbers of 31 bits, and of four bytes each, are no overflow here.
+    let count = [nx, ny, nz, n].into_iter().map(|n| n as u128).product::<u128>();
+    let needed =
+        |bytes: u128| format!("{x} × {y} × {z} points with {channels} channels need {}", size(bytes));
+    let wanted = usize::try_from(count * width as u128).ok();
     let Some(used) = wanted.and_then(|wanted| values.get(..wanted)) else {
-        return Err(format!(
-            "{x} × {y} × {z} points with {channels} channels do not fit into the {} bytes of their values",
-            values.len()
-        ));
+        let there = size(values.len() as u128);
+        return Err(format!("{} of values, and the file has {there}", needed(count * width as u128)));
     };
+    // As long as they are in the file they may take a byte each.
+    if count > limits::TOTAL_TEXELS as u128 {
+        let most = limits::TOTAL_TEXELS;
+        return Err(format!("{} of memory: a scene has at most {most} texels", needed(count * 4)));
+    }
     let numbers: Vec<f32> = match width {
         4 => used.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect(),
         2 => used.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32()).collect(),

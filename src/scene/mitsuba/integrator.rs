@@ -22,8 +22,6 @@ pub(super) fn ours() -> impl Iterator<Item = &'static str> {
 pub const FOREIGN: &[(&str, IntegratorKind)] = &[
     (DIRECT, IntegratorKind::Path),
     (AOV, IntegratorKind::Path),
-    ("volpath", IntegratorKind::Path),
-    ("volpathmis", IntegratorKind::Path),
     ("prb", IntegratorKind::Path),
     ("prb_basic", IntegratorKind::Path),
     ("prbvolpath", IntegratorKind::Path),
@@ -38,6 +36,9 @@ pub const FOREIGN: &[(&str, IntegratorKind)] = &[
     ("sppm", IntegratorKind::Photon),
     ("photonmapper", IntegratorKind::Photon),
 ];
+
+/// Integrators of Mitsuba that know surfaces only: media are left out of their pictures.
+const SURFACES_ONLY: &[&str] = &["path", DIRECT, "ptracer", "prb", "prb_basic", "prb_projective"];
 
 /// Direct light only: paths of at most two segments.
 const DIRECT: &str = "direct";
@@ -114,6 +115,7 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
         params.error("rr_depth", "the depth at which roulette starts is above zero").error()
     })?;
     let hide_emitters = params.boolean("hide_emitters", false)?;
+    let surfaces_only = SURFACES_ONLY.contains(&params.plugin());
     let photons = match own {
         Some(kind) if kind.has_photons() || kind == IntegratorKind::Auto => photons(&params)?,
         _ => PhotonDesc::default(),
@@ -122,7 +124,16 @@ fn read_nested(reader: &mut Reader<'_>, id: ElementId, depth: usize) -> Result<I
         params.rest_without_effect();
     }
     reader.finish(params);
-    Ok(IntegratorDesc { kind, max_depth, rr_depth, hide_emitters, spectral: false, photons, aovs })
+    Ok(IntegratorDesc {
+        kind,
+        max_depth,
+        rr_depth,
+        hide_emitters,
+        surfaces_only,
+        spectral: false,
+        photons,
+        aovs,
+    })
 }
 
 /// The layers that an `aov` asks for.

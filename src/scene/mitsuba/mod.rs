@@ -12,7 +12,8 @@
 //! | sensor, film, rfilter | `sensor.rs` |
 //! | integrator, sampler | `integrator.rs`: also names of methods that stand for ours |
 //! | texture | `texture.rs` |
-//! | volume | `volume.rs`, within the texture `volume` |
+//! | medium, phase | `medium.rs`, `phase.rs` |
+//! | volume | `volume.rs`, within the texture `volume` or as a coefficient of a medium |
 //! | spectrum | `spectrum.rs` |
 //!
 //! `pointillist plugins` lists the plugins of each group.
@@ -33,7 +34,9 @@ mod emitter;
 mod expand;
 mod grid_file;
 mod integrator;
+mod medium;
 mod params;
+mod phase;
 mod plugin_list;
 mod prefetch;
 mod prefetched;

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use super::document::{Document, Element, ElementId};
 use super::question::Question;
 use super::source::Span;
-use super::tags::{MEDIA, TagKind};
+use super::tags::TagKind;
 use super::{transform, value};
 use crate::scene::diagnostic::{Finding, FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::suggest;
@@ -60,9 +60,7 @@ impl<'d> Params<'d> {
                 let span = element.span_of("name");
                 return Err(document.error(FindingKind::Parameter, span, message));
             }
-            // Media are left out, and told of once for the whole scene.
-            let used = Cell::new(MEDIA.contains(&document.element(target).tag.name));
-            children.push(PluginChild { name, element: target, span: element.span, used });
+            children.push(PluginChild { name, element: target, span: element.span, used: Cell::new(false) });
         }
         let (asked, idle, notes) = Default::default();
         Ok(Self { document, id, children, asked, idle, notes })
@@ -257,6 +255,14 @@ impl<'d> Params<'d> {
         self.idle.borrow_mut().extend(given);
     }
 
+    /// Children with this tag that change nothing here, whatever their names: a remark on the first.
+    pub(crate) fn tag_without_effect(&self, tag: &str, message: &str) {
+        let of_tag = self.children.iter().filter(|e| self.document.element(e.element).tag.name == tag);
+        if let Some(first) = of_tag.inspect(|e| e.used.set(true)).map(|e| e.span).reduce(|first, _| first) {
+            self.note(self.document.finding(FindingKind::Parameter, first, message).advice());
+        }
+    }
+
     /// One remark on all children that were not asked for: those of a plugin whose place another one takes.
     pub(crate) fn rest_without_effect(&self) {
         let rest = self.children.iter().filter(|e| !e.used.replace(true));
@@ -292,6 +298,9 @@ impl<'d> Params<'d> {
             };
             let found = self.document.finding(FindingKind::Parameter, e.span, message);
             let help = match e.name {
+                _ if (group, what) == ("shape", "medium") => {
+                    "a medium of a shape has the name `interior` or `exterior`".into()
+                }
                 Some(name) if !asked.is_empty() => suggest::hint(name, &asked),
                 _ => "it is not used: remove it".into(),
             };

@@ -5,7 +5,7 @@ use std::sync::{Arc, PoisonError};
 
 use super::expand::Expander;
 use super::question::{Question, Questions};
-use super::{bsdf, emitter, integrator, sensor, shape, spectrum, texture, volume, walk};
+use super::{bsdf, emitter, integrator, medium, phase, sensor, shape, spectrum, texture, volume, walk};
 use crate::scene::diagnostic::SceneError;
 
 /// Reads a scene from `text`, as if it stood in the file `path`. Returns the parameters that the reader of the element with this id asked
@@ -34,6 +34,8 @@ pub fn plugin_names() -> Vec<(&'static str, Vec<&'static str>)> {
         ("bsdf", [names(bsdf::PLUGINS), names(bsdf::STAND_INS)].concat()),
         ("texture", names(texture::PLUGINS)),
         ("volume", names(volume::PLUGINS)),
+        ("medium", names(medium::PLUGINS)),
+        ("phase", names(phase::PLUGINS)),
         ("emitter", [emitter::AREA.to_vec(), names(emitter::PLUGINS)].concat()),
         ("sensor", names(sensor::PLUGINS)),
         ("film", sensor::FILMS.to_vec()),

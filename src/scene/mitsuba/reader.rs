@@ -14,7 +14,8 @@ use crate::image::bitmap::Bitmap;
 use crate::scene::desc::emission_texture::EmissionTexture;
 use crate::scene::desc::texture::{AttributeLayout, SpectrumTexture};
 use crate::scene::desc::{
-    BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, Mesh, MeshId, Name, Names, Place, ShapeDesc,
+    BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, MediumDesc, MediumId, Mesh, MeshId, Name, Names, Place,
+    ShapeDesc,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::limits;
@@ -49,6 +50,7 @@ pub(crate) struct SceneLists {
     pub(crate) shapes: Vec<ShapeDesc>,
     pub(crate) groups: Vec<GroupDesc>,
     pub(crate) lights: Vec<LightDesc>,
+    pub(crate) media: Vec<MediumDesc>,
     pub(crate) names: Names,
 }
 
@@ -59,6 +61,10 @@ pub(crate) enum Role {
     Reflectance,
     /// Radiance or intensity.
     Emission,
+    /// Extinction coefficient of a medium.
+    Extinction,
+    /// Albedo of a medium, in [0, 1].
+    Albedo,
     /// Anything else that is not negative, such as an index of refraction.
     Unbounded,
 }
@@ -71,6 +77,10 @@ pub(crate) struct Known {
     pub(crate) default_bsdfs: [Option<BsdfId>; 2],
     /// Materials being read, to see cycles.
     pub(crate) open_bsdfs: Vec<ElementId>,
+    /// Media; nothing for one that was left out.
+    pub(crate) media: BTreeMap<ElementId, Option<MediumId>>,
+    /// Phase functions being read, to see cycles.
+    pub(crate) open_phases: Vec<ElementId>,
     /// Merged shapes being read, for the same reason.
     pub(crate) open_merges: Vec<ElementId>,
     /// Merged shapes so far, each counted wherever it is shown.
@@ -173,7 +183,8 @@ impl Reader<'_> {
     /// An error: no plugin of this name.
     pub(crate) fn unknown_plugin(&self, params: &Params<'_>, known: &[&str]) -> SceneError {
         let (kind, name) = (params.element().tag.name, params.plugin());
-        let lenient = matches!(kind, "shape" | "bsdf" | "emitter" | "texture");
+        let lenient =
+            matches!(kind, "shape" | "bsdf" | "emitter" | "texture" | "volume" | "medium" | "phase");
         if let Some(why) = unsupported::why(kind, name) {
             let found = params.type_fault(format!("`{name}` is not supported: {why}"));
             return if lenient { found.help("with --lenient the rest is rendered") } else { found }.error();

@@ -16,6 +16,8 @@ pub(crate) struct Sensor {
     pub(crate) camera: CameraDesc,
     pub(crate) film: FilmDesc,
     pub(crate) samples: Option<u64>,
+    /// The medium that the camera is in; its description is not read here.
+    pub(crate) medium: Option<ElementId>,
 }
 
 /// Every camera.
@@ -68,8 +70,9 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<Sensor, Sce
         Some(id) => integrator::sampler(reader, id)?,
         None => None,
     };
+    let medium = params.object("medium")?;
     reader.finish(params);
-    Ok(Sensor { camera, film, samples })
+    Ok(Sensor { camera, film, samples, medium })
 }
 
 fn pinhole(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
@@ -141,6 +144,7 @@ fn camera(
         far_clip,
         aperture_radius: 0.0,
         focus_distance: 0.0,
+        medium: None,
         place: reader.place(params.span()),
     })
 }

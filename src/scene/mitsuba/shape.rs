@@ -13,7 +13,9 @@ use super::params::Params;
 use super::reader::Reader;
 use super::source::Span;
 use crate::scene::desc::emission_texture::EmissionProfile;
-use crate::scene::desc::{BsdfId, CurveBasis, GroupDesc, GroupId, MeshId, Name, ShapeDesc, ShapeKind};
+use crate::scene::desc::{
+    BsdfId, CurveBasis, GroupDesc, GroupId, MediumInterface, MeshId, Name, ShapeDesc, ShapeKind,
+};
 use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
 use crate::scene::mesh::curves;
@@ -124,6 +126,7 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
         Some(id) => reader.bsdf(id)?,
         None => reader.default_bsdf(emission.is_some()),
     };
+    let medium_interface = media(reader, &params, &kind)?;
     attribute::lay_out(reader, &params, &kind, bsdf)?;
     attribute::count_unmapped(reader, &params, &kind, bsdf, &emission_profile);
     let shape = ShapeDesc {
@@ -135,9 +138,40 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
         bsdf,
         emission,
         emission_profile,
+        medium_interface,
     };
     reader.finish(params);
     Ok(shape)
+}
+
+/// The media on both sides of a shape.
+fn media(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    kind: &ShapeKind,
+) -> Result<MediumInterface, SceneError> {
+    for (id, span) in params.objects("subsurface") {
+        let plugin = shorten(reader.document.element(id).value("type").unwrap_or_default());
+        let message =
+            format!("the subsurface `{plugin}` is left out: light beneath surfaces is not approximated");
+        let help = "give the shape a transparent bsdf and an `interior` medium";
+        params.note(reader.document.finding(FindingKind::Plugin, span, message).help(help).warning());
+    }
+    if matches!(kind, ShapeKind::Curves(_)) {
+        let Some((_, span)) = params.objects("medium").first().copied() else {
+            return Ok(MediumInterface::default());
+        };
+        let message = "curves bound no medium: rays meet them from outside only";
+        let found = reader.document.finding(FindingKind::Plugin, span, message);
+        return Err(found.help("give the medium to a mesh or another shape").error());
+    }
+    let interface = reader.medium_interface(params)?;
+    if interface.interior.is_some() && params.objects("bsdf").is_empty() {
+        let message = "this shape has no bsdf: it is opaque, as in Mitsuba, and hides the medium in it";
+        let found = params.fault(FindingKind::Missing, message);
+        params.note(found.help("add <bsdf type=\"null\"/>, or a `dielectric`").advice());
+    }
+    Ok(interface)
 }
 
 /// A shape that Mitsuba takes for a mesh: it has facets anyway.
@@ -285,7 +319,7 @@ fn group(reader: &mut Reader<'_>, id: ElementId) -> Result<GroupId, SceneError> 
     }
     let params = Params::new(reader.document, id)?;
     let help = "put it into the shapes of the group";
-    refuse(reader, &params, "a group has no material or light of its own", help)?;
+    refuse(reader, &params, "a group has no material or light of its own, and no medium", help)?;
     let mut parts = Vec::new();
     for (part, span) in params.objects("shape") {
         merged(reader, part, span, &mut parts)?;
@@ -338,7 +372,7 @@ fn member(reader: &mut Reader<'_>, id: ElementId, span: Span) -> Result<ShapeDes
 fn instance(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
     let help = "give it to the shapes of the group";
-    refuse(reader, &params, "an instance has no material or light of its own", help)?;
+    refuse(reader, &params, "an instance has no material or light of its own, and no medium", help)?;
     let groups = params.objects("shape");
     let wrong = |kind, span, message: String, help: &str| {
         Err(reader.document.finding(kind, span, message).help(help).error())
@@ -372,14 +406,16 @@ fn instance(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneEr
         bsdf: BsdfId::NONE,
         emission: None,
         emission_profile: EmissionProfile::default(),
+        medium_interface: MediumInterface::default(),
     };
     reader.finish(params);
     Ok(shape)
 }
 
-/// Refuses materials and lights among the children of a group or an instance.
+/// Refuses materials, media and lights among the children of a group or an instance.
 fn refuse(reader: &Reader<'_>, params: &Params<'_>, message: &str, help: &str) -> Result<(), SceneError> {
-    let found = ["bsdf", "emitter"].into_iter().find_map(|tag| params.objects(tag).first().copied());
+    let found =
+        ["bsdf", "medium", "emitter"].into_iter().find_map(|tag| params.objects(tag).first().copied());
     let at = |span| reader.document.finding(FindingKind::Parameter, span, message).help(help).error();
     found.map_or(Ok(()), |(_, span)| Err(at(span)))
 }

@@ -82,8 +82,13 @@ pub(crate) fn read(
         }
     };
     // Colours are in range already, and their bound may lie a little above them.
-    if role == Role::Reflectance && !matches!(element.tag.name, "rgb" | "srgb") && spectrum.max() > 1.0 + 1e-5
-    {
+    let is_above = !matches!(element.tag.name, "rgb" | "srgb") && spectrum.max() > 1.0 + 1e-5;
+    if role == Role::Albedo && is_above {
+        let m = format!("`{name}` is above 1: this medium makes energy");
+        let found = reader.document.finding(FindingKind::Value, span, m);
+        return Err(found.help("an albedo is in [0, 1]").error());
+    }
+    if role == Role::Reflectance && is_above {
         let m = format!("`{name}` is above 1: this surface makes energy");
         let found = reader.document.finding(FindingKind::Value, span, m);
         params.note(found.help("a reflectance is in [0, 1]").warning());
@@ -108,15 +113,18 @@ fn shared(reader: &mut Reader<'_>, id: ElementId, role: Role) -> Result<Spectrum
 }
 
 fn non_negative(v: f64) -> Result<f32, String> {
-    if v < 0.0 { Err(format!("{v} is negative, which no amount of light can be")) } else { Ok(v as f32) }
+    if v < 0.0 { Err(format!("{v} is negative, which no spectrum can be")) } else { Ok(v as f32) }
 }
 
 fn from_rgb(rgb: [f64; 3], role: Role) -> Result<Spectrum, String> {
     let [r, g, b] = rgb.map(non_negative);
     let color = [r?, g?, b?];
+    let is_above = color.iter().any(|v| *v > 1.0);
     match role {
-        Role::Reflectance if color.iter().any(|v| *v > 1.0) => Err("a reflectance is in [0, 1]".into()),
-        Role::Reflectance => Ok(Spectrum::reflectance_rgb(color)),
+        Role::Reflectance if is_above => Err("a reflectance is in [0, 1]".into()),
+        Role::Albedo if is_above => Err("an albedo is in [0, 1]".into()),
+        Role::Reflectance | Role::Albedo => Ok(Spectrum::reflectance_rgb(color)),
+        Role::Extinction => Ok(Spectrum::extinction_rgb(color)),
         Role::Emission => Ok(Spectrum::emission_rgb(color)),
         Role::Unbounded => Ok(Spectrum::unbounded_rgb(color)),
     }

@@ -97,9 +97,6 @@ pub(crate) const TAGS: &[Tag] = &[
     tag("matrix", TagKind::Step, &["value"], &["value"]),
 ];
 
-/// Elements of participating media, which are left out.
-pub(crate) const MEDIA: &[&str] = &["medium", "phase", "volume", "subsurface"];
-
 pub(crate) fn find(name: &str) -> Option<&'static Tag> {
     TAGS.iter().find(|t| t.name == name)
 }

@@ -1,6 +1,5 @@
 //! Plugins of Mitsuba 3.9 that are not supported, and why: for messages, and for the list of plugins.
 
-const MEDIA: &str = "light is scattered and absorbed at surfaces only";
 const NO_PICTURE: &str =
     "it measures light without a picture: place a `perspective` or `orthographic` sensor";
 
@@ -29,14 +28,16 @@ pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
     ),
     ("integrator", "stokes", "light has no polarisation here: it is rendered by `auto`"),
     ("integrator", "volprim_rf_basic", "there are no Gaussian primitives here: it is rendered by `auto`"),
-    ("medium", "homogeneous", MEDIA),
-    ("medium", "heterogeneous", MEDIA),
-    ("phase", "blendphase", MEDIA),
-    ("phase", "hg", MEDIA),
-    ("phase", "isotropic", MEDIA),
-    ("phase", "rayleigh", MEDIA),
-    ("phase", "sggx", MEDIA),
-    ("phase", "tabphase", MEDIA),
+    (
+        "phase",
+        "tabphase",
+        "tables of directions are not traced in media: choose `hg`, `rayleigh` or a `blendphase` of them",
+    ),
+    (
+        "phase",
+        "sggx",
+        "scattering by oriented micro-flakes is not built: choose `hg`, `rayleigh` or a `blendphase` of them",
+    ),
 ];
 
 /// Why a plugin of Mitsuba is not supported; `None` for one that is, or that Mitsuba does not have.

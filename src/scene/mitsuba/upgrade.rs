@@ -2,6 +2,7 @@
 //!
 //! Its parser (version 3.9.1) turns `camelCase` into `snake_case` in the names of parameters, calls the `diffuse_reflectance` of
 //! `diffuse` `reflectance`, here also that of `roughdiffuse`, and makes `to_uv` of `uoffset`, `voffset`, `uscale` and `vscale`. Values, ids and `$names` stay as they are.
+//! Here also the `density` of a `heterogeneous` medium becomes `sigma_t`.
 //! `<lookAt>`, which Mitsuba 3 refuses, becomes `<lookat>`. Versions before 0.4 had other cameras and lights (`<camera>` looked at
 //! a mirrored world): they are not read.
 
@@ -49,7 +50,11 @@ pub(crate) fn snake_case(name: &str) -> String {
 /// Gives the parameters of a plugin their present form.
 pub(crate) fn plugin(document: &mut Document, id: ElementId) {
     let plugin = document.element(id);
-    let is_diffuse = matches!(plugin.value("type"), Some("diffuse" | "roughdiffuse"));
+    let renamed = match (plugin.tag.name, plugin.value("type")) {
+        ("bsdf", Some("diffuse" | "roughdiffuse")) => Some(("diffuse_reflectance", "reflectance")),
+        ("medium", Some("heterogeneous")) => Some(("density", "sigma_t")),
+        _ => None,
+    };
     let mut moved: Vec<(&str, XmlAttribute)> = Vec::new();
     let mut kept = Vec::with_capacity(plugin.children.len());
     for child in plugin.children.clone() {
@@ -61,12 +66,8 @@ pub(crate) fn plugin(document: &mut Document, id: ElementId) {
             moved.push((step, XmlAttribute { name: axis, value, span: element.span_of("value") }));
             continue;
         }
-        if is_diffuse && name == "diffuse_reflectance" {
-            element
-                .attributes
-                .iter_mut()
-                .filter(|a| a.name == "name")
-                .for_each(|a| a.value = "reflectance".into());
+        if let Some((_, new)) = renamed.filter(|(old, _)| *old == name) {
+            element.attributes.iter_mut().filter(|a| a.name == "name").for_each(|a| a.value = new.into());
         }
         kept.push(child);
     }

@@ -1,8 +1,9 @@
-//! Reads the texture `volume` and what it may hold: `gridvolume`, whose file is Mitsuba's `.vol`, and `constvolume`.
+//! Reads the texture `volume`, and what it and the coefficients of media may hold: `gridvolume`, whose file is Mitsuba's `.vol`, and `constvolume`.
 
 use std::path::Path;
 use std::sync::Arc;
 
+use super::document::ElementId;
 use super::grid_file::{GridFile, parse};
 use super::params::Params;
 use super::reader::{PluginTable, Reader, Role};
@@ -16,7 +17,11 @@ use crate::spectrum::Spectrum;
 use glam::{DAffine3, DVec3};
 
 /// Every `<volume type="…">`.
-pub(super) const PLUGINS: PluginTable<SpectrumTexture> = &[("gridvolume", grid), ("constvolume", constant)];
+pub(super) const PLUGINS: PluginTable<SpectrumTexture> =
+    &[("gridvolume", grid), (CONSTANT, |reader, params| constant(reader, params, Role::Reflectance))];
+
+/// The plugin that does not vary.
+const CONSTANT: &str = "constvolume";
 
 /// The texture `volume`: what it holds, where a surface lies.
 pub(super) fn volume(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
@@ -24,19 +29,32 @@ pub(super) fn volume(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Spe
         let found = params.fault(FindingKind::Missing, "a texture `volume` holds a <volume>");
         return Err(found.help("add <volume type=\"gridvolume\"> with its file").error());
     };
-    let inner = Params::new(reader.document, id)?;
-    let read = reader.plugin(&inner, PLUGINS, &[])?(reader, &inner)?;
-    reader.finish(inner);
+    read(reader, id, Role::Reflectance)
+}
+
+/// What a `<volume>` holds, in which a colour has this role.
+pub(super) fn read(
+    reader: &mut Reader<'_>,
+    id: ElementId,
+    role: Role,
+) -> Result<SpectrumTexture, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    let plugin = reader.plugin(&params, PLUGINS, &[])?;
+    let read = match params.plugin() {
+        CONSTANT => constant(reader, &params, role)?,
+        _ => plugin(reader, &params)?,
+    };
+    reader.finish(params);
     Ok(read)
 }
 
 /// The same everywhere.
-fn constant(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
+fn constant(reader: &mut Reader<'_>, params: &Params<'_>, role: Role) -> Result<SpectrumTexture, SceneError> {
     params.default("value", 1);
     params.without_effect(&["to_world"]);
-    // A number need not be a share of light.
+    // A number of a texture need not be a share of light.
     let is_number = params.get("value").is_some_and(|e| matches!(e.tag.name, "float" | "integer"));
-    let role = if is_number { Role::Unbounded } else { Role::Reflectance };
+    let role = if is_number && role == Role::Reflectance { Role::Unbounded } else { role };
     let value = spectrum::read(reader, params, "value", role)?;
     Ok(value.unwrap_or(Spectrum::Constant(1.0)).into())
 }

@@ -8,8 +8,8 @@ use super::prefetch::{NamedFiles, on_own_threads};
 use super::prefetched::Prefetched;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
-use super::tags::{MEDIA, TagKind};
-use super::{attribute, emitter, integrator, params, sensor, shape, upgrade};
+use super::tags::TagKind;
+use super::{attribute, emitter, integrator, medium, params, sensor, shape, upgrade};
 
 use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
@@ -81,7 +81,6 @@ fn read_elements(
     let reader = Reader { document, lists, known, lenient, warnings, more_warnings: 0 };
     let mut walk = SceneWalk { reader, sensor: None, integrator: None, edits: Vec::new() };
     walk.version();
-    walk.media();
     for &id in &document.element(ElementId(0)).children {
         walk.top_level(id)?;
     }
@@ -129,22 +128,6 @@ impl SceneWalk<'_> {
             .warn(found.help("this reader knows versions up to 3: <scene version=\"3.0.0\">").warning());
     }
 
-    /// One warning about all participating media.
-    fn media(&mut self) {
-        let document = self.reader.document;
-        let volumetric = |name: &str| matches!(name, "medium" | "subsurface");
-        let mut media = document.elements.iter().filter(|e| volumetric(e.tag.name));
-        let Some(first) = media.next() else { return };
-        let count = match media.count() {
-            0 => String::new(),
-            more => format!(", and so are {more} more"),
-        };
-        let message =
-            format!("the {} is left out{count}: media do not scatter or absorb here yet", first.tag.name);
-        let found = document.finding(FindingKind::Plugin, first.span, message);
-        self.reader.warn(found.help("surfaces look as their bsdf says").warning());
-    }
-
     /// In a lenient run, what holds a plugin that is not supported is left out with a warning.
     fn leave_out(&mut self, read: Result<(), SceneError>) -> Result<(), SceneError> {
         self.reader.or_instead(read, "it is left out", |_| ())
@@ -158,6 +141,7 @@ impl SceneWalk<'_> {
                 self.leave_out(read)
             }
             (TagKind::Object, "bsdf") => self.reader.bsdf(id).map(|_| ()),
+            (TagKind::Object, "medium") => self.reader.medium(id).map(|_| ()),
             (TagKind::Object, "emitter") => {
                 let read = emitter::read(&mut self.reader, id);
                 self.leave_out(read)
@@ -175,12 +159,11 @@ impl SceneWalk<'_> {
                 Ok(())
             }
             // These are read where they are referred to, by their id.
-            (TagKind::Value, "spectrum") | (TagKind::Object, "texture" | "film" | "sampler" | "rfilter")
-                if element.attribute("id").is_some() =>
-            {
-                Ok(())
-            }
-            (TagKind::Object, tag) if MEDIA.contains(&tag) => Ok(()),
+            (TagKind::Value, "spectrum")
+            | (
+                TagKind::Object,
+                "texture" | "volume" | "phase" | "subsurface" | "film" | "sampler" | "rfilter",
+            ) if element.attribute("id").is_some() => Ok(()),
             (TagKind::Ref, _) => {
                 params::follow(self.reader.document, element)?;
                 self.second(element.span, "reference", "a reference outside of a plugin does nothing");
@@ -189,7 +172,9 @@ impl SceneWalk<'_> {
             (_, name) => {
                 let message = format!("<{name}> is not supported at this place");
                 let found = self.reader.document.finding(FindingKind::Plugin, element.span, message);
-                Err(found.help("a scene holds shapes, bsdfs, emitters, a sensor and an integrator").error())
+                Err(found
+                    .help("a scene holds shapes, bsdfs, media, emitters, a sensor and an integrator")
+                    .error())
             }
         }
     }
@@ -207,7 +192,11 @@ impl SceneWalk<'_> {
             }
             return Ok(());
         }
-        self.sensor = Some(sensor::read(&mut self.reader, id)?);
+        let mut sensor = sensor::read(&mut self.reader, id)?;
+        if let Some(medium) = sensor.medium {
+            sensor.camera.medium = self.reader.medium(medium)?;
+        }
+        self.sensor = Some(sensor);
         Ok(())
     }
 
@@ -242,6 +231,8 @@ impl SceneWalk<'_> {
             return Err(nothing);
         }
         shape::unseen(&mut self.reader);
+        let integrator = self.integrator.take().unwrap_or_default();
+        medium::unused(&mut self.reader, sensor.camera.medium, &integrator);
         attribute::finish(&mut self.reader);
         if self.reader.more_warnings > 0 {
             let message = format!("{} more warnings are not shown", self.reader.more_warnings);
@@ -249,18 +240,19 @@ impl SceneWalk<'_> {
                 .warnings
                 .push(self.reader.document.finding(FindingKind::Limit, root, message).warning());
         }
-        let SceneLists { bsdfs, meshes, shapes, groups, lights, names } = self.reader.lists;
+        let SceneLists { bsdfs, meshes, shapes, groups, lights, media, names } = self.reader.lists;
         let mut desc = SceneDesc {
             files: self.reader.document.sources.paths(),
             camera: sensor.camera,
             film: sensor.film,
-            integrator: self.integrator.unwrap_or_default(),
+            integrator,
             samples_per_pixel: sensor.samples,
             bsdfs,
             meshes,
             shapes,
             groups,
             lights,
+            media,
             names,
             space: RenderingSpace::WORLD,
         };

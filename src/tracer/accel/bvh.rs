@@ -52,11 +52,13 @@ impl GroupInstance {
     }
 }
 
-/// The two traversals, compiled for one [`AvailableKernel`]: those of an [`Accel`] can be run by this processor.
+/// The traversals, compiled for one [`AvailableKernel`]: those of an [`Accel`] can be run by this processor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TraversalFns {
     /// Replaces the given hit by the closest one of a BVH, seen through an instance, if that is closer.
     pub(super) closest: unsafe fn(&Accel, &BvhRoot, &Ray, u32, &mut Hit),
+    /// The same, of anything but some primitives.
+    pub(super) closest_except: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange, u32, &mut Hit),
     /// True if anything of a BVH is hit, except for some primitives.
     pub(super) occluded: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange) -> bool,
 }
@@ -118,6 +120,14 @@ impl Accel {
         (best.t < ray.t_max).then_some(best)
     }
 
+    /// As [`closest`](Self::closest), of anything but the primitives of `skip`.
+    pub fn closest_except(&self, ray: &Ray, skip: PrimRange) -> Option<Hit> {
+        let mut best = Hit { t: ray.t_max, prim: 0, uv: [0.0; 2], instance: 0 };
+        // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
+        unsafe { (self.traversal.closest_except)(self, &self.world, ray, skip, Hit::DIRECT, &mut best) };
+        (best.t < ray.t_max).then_some(best)
+    }
+
     /// True if anything but the primitives of `skip` is hit with `0 < t < ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, skip: PrimRange) -> bool {
@@ -160,6 +170,16 @@ impl Accel {
         let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
         // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
         unsafe { (self.traversal.closest)(self, group, &ray, index, best) };
+    }
+
+    /// Replaces `best` by a closer hit in an instance, of anything but the primitives of `skip`.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn closest_except_in_instance(&self, index: u32, ray: &Ray, skip: PrimRange, best: &mut Hit) {
+        let instance = &self.instances[index as usize];
+        let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
+        // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
+        unsafe { (self.traversal.closest_except)(self, group, &ray, skip, index, best) };
     }
 
     /// True if anything of an instance but the primitives of `skip` is hit.

@@ -7,6 +7,7 @@ use crate::scene::desc::BsdfDesc;
 use crate::scene::desc::texture::TexturePoint;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::light_groups::{GroupCredits, LightCredits};
+use crate::tracer::medium::{MediumSides, PathMedia, PhaseFunction};
 use crate::tracer::record::{PathEvent, record};
 use crate::tracer::wavelength_mis::Dispersion;
 
@@ -25,12 +26,15 @@ use super::set::bsdf_set;
 /// | Cornell box | [`Diffuse`] | 1.069 [1.064, 1.073] | 28 800, not 30 900 | 1.097 [1.074, 1.121] |
 /// | lit from a cove | [`Diffuse`] | | | 1.064 [1.035, 1.094] |
 /// | with mirror and glass balls | [`Smooth`] | 1.056 [1.048, 1.064] | 32 200, not 33 100 | 1.033 [1.024, 1.041] |
-pub trait Scattering: ScatteringModel {
+pub trait Scattering: ScatteringModel + From<Diffuse> {
     /// Whether a path [records](crate::tracer::record) what it does.
     const RECORDS: bool = false;
 
     /// The radiance of a path by [groups of lights](crate::tracer::light_groups).
     type Credits: LightCredits;
+
+    /// The media at a vertex of a path; `()` in a set for scenes without media.
+    type Media: PathMedia;
 
     /// Records what the path does, if it records anything.
     #[inline(always)]
@@ -42,10 +46,17 @@ pub trait Scattering: ScatteringModel {
 
     /// The material at a point and the wavelengths of a path. A material whose model is not in the set is black.
     fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self;
+
+    /// The scattering of a medium, of sets for scenes with [`media`](Self::Media); of others, which never ask for it, black.
+    #[inline]
+    fn of_phase(_: PhaseFunction) -> Self {
+        Diffuse::new(SampledSpectrum::ZERO).into()
+    }
 }
 
 impl Scattering for Diffuse {
     type Credits = ();
+    type Media = ();
 
     #[inline]
     fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
@@ -56,7 +67,7 @@ impl Scattering for Diffuse {
     }
 }
 
-/// Makes [`Material`], [`Bsdf`], [`CreditedBsdf`], [`Unmixed`] and [`Smooth`] from the models: `Model: super::file::Material`.
+/// Makes [`Material`], [`Bsdf`], [`CreditedBsdf`], [`InMedia`], [`Unmixed`] and [`Smooth`] from the models: `Model: super::file::Material`.
 macro_rules! bsdfs {
     (
         smooth { $($(#[$smooth_doc:meta])* $smooth:ident: super::$smooth_file:ident::$smooth_material:ident,)* }
@@ -110,7 +121,7 @@ macro_rules! bsdfs {
 
         bsdf_set! {
             /// Every model of scattering.
-            Bsdf, () {
+            Bsdf, (), () {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
                 /// Several of the others.
@@ -120,11 +131,27 @@ macro_rules! bsdfs {
 
         bsdf_set! {
             /// Every model of scattering, for paths that tell which [group of lights](crate::tracer::light_groups) their light comes from.
-            CreditedBsdf, GroupCredits {
+            CreditedBsdf, GroupCredits, MediumSides {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
                 /// Several of the others.
                 Mixture,
+                ;
+                /// The phase function of a medium.
+                PhaseFunction
+            }
+        }
+
+        bsdf_set! {
+            /// Every model of scattering, for paths through [media](crate::tracer::medium).
+            InMedia, (), MediumSides {
+                $($(#[$smooth_doc])* $smooth,)*
+                $($(#[$rough_doc])* $rough,)*
+                /// Several of the others.
+                Mixture,
+                ;
+                /// The phase function of a medium.
+                PhaseFunction
             }
         }
 
@@ -148,9 +175,19 @@ macro_rules! bsdfs {
             }
         }
 
+        impl From<Unmixed> for InMedia {
+            #[inline]
+            fn from(bsdf: Unmixed) -> Self {
+                match bsdf {
+                    $(Unmixed::$smooth(bsdf) => Self::$smooth(bsdf),)*
+                    $(Unmixed::$rough(bsdf) => Self::$rough(bsdf),)*
+                }
+            }
+        }
+
         bsdf_set! {
             /// Every model but mixtures, which are several times as large.
-            Unmixed, () {
+            Unmixed, (), () {
                 $($(#[$smooth_doc])* $smooth,)*
                 $($(#[$rough_doc])* $rough,)*
             }
@@ -158,7 +195,7 @@ macro_rules! bsdfs {
 
         bsdf_set! {
             /// The models without rough parts: what most scenes of mirrors and glass are made of.
-            Smooth, () { $($(#[$smooth_doc])* $smooth,)* }
+            Smooth, (), () { $($(#[$smooth_doc])* $smooth,)* }
         }
     };
 }

@@ -4,23 +4,35 @@ use glam::Vec3;
 
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::tracer::medium::{MediumSides, PhaseFunction};
 use crate::tracer::record::{PathEvent, record};
 use crate::tracer::wavelength_mis::Dispersion;
 
 use super::diffuse::Diffuse;
-use super::models::{Bsdf, Material, Scattering};
+use super::models::{InMedia, Material, Scattering};
 use super::scattering::{BsdfSample, DeltaLobes, MaterialEvalContext, ScatteringModel};
 
 /// Every model of scattering, and what it is asked is recorded.
 #[derive(Clone, Copy, Debug)]
-pub struct Recorded(Bsdf);
+pub struct Recorded(InMedia);
+
+impl From<Diffuse> for Recorded {
+    fn from(bsdf: Diffuse) -> Self {
+        Self(bsdf.into())
+    }
+}
 
 impl Scattering for Recorded {
     const RECORDS: bool = true;
     type Credits = ();
+    type Media = MediumSides;
 
     fn of(material: &Material, context: &MaterialEvalContext, lambda: &SampledWavelengths) -> Self {
-        Self(Bsdf::of(material, context, lambda))
+        Self(InMedia::of(material, context, lambda))
+    }
+
+    fn of_phase(phase: PhaseFunction) -> Self {
+        Self(InMedia::of_phase(phase))
     }
 }
 

@@ -17,6 +17,7 @@ use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum, White};
 use crate::tracer::wavelength_mis;
 
 use super::entry::{Entry, Reason, never};
+use super::media;
 use super::used::{Object, Used, by, known, shown};
 
 /// Without it all that is seen has one white, and every path carries its wavelengths.
@@ -238,6 +239,9 @@ pub(super) fn colors(used: &Used) -> Result<Reason, Option<White>> {
     if let Ok(found) = by(used.material(is_colored), "depends on the wavelength", "") {
         return Ok(found);
     }
+    if let Ok(found) = by(used.medium(media::is_colored), "depends on the wavelength", "") {
+        return Ok(found);
+    }
     let mut shining = used.emitters();
     let Some((first, place)) = shining.next() else { return Err(None) };
     if first.is_none() {
@@ -268,6 +272,7 @@ fn grey(desc: &mut SceneDesc) {
             *index = Spectrum::Constant(index.eval(Vec4::splat(SODIUM_D)).x);
         }
     }
+    media::grey(desc);
     for shape in &mut desc.shapes {
         match &mut shape.emission_profile.texture {
             Some(texture) => *texture = Arc::new(texture.grey()),

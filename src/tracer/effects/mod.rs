@@ -6,6 +6,7 @@
 //! entry      what the table says of each effect
 //! used       the materials and lights that take part in a scene
 //! materials  the effects that materials and meshes call for
+//! media      the effects that participating media call for
 //! methods    the effects that lights, the camera and the method call for
 //! ```
 //!
@@ -26,6 +27,7 @@
 
 mod entry;
 mod materials;
+mod media;
 mod methods;
 mod used;
 
@@ -87,6 +89,12 @@ table! {
     Textures = materials::TEXTURES,
     /// Normals that pictures tilt: normal maps and bump maps.
     Bump = materials::BUMP,
+    /// Participating media: fog, smoke, milk.
+    Media = media::MEDIA,
+    /// Media whose coefficients vary in space: smoke, clouds.
+    GridMedia = media::GRID_MEDIA,
+    /// Media whose extinction depends on the wavelength: colours part along a path.
+    ChromaticMedia = media::CHROMATIC_MEDIA,
     /// Photons that have met mirrors, glass or coats only, looked up where they are seen.
     CausticPhotons = methods::CAUSTIC_PHOTONS,
     /// All other photons, of light that was spread before: gathered from one bounce away.
@@ -132,6 +140,10 @@ pub fn force_on(desc: &mut SceneDesc, effect: Effect) -> Result<(), &'static str
     match effect {
         Effect::Wavelengths => {
             desc.integrator.spectral = true;
+            Ok(())
+        }
+        Effect::Media if desc.names_media() => {
+            desc.integrator.surfaces_only = false;
             Ok(())
         }
         Effect::LightStream => Err("choose --integrator bidirectional or light"),
@@ -191,6 +203,7 @@ pub fn material_class(desc: &SceneDesc) -> MaterialClass {
     let used = Used::of(desc);
     let has = |effect: Effect| (effect.entry().find)(&used, IntegratorKind::Path).is_ok();
     match (has(Effect::Glossy), has(Effect::Deltas)) {
+        _ if desc.has_media() => MaterialClass::InMedia,
         _ if used.mixes() => MaterialClass::Mixed,
         _ if used.other_diffuse() => MaterialClass::General,
         (true, _) => MaterialClass::General,

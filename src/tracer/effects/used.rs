@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::scene::desc::{
-    BsdfDesc, LightDesc, Name, Place, ProjectorDesc, SceneDesc, ShapeDesc, SpotDesc, SunSkyDesc,
+    BsdfDesc, LightDesc, MediumDesc, MediumInterface, Name, Place, ProjectorDesc, SceneDesc, ShapeDesc,
+    SpotDesc, SunSkyDesc,
 };
 use crate::spectrum::{Spectrum, White};
 
@@ -76,6 +77,27 @@ impl<'a> Used<'a> {
         let place = place.or_else(shape);
         let name = id.map_or(plugin.to_string(), |id| format!("{plugin} \"{id}\""));
         Some(Object { name, place, others: all.count() })
+    }
+
+    /// Indices of the media that surfaces and the camera name, each once.
+    pub(super) fn media(&self) -> impl Iterator<Item = usize> + use<> {
+        let taken = !self.desc.integrator.surfaces_only;
+        let sides = |shape: &ShapeDesc| {
+            let MediumInterface { interior, exterior } = shape.medium_interface;
+            [interior, exterior]
+        };
+        let named = self.desc.surfaces().flat_map(sides).chain([self.desc.camera.medium]).flatten();
+        named.filter(|_| taken).map(|id| id.0 as usize).collect::<BTreeSet<_>>().into_iter()
+    }
+
+    /// The first medium of which `is` holds.
+    pub(super) fn medium(&self, is: fn(&MediumDesc) -> bool) -> Option<Object> {
+        let mut all = self.media().filter(|i| self.desc.media.get(*i).is_some_and(is));
+        let first = all.next()?;
+        let named = self.desc.names.media.get(first);
+        let id = named.and_then(|name| name.id.as_ref());
+        let name = id.map_or("a medium".to_string(), |id| format!("medium \"{id}\""));
+        Some(Object { name, place: named.and_then(|name| known(name.place)), others: all.count() })
     }
 
     /// White and place of everything that emits: shapes, then other lights.

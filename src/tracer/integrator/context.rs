@@ -5,15 +5,19 @@ use std::sync::Arc;
 use crate::scene::desc::{IntegratorDesc, PhotonDesc};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, White};
 use crate::stream::{FaultyValue, MAX_VALUE, UvWindow, faults, replicate_seed};
-use crate::tracer::accel::Ray;
+use crate::tracer::accel::{PrimRange, Ray};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::camera::CameraView;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{Emission, EmissionOrigin};
+use crate::tracer::medium::{EdgeWavelengths, FlightPiece, FreeFlight, MediumIndex, MediumSides, PathMedia};
+use crate::tracer::opacity::meets;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
+use crate::tracer::walk::Walk;
+use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Camera, Sampler, Scene};
 
 /// Pixels in width and height of a picture of unknown size.
@@ -44,6 +48,10 @@ pub struct RenderContext {
     pub screen: ScreenSampling,
     /// Cells of the window within which camera paths are even, about as large as the picture's pixels.
     pub cells: ScreenCells,
+    /// The medium that the camera is in.
+    pub medium: MediumIndex,
+    /// The camera stands on the boundary of a medium: each of its rays begins in the medium that lies ahead.
+    pub on_boundary: bool,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
 }
@@ -69,6 +77,8 @@ impl RenderContext {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, mut photons, .. } = *desc;
         photons.initial_radius = photons.initial_radius.map(|radius| scene.space().length(radius));
         let screen = ScreenSampling::Even;
+        let medium = camera.medium_in(&scene);
+        let on_boundary = scene.is_on_medium_boundary(camera.position());
         Self {
             scene,
             camera,
@@ -80,6 +90,8 @@ impl RenderContext {
             places: None,
             screen,
             cells: ScreenCells::of_pixels(USUAL_PIXELS),
+            medium,
+            on_boundary,
             photons,
         }
     }
@@ -166,6 +178,41 @@ impl RenderContext {
         Some(self.scene.interaction(ray, &hit))
     }
 
+    /// The vertex that `walk` comes to along `ray`, whose direction has unit length: as [`closest`](Self::closest), or a point in a medium.
+    /// `record` receives each piece of the flight.
+    #[inline(always)]
+    pub(super) fn next_vertex<B: Scattering>(
+        &self,
+        walk: &mut Walk<false>,
+        ray: &mut Ray,
+        flight: &mut FreeFlight,
+        record: impl FnMut(FlightPiece),
+    ) -> Option<SurfaceInteraction> {
+        if B::Media::PRESENT && self.on_boundary && walk.depth == 0 {
+            walk.medium = self.scene.medium_ahead(ray);
+        }
+        match self.scene.media().filter(|_| B::Media::PRESENT) {
+            None => self.closest(ray, walk.depth),
+            Some(media) if self.hides_emitters(walk.depth) => {
+                let ends = |ray: &Ray, at: &SurfaceInteraction, opacity| {
+                    at.light.is_none() && meets(ray, at, opacity)
+                };
+                self.scene.fly(media, walk, flight, ray, ends, record)
+            }
+            Some(media) => {
+                let ends = |ray: &Ray, at: &SurfaceInteraction, opacity| {
+                    at.emitter().is_some() || meets(ray, at, opacity)
+                };
+                self.scene.fly(media, walk, flight, ray, ends, record)
+            }
+        }
+    }
+
+    /// The medium in which a ray of the camera begins.
+    pub(super) fn medium_along(&self, ray: &Ray) -> MediumIndex {
+        if self.on_boundary { self.scene.medium_ahead(ray) } else { self.medium }
+    }
+
     /// The environment, if a segment of a camera path sees it, where `depth` segments came before.
     #[inline(always)]
     pub(super) fn environment(&self, depth: u32) -> Option<u32> {
@@ -190,27 +237,52 @@ impl RenderContext {
         let value = vertex.throughput * scattering.value * (weight * view.uv_per_steradian / view.distance2);
         B::record(|| PathEvent::ToCamera { uv: view.uv, value });
         if !value.is_within(MAX_VALUE) {
-            faults::raise(FaultyValue::CameraConnection, value.into(), Some(surface.hit.surface), None);
+            faults::raise(FaultyValue::CameraConnection, value.into(), surface.hit.known_surface(), None);
             return None;
         }
         Some(CameraConnection { view, scattering, value })
     }
 
-    /// The share of light that goes from the vertex at `hit` to the camera: 1 where nothing stands in between.
+    /// The factor on the contribution of a connection from `vertex` to the camera: 1 where nothing stands in between and no medium either.
     #[inline]
-    pub(super) fn visible_to_camera(&self, hit: &SurfaceInteraction, view: &CameraView) -> f32 {
+    pub(super) fn camera_factor<B: Scattering>(
+        &self,
+        vertex: &SubpathVertex<B>,
+        lambda: &SampledWavelengths,
+        connection: &CameraConnection,
+    ) -> SampledSpectrum {
+        let CameraConnection { view, scattering, .. } = connection;
+        let hit = &vertex.surface.hit;
         let mut ray = hit.spawn_to(view.origin, -view.direction);
+        let mis = vertex.wavelength_mis.and(scattering.wavelength_mis);
+        let wavelengths = EdgeWavelengths { lambda, mis };
+        let medium = vertex.surface.medium_towards(-view.direction);
         if !self.hide_emitters {
-            return self.scene.transmittance(&ray);
+            return self.scene.edge_factor::<B::Media>(medium, &ray, PrimRange::NONE, wavelengths);
         }
-        // Lights are looked through. The ray is not of unit length: each hit moves its origin.
+        // Lights are looked through.
+        if let Some(media) = self.scene.media().filter(|_| B::Media::PRESENT) {
+            return self.scene.unlit_edge_factor(media, medium, &ray, wavelengths);
+        }
+        // The ray is not of unit length: each hit moves its origin.
         while let Some(hit) = self.scene.closest(&ray) {
             if hit.light.is_none() {
-                return 0.0;
+                return SampledSpectrum::ZERO;
             }
             ray = hit.spawn_to(view.origin, -view.direction);
         }
-        1.0
+        SampledSpectrum::ONE
+    }
+
+    /// The factor on light that goes along `ray`, which begins in `medium`: 1 where nothing lies on it and no medium either.
+    pub(super) fn open_factor(
+        &self,
+        ray: &Ray,
+        medium: MediumIndex,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        let wavelengths = EdgeWavelengths { lambda, mis: WavelengthMis::ALL };
+        self.scene.edge_factor::<MediumSides>(medium, ray, PrimRange::NONE, wavelengths)
     }
 
     /// Connects the light itself to the camera: the view, and the factor on the light's spectrum. `None` for what the camera
@@ -219,8 +291,9 @@ impl RenderContext {
     pub(super) fn connect_light_to_camera(
         &self,
         emission: &Emission,
+        lambda: &SampledWavelengths,
         lens: [f32; 2],
-    ) -> Option<(CameraView, f32)> {
+    ) -> Option<(CameraView, SampledSpectrum)> {
         let Emission { light, from, direction, pdf } = emission;
         if self.hide_emitters {
             return None;
@@ -231,15 +304,19 @@ impl RenderContext {
                 let view = self.camera.view(from.p, lens, &self.window)?;
                 let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);
                 let scale = pdf.cos * view.uv_per_steradian / (view.distance2 * pdf.vertex);
+                if scale.is_nan() || scale <= 0.0 {
+                    return None;
+                }
                 let ray = from.spawn_to(view.origin, -view.direction);
-                let share = if scale > 0.0 { self.scene.transmittance(&ray) } else { 0.0 };
-                (share > 0.0).then_some((view, scale * share))
+                let factor = self.open_factor(&ray, self.scene.medium_of_light(*light), lambda) * scale;
+                (!factor.is_black()).then_some((view, factor))
             }
             EmissionOrigin::Infinite => {
                 let view = self.camera.view_far(-*direction, lens, &self.window)?;
                 let ray = self.camera.ray(view.uv.map(f64::from), lens);
-                let open = self.scene.closest(&ray).is_none();
-                open.then_some((view, view.uv_per_steradian / pdf.vertex))
+                let factor = self.open_factor(&ray, self.medium_along(&ray), lambda)
+                    * (view.uv_per_steradian / pdf.vertex);
+                (!factor.is_black()).then_some((view, factor))
             }
         }
     }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::bsdf::{BsdfSample, DeltaLobes, Scattering};
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::{MediumIndex, PathMedia};
 use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::vertex::SurfaceVertex;
 
@@ -41,6 +42,10 @@ impl RenderContext {
         lambda: &SampledWavelengths,
         segments: u32,
     ) -> Option<LightBehindDeltas<C>> {
+        // Chains ignore media, so that scenes with media do not follow them.
+        if B::Media::PRESENT && self.scene.media().is_some() {
+            *chain = SpecularChain::PathAlone;
+        }
         if *chain == SpecularChain::PathAlone {
             return None;
         }
@@ -101,7 +106,7 @@ impl RenderContext {
                 if followed.segments == self.longest() {
                     return;
                 }
-                let vertex = SurfaceVertex::<B>::new(scene, hit, followed.lambda);
+                let vertex = SurfaceVertex::<B>::new(scene, hit, followed.lambda, MediumIndex::VACUUM);
                 return self.follow_all(&vertex, &vertex.bsdf.delta_lobes(vertex.wo), followed, sum);
             }
         }

@@ -15,6 +15,7 @@ use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, LightSampleContext, Lights};
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::{EdgeWavelengths, FlightPiece, FreeFlight, MediumIndex, PathMedia};
 use crate::tracer::record::PathEvent;
 use crate::tracer::roulette::{self, Policy};
 use crate::tracer::sampler::VertexNumbers;
@@ -22,7 +23,7 @@ use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::{Walk, is_rough_dispersion};
 use crate::tracer::wavelength_mis::WavelengthMis;
-use crate::tracer::{Scene, mis};
+use crate::tracer::{Sampler, Scene, mis};
 
 use super::RenderContext;
 use super::delta_chains::LightBehindDeltas;
@@ -30,20 +31,21 @@ use super::delta_chains::LightBehindDeltas;
 /// Next-event estimation: samples a light from `vertex` and returns it with what it contributes, or `None` for nothing.
 ///
 /// `unoccluded` returns the contribution of a light sample including its MIS weight, as if nothing stood in between. The
-/// shadow ray is the costly part, so it is traced only for a sample that contributes.
+/// shadow ray is the costly part, so it is traced only for a sample that contributes. `wavelengths` are those of the path to the vertex.
 #[inline(always)]
 pub(super) fn sample_direct<B: Scattering>(
     scene: &Scene,
     vertex: &SurfaceVertex<B>,
     u: &VertexNumbers,
+    wavelengths: EdgeWavelengths<'_>,
     unoccluded: impl FnMut(u32, &LightSample) -> Option<SampledSpectrum>,
 ) -> Option<(u32, SampledSpectrum)> {
     let context = vertex.light_context();
     let (light, sample, value) =
         scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
-    let share = scene.visible(&vertex.hit, light, &sample);
-    B::record(|| PathEvent::Light { light, sample, value, visible: share });
-    (share > 0.0).then(|| (light, value * share))
+    let factor = vertex.light_factor(scene, light, &sample, wavelengths);
+    B::record(|| PathEvent::Light { light, sample, value, visible: factor.max_element() });
+    (!factor.is_black()).then(|| (light, value * factor))
 }
 
 /// The light that a path asked for last, since most paths ask for one light again and again: its emission, or the factor of it that is the
@@ -105,10 +107,10 @@ pub(super) struct PathState<C> {
 }
 
 impl<C: LightCredits> PathState<C> {
-    /// A path that starts at these wavelengths.
-    pub(super) fn new(lambda: SampledWavelengths, splitting: Splitting) -> Self {
+    /// A path that starts at these wavelengths in `medium`.
+    pub(super) fn new(lambda: SampledWavelengths, splitting: Splitting, medium: MediumIndex) -> Self {
         Self {
-            walk: Walk::new(lambda, SampledSpectrum::ONE, 1.0),
+            walk: Walk::new(lambda, SampledSpectrum::ONE, 1.0, medium),
             radiance: SampledSpectrum::ZERO,
             credits: C::default(),
             wavelength_weight: 1.0,
@@ -175,22 +177,30 @@ impl<C: LightCredits> PathState<C> {
         }
     }
 
-    /// Traces `ray` to the next surface that it does not pass and returns the hit if the path goes on from there; `ray` then begins behind
-    /// what it has passed. Emission that is found on the way is added if `takes_emission`.
+    /// Traces `ray` to the next surface that it does not pass, or point in a medium, and returns that if the path goes on from there; `ray` then
+    /// begins behind what it has passed. Emission that is found on the way is added if `takes_emission`.
+    /// `record` receives each piece of the flight.
     #[inline(always)]
     pub(super) fn arrive<B: Scattering>(
         &mut self,
         context: &RenderContext,
         ray: &mut Ray,
+        sampler: &Sampler,
         takes_emission: bool,
+        mut record: impl FnMut(FlightPiece),
     ) -> Option<SurfaceInteraction> {
         let (scene, longest, wi) = (&context.scene, context.longest(), ray.direction);
         let lights = scene.lights();
         if self.walk.depth >= longest {
             return None;
         }
+        let mut flight = FreeFlight::of::<B>(|| sampler.flight(self.walk.depth));
         loop {
-            let Some(hit) = context.closest(ray, self.walk.depth) else {
+            let next = context.next_vertex::<B>(&mut self.walk, ray, &mut flight, &mut record);
+            if B::Media::PRESENT {
+                self.wavelength_weight = self.weight_of(self.walk.wavelength_mis);
+            }
+            let Some(hit) = next else {
                 if takes_emission && let Some(light) = context.environment(self.walk.depth) {
                     let pdf = |from| lights.pdf(light, from, wi, None);
                     self.add_emitted::<B>(lights, light, Vec3::ZERO, wi, 1.0, pdf);
@@ -204,6 +214,7 @@ impl<C: LightCredits> PathState<C> {
                 self.add_emitted::<B>(lights, light, point.p, wi, self.chain.probability(), pdf);
             }
             if scene.passes(ray, &hit) {
+                self.walk.pass::<B>(scene, &hit, wi);
                 continue;
             }
             self.walk.depth += 1;
@@ -254,7 +265,7 @@ impl<C: LightCredits> PathState<C> {
                 self.radiance += value;
                 self.credits.add_all(&credits, self.walk.throughput);
             }
-            false => faults::raise(FaultyValue::Emission, value.into(), Some(vertex.hit.surface), None),
+            false => faults::raise(FaultyValue::Emission, value.into(), vertex.hit.known_surface(), None),
         }
         B::record(|| PathEvent::Radiance(self.radiance));
     }
@@ -267,7 +278,8 @@ impl<C: LightCredits> PathState<C> {
         vertex: &SurfaceVertex<B>,
         u: &VertexNumbers,
     ) {
-        let direct = sample_direct(scene, vertex, u, |light, sample| {
+        let walk = self.walk;
+        let direct = sample_direct(scene, vertex, u, (&walk).into(), |light, sample| {
             self.unoccluded_contribution(scene.lights(), vertex, light, sample)
         });
         if let Some((light, direct)) = direct {
@@ -302,7 +314,7 @@ impl<C: LightCredits> PathState<C> {
         let value =
             self.walk.throughput * f * emission * (wavelength_weight * sample.scale * weight / sample.pdf.0);
         if !value.is_within(MAX_VALUE) {
-            faults::raise(FaultyValue::LightSample, value.into(), Some(vertex.hit.surface), Some(light));
+            faults::raise(FaultyValue::LightSample, value.into(), vertex.hit.known_surface(), Some(light));
             return None;
         }
         (!value.is_black()).then_some(value)

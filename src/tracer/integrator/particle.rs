@@ -5,7 +5,8 @@ use glam::Vec3;
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Recorded, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, InMedia, Recorded, Scattering, Smooth, Unmixed};
+use crate::tracer::medium::FreeFlight;
 use crate::tracer::output::send_light;
 use crate::tracer::record::{PathEvent, record};
 use crate::tracer::sampler::{CameraNumbers, LightSampler};
@@ -42,11 +43,12 @@ impl Integrator for ParticleTracer {
         let group = scene.lights.group(emission.light);
         if context.longest() >= 1
             && !emitted.is_black()
-            && let Some((view, scale)) = context.connect_light_to_camera(&emission, lens)
+            && let Some((view, factor)) = context.connect_light_to_camera(&emission, &lambda, lens)
         {
-            send_light(out, view.uv, lambda.to_xyz(emitted * scale), group);
+            send_light(out, view.uv, lambda.to_xyz(emitted * factor), group);
         }
-        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
+        let medium = scene.medium_of_light(emission.light);
+        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted, medium) else { return };
         let ray = emission.ray();
         match (scene.tracing_mode(), scene.material_class()) {
             (TracingMode::Plain, MaterialClass::Diffuse) => {
@@ -60,6 +62,9 @@ impl Integrator for ParticleTracer {
             }
             (TracingMode::Plain, MaterialClass::Mixed) => {
                 self.follow::<Bsdf>(subpath, ray, &numbers, None, out)
+            }
+            (TracingMode::Plain, MaterialClass::InMedia) => {
+                self.follow::<InMedia>(subpath, ray, &numbers, None, out)
             }
             (TracingMode::Record, _) => {
                 record(PathEvent::Begins((&subpath.walk).into()));
@@ -101,8 +106,9 @@ impl ParticleTracer {
         let uv = [0, 1].map(|i| min[i] + (max[i] - min[i]) * place[i]);
         let ray = context.camera.ray(uv.map(f64::from), place);
         let emitted = context.scene.lights.spectrum(light, ray.origin, direction, lambda);
-        if !emitted.is_black() && context.scene.closest(&ray).is_none() {
-            let value = lambda.to_xyz(emitted * context.window_area());
+        let factor = context.open_factor(&ray, context.medium_along(&ray), lambda);
+        if !(emitted * factor).is_black() {
+            let value = lambda.to_xyz(emitted * factor * context.window_area());
             send_light(out, uv, value, context.scene.lights.group(light));
         }
     }
@@ -118,14 +124,16 @@ impl ParticleTracer {
     ) {
         let context = &self.context;
         while subpath.walk.depth + 1 < context.longest() {
-            let Some(hit) = context.scene.closest(&ray) else { break };
+            let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+            let next = context.scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
+            let Some(hit) = next else { break };
             let vertex: SubpathVertex<B> = subpath.arrive(&context.scene, hit);
             B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
             let u = numbers.vertex(subpath.walk.depth - 1);
             if let Some(connection) = context.connect_to_camera(&vertex, u.light) {
-                let share = context.visible_to_camera(&vertex.surface.hit, &connection.view);
-                if share > 0.0 {
-                    let value = subpath.walk.lambda.to_xyz(connection.value * share);
+                let factor = context.camera_factor(&vertex, &subpath.walk.lambda, &connection);
+                if !factor.is_black() {
+                    let value = subpath.walk.lambda.to_xyz(connection.value * factor);
                     send_light(out, connection.view.uv, value, group);
                 }
             }

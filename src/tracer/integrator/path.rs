@@ -29,7 +29,7 @@
 use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Recorded, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, InMedia, Recorded, Scattering, Smooth, Unmixed};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::output::send_camera;
 use crate::tracer::record::PathEvent;
@@ -91,7 +91,7 @@ impl PathTracer {
         // Where noise is measured there is no picture to begin.
         let whole = index < WHOLE_PATHS && self.context.places.is_none();
         let splitting = if whole { Splitting::Never } else { Splitting::Pending };
-        let mut path = PathState::<B::Credits>::new(lambda, splitting);
+        let mut path = PathState::<B::Credits>::new(lambda, splitting, self.context.medium);
         B::record(|| PathEvent::Begins((&path.walk).into()));
         self.follow::<B>(&mut path, camera.ray(uv, numbers.lens), &sampler);
         B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
@@ -104,8 +104,8 @@ impl PathTracer {
     #[inline]
     fn follow<B: Scattering>(&self, path: &mut PathState<B::Credits>, mut ray: Ray, sampler: &Sampler) {
         let scene = &self.context.scene;
-        while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, true) {
-            let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda);
+        while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, sampler, true, |_| ()) {
+            let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda, path.walk.medium);
             B::record(|| PathEvent::Meets((&path.walk).into(), hit));
             let u = sampler.vertex(path.walk.depth - 1);
             if !vertex.bsdf.is_delta() {
@@ -201,6 +201,7 @@ impl Integrator for PathTracer {
             (TracingMode::Plain, MaterialClass::Specular) => self.trace_as::<Smooth>(index, out),
             (TracingMode::Plain, MaterialClass::General) => self.trace_as::<Unmixed>(index, out),
             (TracingMode::Plain, MaterialClass::Mixed) => self.trace_as::<Bsdf>(index, out),
+            (TracingMode::Plain, MaterialClass::InMedia) => self.trace_as::<InMedia>(index, out),
             (TracingMode::Record, _) => self.trace_as::<Recorded>(index, out),
             (TracingMode::LightGroups, _) => self.trace_as::<CreditedBsdf>(index, out),
         }

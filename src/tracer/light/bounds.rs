@@ -87,7 +87,9 @@ impl LightBounds {
         let emitted = mean_cosine(if cos == 1.0 { cos_w } else { within }, sin_u);
         let is_inside = !is_far && (distance2 <= radius2 || distance2 == 0.0);
         let is_even = cos <= -1.0;
-        let received = if is_far && is_even { 1.0 } else { received };
+        // A point in a medium receives light from everywhere.
+        let in_medium = at.n.x == 0.0 && at.n.y == 0.0 && at.n.z == 0.0;
+        let received = if is_far && is_even || in_medium { 1.0 } else { received };
         let emitted = if is_far || is_even { 1.0 } else { emitted };
         if is_inside { INSIDE * falloff } else { falloff * received * emitted }
     }

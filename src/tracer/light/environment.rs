@@ -65,15 +65,19 @@ pub struct ConstantLight;
 impl LightSource for ConstantLight {
     #[inline]
     fn sample(&self, at: LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
-        let local = warp::cosine_hemisphere(u);
-        let pdf = PdfW(warp::cosine_hemisphere_pdf(local.z));
-        let wi = Frame::new(at.n).to_world(local);
+        let (wi, pdf) = if at.n == Vec3::ZERO {
+            (warp::sphere(u), PdfW(warp::SPHERE_PDF))
+        } else {
+            let local = warp::cosine_hemisphere(u);
+            (Frame::new(at.n).to_world(local), PdfW(warp::cosine_hemisphere_pdf(local.z)))
+        };
         Some(LightSample { wi, target: None, scale: 1.0, pdf, delta: false })
     }
 
     #[inline]
     fn pdf(&self, at: LightSampleContext, wi: Vec3, hit: Option<&SurfacePoint>) -> PdfW {
         match hit {
+            None if at.n == Vec3::ZERO => PdfW(warp::SPHERE_PDF),
             None => PdfW(warp::cosine_hemisphere_pdf(wi.dot(at.n))),
             Some(_) => PdfW::ZERO,
         }

@@ -9,7 +9,7 @@ use crate::math::pdf::PdfW;
 pub struct LightSampleContext {
     /// Position, world space.
     pub p: Vec3,
-    /// Unit shading normal on the side that is seen.
+    /// Unit shading normal on the side that is seen; 0 in a medium, which has none.
     pub n: Vec3,
     /// The surface also lets light through from the other side.
     pub through: bool,

@@ -1,6 +1,7 @@
 //! Why a scene cannot be traced.
 
-use crate::scene::desc::{BsdfId, GroupId, MOST_PARTS, MeshId, Place};
+use crate::scene::desc::{BsdfId, GroupId, MOST_PARTS, MediumId, MeshId, Place};
+use crate::tracer::medium::MOST_LOBES;
 
 /// References to cache lines have 28 bits. They suffice even if every primitive takes a block (4 lines) and a node (4 lines).
 pub(super) const MAX_PRIMITIVES: usize = 33_000_000;
@@ -21,6 +22,20 @@ pub enum PrepareError {
     UnknownMaterial {
         /// The id.
         id: BsdfId,
+    },
+    /// A shape names a medium that does not exist.
+    #[error("medium {} is named but does not exist: the scene description is inconsistent", id.0)]
+    UnknownMedium {
+        /// The id.
+        id: MediumId,
+    },
+    /// A phase function that is not traced.
+    #[error(
+        "the phase function of the medium{named} is a blend of more than {MOST_LOBES} others: leave some out"
+    )]
+    PhaseFunction {
+        /// Name and place of the medium.
+        named: String,
     },
     /// A material is made of too many others.
     #[error("material {} is made of more than {MOST_PARTS} others", id.0)]

@@ -24,6 +24,7 @@ use super::bounding_sphere::BoundingSphere;
 use super::bsdf::Material;
 use super::effects::{self, planned};
 use super::light::Lights;
+use super::medium::Media;
 use super::primitives::Primitives;
 use super::scene::{MaterialClass, Scene, TracingMode};
 use error::MAX_PRIMITIVES;
@@ -134,9 +135,14 @@ impl Scene {
         let (casters, chains) = specular::of(desc);
         let lights = Lights::new(lights.into(), spectra, extent).aiming_at(casters);
         let (primitives, white) = (Arc::new(primitives), None);
+        let media = Media::of(desc)?;
         let mixes = materials.iter().any(|material| matches!(material, Material::Mixture(_)));
-        let material_class = if mixes { MaterialClass::Mixed } else { MaterialClass::General };
-        Ok(Scene {
+        let material_class = match mixes {
+            _ if media.is_some() => MaterialClass::InMedia,
+            true => MaterialClass::Mixed,
+            false => MaterialClass::General,
+        };
+        let mut scene = Scene {
             primitives,
             surfaces,
             materials,
@@ -144,13 +150,16 @@ impl Scene {
             lights,
             specular_uses: SpecularUse::of_surfaces(desc),
             chains,
+            media: media.map(Arc::new),
             white,
             material_class,
             tracing_mode: TracingMode::default(),
             notices,
             space,
             structure,
-        })
+        };
+        scene.place_lights_in_media();
+        Ok(scene)
     }
 
     /// This scene with the materials and the light of `desc`, in effect the same as [`Scene::prepare`] of `desc`.
@@ -178,7 +187,12 @@ impl Scene {
             (casters, chains) = specular::of(&desc.in_rendering_space());
             lights = lights.aiming_at(casters);
         }
-        Ok(Scene {
+        let media = if desc.has_media() { Media::of(&desc.in_rendering_space())? } else { None };
+        let media = media.map(|media| match self.media() {
+            Some(before) => media.with_places_of(before),
+            None => media,
+        });
+        let mut scene = Scene {
             primitives: self.primitives.clone(),
             surfaces,
             materials,
@@ -186,13 +200,18 @@ impl Scene {
             lights,
             specular_uses,
             chains,
+            media: media.map(Arc::new),
             white: effects::white(desc),
             material_class: effects::material_class(desc),
             tracing_mode: TracingMode::default(),
             notices: self.notices.clone(),
             space: self.space,
             structure: self.structure.clone(),
-        })
+        };
+        if self.media().is_none() {
+            scene.place_lights_in_media();
+        }
+        Ok(scene)
     }
 }
 

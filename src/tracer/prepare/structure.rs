@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use crate::scene::SceneDesc;
 use crate::scene::desc::RenderingSpace;
 use crate::scene::desc::emission_texture::{EmissionProfile, EmissionTexture};
-use crate::scene::desc::{LightDesc, Mesh, ShapeDesc, ShapeKind, SpotTextureDesc};
+use crate::scene::desc::{LightDesc, MediumId, MediumInterface, Mesh, ShapeDesc, ShapeKind, SpotTextureDesc};
 use crate::spectrum::{EmissionMap, Spectrum};
 use crate::tracer::{tangents, texture_coordinates};
 
@@ -19,6 +19,8 @@ pub(in crate::tracer) struct SceneStructure {
     groups: Vec<Vec<ShapeStructure>>,
     meshes: Vec<SameAllocation<Mesh>>,
     lights: Vec<LightStructure>,
+    /// The medium that the camera names, which may be the only use of one.
+    medium_of_camera: Option<MediumId>,
 }
 
 /// Data that counts as equal only if it is the same allocation.
@@ -39,6 +41,7 @@ struct ShapeStructure {
     flip_normals: bool,
     emits: bool,
     emission_profile: EmissionProfile,
+    medium_interface: MediumInterface,
     brushed: bool,
     bumpy: bool,
     textured: bool,
@@ -71,12 +74,14 @@ enum LightStructure {
 
 impl SceneStructure {
     pub(super) fn of(desc: &SceneDesc) -> Self {
+        let media = desc.has_media();
         let shape = |shape: &ShapeDesc| ShapeStructure {
             kind: shape.kind.clone(),
             to_world: shape.to_world,
             flip_normals: shape.flip_normals,
             emits: shape.emission.is_some(),
             emission_profile: shape.emission_profile.clone(),
+            medium_interface: if media { shape.medium_interface } else { MediumInterface::default() },
             brushed: tangents::is_brushed(desc, shape.bsdf),
             bumpy: tangents::has_bump(desc, shape.bsdf),
             placed: texture_coordinates::is_placed(desc, shape.bsdf),
@@ -110,6 +115,7 @@ impl SceneStructure {
             groups: desc.groups.iter().map(|group| group.shapes.iter().map(shape).collect()).collect(),
             meshes: desc.meshes.iter().cloned().map(SameAllocation).collect(),
             lights: desc.lights.iter().map(light).collect(),
+            medium_of_camera: desc.camera.medium.filter(|_| media),
         }
     }
 }

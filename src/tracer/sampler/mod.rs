@@ -13,6 +13,8 @@
 //! | L + 1 | lens, light vertex 0 | – | light choice, lobe of light vertex 0 | – | roulette of light vertex 0 |
 //! | L + 1 + d, light vertex d ≥ 1 | lens | bsdf | –, lobe | – | roulette |
 //! | 2^17 | wavelength of a group of paths, – | – | – | – | – |
+//! | 2^18 + d | free flight to vertex d, – | – | – | – | – |
+//! | 2^19 + d | free flight to light vertex d, – | – | – | – | – |
 //!
 //! Light subpaths begin at block L = 2^16. Their vertex 0 is the first surface point after the light, and it is connected to
 //! the lens. No path has 2^16 vertices (Russian roulette ends it before), so camera and light subpaths share no block.
@@ -50,6 +52,9 @@ const LIGHT_BLOCK: u32 = 1 << 16;
 
 /// The block that the paths of a group share.
 const GROUP_BLOCK: u32 = 1 << 17;
+
+/// The blocks of free flights in participating media, of camera paths and of light paths.
+const FLIGHT_BLOCKS: [u32; 2] = [1 << 18, 1 << 19];
 
 /// Random numbers for the start of a camera path, all in [0, 1).
 #[derive(Clone, Copy, Debug)]
@@ -194,6 +199,13 @@ impl Sampler {
         self.part(self.visit.block(1 + depth))
     }
 
+    /// The number of the free flight to vertex `depth`, in (0, 1).
+    #[inline]
+    pub fn flight(&self, depth: u32) -> f64 {
+        let point = self.visit.block(FLIGHT_BLOCKS[0] + depth);
+        unit_f64(self.branch.map_or(point, |branch| branch.of(point))[0])
+    }
+
     #[inline(always)]
     fn part(&self, point: Coordinates) -> VertexNumbers {
         let point = self.branch.map_or(point, |branch| branch.of(point));
@@ -266,6 +278,12 @@ impl LightSampler {
             choice: unit_f64(self.second[4]),
             aim: unit_f32(a[6]),
         }
+    }
+
+    /// The number of the free flight to vertex `depth`, in (0, 1).
+    #[inline]
+    pub fn flight(&self, depth: u32) -> f64 {
+        unit_f64(self.visit.block(FLIGHT_BLOCKS[1] + depth)[0])
     }
 
     /// Numbers for vertex `depth`. Vertex 0 is the first surface point after the light. `light` is for the lens, and

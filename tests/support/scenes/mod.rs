@@ -32,6 +32,7 @@ pub fn empty() -> SceneDesc {
         shapes: Vec::new(),
         groups: Vec::new(),
         lights: Vec::new(),
+        media: Vec::new(),
     }
 }
 
@@ -54,6 +55,7 @@ pub fn look(from: DVec3, direction: DVec3, fov: f64) -> CameraDesc {
         far_clip: 1e30,
         aperture_radius: 0.0,
         focus_distance: 0.0,
+        medium: None,
         place: Place::default(),
     }
 }
@@ -91,7 +93,23 @@ pub fn shape(desc: &mut SceneDesc, kind: ShapeKind, to_world: DAffine3, bsdf: Bs
         bsdf,
         emission: (emission > 0.0).then_some(Spectrum::Constant(emission)),
         emission_profile: Default::default(),
+        medium_interface: Default::default(),
     });
+}
+
+/// Adds a grey homogeneous medium.
+pub fn medium(desc: &mut SceneDesc, sigma_t: f32, albedo: f32, phase: PhaseDesc) -> MediumId {
+    let [sigma_t, albedo] = [sigma_t, albedo].map(|value| Spectrum::Constant(value).into());
+    desc.media.push(MediumDesc { sigma_t, albedo, scale: 1.0, phase });
+    MediumId(desc.media.len() as u32 - 1)
+}
+
+/// Adds a boundary that light passes, with `inside` behind it.
+pub fn boundary(desc: &mut SceneDesc, kind: ShapeKind, to_world: DAffine3, inside: MediumId) {
+    let null = material(desc, NullDesc.into());
+    shape(desc, kind, to_world, null, 0.0);
+    let interface = MediumInterface { interior: Some(inside), exterior: None };
+    desc.shapes.last_mut().expect("just added").medium_interface = interface;
 }
 
 /// A sphere in object space.

@@ -11,7 +11,7 @@ pub const NOTES: &[(&str, &str, &str)] = &[
         "shape",
         "linearcurve",
         "exact, seen from outside only; a line `x y z radius` for each control point, an empty line between curves; `to_world` leaves \
-         radii as they are; no light and no texture coordinates",
+         radii as they are; no light, no medium and no texture coordinates",
     ),
     ("shape", "bsplinecurve", "as `linearcurve`, with uniform cubic B-splines"),
     ("shape", "obj", "negative indices too; read by several threads"),
@@ -107,6 +107,28 @@ pub const NOTES: &[(&str, &str, &str)] = &[
         "gridvolume",
         "a `.vol` of version 3 of 32-bit or 16-bit floats or bytes (Mitsuba reads the first only); with one channel a number, with three a \
          colour, with others their mean counts",
+    ),
+    (
+        "medium",
+        "",
+        "A shape names media as its `interior` and `exterior`, a sensor the one that it is in. Coefficients are per unit of length of the \
+         scene, times `scale`. They are `sigma_t` and `albedo`, or `sigma_s` and `sigma_a`, or those of a `material` of Jensen et al. 2001 \
+         (`apple`, `chicken1`, `chicken2`, `cream`, `ketchup`, `marble`, `potato`, `skimmilk`, `skin1`, `skin2`, `spectralon`, \
+         `wholemilk`) in 1/mm; Mitsuba 3 knows `sigma_t` and `albedo` only. An `<rgb>` as `sigma_t` may be above 1, which Mitsuba's \
+         spectral mode refuses.",
+    ),
+    ("medium", "homogeneous", "the same everywhere"),
+    (
+        "medium",
+        "heterogeneous",
+        "`sigma_t` and `albedo` may be a `gridvolume`; of version 0.6 `density` is `sigma_t`",
+    ),
+    ("phase", "hg", "Henyey and Greenstein's; `g` above 0 is forwards"),
+    ("phase", "blendphase", "`weight` is the share of the second, one number; at most eight make one"),
+    (
+        "emitter",
+        "",
+        "The medium around an emitter is the one in which it lies: a `<medium>` in it has no effect, with a remark.",
     ),
     (
         "emitter",

@@ -25,26 +25,40 @@ pub(super) use stack::MAX_DEPTH;
 pub(super) fn traversals(kernel: AvailableKernel) -> TraversalFns {
     match kernel.get() {
         #[cfg(target_arch = "x86_64")]
-        SimdKernel::Avx2 => TraversalFns { closest: avx2::closest, occluded: avx2::occluded },
+        SimdKernel::Avx2 => avx2::TRAVERSALS,
         #[cfg(target_arch = "x86_64")]
-        SimdKernel::Avx512 => TraversalFns { closest: avx512::closest, occluded: avx512::occluded },
-        _ => TraversalFns { closest: any::closest, occluded: any::occluded },
+        SimdKernel::Avx512 => avx512::TRAVERSALS,
+        _ => any::TRAVERSALS,
     }
 }
 
-/// Both traversals over the lanes `$simd`, compiled with the instructions `$features`.
+/// All traversals over the lanes `$simd`, compiled with the instructions `$features`.
 macro_rules! compile {
     ($name:ident, $simd:expr $(, $features:literal)?) => {
         mod $name {
             use super::*;
 
+            pub(super) const TRAVERSALS: TraversalFns = TraversalFns { closest, closest_except, occluded };
+
             $(#[target_feature(enable = $features)])?
-            pub(super) fn closest(accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance: u32, best: &mut Hit) {
-                traverse::closest($simd, accel, bvh, ray, instance, best);
+            fn closest(accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance: u32, best: &mut Hit) {
+                traverse::closest::<_, false>($simd, accel, bvh, ray, PrimRange::NONE, instance, best);
             }
 
             $(#[target_feature(enable = $features)])?
-            pub(super) fn occluded(accel: &Accel, bvh: &BvhRoot, ray: &Ray, skip: PrimRange) -> bool {
+            fn closest_except(
+                accel: &Accel,
+                bvh: &BvhRoot,
+                ray: &Ray,
+                skip: PrimRange,
+                instance: u32,
+                best: &mut Hit,
+            ) {
+                traverse::closest::<_, true>($simd, accel, bvh, ray, skip, instance, best);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            fn occluded(accel: &Accel, bvh: &BvhRoot, ray: &Ray, skip: PrimRange) -> bool {
                 traverse::occluded($simd, accel, bvh, ray, skip)
             }
         }

@@ -16,13 +16,21 @@ use super::stack::TraversalStack;
 /// Cache lines that are prefetched: those of a node or of most blocks.
 const AHEAD: usize = 4;
 
-/// Replaces `best` by the closest hit in `bvh` (seen through `instance`), if that is closer.
+/// Replaces `best` by the closest hit in `bvh` (seen through `instance`), if that is closer; with `SKIP` of anything but the primitives of `skip`.
 ///
 /// The result does not depend on the order of traversal: of hits at the same distance the lowest id wins, and boxes are
 /// skipped only if they begin beyond the best distance. (For a polygon seen so exactly edge-on that its distance consists of
 /// rounding this is tested, not proven.)
 #[inline(always)]
-pub fn closest<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance: u32, best: &mut Hit) {
+pub fn closest<S: Simd8, const SKIP: bool>(
+    s: S,
+    accel: &Accel,
+    bvh: &BvhRoot,
+    ray: &Ray,
+    skip: PrimRange,
+    instance: u32,
+    best: &mut Hit,
+) {
     let Some((slab, sheared)) = prepare_ray(s, bvh.extent, ray) else { return };
     let (mut stack, mut top) = TraversalStack::new();
     let mut current = bvh.root;
@@ -32,7 +40,7 @@ pub fn closest<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance
             if current == NodeRef::END {
                 return;
             }
-            closest_in_leaf(s, accel, current, ray, &sheared, instance, best);
+            closest_in_leaf::<S, SKIP>(s, accel, current, ray, &sheared, skip, instance, best);
             (key, current) = stack.pop(&mut top);
         } else {
             // SAFETY: `current` was read from a node of this BVH, or is its root, and is not a leaf.
@@ -65,12 +73,14 @@ pub fn closest<S: Simd8>(s: S, accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance
 }
 
 #[inline(always)]
-fn closest_in_leaf<S: Simd8>(
+#[allow(clippy::too_many_arguments, reason = "the state of the loop that it is a part of")]
+fn closest_in_leaf<S: Simd8, const SKIP: bool>(
     s: S,
     accel: &Accel,
     leaf: NodeRef,
     ray: &Ray,
     sheared: &ShearedRay,
+    skip: PrimRange,
     instance: u32,
     best: &mut Hit,
 ) {
@@ -81,7 +91,7 @@ fn closest_in_leaf<S: Simd8>(
             // SAFETY: `leaf` was read from a node of this BVH, or is its root, and refers to a block of this kind.
             let rows = unsafe { accel.arena.rows::<{ $rows }>($line) };
             if let Some(hits) = $test::<S, true>(s, rows, sheared, best.t) {
-                closest_of(s, rows, $corners, &hits, ray, instance, best);
+                closest_of::<S, SKIP>(s, rows, $corners, &hits, ray, skip, instance, best);
             }
         }};
     }
@@ -90,10 +100,13 @@ fn closest_in_leaf<S: Simd8>(
         Leaf::Triangles(line) => block!(line, block_rows(3), triangles, corners),
         Leaf::Quads(line) => block!(line, block_rows(4), quads, corners),
         Leaf::Analytic(prim) => {
-            if let Some(t) = accel.intersect_analytic(prim, ray, best.t.next_up()) {
+            if !(SKIP && skip.contains(prim))
+                && let Some(t) = accel.intersect_analytic(prim, ray, best.t.next_up())
+            {
                 best.improve(Hit { t, prim, uv: [0.0; 2], instance });
             }
         }
+        Leaf::Instance(index) if SKIP => accel.closest_except_in_instance(index, ray, skip, best),
         Leaf::Instance(index) => accel.closest_in_instance(index, ray, best),
     }
 }
@@ -102,12 +115,14 @@ fn closest_in_leaf<S: Simd8>(
 type Corners = fn(&[F32x8], usize) -> [Vec3; 4];
 
 #[inline(always)]
-fn closest_of<S: Simd8>(
+#[allow(clippy::too_many_arguments, reason = "the state of the loop that it is a part of")]
+fn closest_of<S: Simd8, const SKIP: bool>(
     s: S,
     rows: &[F32x8],
     corners: Corners,
     hits: &BlockHits<S>,
     ray: &Ray,
+    skip: PrimRange,
     instance: u32,
     best: &mut Hit,
 ) {
@@ -116,7 +131,7 @@ fn closest_of<S: Simd8>(
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
         let t = distance(rows, corners, hits, lane, ray);
-        if t > 0.0 && t <= best.t {
+        if t > 0.0 && t <= best.t && !(SKIP && skip.contains(id(rows, lane))) {
             best.improve(Hit { t, prim: id(rows, lane), uv: hits.uv(s, lane), instance });
         }
     }

@@ -43,6 +43,7 @@ use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::AvailableKernel;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::EdgeWavelengths;
 use crate::tracer::record::PathEvent;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
 
@@ -114,7 +115,7 @@ impl ConnectionEdge {
         let at_light = light.scatter_to::<true>(-d)?;
         let value = camera.throughput * at_camera.value * light.throughput * at_light.value * inverse;
         if !value.is_within(MAX_VALUE) {
-            faults::raise(FaultyValue::Connection, value.into(), Some(camera.surface.hit.surface), None);
+            faults::raise(FaultyValue::Connection, value.into(), camera.surface.hit.known_surface(), None);
             return None;
         }
         (!value.is_black()).then_some(Self { at_camera, at_light, inverse, d, value })
@@ -259,24 +260,26 @@ impl BidirectionalTracer {
             return faults::raise(
                 FaultyValue::Connection,
                 value.into(),
-                Some(camera.surface.hit.surface),
+                camera.surface.hit.known_surface(),
                 None,
             );
         }
-        let share = self.context.scene.connected(&camera.surface.hit, &light.surface.hit, edge.d);
+        let wavelength_mis = camera
+            .wavelength_mis
+            .and(edge.at_camera.wavelength_mis)
+            .and(light.wavelength_mis)
+            .and(edge.at_light.wavelength_mis);
+        let wavelengths = EdgeWavelengths { lambda: &path.lambda, mis: wavelength_mis };
+        let factor =
+            camera.surface.connection_factor(&self.context.scene, &light.surface, edge.d, wavelengths);
         B::record(|| PathEvent::Connection {
             camera: camera.surface.hit.point.p,
             light: light.surface.hit.point.p,
             value,
-            visible: share,
+            visible: factor.max_element(),
         });
-        if share > 0.0 {
-            let wavelength_mis = camera
-                .wavelength_mis
-                .and(edge.at_camera.wavelength_mis)
-                .and(light.wavelength_mis)
-                .and(edge.at_light.wavelength_mis);
-            let value = value * (wavelength_mis.weight() * share);
+        if !factor.is_black() {
+            let value = value * (factor * wavelength_mis.weight());
             path.radiance += value;
             path.credits.add_to(group, value);
         }

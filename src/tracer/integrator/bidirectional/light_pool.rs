@@ -16,6 +16,7 @@ use crate::stream::{SampleSink, faults};
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::RenderContext;
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::FreeFlight;
 use crate::tracer::output::send_light;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
@@ -40,7 +41,7 @@ struct PoolKey {
 
 /// The light subpaths of a group.
 #[derive(Debug)]
-pub(super) struct LightPool<B> {
+pub(super) struct LightPool<B: Scattering> {
     key: Option<PoolKey>,
     /// Their wavelengths.
     pub(super) lambda: SampledWavelengths,
@@ -65,7 +66,7 @@ struct PoolEnds {
     faults: usize,
 }
 
-impl<B> Default for LightPool<B> {
+impl<B: Scattering> Default for LightPool<B> {
     fn default() -> Self {
         Self {
             key: None,
@@ -80,7 +81,7 @@ impl<B> Default for LightPool<B> {
     }
 }
 
-impl<B> LightPool<B> {
+impl<B: Scattering> LightPool<B> {
     fn part(&self, index: u64, end: impl Fn(&PoolEnds) -> usize) -> Range<usize> {
         let member = (index % GROUP) as usize;
         let start = if member == 0 { 0 } else { end(&self.ends[member - 1]) };
@@ -151,13 +152,16 @@ impl BidirectionalTracer {
         let Some(emission) = scene.lights.emit_aimed(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, lambda);
         let group = scene.lights.group(emission.light);
-        let Some(mut subpath) = Subpath::from_light(*lambda, &emission, emitted) else { return };
+        let medium = scene.medium_of_light(emission.light);
+        let Some(mut subpath) = Subpath::from_light(*lambda, &emission, emitted, medium) else { return };
         subpath.policy = roulette::CONNECTED_FROM_LIGHT;
         B::record(|| PathEvent::Begins((&subpath.walk).into()));
         let mut ray = emission.ray();
         // One more segment leads to the camera.
         while subpath.walk.depth + 1 < self.context.longest() {
-            let Some(hit) = scene.closest(&ray) else { break };
+            let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+            let next = scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
+            let Some(hit) = next else { break };
             let mut vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
             B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
             let u = numbers.vertex(subpath.walk.depth - 1);

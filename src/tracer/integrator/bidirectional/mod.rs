@@ -26,8 +26,9 @@ mod tracer;
 
 use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
-use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, Recorded, Scattering, Smooth, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, InMedia, Recorded, Scattering, Smooth, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
+use crate::tracer::medium::FreeFlight;
 use crate::tracer::output::send_camera;
 use crate::tracer::record::PathEvent;
 use crate::tracer::specular_chain::SpecularChain;
@@ -49,19 +50,20 @@ pub struct Scratch {
     specular: Subpaths<Smooth>,
     general: Subpaths<Unmixed>,
     mixed: Subpaths<Bsdf>,
+    in_media: Subpaths<InMedia>,
     recorded: Subpaths<Recorded>,
     credited: Subpaths<CreditedBsdf>,
 }
 
 /// The subpaths of an index, and the candidates for connections.
 #[derive(Debug)]
-struct Subpaths<B> {
+struct Subpaths<B: Scattering> {
     light: LightPool<B>,
     camera: Vec<SubpathVertex<B>>,
     candidates: Candidates,
 }
 
-impl<B> Default for Subpaths<B> {
+impl<B: Scattering> Default for Subpaths<B> {
     fn default() -> Self {
         Self { light: LightPool::default(), camera: Vec::new(), candidates: Candidates::default() }
     }
@@ -122,13 +124,16 @@ impl BidirectionalTracer {
         let lens = sampler.camera().lens;
         let mut ray = camera.ray(uv, lens);
         let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
-        let mut subpath = Subpath::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES);
+        let mut subpath =
+            Subpath::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES, context.medium);
         B::record(|| PathEvent::Begins((&subpath.walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
         let (mut prefix, mut specular, mut chain) = (Prefix::CAMERA, false, SpecularChain::CAMERA);
+        let mut flight = FreeFlight::of::<B>(|| sampler.flight(0));
         while subpath.walk.depth < longest {
-            let Some(hit) = context.closest(&mut ray, subpath.walk.depth) else {
+            let next = context.next_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight, |_| ());
+            let Some(hit) = next else {
                 if !(merging && prefix.is_merged())
                     && let Some(light) = context.environment(subpath.walk.depth)
                 {
@@ -141,6 +146,7 @@ impl BidirectionalTracer {
                     let vertex = subpath.clone().arrive(scene, hit);
                     self.add_emitted::<B>(path, last, &vertex, chain.probability());
                 }
+                subpath.walk.pass::<B>(scene, &hit, ray.direction);
                 continue;
             }
             let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
@@ -169,6 +175,7 @@ impl BidirectionalTracer {
             specular |= subpath.walk.depth == 1 && prefix.is_specular();
             let Some(next) = next else { return specular };
             ray = next;
+            flight = FreeFlight::of::<B>(|| sampler.flight(subpath.walk.depth));
         }
         B::record(|| PathEvent::Leaves((&subpath.walk).into()));
         specular
@@ -195,6 +202,9 @@ impl BidirectionalTracer {
             }
             (TracingMode::Plain, MaterialClass::Mixed) => {
                 self.trace_as(index, &mut scratch.mixed, merge, out)
+            }
+            (TracingMode::Plain, MaterialClass::InMedia) => {
+                self.trace_as(index, &mut scratch.in_media, merge, out)
             }
             (TracingMode::Record, _) => self.trace_as(index, &mut scratch.recorded, merge, out),
             (TracingMode::LightGroups, _) => self.trace_as(index, &mut scratch.credited, merge, out),

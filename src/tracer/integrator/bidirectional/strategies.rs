@@ -14,6 +14,7 @@ use crate::tracer::integrator::delta_chains::LightBehindDeltas;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights};
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::EdgeWavelengths;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
@@ -142,7 +143,7 @@ impl BidirectionalTracer {
         });
         let emitted = path.emission.emission(lights, light, hit.point.p, -hit.wo, &path.lambda);
         let value = vertex.throughput * emitted * (weight * factor * vertex.wavelength_mis.weight());
-        path.add_emission(lights, value, Some(hit.surface), light);
+        path.add_emission(lights, value, hit.known_surface(), light);
         B::record(|| PathEvent::Radiance(path.radiance));
     }
 
@@ -164,9 +165,12 @@ impl BidirectionalTracer {
                     path.radiance += value;
                     path.credits.add_all(&credits, vertex.throughput);
                 }
-                false => {
-                    faults::raise(FaultyValue::Emission, value.into(), Some(vertex.surface.hit.surface), None)
-                }
+                false => faults::raise(
+                    FaultyValue::Emission,
+                    value.into(),
+                    vertex.surface.hit.known_surface(),
+                    None,
+                ),
             }
             B::record(|| PathEvent::Radiance(path.radiance));
         }
@@ -201,7 +205,8 @@ impl BidirectionalTracer {
         u: &VertexNumbers,
     ) {
         let lights = &self.context.scene.lights;
-        let direct = sample_direct(&self.context.scene, &vertex.surface, u, |light, sample| {
+        let wavelengths = EdgeWavelengths { lambda: &{ path.lambda }, mis: vertex.wavelength_mis };
+        let direct = sample_direct(&self.context.scene, &vertex.surface, u, wavelengths, |light, sample| {
             let scattering = vertex.scatter_to::<false>(sample.wi)?;
             let at = sample.target.unwrap_or(Vec3::ZERO);
             let emitted = path.emission.emission(lights, light, at, sample.wi, &path.lambda);
@@ -218,7 +223,7 @@ impl BidirectionalTracer {
                 faults::raise(
                     FaultyValue::LightSample,
                     value.into(),
-                    Some(vertex.surface.hit.surface),
+                    vertex.surface.hit.known_surface(),
                     Some(light),
                 );
                 return None;
@@ -247,7 +252,7 @@ impl BidirectionalTracer {
         if value.is_black() {
             return None;
         }
-        let share = self.context.visible_to_camera(&vertex.surface.hit, view);
-        (share > 0.0).then(|| (view.uv, lambda.to_xyz(value * share)))
+        let factor = self.context.camera_factor(vertex, lambda, &connection);
+        (!factor.is_black()).then(|| (view.uv, lambda.to_xyz(value * factor)))
     }
 }

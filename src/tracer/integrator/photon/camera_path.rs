@@ -12,6 +12,7 @@ use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
 use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::{FlightPiece, Media, PathMedia};
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
@@ -19,9 +20,10 @@ use crate::tracer::scene::SurfaceMaterial;
 use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
+use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Sampler, Scene};
 
-use super::recorded_scattering::RecordedScattering;
+use super::recorded_step::RecordedStep;
 use super::tracer::{PhotonScratch, PhotonTracer};
 
 /// A path whose wavelength MIS weight exceeds this goes on with the hero alone: 1 is no dispersion, 4 is complete.
@@ -72,26 +74,38 @@ pub(super) struct CameraPath<'a, C> {
     class: PathClass,
     /// Photons account for all further light except emission hit by the next ray.
     gathered: bool,
+    /// The wavelengths that would have chosen the flights through media.
+    flights: WavelengthMis,
 }
 
 impl<'a> PathStart<'a> {
     /// The path at the camera.
     pub fn begin<C: LightCredits>(self, scratch: &'a mut PhotonScratch) -> CameraPath<'a, C> {
         let Self { tracer, snapshot, lookup, wavelength } = self;
-        scratch.scatterings.clear();
+        scratch.steps.clear();
         scratch.gathered = 0.0;
-        let state = PathState::new(tracer.context.wavelengths(wavelength), Splitting::Never);
+        let state =
+            PathState::new(tracer.context.wavelengths(wavelength), Splitting::Never, tracer.context.medium);
         let (xyz, class) = (Xyz::BLACK, PathClass::Mirrored);
-        CameraPath { tracer, snapshot, lookup, scratch, state, xyz, class, gathered: false }
+        CameraPath {
+            tracer,
+            snapshot,
+            lookup,
+            scratch,
+            state,
+            xyz,
+            class,
+            gathered: false,
+            flights: WavelengthMis::ALL,
+        }
     }
 }
 
 impl<C: LightCredits> CameraPath<'_, C> {
     /// Follows the path along `ray` to its end and returns what it found, in all and by groups of lights.
     pub fn trace<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
-        let context = &self.tracer.context;
         let mut from = ray.origin;
-        while let Some(hit) = self.state.arrive::<B>(context, &mut ray, self.class != PathClass::Caustic) {
+        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, self.class != PathClass::Caustic) {
             if self.gathered {
                 break;
             }
@@ -113,15 +127,16 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let mut prefix = Prefix::CAMERA;
         // The camera subpath adds lights behind chains of deltas.
         self.state.chain = SpecularChain::PathAlone;
-        while let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
-            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda);
+        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, false) {
+            let vertex =
+                SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda, self.state.walk.medium);
             let diffuse = vertex.bsdf.has_diffuse_part();
             if diffuse && prefix.is_specular() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
             let u = sampler.vertex(self.state.walk.depth - 1);
             let Some(next) = self.scatter(&vertex, diffuse, &u) else { break };
-            let delta = self.scratch.scatterings.last().is_some_and(|s| s.delta);
+            let delta = self.scratch.steps.last().is_some_and(RecordedStep::is_delta);
             prefix = prefix.then(delta, diffuse);
             if prefix == Prefix::Connectable {
                 break;
@@ -132,15 +147,51 @@ impl<C: LightCredits> CameraPath<'_, C> {
     }
 
     /// Caustics on the first surface along `ray`, by its photons.
-    pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray) -> Xyz {
+    pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
-        if let Some(hit) = self.state.arrive::<B>(context, &mut ray, false) {
-            let vertex = SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda);
+        if let Some(hit) = self.arrive::<B>(&mut ray, sampler, false) {
+            let vertex =
+                SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda, self.state.walk.medium);
             if vertex.bsdf.has_diffuse_part() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
         }
         self.end().0
+    }
+
+    /// The next vertex on `ray`, as [`PathState::arrive`] finds it.
+    #[inline(always)]
+    fn arrive<B: Scattering<Credits = C>>(
+        &mut self,
+        ray: &mut Ray,
+        sampler: &Sampler,
+        takes_emission: bool,
+    ) -> Option<SurfaceInteraction> {
+        let Self { tracer, state, scratch, flights, .. } = self;
+        let record = |piece: FlightPiece| {
+            *flights = piece.and(*flights);
+            scratch.steps.push(RecordedStep::Flight(piece));
+        };
+        let hit = state.arrive::<B>(&tracer.context, ray, sampler, takes_emission, record)?;
+        if B::Media::PRESENT && !self.state.walk.lambda.is_hero_only() {
+            let media = self.tracer.context.scene.media();
+            if self.is_dispersed() || media.is_some_and(Media::has_chromatic_grids) {
+                self.drop_companions();
+            }
+        }
+        Some(hit)
+    }
+
+    /// True where photons at the secondary wavelengths would be evaluated along a path that these hardly take. It is the same for every hero.
+    fn is_dispersed(&self) -> bool {
+        self.state.walk.wavelength_mis.weight() > DISPERSED
+    }
+
+    /// Goes on with the hero alone.
+    #[cold]
+    fn drop_companions(&mut self) {
+        self.xyz += self.state.walk.lambda.to_xyz(self.state.radiance);
+        self.state.drop_companions();
     }
 
     /// The colour of the path, in all and by groups of lights.
@@ -157,7 +208,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let scene = &self.tracer.context.scene;
-        let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda);
+        let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda, self.state.walk.medium);
         B::record(|| PathEvent::Meets((&self.state.walk).into(), hit));
         let diffuse = vertex.bsdf.has_diffuse_part();
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
@@ -182,14 +233,8 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let s = Walk::<false>::sample(vertex, u)?;
         self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
         let wi = self.state.scatter(vertex, &s)?;
-        // Photons at the secondary wavelengths would be evaluated along a direction that these hardly take, so the path continues with
-        // the hero alone. The decision is the same for every hero.
-        let dispersed = s.transmitted
-            && vertex.bsdf.is_dispersive()
-            && self.state.walk.wavelength_mis.weight() > DISPERSED;
-        if s.hero_only || dispersed {
-            self.xyz += self.state.walk.lambda.to_xyz(self.state.radiance);
-            self.state.drop_companions();
+        if s.hero_only || s.transmitted && vertex.bsdf.is_dispersive() && self.is_dispersed() {
+            self.drop_companions();
         }
         let spread = diffuse && !s.delta;
         self.class = match self.class {
@@ -202,7 +247,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
         let scene = &self.tracer.context.scene;
         B::record(|| PathEvent::Throughput(self.state.walk.throughput));
-        self.scratch.scatterings.push(RecordedScattering::new(scene, vertex, &s, u.lobe, factor));
+        self.scratch.steps.push(RecordedStep::new(scene, vertex, &s, u.lobe, factor));
         Some(vertex.hit.spawn(wi))
     }
 
@@ -226,14 +271,14 @@ impl<C: LightCredits> CameraPath<'_, C> {
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
         let throughput = self.state.walk.throughput * self.state.wavelength_weight;
-        let Self { scratch, tracer, state, .. } = self;
+        let Self { scratch, tracer, state, snapshot, flights, .. } = self;
         let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
-        let scale = 1.0 / disc.area / self.snapshot.light_paths as f32;
+        let scale = 1.0 / disc.area / snapshot.light_paths as f32;
         let scene = &tracer.context.scene;
         let path = RecordedPath {
             scene,
-            scatterings: &scratch.scatterings,
+            steps: &scratch.steps,
             surface: scene.surface_material(&vertex.hit),
             white: tracer.context.white(),
         };
@@ -245,7 +290,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
             let photon = forest.photon(near);
             match window {
                 None => {
-                    let found = path.at_wavelengths_of(photon, vertex, scale);
+                    let found = path.at_wavelengths_of(photon, vertex, scale * flights.weight());
                     xyz += found;
                     count(found.y);
                     state.credits.add_color(photon.group(), found);
@@ -284,7 +329,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
 /// A path to be evaluated again at the wavelengths of photons.
 struct RecordedPath<'a> {
     scene: &'a Scene,
-    scatterings: &'a [RecordedScattering],
+    steps: &'a [RecordedStep],
     /// The material where the photons are.
     surface: SurfaceMaterial<'a>,
     /// The wavelengths of every photon, where nothing has a colour.
@@ -303,8 +348,8 @@ impl RecordedPath<'_> {
         let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
         let bsdf = self.surface.bsdf::<B>(&lambda);
         let Some(f) = scattered(vertex, &bsdf, photon.direction()) else { return Xyz::BLACK };
-        let weight = |t: SampledSpectrum, s: &RecordedScattering| t * s.weight::<B>(self.scene, &lambda);
-        let throughput = self.scatterings.iter().fold(SampledSpectrum::ONE, weight);
+        let weight = |t: SampledSpectrum, s: &RecordedStep| t * s.weight::<B>(self.scene, &lambda);
+        let throughput = self.steps.iter().fold(SampledSpectrum::ONE, weight);
         let value = photon.flux() * f * throughput * scale;
         lambda.to_xyz(sound(vertex, value))
     }
@@ -327,7 +372,7 @@ fn sound<B: Scattering>(vertex: &SurfaceVertex<B>, value: SampledSpectrum) -> Sa
     if value.is_within(MAX_VALUE) {
         return value;
     }
-    faults::raise(FaultyValue::Gathering, value.into(), Some(vertex.hit.surface), None);
+    faults::raise(FaultyValue::Gathering, value.into(), vertex.hit.known_surface(), None);
     SampledSpectrum::ZERO
 }
 

@@ -10,9 +10,10 @@ use std::sync::Arc;
 
 use crate::math::bits::mix;
 use crate::stream::{FaultyValue, faults};
-use crate::tracer::bsdf::{Bsdf, Recorded, Scattering, Unmixed};
+use crate::tracer::bsdf::{Bsdf, InMedia, Recorded, Scattering, Unmixed};
 use crate::tracer::integrator::RenderContext;
 use crate::tracer::light::EmissionOrigin;
+use crate::tracer::medium::FreeFlight;
 use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
@@ -99,6 +100,7 @@ fn trace_plain_light_path(
 ) {
     match context.scene.material_class() {
         MaterialClass::Mixed => trace_light_path::<Bsdf>(context, photon_paths, path, batch),
+        MaterialClass::InMedia => trace_light_path::<InMedia>(context, photon_paths, path, batch),
         _ => trace_light_path::<Unmixed>(context, photon_paths, path, batch),
     }
 }
@@ -118,14 +120,17 @@ fn trace_light_path<B: Scattering>(
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.emitted(&emission, &lambda);
     let group = scene.lights.group(emission.light).unwrap_or_default();
-    let Some(mut subpath) = Subpath::from_light(lambda, &emission, emitted) else { return };
+    let medium = scene.medium_of_light(emission.light);
+    let Some(mut subpath) = Subpath::from_light(lambda, &emission, emitted, medium) else { return };
     B::record(|| PathEvent::Begins((&subpath.walk).into()));
     let mut ray = emission.ray();
     let mut spread = false;
     let beam = emission.pdf.origin == EmissionOrigin::Beam;
     // One more segment leads to the camera.
     while subpath.walk.depth + 1 < longest {
-        let Some(hit) = scene.closest(&ray) else { break };
+        let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+        let next = scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
+        let Some(hit) = next else { break };
         let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
         B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
         let here = vertex.surface.bsdf.has_diffuse_part();
@@ -141,7 +146,7 @@ fn trace_light_path<B: Scattering>(
                     faults::raise(
                         FaultyValue::Photon,
                         arrival.flux.into(),
-                        Some(vertex.surface.hit.surface),
+                        vertex.surface.hit.known_surface(),
                         None,
                     );
                 }

@@ -22,13 +22,13 @@
 //! picture is the mean over samples that saw growing maps. What a path through a dispersive delta gathers is
 //! blurred over wavelengths as well, by a window that falls as n^(−1/3).
 //!
-//! **Wavelengths.** A photon counts at its own wavelengths ([`photon_map`](crate::tracer::photon_map)): the scatterings of
+//! **Wavelengths.** A photon counts at its own wavelengths ([`photon_map`](crate::tracer::photon_map)): the steps of
 //! the camera path are recorded (`camera_path`) and evaluated again for each photon.
 
 mod camera_path;
 mod extent;
 mod light_paths;
-mod recorded_scattering;
+mod recorded_step;
 mod tracer;
 
 use std::f32::consts::PI;
@@ -40,7 +40,7 @@ use crate::color::Xyz;
 use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::accel::Ray;
-use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Recorded, Scattering, Unmixed};
+use crate::tracer::bsdf::{Bsdf, CreditedBsdf, InMedia, Recorded, Scattering, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::output::send_camera;
 use crate::tracer::photon_map::{PhotonMap, Schedule, Snapshot};
@@ -102,6 +102,9 @@ impl PhotonTracer {
         let scene = &self.context.scene;
         match (scene.tracing_mode(), scene.material_class()) {
             (TracingMode::Plain, MaterialClass::Mixed) => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
+            (TracingMode::Plain, MaterialClass::InMedia) => {
+                path.begin(scratch).merge::<InMedia>(ray, sampler).0
+            }
             (TracingMode::Record, _) => path.begin(scratch).merge::<Recorded>(ray, sampler).0,
             (TracingMode::LightGroups, _) => {
                 let (value, credits) = path.begin(scratch).merge::<CreditedBsdf>(ray, sampler);
@@ -135,8 +138,9 @@ impl PhotonTracer {
     ) -> Xyz {
         let (path, ray) = self.begin(snapshot, sampler, wavelength);
         match self.context.scene.material_class() {
-            MaterialClass::Mixed => path.begin(scratch).seen::<Bsdf>(ray),
-            _ => path.begin(scratch).seen::<Unmixed>(ray),
+            MaterialClass::Mixed => path.begin(scratch).seen::<Bsdf>(ray, sampler),
+            MaterialClass::InMedia => path.begin(scratch).seen::<InMedia>(ray, sampler),
+            _ => path.begin(scratch).seen::<Unmixed>(ray, sampler),
         }
     }
 
@@ -212,6 +216,9 @@ impl Integrator for PhotonTracer {
         match (scene.tracing_mode(), scene.material_class()) {
             (TracingMode::Plain, MaterialClass::Mixed) => {
                 self.trace_as::<Bsdf>(index, &snapshot, scratch, out)
+            }
+            (TracingMode::Plain, MaterialClass::InMedia) => {
+                self.trace_as::<InMedia>(index, &snapshot, scratch, out)
             }
             (TracingMode::Record, _) => self.trace_as::<Recorded>(index, &snapshot, scratch, out),
             (TracingMode::LightGroups, _) => self.trace_as::<CreditedBsdf>(index, &snapshot, scratch, out),

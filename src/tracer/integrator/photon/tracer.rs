@@ -7,7 +7,7 @@ use glam::Vec3;
 use crate::tracer::integrator::RenderContext;
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
 
-use super::recorded_scattering::RecordedScattering;
+use super::recorded_step::RecordedStep;
 
 /// How far light paths go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +53,7 @@ pub trait SeesPhotons: Sized {
 pub struct PhotonScratch {
     pub(super) snapshot: Option<Arc<Snapshot>>,
     pub(super) query: QueryScratch,
-    pub(super) scatterings: Vec<RecordedScattering>,
+    pub(super) steps: Vec<RecordedStep>,
     /// Samples so far.
     pub(super) samples: u32,
     /// Effective number of the photons that the last path gathered, (Σ x)² / Σ x² of their contributions x (Kish 1965).

@@ -1,13 +1,62 @@
-//! A scattering of a camera path that can be evaluated again.
+//! The steps of a camera path that can be evaluated again.
 
 use glam::{Vec3, Vec4};
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
 use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering};
+use crate::tracer::medium::FlightPiece;
 use crate::tracer::vertex::SurfaceVertex;
 
-/// One scattering of a camera path, to be evaluated again at the wavelengths of a photon.
+/// One step of a camera path, to be evaluated again at the wavelengths of a photon.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum RecordedStep {
+    /// A scattering at a surface.
+    Surface(RecordedScattering),
+    /// A scattering in a medium, which depends on no wavelength: roulette's factor.
+    InMedium(f32),
+    /// A flight through a medium.
+    Flight(FlightPiece),
+}
+
+impl RecordedStep {
+    /// The scattering `sample` at `vertex`, which roulette has let go on with this factor. The number `lobe` has chosen its lobe.
+    pub(super) fn new<B: Scattering>(
+        scene: &Scene,
+        vertex: &SurfaceVertex<B>,
+        sample: &BsdfSample,
+        lobe: f32,
+        roulette: f32,
+    ) -> Self {
+        match vertex.hit.is_in_medium() {
+            true => Self::InMedium(roulette),
+            false => Self::Surface(RecordedScattering::new(scene, vertex, sample, lobe, roulette)),
+        }
+    }
+
+    /// True for a scattering from a delta.
+    pub(super) fn is_delta(&self) -> bool {
+        matches!(self, Self::Surface(RecordedScattering { delta: true, .. }))
+    }
+
+    /// The weight of this step at other wavelengths.
+    #[inline]
+    pub(super) fn weight<B: Scattering>(
+        &self,
+        scene: &Scene,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        match self {
+            Self::Surface(scattering) => scattering.weight::<B>(scene, lambda),
+            Self::InMedium(roulette) => SampledSpectrum::splat(*roulette),
+            Self::Flight(piece) => {
+                scene.media().map_or(SampledSpectrum::ONE, |media| piece.weight(media, lambda))
+            }
+        }
+    }
+}
+
+/// A scattering at a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RecordedScattering {
     /// The index of the material.
@@ -15,7 +64,7 @@ pub(super) struct RecordedScattering {
     context: MaterialEvalContext,
     wo: Vec3,
     wi: Vec3,
-    pub(super) delta: bool,
+    delta: bool,
     transmitted: bool,
     /// A lobe number that chooses the same delta.
     lobe: f32,
@@ -25,7 +74,7 @@ pub(super) struct RecordedScattering {
 
 impl RecordedScattering {
     /// The scattering `sample` at `vertex`, which roulette has let go on with this factor.
-    pub(super) fn new<B: Scattering>(
+    fn new<B: Scattering>(
         scene: &Scene,
         vertex: &SurfaceVertex<B>,
         sample: &BsdfSample,
@@ -42,11 +91,7 @@ impl RecordedScattering {
 
     /// The weight of this scattering at other wavelengths.
     #[inline]
-    pub(super) fn weight<B: Scattering>(
-        &self,
-        scene: &Scene,
-        lambda: &SampledWavelengths,
-    ) -> SampledSpectrum {
+    fn weight<B: Scattering>(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
         let material = scene.material(self.material);
         let bsdf = B::of(material, &self.context, lambda);
         let value = if self.delta {

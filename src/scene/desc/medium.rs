@@ -1,0 +1,88 @@
+//! Participating media: fog, smoke, milk, and how they scatter.
+
+use std::sync::Arc;
+
+use super::ids::MediumId;
+use super::rendering_space::RenderingSpace;
+use super::texture::SpectrumTexture;
+
+/// A participating medium, Mitsuba's `homogeneous` or `heterogeneous`: it absorbs and scatters light between surfaces.
+#[derive(Clone, Debug)]
+pub struct MediumDesc {
+    /// Extinction coefficient σₜ per unit of length of world space, before [`MediumDesc::scale`]: the same everywhere, or a grid.
+    pub sigma_t: SpectrumTexture,
+    /// Single-scattering albedo σₛ / σₜ in [0, 1]: the same everywhere, or a grid.
+    pub albedo: SpectrumTexture,
+    /// Factor on σₜ.
+    pub scale: f64,
+    /// The distribution of directions into which it scatters.
+    pub phase: PhaseDesc,
+}
+
+impl MediumDesc {
+    /// The largest coefficient that is the same everywhere, and the largest factor: the product stays in single precision in every rendering
+    /// space.
+    pub const LARGEST: f64 = 1e12;
+
+    /// True where neither coefficient varies in space: Mitsuba's `homogeneous`.
+    pub fn is_homogeneous(&self) -> bool {
+        let uniform = |texture: &SpectrumTexture| matches!(texture, SpectrumTexture::Uniform(_));
+        uniform(&self.sigma_t) && uniform(&self.albedo)
+    }
+
+    /// Mitsuba's name of the plugin.
+    pub fn plugin(&self) -> &'static str {
+        if self.is_homogeneous() { "homogeneous" } else { "heterogeneous" }
+    }
+
+    /// Moves it from world space to `space`: σₜ is per unit of length, and grids lie in space.
+    pub(super) fn place(&mut self, space: &RenderingSpace) {
+        self.scale /= space.scale;
+        for volume in [&mut self.sigma_t, &mut self.albedo].into_iter().flat_map(SpectrumTexture::volumes_mut)
+        {
+            *volume = Arc::new(volume.placed(space));
+        }
+    }
+}
+
+/// A phase function: the density of directions into which a medium scatters.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PhaseDesc {
+    /// All directions alike.
+    Isotropic,
+    /// Henyey and Greenstein's lobe, Mitsuba's `hg`.
+    HenyeyGreenstein {
+        /// Mean cosine of the angle between the directions of propagation before and after: above 0 forwards. In (−1, 1).
+        g: f64,
+    },
+    /// Scattering by particles much smaller than the wavelength, Mitsuba's `rayleigh`: 3/(16π) (1 + cos²θ).
+    Rayleigh,
+    /// One or the other, Mitsuba's `blendphase`.
+    Blend {
+        /// Share of the second, in [0, 1].
+        weight: f64,
+        /// Both.
+        phases: Box<[PhaseDesc; 2]>,
+    },
+}
+
+impl PhaseDesc {
+    /// Most phase functions that one is made of.
+    pub const MOST_PARTS: usize = 4;
+}
+
+/// The media on both sides of a surface, pbrt's `MediumInterface`. A surface that names none has the same medium on both sides, whichever it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MediumInterface {
+    /// Behind it, where its normals do not point; `None` is vacuum.
+    pub interior: Option<MediumId>,
+    /// In front of it; `None` is vacuum.
+    pub exterior: Option<MediumId>,
+}
+
+impl MediumInterface {
+    /// True where it names a medium: then both of its sides are said.
+    pub fn is_transition(&self) -> bool {
+        self.interior.is_some() || self.exterior.is_some()
+    }
+}

@@ -1,0 +1,41 @@
+//! A medium whose coefficients are the same everywhere: distances and transmittances have a closed form.
+
+use glam::Vec4;
+
+use crate::scene::desc::MediumDesc;
+use crate::scene::desc::texture::SpectrumTexture;
+use crate::spectrum::{SampledWavelengths, Spectrum};
+
+use super::Coefficients;
+
+/// The spectra of its coefficients.
+#[derive(Clone, Debug)]
+pub(super) struct HomogeneousMedium {
+    /// σₜ over `scale`.
+    extinction: Spectrum,
+    /// Factor on it, which includes the unit of length of rendering space.
+    scale: f32,
+    albedo: Spectrum,
+}
+
+impl HomogeneousMedium {
+    /// `None` for a medium that varies in space.
+    pub(super) fn new(desc: &MediumDesc) -> Option<Self> {
+        let (SpectrumTexture::Uniform(extinction), SpectrumTexture::Uniform(albedo)) =
+            (&desc.sigma_t, &desc.albedo)
+        else {
+            return None;
+        };
+        Some(Self { extinction: extinction.clone(), scale: desc.scale as f32, albedo: albedo.clone() })
+    }
+
+    /// The coefficients at the wavelengths of a path: finite, not negative, and no more scattered than met.
+    #[inline]
+    pub(super) fn at(&self, lambda: &SampledWavelengths) -> Coefficients {
+        let extinction = self.extinction.sample(lambda).0 * self.scale;
+        Coefficients {
+            extinction: extinction.clamp(Vec4::ZERO, Vec4::splat(f32::MAX)),
+            albedo: self.albedo.sample(lambda).0.clamp(Vec4::ZERO, Vec4::ONE),
+        }
+    }
+}

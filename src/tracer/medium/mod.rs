@@ -1,0 +1,185 @@
+//! Participating media: absorption and scattering between surfaces.
+//!
+//! ```text
+//! phase        phase functions: the bsdf of a vertex in a medium
+//! homogeneous  coefficients that are the same everywhere
+//! grid         coefficients that vary: delta and ratio tracking
+//! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
+//! crossing     boundaries that lie in one place with other surfaces
+//! interface    which medium is on which side of a vertex
+//! place        the medium around a point, found by rays: that of a camera or of a lamp
+//! ```
+//!
+//! A vertex in a medium is a vertex whose bsdf is a [`PhaseFunction`] ([`SurfaceInteraction::in_medium`]), so that every integrator treats it
+//! like any other: it samples lights from it, connects it to other vertices and to the camera, and goes on. A [`Walk`](super::walk::Walk) carries
+//! the medium that it is in. Integrators are generic over the set of materials; only the sets with phase functions
+//! ([`Scattering::Media`](super::bsdf::Scattering::Media)) have code for media, so that a scene without media pays nothing for them; only paths that are recorded, or that tell of
+//! groups of lights, draw the numbers of flights in vain.
+//!
+//! # Wavelengths
+//!
+//! The hero of a path samples its distances, and where extinction depends on the wavelength the other three would have sampled them with other
+//! densities. They are weighted as in the null-scattering path integral of Miller, Georgiev and Jarosz (*A null-scattering path integral
+//! formulation of light transport*, 2019), in the form of [`wavelength_mis`](super::wavelength_mis): the factor g of a lane is its
+//! transmittance along each edge of the path, times its extinction at each vertex in a medium. This is a property of the path, whichever
+//! strategy found it. So the transmittance of an edge that is not sampled, to a light or between two subpaths, belongs to it as well.
+//!
+//! # MIS weights
+//!
+//! Densities of vertices in media have no cosine. Extinction appears in the density of every strategy and cancels; the transmittance of edges is
+//! left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
+//! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
+
+mod crossing;
+mod flight;
+mod grid;
+mod homogeneous;
+mod interface;
+mod phase;
+mod place;
+
+use glam::{Vec3, Vec4};
+
+use crate::scene::SceneDesc;
+use crate::scene::desc::{MediumDesc, MediumInterface, Name};
+
+use super::interaction::SurfaceInteraction;
+use super::prepare::PrepareError;
+use grid::GridMedium;
+use homogeneous::HomogeneousMedium;
+
+pub use flight::FreeFlight;
+pub(super) use flight::{EdgeWavelengths, FlightPiece};
+pub use interface::{MediumIndex, MediumSides, PathMedia};
+pub use phase::{MOST_LOBES, PhaseFunction};
+
+/// Shapes whose middles are remembered, at most.
+const MOST_MIDDLES: usize = 64;
+
+/// A medium that can be traced.
+#[derive(Clone, Debug)]
+struct Medium {
+    kind: MediumKind,
+    phase: PhaseFunction,
+}
+
+/// How the coefficients of a medium vary.
+#[derive(Clone, Debug)]
+enum MediumKind {
+    Homogeneous(HomogeneousMedium),
+    Grid(Box<GridMedium>),
+}
+
+/// The coefficients of a medium at a point and the wavelengths of a path.
+#[derive(Clone, Copy, Debug)]
+struct Coefficients {
+    /// σₜ per unit of length of rendering space.
+    extinction: Vec4,
+    /// σₛ / σₜ.
+    albedo: Vec4,
+}
+
+/// The media of a scene.
+#[derive(Clone, Debug)]
+pub struct Media {
+    media: Box<[Medium]>,
+    /// What is behind and in front of each surface: interior, exterior. `None` for a surface that leaves the medium as it is.
+    interfaces: Box<[Option<[MediumIndex; 2]>]>,
+    /// A point in the middle of each of some shapes that are boundaries.
+    middles: Box<[Vec3]>,
+    /// The medium around each source of light, in the order of [`Lights::source`](super::light::Lights::source).
+    of_sources: Box<[MediumIndex]>,
+    /// What an environment shines into.
+    outside: MediumIndex,
+}
+
+impl Media {
+    /// The media of a description in rendering space; `None` where no surface and no camera names one, or the integrator knows surfaces only. Where the lights are is yet to be
+    /// [found](super::Scene::medium_around).
+    ///
+    /// # Errors
+    ///
+    /// [`PrepareError`] when a medium is of a kind that is not traced, or an id points nowhere.
+    pub(super) fn of(desc: &SceneDesc) -> Result<Option<Self>, PrepareError> {
+        if !desc.has_media() {
+            return Ok(None);
+        }
+        let media = desc.media.iter().enumerate().map(|(i, medium)| Medium::new(medium, || named(desc, i)));
+        let media = media.collect::<Result<Box<_>, _>>()?;
+        let of_groups = desc.groups.iter().flat_map(|group| &group.shapes);
+        let interfaces = desc.shapes.iter().chain(of_groups).map(|shape| {
+            let MediumInterface { interior, exterior } = shape.medium_interface;
+            for id in [interior, exterior].into_iter().flatten() {
+                desc.media.get(id.0 as usize).ok_or(PrepareError::UnknownMedium { id })?;
+            }
+            let sides = || [interior, exterior].map(MediumIndex::from);
+            Ok(shape.medium_interface.is_transition().then(sides))
+        });
+        let interfaces = interfaces.collect::<Result<Box<_>, _>>()?;
+        // What fills a scene without boundaries is the medium of its camera.
+        let outside = desc.camera.medium.into();
+        let middles = desc.middles_of_boundaries().take(MOST_MIDDLES).collect();
+        Ok(Some(Self { media, interfaces, middles, of_sources: Box::default(), outside }))
+    }
+
+    /// These media, with those around sources of light of `before`.
+    pub(super) fn with_places_of(self, before: &Self) -> Self {
+        let (of_sources, middles) = (before.of_sources.clone(), before.middles.clone());
+        Self { of_sources, middles, outside: before.outside, ..self }
+    }
+
+    #[inline]
+    fn get(&self, index: MediumIndex) -> Option<&Medium> {
+        self.media.get(index.0 as usize)
+    }
+
+    /// What is behind and in front of a surface; `None` where both is what it was.
+    #[inline]
+    pub(super) fn interface(&self, surface: u32) -> Option<[MediumIndex; 2]> {
+        *self.interfaces.get(surface as usize)?
+    }
+
+    /// The medium behind the surface at `hit` of a path that goes straight on in the direction `d`.
+    #[inline]
+    pub(super) fn behind(&self, hit: &SurfaceInteraction, d: Vec3, medium: MediumIndex) -> MediumIndex {
+        let sides = self.interface(hit.surface);
+        sides.map_or(medium, |sides| MediumSides(sides).towards(hit.point.ng, d))
+    }
+
+    /// True where some medium is a grid in which each wavelength has an extinction of its own.
+    pub(super) fn has_chromatic_grids(&self) -> bool {
+        let is = |medium: &Medium| matches!(&medium.kind, MediumKind::Grid(grid) if grid.is_chromatic());
+        self.media.iter().any(is)
+    }
+
+    /// The medium around a source of light.
+    #[inline]
+    pub(super) fn around_source(&self, source: u32) -> MediumIndex {
+        self.of_sources.get(source as usize).copied().unwrap_or(self.outside)
+    }
+
+    /// The phase function of a medium; `None` for vacuum.
+    #[inline]
+    pub(super) fn phase(&self, index: MediumIndex) -> Option<PhaseFunction> {
+        self.get(index).map(|medium| medium.phase)
+    }
+}
+
+impl Medium {
+    fn new(desc: &MediumDesc, named: impl Fn() -> String) -> Result<Self, PrepareError> {
+        let kind = match HomogeneousMedium::new(desc) {
+            Some(medium) => MediumKind::Homogeneous(medium),
+            None => MediumKind::Grid(Box::new(GridMedium::new(desc))),
+        };
+        let other = || PrepareError::PhaseFunction { named: named() };
+        let phase = PhaseFunction::new(&desc.phase).ok_or_else(other)?;
+        Ok(Self { kind, phase })
+    }
+}
+
+/// Name and place of a medium for messages, with a blank before them.
+fn named(desc: &SceneDesc, index: usize) -> String {
+    let Some(Name { id, place }) = desc.names.media.get(index) else { return String::new() };
+    let id = id.as_ref().map_or(String::new(), |id| format!(" \"{id}\""));
+    if place.line > 0 { format!("{id} at line {}, column {}", place.line, place.column) } else { id }
+}

@@ -1,0 +1,103 @@
+//! Participating media: all methods agree, whatever lies where.
+
+use std::path::Path;
+
+use crate::pairs::{PHOTONS, PLAN, assert_all_pairs};
+use pointillist::scene::SceneDesc;
+use pointillist::scene::load_str;
+
+/// A floor of 6 × 6, and what else `more` says; the camera holds `around`.
+fn floor_and(around: &str, more: &str) -> SceneDesc {
+    let text = format!(
+        "<scene version='3.0.0'><integrator type='volpath'><integer name='max_depth' value='8'/></integrator>\
+         <sensor type='perspective'><float name='fov' value='45'/>{around}<film type='hdrfilm'>\
+         <integer name='width' value='8'/><integer name='height' value='8'/></film><transform name='to_world'>\
+         <lookat origin='0, -4, 2' target='0, 0, .7' up='0, 0, 1'/></transform></sensor>\
+         <shape type='rectangle'><transform name='to_world'><scale value='3'/></transform><bsdf type='twosided'>\
+         <bsdf type='diffuse'><rgb name='reflectance' value='.7 .6 .5'/></bsdf></bsdf></shape>{more}</scene>"
+    );
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/plugins/media.xml");
+    load_str(place.to_str().expect("UTF-8"), &text, &[]).unwrap_or_else(|e| panic!("{e}")).desc
+}
+
+const LAMP: &str = "<shape type='rectangle'><transform name='to_world'><scale value='.7'/><rotate x='1' angle='180'/>\
+                    <translate x='.5' z='3'/></transform><emitter type='area'><rgb name='radiance' value='9 8 6'/></emitter></shape>";
+const POINT: &str = "<emitter type='point'><point name='position' x='.8' y='-.5' z='2.4'/><rgb name='intensity' value='9 9 12'/></emitter>";
+const SKY: &str = "<emitter type='constant'><rgb name='radiance' value='.5 .6 .8'/></emitter>";
+const NULL: &str = "<bsdf type='null'/>";
+
+fn ball(bsdf: &str, inside: &str) -> String {
+    format!(
+        "<shape type='sphere'><point name='center' x='0' y='0' z='.8'/><float name='radius' value='.7'/>{bsdf}{inside}</shape>"
+    )
+}
+
+/// A medium that a shape holds.
+fn medium(side: &str, inside: &str) -> String {
+    format!("<medium type='homogeneous' name='{side}'>{inside}</medium>")
+}
+
+fn box_of(inside: &str) -> String {
+    format!(
+        "<shape type='cube'><transform name='to_world'><scale x='2' y='4.5' z='2'/><translate z='1.5'/></transform>{NULL}{inside}</shape>"
+    )
+}
+
+/// Fog in which camera, lamp, floor and a matt ball are.
+#[test]
+fn a_room_full_of_fog() {
+    let fog = "<medium type='homogeneous' id='fog'><float name='sigma_t' value='.25'/><rgb name='albedo' value='.9 .8 .7'/>\
+               <phase type='hg'><float name='g' value='.5'/></phase></medium>";
+    let more = fog.to_owned() + LAMP + &ball("", "") + &box_of("<ref name='interior' id='fog'/>");
+    assert_all_pairs("fog", &floor_and("<ref id='fog'/>", &more), PLAN, PHOTONS);
+}
+
+/// A rough glass ball of a milky medium, in which light of a lamp and of a sky is scattered often.
+#[test]
+fn milk_in_rough_glass() {
+    let milk = medium("interior", "<float name='sigma_t' value='3'/><rgb name='albedo' value='.95 .9 .7'/>");
+    let glass = "<bsdf type='roughdielectric'><float name='alpha' value='.4'/><float name='int_ior' value='1.3'/></bsdf>";
+    assert_all_pairs("milk", &floor_and("", &(ball(glass, &milk) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
+/// A cloud whose extinction depends on the wavelength, twenty times as much for blue as for red, under a point light.
+#[test]
+fn a_chromatic_cloud() {
+    let cloud = medium(
+        "interior",
+        "<rgb name='sigma_t' value='.05 .3 .95'/><float name='scale' value='4'/><float name='albedo' value='.9'/><phase type='rayleigh'/>",
+    );
+    assert_all_pairs("chromatic", &floor_and("", &(ball(NULL, &cloud) + POINT)), PLAN, PHOTONS);
+}
+
+/// A grid of densities in a box, lit by a lamp and a sky.
+#[test]
+fn a_cloud_on_a_grid() {
+    let cloud = "<medium type='heterogeneous' name='interior'><volume name='sigma_t' type='gridvolume'>\
+                 <string name='filename' value='texture_volume_numbers.vol'/><transform name='to_world'>\
+                 <translate x='-.5' y='-.5'/><scale value='1.4'/></transform></volume><float name='scale' value='4'/>\
+                 <float name='albedo' value='.8'/><phase type='hg'><float name='g' value='-.4'/></phase></medium>";
+    assert_all_pairs("grid", &floor_and("", &(box_of(cloud) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
+/// A shining ball in a medium in glass, next to a mirror: photons through glass, chains of deltas and media together.
+#[test]
+fn a_lamp_in_a_medium_in_glass() {
+    let fog = "<medium type='homogeneous' id='fog'><float name='sigma_t' value='1.5'/><float name='albedo' value='.7'/></medium>";
+    let glass = ball(
+        "<bsdf type='dielectric'><float name='int_ior' value='1.2'/></bsdf>",
+        "<ref name='interior' id='fog'/>",
+    );
+    let lamp = "<shape type='sphere'><point name='center' x='.1' y='0' z='.9'/><float name='radius' value='.2'/>\
+                <ref name='exterior' id='fog'/><emitter type='area'><rgb name='radiance' value='20 18 15'/></emitter></shape>";
+    assert_all_pairs("lamp in glass", &floor_and("", &(fog.to_owned() + &glass + lamp)), PLAN, PHOTONS);
+}
+
+/// Thin fog around everything whose extinction differs by half between red and blue: photons are gathered through it at their own wavelengths.
+#[test]
+fn mild_chromatic_fog() {
+    let fog = "<medium type='homogeneous' id='fog'><rgb name='sigma_t' value='.2 .25 .3'/><rgb name='albedo' value='.6 .8 .9'/></medium>";
+    let white = "<bsdf type='diffuse'><rgb name='reflectance' value='.8'/></bsdf>";
+    let more = fog.to_owned() + LAMP + &ball(white, "") + &box_of("<ref name='interior' id='fog'/>");
+    assert_all_pairs("chromatic fog", &floor_and("<ref id='fog'/>", &more), PLAN, PHOTONS);
+}

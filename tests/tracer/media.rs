@@ -1,0 +1,232 @@
+//! Participating media against closed forms: transmittance, single scattering, the flux through slabs, and what is lost in none.
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::support::agreement::{Method, Plan, repeat};
+use crate::support::scenes::*;
+use crate::support::welch;
+use pointillist::scene::desc::*;
+use pointillist::spectrum::Spectrum;
+use pointillist::stream::UvWindow;
+use pointillist::tracer::effects::{Effect, without};
+use pointillist::tracer::integrator::RenderContext;
+use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
+
+const HG: fn(f64) -> PhaseDesc = |g| PhaseDesc::HenyeyGreenstein { g };
+
+/// Mean over pictures and pixels, and its standard error by the pictures.
+fn mean_of(desc: &SceneDesc, method: Method, plan: Plan) -> (f64, f64) {
+    let pictures = repeat(desc, method, plan);
+    let (mean, variance) =
+        welch::moments(pictures.iter().map(|picture| picture.iter().sum::<f64>() / picture.len() as f64));
+    (mean, variance.sqrt())
+}
+
+/// Asserts the mean that each of these methods finds, within four standard errors and within `within` of it.
+fn assert_means(desc: &SceneDesc, methods: &[Method], plan: Plan, expected: f64, within: f64, what: &str) {
+    for &method in methods {
+        let (mean, error) = mean_of(desc, method, plan);
+        println!("{what}, {method:?}: {mean:.6} ± {error:.6}, expected {expected:.6}");
+        let off = (mean - expected).abs();
+        assert!(off <= 4.0 * error + 1e-5 * expected, "{what}, {method:?}: {mean} ± {error}, not {expected}");
+        assert!(off <= within * expected, "{what}, {method:?}: {mean} ± {error}, not {expected}");
+    }
+}
+
+/// A floor below a slab of thickness 1, lit from above through it. The camera is between both.
+fn floor_below_slab(sigma_t: f32) -> SceneDesc {
+    let mut desc = empty();
+    desc.camera = look(DVec3::new(0.0, 0.0, 0.5), DVec3::NEG_Z, 30.0);
+    desc.integrator.max_depth = Some(2);
+    let matt = material(&mut desc, grey(0.5));
+    shape(&mut desc, ShapeKind::Rectangle, DAffine3::IDENTITY, matt, 0.0);
+    let absorbing = medium(&mut desc, sigma_t, 0.0, PhaseDesc::Isotropic);
+    let slab = DAffine3::from_scale_rotation_translation(
+        DVec3::new(8.0, 8.0, 0.5),
+        glam::DQuat::IDENTITY,
+        DVec3::new(0.0, 0.0, 1.5),
+    );
+    boundary(&mut desc, ShapeKind::Cube, slab, absorbing);
+    let irradiance = Spectrum::Constant(PI as f32);
+    desc.lights.push(LightDesc::Directional { direction: DVec3::NEG_Z, irradiance, place: Place::default() });
+    desc
+}
+
+/// The transmittance of an edge is that of Beer and Lambert, to single precision.
+#[test]
+fn transmittance_is_exponential() {
+    let (clear, _) = mean(&floor_below_slab(0.0), 64);
+    for depth in [1e-6, 1e-4, 1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 80.0] {
+        let (found, _) = mean(&floor_below_slab(depth), 64);
+        let expected = (-f64::from(depth)).exp();
+        let off = found / clear / expected - 1.0;
+        // Distances and the optical depth are single-precision numbers, each rounded a few times.
+        let rounding = 6.0 * f64::from(f32::EPSILON / 2.0) * f64::from(depth);
+        assert!(off.abs() < rounding.max(1e-5), "optical depth {depth}: {} of {expected}", found / clear);
+    }
+    // Beyond what single precision holds there is nothing, and nothing breaks.
+    let (found, _) = mean(&floor_below_slab(1e6), 64);
+    assert_eq!(found, 0.0);
+}
+
+/// A ball of a medium without loss in even light is not seen, whatever its density and phase function.
+#[test]
+fn a_medium_without_loss_is_invisible_in_even_light() {
+    let plan = Plan { side: 4, paths_per_pixel: 4096, seeds: 16, window: UvWindow::PICTURE };
+    for (sigma_t, phase) in
+        [(0.5, PhaseDesc::Isotropic), (4.0, HG(0.7)), (3.0, HG(-0.9)), (2.0, PhaseDesc::Rayleigh)]
+    {
+        let mut desc = empty();
+        desc.camera.fov = 20.0;
+        let cloud = medium(&mut desc, sigma_t, 1.0, phase);
+        boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, cloud);
+        environment(&mut desc);
+        let what = format!("furnace {sigma_t}");
+        assert_means(&desc, &[Method::Path, Method::Photon], plan, 1.0, 1e-3, &what);
+        // Noisier methods come as near as so many paths let them.
+        assert_means(&desc, &[Method::Bidirectional, Method::Vcm], plan, 1.0, 1e-2, &what);
+        assert_means(&desc, &[Method::Particle], plan, 1.0, 3e-2, &what);
+    }
+}
+
+/// Light of a point that is scattered once in an infinite medium, against the integral along the camera's ray.
+#[test]
+fn single_scattering_of_a_point_light() {
+    let (extinction, albedo, g) = (0.7, 0.8, 0.5);
+    let mut desc = empty();
+    desc.integrator.max_depth = Some(2);
+    desc.camera.medium = Some(medium(&mut desc, extinction, albedo, HG(g)));
+    desc.camera.fov = 0.01;
+    let position = DVec3::new(0.6, 0.0, 1.5);
+    let intensity = Spectrum::Constant(4.0);
+    desc.lights.push(LightDesc::Point { position, intensity, place: Place::default() });
+    let extinction = f64::from(extinction);
+    let steps = 400_000;
+    let expected: f64 = (0..steps)
+        .map(|i| {
+            let dt = 40.0 / f64::from(steps);
+            let t = (f64::from(i) + 0.5) * dt;
+            let to = position - DVec3::Z * t;
+            let d = to.length();
+            // Light goes along −to, and on along −z.
+            let cos = (-to / d).dot(DVec3::NEG_Z);
+            let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5));
+            extinction * f64::from(albedo) * (-extinction * (t + d)).exp() * phase * 4.0 / (d * d) * dt
+        })
+        .sum();
+    let plan = Plan { side: 1, paths_per_pixel: 1 << 14, seeds: 16, window: UvWindow::PICTURE };
+    assert_means(&desc, &[Method::Path, Method::Bidirectional], plan, expected, 1e-2, "single scattering");
+    // From the light a camera this narrow is hardly found: a wide one, against paths.
+    desc.camera.fov = 40.0;
+    let plan = Plan { side: 2, paths_per_pixel: 1 << 14, seeds: 16, window: UvWindow::PICTURE };
+    let (by_paths, error) = mean_of(&desc, Method::Path, plan);
+    let (by_particles, other) = mean_of(&desc, Method::Particle, plan);
+    let z = (by_paths - by_particles) / error.hypot(other);
+    assert!(z.abs() < 4.0, "{by_paths} ± {error} by paths, {by_particles} ± {other} by particles");
+}
+
+/// The share of even light that a slab without loss lets through, which scatters isotropically: Heaslet and Warming, *Radiative transport
+/// and wall temperature slip in an absorbing planar medium*, 1965, table 1.
+#[test]
+fn flux_through_a_slab_without_loss() {
+    // Nodes and weights of Gauss and Legendre on [0, 1].
+    let nodes = [0.069_431_844_2, 0.330_009_478_2, 0.669_990_521_8, 0.930_568_155_8];
+    let weights = [0.173_927_422_6, 0.326_072_577_4, 0.326_072_577_4, 0.173_927_422_6];
+    for (depth, expected) in [(0.5, 0.7040), (1.0, 0.5532), (2.0, 0.3900)] {
+        let (mut flux, mut variance) = (0.0, 0.0);
+        for (mu, weight) in nodes.into_iter().zip(weights) {
+            let mut desc = empty();
+            let cloud = medium(&mut desc, depth, 1.0, PhaseDesc::Isotropic);
+            let black = material(&mut desc, grey(0.0));
+            let wide = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(400.0, 400.0, 1.0)));
+            let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z)) * wide;
+            shape(&mut desc, ShapeKind::Rectangle, at(-0.01), black, 1.0);
+            let half = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(400.0, 400.0, 0.5)));
+            let slab = DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.5)) * half;
+            boundary(&mut desc, ShapeKind::Cube, slab, cloud);
+            let towards = DVec3::new((1.0f64 - mu * mu).sqrt(), 0.0, -mu);
+            desc.camera = look(DVec3::new(0.0, 0.0, 1.5) - towards, towards, 0.01);
+            let plan = Plan { side: 1, paths_per_pixel: 1 << 14, seeds: 8, window: UvWindow::PICTURE };
+            let (radiance, error) = mean_of(&desc, Method::Path, plan);
+            flux += 2.0 * mu * weight * radiance;
+            variance += (2.0 * mu * weight * error).powi(2);
+        }
+        let error = variance.sqrt();
+        println!("slab {depth}: {flux:.5} ± {error:.5}, expected {expected}");
+        // Four nodes are worth three digits, and so is the table.
+        assert!(
+            (flux - expected).abs() < 4.0 * error + 2e-3,
+            "slab {depth}: {flux} ± {error}, not {expected}"
+        );
+    }
+}
+
+/// What absorbs and scatters nothing is not there, to the bit.
+#[test]
+fn a_medium_of_density_zero_is_invisible() {
+    let mut desc = empty();
+    desc.camera.fov = 40.0;
+    let matt = material(&mut desc, grey(0.7));
+    shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, matt, 0.0);
+    environment(&mut desc);
+    let before = luminances(&desc, 4096);
+    let nothing = medium(&mut desc, 0.0, 0.5, PhaseDesc::Isotropic);
+    desc.camera.medium = Some(nothing);
+    assert_eq!(before, luminances(&desc, 4096));
+}
+
+/// A camera finds out by itself what it is in, wherever it has moved.
+#[test]
+fn a_camera_that_moves_knows_its_medium() {
+    let picture = |z: f64, named: bool| {
+        let mut desc = empty();
+        desc.camera = look(DVec3::new(0.0, 0.0, z), DVec3::Z, 1.0);
+        let smoke = medium(&mut desc, 1.0, 0.0, PhaseDesc::Isotropic);
+        boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, smoke);
+        desc.camera.medium = named.then_some(smoke);
+        environment(&mut desc);
+        mean(&desc, 1 << 14)
+    };
+    for named in [true, false] {
+        for (z, length) in [(-3.0, 2.0), (0.0, 1.0), (0.5, 0.5), (2.0, 0.0f64)] {
+            let (found, error) = picture(z, named);
+            let expected = (-length).exp();
+            let off = (found - expected).abs();
+            assert!(
+                off <= 4.0 * error + 1e-6,
+                "camera at {z}, named {named}: {found} ± {error}, not {expected}"
+            );
+        }
+    }
+}
+
+/// Media that an edit takes out and another one brings back are traced as before, and so are those whose density is edited.
+#[test]
+fn media_come_and_go_with_edits() {
+    let mut desc = empty();
+    desc.camera.fov = 20.0;
+    let cloud = medium(&mut desc, 2.0, 0.5, HG(0.3));
+    boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, cloud);
+    environment(&mut desc);
+    let traced = |scene: Scene| {
+        let camera = Camera::of(&desc).expect("the camera is valid");
+        let context = RenderContext::new(scene.into(), camera, &desc.integrator, 0, UvWindow::PICTURE);
+        let (tracer, mut sink) = (PathTracer { context }, Luminances::default());
+        (0..512).for_each(|index| tracer.trace(index, &mut (), &mut sink));
+        sink.0
+    };
+    let prepared = |desc: &SceneDesc| Scene::prepare(desc).expect("the scene is valid");
+    let edited = |scene: &Scene, desc: &SceneDesc| scene.edited(desc).expect("the scene is valid");
+    let (scene, mut clear) = (prepared(&desc), desc.clone());
+    without(&mut clear, Effect::Media).expect("media can be left out");
+    let mut dense = desc.clone();
+    dense.media[0].scale = 3.0;
+    let before = traced(scene.clone());
+    let gone = edited(&scene, &clear);
+    assert!(gone.media().is_none() && traced(gone.clone()) != before);
+    assert_eq!(traced(edited(&gone, &desc)), before, "brought back");
+    let after = traced(edited(&scene, &dense));
+    assert!(after != before && after == traced(prepared(&dense)), "three times as dense");
+}
