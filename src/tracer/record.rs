@@ -68,7 +68,7 @@ pub enum PathEvent {
     Gathered {
         /// How many of them count.
         photons: usize,
-        /// The area of the disc that they lie on.
+        /// The area of the disc that they lie on, or the cross section of the beam around which they lie in media.
         area: f32,
         /// The colour that the path has found by photons so far.
         xyz: Xyz,

@@ -60,6 +60,18 @@ fn milk_in_rough_glass() {
     assert_all_pairs("milk", &floor_and("", &(ball(glass, &milk) + LAMP + SKY)), PLAN, PHOTONS);
 }
 
+/// Fog in a smooth glass ball, lit from outside: light that is scattered once in there is found by chance, or by photons in the fog.
+#[test]
+fn fog_in_smooth_glass() {
+    let fog = medium(
+        "interior",
+        "<float name='sigma_t' value='1.2'/><rgb name='albedo' value='.9 .8 .7'/>\
+         <phase type='hg'><float name='g' value='.4'/></phase>",
+    );
+    let glass = "<bsdf type='dielectric'><float name='int_ior' value='1.3'/></bsdf>";
+    assert_all_pairs("fog in glass", &floor_and("", &(ball(glass, &fog) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
 /// A cloud whose extinction depends on the wavelength, twenty times as much for blue as for red, under a point light.
 #[test]
 fn a_chromatic_cloud() {

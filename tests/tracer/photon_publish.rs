@@ -174,6 +174,7 @@ fn samples_do_not_depend_on_the_number_of_threads() {
         paths_per_generation: PATHS,
         samples_per_generation: 500,
         radius: 0.3,
+        beam_radius: 0.3,
         alpha: 0.0,
         neighbours: 20,
     };

@@ -54,8 +54,11 @@ impl Scene {
     ) -> Option<SurfaceInteraction> {
         let mut passed = 0;
         loop {
-            let at = self.first(ray);
-            if let Some(medium) = media.get(walk.medium) {
+            let medium = media.get(walk.medium);
+            // Where a path is scattered soon, what lies far behind need not be found.
+            let reach = medium.map_or(f32::INFINITY, |medium| medium.reach(ray, flight, &walk.lambda));
+            let at = self.first(&Ray { t_max: ray.t_max.min(reach), ..*ray });
+            if let Some(medium) = medium {
                 let end = at.map_or(ray.t_max, |at| at.hit.t);
                 let piece = walk.fly_through(medium, flight, ray, end);
                 record(piece);
@@ -98,15 +101,30 @@ impl Scene {
     }
 }
 
+impl Medium {
+    /// A distance within which this flight ends, and within which a surface lies by which rounding might put its end on the wrong side of it.
+    #[inline]
+    fn reach(&self, ray: &Ray, flight: &FreeFlight, lambda: &SampledWavelengths) -> f32 {
+        match &self.kind {
+            MediumKind::Homogeneous(medium) => {
+                let free = (flight.optical_depth / f64::from(medium.at(lambda).extinction.x)) as f32;
+                1.001 * free + 1e-3 * ray.origin.abs().max_element()
+            }
+            MediumKind::Grid(_) => f32::INFINITY,
+        }
+    }
+}
+
 impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     /// Flies through a medium for at most the distance `end`, and takes the weight of that.
     #[inline]
     fn fly_through(&mut self, medium: &Medium, flight: &mut FreeFlight, ray: &Ray, end: f32) -> FlightPiece {
         let piece = FlightPiece {
             medium: self.medium,
+            origin: ray.origin,
+            direction: ray.direction,
             length: end,
             scatters: false,
-            end: ray.origin,
             relative: WavelengthMis::ALL,
             ln_most: 0.0,
         };
@@ -146,7 +164,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             }
             self.weigh(collision.density, collision.albedo.unwrap_or(Vec4::ONE));
         });
-        FlightPiece { length, scatters, end: ray.origin + ray.direction * length, ..piece }
+        FlightPiece { length, scatters, ..piece }
     }
 
     /// Multiplies the throughput by the weight of a flight for which each lane has a density of this logarithm, times `kept`, the albedo at a
@@ -158,10 +176,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             self.throughput *= SampledSpectrum(kept);
             return (WavelengthMis::ALL, density.x);
         }
-        // At a large optical depth only the quotients of densities are numbers.
-        let carried = self.carried_wavelengths().carried();
-        let most = Vec4::select(carried, density, Vec4::NEG_INFINITY).max_element();
-        let relative = Vec4::select(carried, (density - most).exp(), Vec4::ZERO);
+        let (relative, most) = relative_densities(density, self.carried_wavelengths());
         let of_flight = WavelengthMis::relative(relative);
         let (wavelength_mis, scale) = self.wavelength_mis.and(of_flight).normalized();
         self.wavelength_mis = wavelength_mis;
@@ -170,15 +185,28 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     }
 }
 
+/// The densities of these logarithms over the largest of those of the wavelengths that are carried, and its logarithm: at a large optical
+/// depth only their quotients are numbers.
+#[inline]
+fn relative_densities(density: Vec4, carried: WavelengthMis) -> (Vec4, f32) {
+    let carried = carried.carried();
+    let most = Vec4::select(carried, density, Vec4::NEG_INFINITY).max_element();
+    (Vec4::select(carried, (density - most).exp(), Vec4::ZERO), most)
+}
+
 /// A piece of a free flight, within one medium.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::tracer) struct FlightPiece {
-    medium: MediumIndex,
-    length: f32,
+    /// The medium.
+    pub(in crate::tracer) medium: MediumIndex,
+    /// Where it begins.
+    pub(in crate::tracer) origin: Vec3,
+    /// Its unit direction.
+    pub(in crate::tracer) direction: Vec3,
+    /// How long it is.
+    pub(in crate::tracer) length: f32,
     /// It ends with a scattering.
     scatters: bool,
-    /// Where it ends; only on a grid.
-    end: Vec3,
     /// The densities of the lanes over the largest of them.
     relative: WavelengthMis,
     /// The logarithm of that.
@@ -193,6 +221,27 @@ impl FlightPiece {
         // ∞ · 0 would be NaN.
         let depth = Vec4::select(extinction.cmpgt(Vec4::ZERO), extinction * self.length, Vec4::ZERO);
         if self.scatters { (extinction.ln() - depth, albedo) } else { (-depth, Vec4::ONE) }
+    }
+
+    /// Its beginning of this length, of a path that carries these wavelengths.
+    #[inline]
+    pub(in crate::tracer) fn until(
+        &self,
+        length: f32,
+        media: &Media,
+        lambda: &SampledWavelengths,
+        carried: WavelengthMis,
+    ) -> Self {
+        let piece = Self { length, scatters: false, ..*self };
+        match media.get(self.medium).map(|medium| &medium.kind) {
+            Some(MediumKind::Homogeneous(medium)) => {
+                let (density, _) = piece.density(&medium.at(lambda));
+                let (relative, ln_most) = relative_densities(density, carried);
+                Self { relative: WavelengthMis::relative(relative), ln_most, ..piece }
+            }
+            // All wavelengths have the same extinction there, or the path carries one alone.
+            Some(MediumKind::Grid(_)) | None => piece,
+        }
     }
 
     /// The densities with which each lane would have chosen the flights of a path, those in `before` and this one.
@@ -210,7 +259,7 @@ impl FlightPiece {
                 SampledSpectrum((density - self.ln_most).exp() * kept)
             }
             Some(MediumKind::Grid(grid)) if self.scatters => {
-                SampledSpectrum(grid.albedo_at(self.end, lambda))
+                SampledSpectrum(grid.albedo_at(self.origin + self.direction * self.length, lambda))
             }
             Some(MediumKind::Grid(_)) => SampledSpectrum::ONE,
         }

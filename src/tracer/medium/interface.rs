@@ -13,6 +13,12 @@ pub struct MediumIndex(pub(super) u32);
 impl MediumIndex {
     /// No medium.
     pub const VACUUM: Self = Self(u32::MAX);
+
+    /// Its place in the list of media.
+    #[inline]
+    pub fn number(self) -> u32 {
+        self.0
+    }
 }
 
 impl From<Option<MediumId>> for MediumIndex {

@@ -23,6 +23,9 @@ const UNIFORM: f32 = 0.25 * FRAC_1_PI;
 /// From this mean cosine on a lobe is a peak: which light matters depends on it.
 const PEAKED: f32 = 0.5;
 
+/// From this mean cosine on a lobe counts as a rough mirror rather than as diffuse.
+const NARROW: f32 = 0.9;
+
 /// A phase function: a few lobes, each with its share.
 #[derive(Clone, Copy, Debug)]
 pub struct PhaseFunction {
@@ -164,6 +167,15 @@ impl ScatteringModel for PhaseFunction {
     #[inline]
     fn is_glossy(&self) -> bool {
         self.shared().any(|(lobe, _)| matches!(lobe, PhaseLobe::HenyeyGreenstein(g) if g.abs() >= PEAKED))
+    }
+
+    /// Photons show what is scattered into all directions: those around a vertex rarely come from where a narrow peak scatters from.
+    #[inline]
+    fn has_diffuse_part(&self) -> bool {
+        self.shared().any(|(lobe, _)| match lobe {
+            PhaseLobe::HenyeyGreenstein(g) => g.abs() < NARROW,
+            PhaseLobe::Rayleigh => true,
+        })
     }
 
     #[inline]

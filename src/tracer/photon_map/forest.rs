@@ -53,7 +53,7 @@ impl Forest {
         scratch: &'s mut QueryScratch,
         accept: impl Fn(&Photon) -> bool,
     ) -> &'s [Neighbour] {
-        let QueryScratch { stack, found } = scratch;
+        let QueryScratch { stack, found, .. } = scratch;
         found.clear();
         // The squared distance below which a photon still counts.
         let mut limit = if wanted > 0 { radius * radius } else { 0.0 };
@@ -74,6 +74,18 @@ impl Forest {
             });
         }
         scratch.found.as_slice()
+    }
+
+    /// Calls `visit` with every photon that is nearer than `radius` (m) to `beam`, with its place along it (m), in an order that depends on the
+    /// forest and the beam alone.
+    pub fn along(
+        &self,
+        beam: &Beam,
+        radius: f32,
+        scratch: &mut QueryScratch,
+        mut visit: impl FnMut(&Photon, f32),
+    ) {
+        self.trees.iter().for_each(|tree| tree.visit_along(beam, radius, &mut scratch.boxes, &mut visit));
     }
 
     /// A photon that [`Forest::nearest`] of this forest has found.
@@ -135,10 +147,22 @@ impl Ord for Neighbour {
     }
 }
 
+/// A part of a ray in a medium.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    /// Where it begins, m.
+    pub origin: Vec3,
+    /// Its unit direction.
+    pub direction: Vec3,
+    /// Its length, m; may be infinite.
+    pub length: f32,
+}
+
 /// Buffers that a thread reuses from query to query. They grow to the largest `wanted` seen, then nothing is allocated.
 #[derive(Debug, Default)]
 pub struct QueryScratch {
     stack: Vec<Subtree>,
+    boxes: Vec<BoxedSubtree>,
     found: BinaryHeap<Neighbour>,
 }
 
@@ -152,6 +176,16 @@ struct Subtree {
     end: u32,
     /// Distance from the query to the subtree along each axis.
     outside: Vec3,
+}
+
+/// A subtree that a beam has still to visit, with a box of its photons.
+#[derive(Clone, Copy, Debug)]
+struct BoxedSubtree {
+    node: u32,
+    first: u32,
+    end: u32,
+    min: Vec3,
+    max: Vec3,
 }
 
 impl PhotonTree {
@@ -196,6 +230,69 @@ impl PhotonTree {
             let Some(next) = stack.pop() else { return };
             here = next;
         }
+    }
+
+    /// Calls `visit(photon, place along the beam)` for every photon nearer than `radius` to it.
+    fn visit_along(
+        &self,
+        beam: &Beam,
+        radius: f32,
+        stack: &mut Vec<BoxedSubtree>,
+        visit: &mut impl FnMut(&Photon, f32),
+    ) {
+        let Beam { origin, direction, length } = *beam;
+        let inverse = direction.recip();
+        // Rounding must not part a box from a photon at the rim.
+        let around = radius * 1.001 + 1e-6 * self.min.abs().max(self.max.abs()).max_element();
+        let meets = |min: Vec3, max: Vec3| {
+            let (near, far) = ((min - around - origin) * inverse, (max + around - origin) * inverse);
+            // 0 · ∞ is NaN for a beam within a face: that axis does not cut it.
+            let enter = near.min(far).to_array().into_iter().filter(|t| !t.is_nan()).fold(0.0, f32::max);
+            let leave = near.max(far).to_array().into_iter().filter(|t| !t.is_nan()).fold(length, f32::min);
+            enter <= leave
+        };
+        stack.clear();
+        if self.is_empty() {
+            return;
+        }
+        stack.push(BoxedSubtree { node: 0, first: 0, end: self.len() as u32, min: self.min, max: self.max });
+        while let Some(here) = stack.pop() {
+            if !meets(here.min, here.max) {
+                continue;
+            }
+            if let Some(children) = self.boxed_children(&here) {
+                stack.extend(children);
+                continue;
+            }
+            let range = here.first as usize..here.end as usize;
+            for (p, photon) in self.positions[range.clone()].iter().zip(&self.photons[range]) {
+                let offset = *p - origin;
+                let t = offset.dot(direction);
+                if t > 0.0 && t < length && (offset - t * direction).length_squared() < radius * radius {
+                    visit(photon, t);
+                }
+            }
+        }
+    }
+
+    /// The two children of a node with their boxes. `None` for a leaf.
+    #[inline]
+    fn boxed_children(&self, here: &BoxedSubtree) -> Option<[BoxedSubtree; 2]> {
+        if here.end - here.first <= LEAF {
+            return None;
+        }
+        let PhotonNode { left_max, right_min, mid, right } = self.nodes[here.node as usize];
+        let axis = right >> 30;
+        if axis == PhotonNode::LONG_LEAF {
+            return None;
+        }
+        let (mut left, mut right) = (
+            BoxedSubtree { node: here.node + 1, end: mid, ..*here },
+            BoxedSubtree { node: right & (u32::MAX >> 2), first: mid, ..*here },
+        );
+        left.max[axis as usize] = left_max;
+        right.min[axis as usize] = right_min;
+        Some([left, right])
     }
 
     /// The two children of a node, the nearer first. `None` for a leaf.

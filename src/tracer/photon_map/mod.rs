@@ -3,7 +3,7 @@
 //! ```text
 //! any thread:  PhotonMap::claim → trace light paths → Claim::deposit(PhotonBatch)
 //!                 last deposit of a generation: sort, merge (Forest), publish one pointer
-//! any thread:  PhotonMap::latest or ::finished(g) → Arc<Snapshot> → Forest::nearest → Disc
+//! any thread:  PhotonMap::latest or ::finished(g) → Arc<Snapshot> → Forest::nearest → Disc, or Forest::along a Beam
 //! ```
 //!
 //! - `photon` packs one photon.
@@ -25,9 +25,9 @@ mod publish;
 mod schedule;
 mod tree;
 
-pub use forest::{Disc, Forest, Neighbour, QueryScratch};
+pub use forest::{Beam, Disc, Forest, Neighbour, QueryScratch};
 pub use morton::{MAX_DEPTH, MortonGrid};
-pub use photon::{Arrival, Photon, wavelength_number, wavelengths};
+pub use photon::{Arrival, ArrivalSite, Photon, wavelength_number, wavelengths};
 pub use publish::{Claim, PhotonBatch, PhotonLayer, PhotonMap, Snapshot};
 pub use schedule::{Lookup, Schedule};
 pub use tree::{LEAF, PhotonTree, SortedPhotons, Wanted};

@@ -1,4 +1,4 @@
-//! One photon: a light path's arrival at a surface, stored in 32 bytes.
+//! One photon: a light path's arrival at a surface or at a point in a medium, stored in 32 bytes.
 //!
 //! **Wavelengths.** A light path and the camera path that gathers its photon have different wavelengths, and a flux known
 //! at four wavelengths says nothing exact about four others. Converting flux to XYZ when it is stored would multiply it by
@@ -16,6 +16,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::MOST_GROUPS;
+use crate::tracer::medium::MediumIndex;
 
 /// Rounds the random number `u` in [0, 1) that selects the wavelengths of a light path, before the path is traced.
 #[inline]
@@ -29,17 +30,27 @@ pub fn wavelengths(number: u16) -> SampledWavelengths {
     SampledWavelengths::sample((f32::from(number) + 0.5) / 65_536.0)
 }
 
-/// A light path's arrival at a surface, before it is packed into a [`Photon`].
+/// Where a light path arrives.
+#[derive(Clone, Copy, Debug)]
+pub enum ArrivalSite {
+    /// A surface, with the unit geometric normal on its lit side.
+    Surface(Vec3),
+    /// A point in this medium.
+    Medium(MediumIndex),
+}
+
+/// A light path's arrival, before it is packed into a [`Photon`].
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
     /// Position, world space, m.
     pub position: Vec3,
-    /// Unit vector back along the path, away from the surface. It is the `wi` of the density estimate.
+    /// Unit vector back along the path. It is the `wi` of the density estimate.
     pub direction: Vec3,
-    /// Unit geometric normal on the lit side of the surface.
-    pub normal: Vec3,
+    /// What is there.
+    pub site: ArrivalSite,
     /// Flux at the wavelengths of the path, W/nm, as if this light path were the only one: not yet divided by the number of
-    /// light paths of the snapshot.
+    /// light paths of the snapshot. In a medium it is what is left
+    /// after the scattering.
     pub flux: SampledSpectrum,
     /// From [`wavelength_number`].
     pub wavelengths: u16,
@@ -58,8 +69,8 @@ pub struct Photon {
     flux: [u32; 2],
     /// Octahedral encoding, 2 · 16 bits.
     direction: u32,
-    /// Octahedral encoding, 2 · 16 bits.
-    normal: u32,
+    /// The normal of a surface in octahedral encoding, 2 · 16 bits, or the number of a medium: the layer tells which.
+    site: u32,
     wavelengths: u16,
     /// Bit 0: hero wavelength only. Bits 1 to 3: the group of lights. The depth is above them.
     flags: u16,
@@ -93,7 +104,10 @@ impl Photon {
         Some(Photon {
             flux: pack_flux(flux),
             direction: pack_unit(arrival.direction)?,
-            normal: pack_unit(arrival.normal)?,
+            site: match arrival.site {
+                ArrivalSite::Surface(normal) => pack_unit(normal)?,
+                ArrivalSite::Medium(medium) => medium.number(),
+            },
             wavelengths: arrival.wavelengths,
             flags: (u16::from(arrival.hero_only) * HERO_ONLY)
                 | ((u16::from(arrival.group) % MOST_GROUPS as u16) << GROUP_SHIFT)
@@ -132,17 +146,23 @@ impl Photon {
         (self.flags >> GROUP_SHIFT) as u8 % MOST_GROUPS as u8
     }
 
-    /// Unit vector away from the surface, in the direction from which the photon came.
+    /// Unit vector in the direction from which the photon came.
     #[inline]
     pub fn direction(&self) -> Vec3 {
         unpack_unit(self.direction)
     }
 
-    /// Unit geometric normal on the lit side. A query accepts photons whose normal agrees with that of its vertex, which
-    /// excludes light on the other side of a thin wall.
+    /// Unit geometric normal on the lit side of the surface of this photon. A query accepts photons whose normal agrees with that of its
+    /// vertex, which excludes light on the other side of a thin wall.
     #[inline]
     pub fn normal(&self) -> Vec3 {
-        unpack_unit(self.normal)
+        unpack_unit(self.site)
+    }
+
+    /// True for a photon of a volume layer that lies in `medium`.
+    #[inline]
+    pub fn is_in(&self, medium: MediumIndex) -> bool {
+        self.site == medium.number()
     }
 }
 

@@ -189,7 +189,7 @@ impl PhotonMap {
         let mut all = PhotonBatch::default();
         batches.into_iter().for_each(|(_, batch)| all.append(batch));
         let runs =
-            [0, 1].map(|l: usize| SortedPhotons::sorted(&self.grid, &all.positions[l], &all.photons[l]));
+            std::array::from_fn(|l| SortedPhotons::sorted(&self.grid, &all.positions[l], &all.photons[l]));
         lock(&self.collecting).ready.insert(generation, runs);
         self.publish(wanted);
     }
@@ -226,13 +226,15 @@ impl PhotonMap {
 
     /// Merges one generation and publishes the snapshot. False if the merge was given up.
     fn swap(&self, newest: &Snapshot, runs: [SortedPhotons; LAYERS], wanted: Wanted<'_>) -> bool {
-        let [global, caustic] = runs;
-        let grown = |layer: usize, run| newest.layers[layer].grown(&self.grid, run, wanted);
-        let (Some(global), Some(caustic)) = (grown(0, global), grown(1, caustic)) else { return false };
+        let mut layers = newest.layers.clone();
+        for (layer, run) in layers.iter_mut().zip(runs) {
+            let Some(grown) = layer.grown(&self.grid, run, wanted) else { return false };
+            *layer = grown;
+        }
         let generations = newest.generations + 1;
-        let photons = global.len() + caustic.len();
+        let photons = layers.iter().map(Forest::len).sum::<usize>();
         let light_paths = generations * self.paths_per_generation;
-        let snapshot = Snapshot { layers: [global, caustic], generations, light_paths };
+        let snapshot = Snapshot { layers, generations, light_paths };
         let mut kept = Vec::clone(&self.published.load());
         kept.push(Arc::new(snapshot));
         let surplus = kept.len().saturating_sub(KEPT);
@@ -292,7 +294,7 @@ impl Drop for Claim<'_> {
     }
 }
 
-/// The two photon maps of Jensen's method: one light path feeds both.
+/// The photon maps of Jensen's method, on surfaces and in media: one light path feeds all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhotonLayer {
     /// The global map, for final gathering: all photons but caustic ones.
@@ -300,9 +302,26 @@ pub enum PhotonLayer {
     /// The caustic map, for direct density estimation: photons that arrived over mirrors, glass and metal only, smooth or
     /// rough. These surfaces store no photons themselves.
     Caustic = 1,
+    /// As `Global`, where light is scattered in a medium.
+    VolumeGlobal = 2,
+    /// As `Caustic`, where light is scattered in a medium.
+    VolumeCaustic = 3,
 }
 
-const LAYERS: usize = 2;
+const LAYERS: usize = 4;
+
+impl PhotonLayer {
+    /// This layer on surfaces, or in media.
+    #[inline]
+    pub fn of_media(self, in_medium: bool) -> Self {
+        match (self, in_medium) {
+            (Self::Global | Self::VolumeGlobal, true) => Self::VolumeGlobal,
+            (Self::Caustic | Self::VolumeCaustic, true) => Self::VolumeCaustic,
+            (Self::Global | Self::VolumeGlobal, false) => Self::Global,
+            (Self::Caustic | Self::VolumeCaustic, false) => Self::Caustic,
+        }
+    }
+}
 
 /// Photons of one claim, in the order of their light paths.
 #[derive(Debug, Default)]
@@ -318,6 +337,11 @@ impl PhotonBatch {
         self.positions[layer as usize].push(arrival.position);
         self.photons[layer as usize].push(photon);
         true
+    }
+
+    /// The positions of the photons of a layer, m.
+    pub fn positions_of(&self, layer: PhotonLayer) -> &[Vec3] {
+        &self.positions[layer as usize]
     }
 
     /// The positions of its photons, m.

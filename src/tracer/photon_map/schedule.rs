@@ -18,8 +18,10 @@ pub struct Schedule {
     pub paths_per_generation: u64,
     /// Samples from one generation to the next.
     pub samples_per_generation: u64,
-    /// Largest gather radius at generation 1, m.
+    /// Largest gather radius on surfaces at generation 1, m.
     pub radius: f32,
+    /// Radius around beams in media at generation 1, m.
+    pub beam_radius: f32,
     /// Exponent α of the radius, in [0, 1).
     pub alpha: f64,
     /// Most photons of one query.
@@ -31,8 +33,10 @@ pub struct Schedule {
 pub struct Lookup {
     /// Number of generations of the snapshot.
     pub generations: u64,
-    /// Largest radius, m.
+    /// Largest radius on surfaces, m.
     pub radius: f32,
+    /// Radius around beams in media, m.
+    pub beam_radius: f32,
     /// Most photons.
     pub neighbours: usize,
 }
@@ -46,7 +50,10 @@ impl Schedule {
 
     /// The query of a sample in a snapshot of so many generations.
     pub fn lookup(&self, generations: u64) -> Lookup {
-        Lookup { generations, radius: self.radius(generations), neighbours: self.neighbours }
+        let share = self.radius_share(generations);
+        let scaled = |radius: f32| (f64::from(radius) * share) as f32;
+        let (radius, beam_radius) = (scaled(self.radius), scaled(self.beam_radius));
+        Lookup { generations, radius, beam_radius, neighbours: self.neighbours }
     }
 
     /// Light paths that should have been started by sample `index`: those it needs, and a proportionate part of the next
@@ -62,6 +69,11 @@ impl Schedule {
 
     /// The radius at `generation` ≥ 1, m. O(1).
     pub fn radius(&self, generation: u64) -> f32 {
+        (f64::from(self.radius) * self.radius_share(generation)) as f32
+    }
+
+    /// The radii at `generation` ≥ 1 over those at the first.
+    fn radius_share(&self, generation: u64) -> f64 {
         const EXACT: u64 = 32;
         let generation = generation.max(1);
         let product: f64 =
@@ -71,7 +83,7 @@ impl Schedule {
         } else {
             1.0
         };
-        (f64::from(self.radius) * (product * rest).sqrt()) as f32
+        (product * rest).sqrt()
     }
 
     /// Γ(g + α)/Γ(g + 1) for g ≥ 32 within 1e-8 (Tricomi and Erdélyi 1951, in powers about the middle of the two arguments).

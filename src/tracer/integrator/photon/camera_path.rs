@@ -1,5 +1,7 @@
 //! A camera path of photon mapping: emission and next-event estimation as in path tracing, and density estimation from the photons around
-//! its vertices.
+//! its vertices on surfaces, and around its flights in media.
+
+use std::f32::consts::PI;
 
 use glam::{Vec3, Vec4};
 
@@ -13,7 +15,7 @@ use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::medium::{FlightPiece, Media, PathMedia};
-use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
+use crate::tracer::photon_map::{Beam, Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::scene::SurfaceMaterial;
@@ -50,6 +52,19 @@ enum PathClass {
     Spread,
     /// Spread, then mirrored: a light found from here is a caustic, which the photons show.
     Caustic,
+}
+
+/// What a camera path was like before a flight.
+struct FlightStart {
+    /// Throughput at the hero, with the weight of its wavelengths.
+    throughput: SampledSpectrum,
+    /// The wavelengths that would have chosen the path up to there, and those that would have chosen its flights.
+    carried: WavelengthMis,
+    flights: WavelengthMis,
+    /// Number of recorded steps.
+    steps: usize,
+    /// Number of segments.
+    depth: u32,
 }
 
 /// The arguments of a camera path.
@@ -105,12 +120,23 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// Follows the path along `ray` to its end and returns what it found, in all and by groups of lights.
     pub fn trace<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let mut from = ray.origin;
-        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, self.class != PathClass::Caustic) {
+        loop {
+            let flight = self.flight_start();
+            let hit = self.arrive::<B>(&mut ray, sampler, self.class != PathClass::Caustic);
             if self.gathered {
                 break;
             }
+            if B::Media::PRESENT {
+                self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
+                if self.class != PathClass::Mirrored {
+                    self.gather_along::<B>(&flight, PhotonLayer::VolumeGlobal, from);
+                }
+                self.drop_parted_companions();
+            }
+            let Some(hit) = hit else { break };
             // The last ray was too short for the photons at its end to stand for what it saw.
-            let (_, radius, _) = self.reach(PhotonLayer::Global);
+            let layer = if hit.is_in_medium() { PhotonLayer::VolumeGlobal } else { PhotonLayer::Global };
+            let (_, radius, _) = self.reach(layer);
             let near = from.distance_squared(hit.point.p) < radius * radius;
             let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.walk.depth - 1)) else {
                 break;
@@ -127,11 +153,20 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let mut prefix = Prefix::CAMERA;
         // The camera subpath adds lights behind chains of deltas.
         self.state.chain = SpecularChain::PathAlone;
-        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, false) {
+        loop {
+            let (flight, from) = (self.flight_start(), ray.origin);
+            let hit = self.arrive::<B>(&mut ray, sampler, false);
+            if B::Media::PRESENT {
+                if prefix.is_specular() {
+                    self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
+                }
+                self.drop_parted_companions();
+            }
+            let Some(hit) = hit else { break };
             let vertex =
                 SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda, self.state.walk.medium);
             let diffuse = vertex.bsdf.has_diffuse_part();
-            if diffuse && prefix.is_specular() {
+            if diffuse && prefix.is_specular() && !hit.is_in_medium() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
             let u = sampler.vertex(self.state.walk.depth - 1);
@@ -149,10 +184,16 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// Caustics on the first surface along `ray`, by its photons.
     pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
-        if let Some(hit) = self.arrive::<B>(&mut ray, sampler, false) {
+        let (flight, from) = (self.flight_start(), ray.origin);
+        let hit = self.arrive::<B>(&mut ray, sampler, false);
+        if B::Media::PRESENT {
+            self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
+            self.drop_parted_companions();
+        }
+        if let Some(hit) = hit {
             let vertex =
                 SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda, self.state.walk.medium);
-            if vertex.bsdf.has_diffuse_part() {
+            if vertex.bsdf.has_diffuse_part() && !hit.is_in_medium() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
         }
@@ -172,14 +213,29 @@ impl<C: LightCredits> CameraPath<'_, C> {
             *flights = piece.and(*flights);
             scratch.steps.push(RecordedStep::Flight(piece));
         };
-        let hit = state.arrive::<B>(&tracer.context, ray, sampler, takes_emission, record)?;
-        if B::Media::PRESENT && !self.state.walk.lambda.is_hero_only() {
-            let media = self.tracer.context.scene.media();
-            if self.is_dispersed() || media.is_some_and(Media::has_chromatic_grids) {
-                self.drop_companions();
-            }
+        state.arrive::<B>(&tracer.context, ray, sampler, takes_emission, record)
+    }
+
+    /// The path before its next flight.
+    #[inline]
+    fn flight_start(&self) -> FlightStart {
+        let Self { state, scratch, flights, .. } = self;
+        FlightStart {
+            throughput: state.walk.throughput * state.wavelength_weight,
+            carried: state.walk.carried_wavelengths(),
+            flights: *flights,
+            steps: scratch.steps.len(),
+            depth: state.walk.depth,
         }
-        Some(hit)
+    }
+
+    /// Goes on with the hero alone where a flight has parted the wavelengths, or might on grids.
+    fn drop_parted_companions(&mut self) {
+        let media = self.tracer.context.scene.media();
+        let parted = || self.is_dispersed() || media.is_some_and(Media::has_chromatic_grids);
+        if !self.state.walk.lambda.is_hero_only() && parted() {
+            self.drop_companions();
+        }
     }
 
     /// True where photons at the secondary wavelengths would be evaluated along a path that these hardly take. It is the same for every hero.
@@ -215,9 +271,15 @@ impl<C: LightCredits> CameraPath<'_, C> {
             self.state.add_direct(scene, &vertex, u);
         }
         if diffuse {
-            self.gather(&vertex, PhotonLayer::Caustic);
+            // Photons in a medium were gathered along the flight.
+            let on_surface = !hit.is_in_medium();
+            if on_surface {
+                self.gather(&vertex, PhotonLayer::Caustic);
+            }
             if self.class != PathClass::Mirrored && !near {
-                self.gather(&vertex, PhotonLayer::Global);
+                if on_surface {
+                    self.gather(&vertex, PhotonLayer::Global);
+                }
                 self.gathered = true;
             }
         }
@@ -283,31 +345,95 @@ impl<C: LightCredits> CameraPath<'_, C> {
             white: tracer.context.white(),
         };
         let (mut xyz, mut value) = (Xyz::BLACK, SampledSpectrum::ZERO);
-        // Sums of single contributions and of their squares: luminances, or values at the hero alone.
-        let [mut sum, mut squares] = [0.0; 2];
-        let mut count = |y: f32| (sum, squares) = (sum + y, squares + y * y);
+        let mut kish = KishSums::default();
         for near in disc.counted {
             let photon = forest.photon(near);
             match window {
                 None => {
                     let found = path.at_wavelengths_of(photon, vertex, scale * flights.weight());
                     xyz += found;
-                    count(found.y);
+                    kish.add(found.y);
                     state.credits.add_color(photon.group(), found);
                 }
                 Some(w) => {
                     let flux = lanes_near(photon, hero, w) * scale;
                     let found = at_the_hero(photon, vertex, throughput * flux);
                     value += found;
-                    count(found.0.x);
+                    kish.add(found.0.x);
                     state.credits.add_to(photon.group(), found);
                 }
             }
         }
         self.xyz += xyz;
         self.state.radiance += value;
-        scratch.gathered += if squares > 0.0 { sum * sum / squares } else { 0.0 };
+        scratch.gathered += kish.effective_number();
         B::record(|| PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
+    }
+
+    /// Adds the beam radiance estimate (Jarosz, Zwicker and Jensen 2008, *The Beam Radiance Estimate for Volumetric Photon Mapping*) from the
+    /// photons of `layer` around the flight since `start` from the vertex at `from`. The beam ends where the flight does, so that what the medium lets pass is in the
+    /// probability of getting there (short beams, Jarosz et al. 2011).
+    ///
+    /// Global photons nearer to the vertex than the radius are left out: there the path goes on.
+    fn gather_along<B: Scattering<Credits = C>>(
+        &mut self,
+        start: &FlightStart,
+        layer: PhotonLayer,
+        from: Vec3,
+    ) {
+        let forest = self.snapshot.layer(layer);
+        let context = &self.tracer.context;
+        let Some(media) = context.scene.media().filter(|_| !forest.is_empty()) else { return };
+        if start.depth >= context.longest() {
+            return;
+        }
+        let segments = context.longest() - start.depth - 1;
+        let (_, radius, window) = self.reach(layer);
+        let nearest = if layer == PhotonLayer::VolumeGlobal { radius } else { 0.0 };
+        let area = (PI * radius * radius).max(f32::MIN_POSITIVE);
+        let scale = 1.0 / area / self.snapshot.light_paths as f32;
+        let lambda = self.state.walk.lambda;
+        let Self { scratch, state, .. } = self;
+        let PhotonScratch { steps, query, gathered, .. } = &mut **scratch;
+        let (mut xyz, mut value, mut kish) = (Xyz::BLACK, SampledSpectrum::ZERO, KishSums::default());
+        let mut photons = 0;
+        let mut flights = start.flights;
+        for (i, step) in steps.iter().enumerate().skip(start.steps) {
+            let RecordedStep::Flight(piece) = step else { continue };
+            let Some(phase) = media.phase(piece.medium) else { continue };
+            let FlightPiece { origin, direction, length, medium, .. } = *piece;
+            let passed = origin.distance(from);
+            let path = RecordedFlight { scene: &context.scene, steps: &steps[..i], white: context.white() };
+            forest.along(&Beam { origin, direction, length }, radius, query, |photon, t| {
+                if photon.depth() > segments || !photon.is_in(medium) || passed + t < nearest {
+                    return;
+                }
+                photons += 1;
+                let p = phase.density(-direction, photon.direction()) * scale;
+                match window {
+                    None => {
+                        let piece = piece.until(t, media, &lambda, start.carried);
+                        let weight = piece.and(flights).weight();
+                        let found = path.at_wavelengths_of::<B>(photon, media, &piece, p * weight);
+                        xyz += found;
+                        kish.add(found.y);
+                        state.credits.add_color(photon.group(), found);
+                    }
+                    Some(w) => {
+                        let flux = lanes_near(photon, lambda.lambda().x, w);
+                        let found = sound(start.throughput * (flux * p), None);
+                        value += found;
+                        kish.add(found.0.x);
+                        state.credits.add_to(photon.group(), found);
+                    }
+                }
+            });
+            flights = piece.and(flights);
+        }
+        *gathered += kish.effective_number();
+        self.xyz += xyz;
+        self.state.radiance += value;
+        B::record(|| PathEvent::Gathered { photons, area, xyz: self.xyz });
     }
 
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero if the path
@@ -316,13 +442,66 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let wanted = match layer {
             PhotonLayer::Global => self.lookup.neighbours,
             PhotonLayer::Caustic => self.lookup.neighbours * CAUSTIC,
+            // All around a beam.
+            PhotonLayer::VolumeGlobal | PhotonLayer::VolumeCaustic => usize::MAX,
+        };
+        let Self { lookup, tracer: PhotonTracer { schedule, .. }, .. } = self;
+        let (radius, first) = match layer {
+            PhotonLayer::Global | PhotonLayer::Caustic => (lookup.radius, schedule.radius),
+            PhotonLayer::VolumeGlobal | PhotonLayer::VolumeCaustic => {
+                (lookup.beam_radius, schedule.beam_radius)
+            }
         };
         if !self.state.walk.lambda.is_hero_only() {
-            return (wanted, self.lookup.radius, None);
+            return (wanted, radius, None);
         }
         // Blur over place and over wavelength shrink together; disc times window holds as many photons as before.
-        let shrink = 1.0 / (self.lookup.generations.max(1) as f32).cbrt();
-        (wanted, self.tracer.schedule.radius * shrink, Some(WINDOW * shrink))
+        let shrink = 1.0 / (lookup.generations.max(1) as f32).cbrt();
+        (wanted, first * shrink, Some(WINDOW * shrink))
+    }
+}
+
+/// Sums of single contributions and of their squares: luminances, or values at the hero alone.
+#[derive(Clone, Copy, Debug, Default)]
+struct KishSums {
+    sum: f32,
+    squares: f32,
+}
+
+impl KishSums {
+    #[inline]
+    fn add(&mut self, y: f32) {
+        (self.sum, self.squares) = (self.sum + y, self.squares + y * y);
+    }
+
+    /// (Σ x)² / Σ x² (Kish 1965).
+    fn effective_number(&self) -> f32 {
+        if self.squares > 0.0 { self.sum * self.sum / self.squares } else { 0.0 }
+    }
+}
+
+/// A path before one of its flights, to be evaluated again at the wavelengths of photons around that.
+struct RecordedFlight<'a> {
+    scene: &'a Scene,
+    steps: &'a [RecordedStep],
+    /// The wavelengths of every photon, where nothing has a colour.
+    white: Option<SampledWavelengths>,
+}
+
+impl RecordedFlight<'_> {
+    /// Contribution of a photon beside the end of `piece`, the flight up to there.
+    #[inline]
+    fn at_wavelengths_of<B: Scattering>(
+        &self,
+        photon: &Photon,
+        media: &Media,
+        piece: &FlightPiece,
+        scale: f32,
+    ) -> Xyz {
+        let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
+        let weight = |t: SampledSpectrum, s: &RecordedStep| t * s.weight::<B>(self.scene, &lambda);
+        let throughput = self.steps.iter().fold(piece.weight(media, &lambda), weight);
+        lambda.to_xyz(sound(photon.flux() * throughput * scale, None))
     }
 }
 
@@ -351,7 +530,7 @@ impl RecordedPath<'_> {
         let weight = |t: SampledSpectrum, s: &RecordedStep| t * s.weight::<B>(self.scene, &lambda);
         let throughput = self.steps.iter().fold(SampledSpectrum::ONE, weight);
         let value = photon.flux() * f * throughput * scale;
-        lambda.to_xyz(sound(vertex, value))
+        lambda.to_xyz(sound(value, vertex.hit.known_surface()))
     }
 }
 
@@ -363,16 +542,16 @@ fn at_the_hero<B: Scattering>(
     throughput: SampledSpectrum,
 ) -> SampledSpectrum {
     let f = scattered(vertex, &vertex.bsdf, photon.direction());
-    sound(vertex, f.map_or(SampledSpectrum::ZERO, |f| throughput * f))
+    sound(f.map_or(SampledSpectrum::ZERO, |f| throughput * f), vertex.hit.known_surface())
 }
 
-/// `value`, the contribution of a photon at `vertex`, or zero if it is not finite, which is a fault.
+/// `value`, the contribution of a photon on a surface or in a medium, or zero if it is not finite, which is a fault.
 #[inline]
-fn sound<B: Scattering>(vertex: &SurfaceVertex<B>, value: SampledSpectrum) -> SampledSpectrum {
+fn sound(value: SampledSpectrum, surface: Option<u32>) -> SampledSpectrum {
     if value.is_within(MAX_VALUE) {
         return value;
     }
-    faults::raise(FaultyValue::Gathering, value.into(), vertex.hit.known_surface(), None);
+    faults::raise(FaultyValue::Gathering, value.into(), surface, None);
     SampledSpectrum::ZERO
 }
 

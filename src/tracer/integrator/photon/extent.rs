@@ -1,6 +1,6 @@
-//! The box that the photon map is laid out for.
+//! The box that the photon map is laid out for, and how far apart photons lie in media.
 //!
-//! It sets the first radius and the cells of the tree, so that it must be the box of where light goes. Nearly always that is
+//! The box sets the first radius and the cells of the tree, so that it must be the box of where light goes. Nearly always that is
 //! the box of the scene. But a backdrop, a ground or a sky of shapes that is a million times as large as what stands in it
 //! would make the radius as large as all of that, and its last cells too large to tell photons apart.
 
@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::stream::faults;
 use crate::tracer::integrator::RenderContext;
-use crate::tracer::photon_map::PhotonBatch;
+use crate::tracer::photon_map::{PhotonBatch, PhotonLayer};
 
 use super::light_paths::trace_light_paths;
 use super::tracer::PhotonPaths;
@@ -20,16 +20,59 @@ const SCOUTS: u64 = 256;
 /// scene may be some tens of times as large: `prism.xml`, most of whose photons lie in a spectrum, is more than 8 times.
 const TOO_LARGE: f32 = 1024.0;
 
-/// The box of the photons of this scene: that of the scene, or where it is far larger than that of most photons, the latter.
-pub(super) fn photon_box(context: &RenderContext) -> [Vec3; 2] {
-    let (lo, hi) = context.scene.accel().bounds();
-    let mut batch = PhotonBatch::default();
-    trace_light_paths(context, PhotonPaths::Whole, 0..SCOUTS, &mut batch);
-    // Faults are raised again when the same paths are traced for the map.
-    faults::take();
-    let positions: Vec<Vec3> = batch.positions().collect();
+/// Photons in media from which others lie about as far away as around all of them.
+const ASKED: usize = 64;
+
+/// What a few light paths tell about a scene.
+#[derive(Debug)]
+pub(super) struct Extent {
+    /// The box of the photons: that of the scene, or where it is far larger than that of most photons, the latter.
+    pub(super) bounds: [Vec3; 2],
+    /// Photons in media, of [`SCOUTS`] light paths.
+    in_media: Vec<Vec3>,
+}
+
+impl Extent {
+    /// Traces a few light paths.
+    pub(super) fn of(context: &RenderContext) -> Self {
+        let mut batch = PhotonBatch::default();
+        trace_light_paths(context, PhotonPaths::Whole, 0..SCOUTS, &mut batch);
+        // Faults are raised again when the same paths are traced for the map.
+        faults::take();
+        let positions: Vec<Vec3> = batch.positions().collect();
+        let layers = [PhotonLayer::VolumeGlobal, PhotonLayer::VolumeCaustic];
+        let in_media = layers.into_iter().flat_map(|layer| batch.positions_of(layer)).copied().collect();
+        Self { bounds: photon_box(context.scene.accel().bounds(), &positions), in_media }
+    }
+
+    /// The median radius of the balls in which `count` photons of `paths` light paths lie around a photon in a medium; `None` where the few
+    /// light paths here leave too few to tell.
+    pub(super) fn spacing(&self, count: usize, paths: u64) -> Option<f32> {
+        let step = (self.in_media.len() / ASKED).max(1);
+        let mut distances = Vec::with_capacity(self.in_media.len());
+        let mut radii: Vec<f32> = self
+            .in_media
+            .iter()
+            .step_by(step)
+            .filter_map(|p| {
+                distances.clear();
+                distances.extend(self.in_media.iter().map(|q| p.distance_squared(*q)));
+                // The first of them is the photon itself.
+                (distances.len() > count).then(|| *distances.select_nth_unstable_by(count, f32::total_cmp).1)
+            })
+            .collect();
+        let middle = radii.len() / 2;
+        (!radii.is_empty()).then(|| {
+            let (_, radius2, _) = radii.select_nth_unstable_by(middle, f32::total_cmp);
+            radius2.sqrt() * (SCOUTS as f32 / paths as f32).cbrt()
+        })
+    }
+}
+
+/// The box of these photons in a scene of this box.
+fn photon_box((lo, hi): (Vec3, Vec3), positions: &[Vec3]) -> [Vec3; 2] {
     // Between these lie 80 % of the photons along each axis.
-    let Some([low, high]) = middle(&positions) else { return [lo, hi] };
+    let Some([low, high]) = middle(positions) else { return [lo, hi] };
     let (center, side) = (0.5 * (low + high), (high - low).max_element());
     if !(side > 0.0 && ((hi - center).max(center - lo)).max_element() > 0.5 * TOO_LARGE * side) {
         return [lo, hi];

@@ -9,13 +9,14 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::math::bits::mix;
+use crate::math::random::Random;
 use crate::stream::{FaultyValue, faults};
 use crate::tracer::bsdf::{Bsdf, InMedia, Recorded, Scattering, Unmixed};
 use crate::tracer::integrator::RenderContext;
 use crate::tracer::light::EmissionOrigin;
-use crate::tracer::medium::FreeFlight;
+use crate::tracer::medium::{FreeFlight, PathMedia};
 use crate::tracer::photon_map::{
-    Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
+    Arrival, ArrivalSite, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::record::PathEvent;
 use crate::tracer::subpath::{Subpath, SubpathVertex};
@@ -32,6 +33,10 @@ const SAMPLES_PER_SNAPSHOT: u32 = 64;
 /// Least number of samples between two claims of light paths: a render that begins far out in the sequence goes on with
 /// its samples while it catches up.
 const SAMPLES_PER_CLAIM: u32 = 16;
+
+/// From this vertex on a light path leaves a photon in a medium with the probability of this number over the vertex's: a path that is scattered
+/// hundreds of times in milk does not fill the map alone.
+const ALWAYS_KEPT: u32 = 8;
 
 impl PhotonTracer {
     /// Traces this index's share of light paths and returns the photons that it sees; `None` when nobody waits for it.
@@ -140,8 +145,9 @@ fn trace_light_path<B: Scattering>(
                 true => (PhotonLayer::Global, context.photons.gather),
                 false => (PhotonLayer::Caustic, context.photons.caustics),
             };
-            if wanted {
-                let arrival = Arrival { group, ..arrival(scene, &vertex, number) };
+            if wanted && let Some(arrival) = arrival(scene, &vertex, number, path) {
+                let layer = layer.of_media(vertex.surface.hit.is_in_medium());
+                let arrival = Arrival { group, ..arrival };
                 if !batch.push(layer, &arrival) && !arrival.flux.is_finite() {
                     faults::raise(
                         FaultyValue::Photon,
@@ -171,21 +177,38 @@ fn reflects<B: Scattering>(vertex: &SubpathVertex<B>) -> bool {
     surface.bsdf.transmits() || surface.bsdf.eval(surface.wo, surface.wo).is_some_and(|(f, _)| !f.is_black())
 }
 
-fn arrival<B: Scattering>(scene: &Scene, vertex: &SubpathVertex<B>, wavelengths: u16) -> Arrival {
+/// What the light path of this number leaves at `vertex`; `None` where it is chosen to leave nothing.
+fn arrival<B: Scattering>(
+    scene: &Scene,
+    vertex: &SubpathVertex<B>,
+    wavelengths: u16,
+    path: u64,
+) -> Option<Arrival> {
     let SubpathVertex { surface, throughput, wavelength_mis, depth, .. } = vertex;
     let hit = &surface.hit;
     // A photon of the hero alone counts four times by its wavelengths.
     let (weight, hero_only) = (wavelength_mis.weight(), wavelength_mis.is_alone());
     let weight = if hero_only { 0.25 * weight } else { weight };
-    Arrival {
+    let (site, scale) = match B::Media::PRESENT && hit.is_in_medium() {
+        // Both the photon and the path that gathers it meet the surface by chance; one chance is enough.
+        false => (ArrivalSite::Surface(hit.facing_normal()), weight / scene.opacity(hit)),
+        true => {
+            let kept = (ALWAYS_KEPT as f32 / *depth as f32).min(1.0);
+            if Random(mix(path) ^ u64::from(*depth)).f32() >= kept {
+                return None;
+            }
+            (ArrivalSite::Medium(surface.medium_towards(hit.wo)), weight / kept)
+        }
+    };
+    let flux = *throughput * scale;
+    Some(Arrival {
         position: hit.point.p,
         direction: hit.wo,
-        normal: hit.facing_normal(),
-        // Both the photon and the path that gathers it meet the surface by chance; one chance is enough.
-        flux: *throughput * (weight / scene.opacity(hit)),
+        site,
+        flux,
         wavelengths,
         hero_only,
         depth: *depth,
         group: 0,
-    }
+    })
 }

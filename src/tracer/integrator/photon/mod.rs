@@ -1,8 +1,9 @@
-//! One-pass photon mapping (paper §3.4; Jensen 1996, *Global Illumination using Photon Maps*; Knaus and Zwicker 2011).
+//! One-pass photon mapping (paper §3.4; Jensen 1996, *Global Illumination using Photon Maps*; Jensen and Christensen 1998 in media; Knaus and
+//! Zwicker 2011).
 //!
 //! **What counts once.** A scattering is either *spread* (S̄: by a surface with a diffuse part, other than by a delta of
-//! its coat) or *mirrored* (S: by a delta, or by a rough metal or a rough interface, which have no diffuse part). Photons
-//! lie, and are gathered, where light can be spread. Written from the eye E to the light L, a path is found
+//! its coat, or by a medium) or *mirrored* (S: by a delta, or by a rough metal, a rough interface or a phase function that is a narrow peak,
+//! which have no diffuse part). Photons lie, and are gathered, where light can be spread. Written from the eye E to the light L, a path is found
 //!
 //! | path | by |
 //! |---|---|
@@ -16,8 +17,12 @@
 //! where it lies next to what is looked at; such a path goes on as a path (light and caustics are looked up, the next
 //! ray gathers). The same vertex is never both: where global photons are taken, the spread path ends.
 //!
+//! **In media** photons lie where light paths are scattered. They are gathered around the flights of a camera path instead of at its vertices
+//! (beam radiance estimate, Jarosz et al. 2008): within a fixed radius of the flight up to where it ends. Of the later scatterings of a
+//! light path in media only some leave a photon, with more weight.
+//!
 //! **Bias.** Everything in the first two rows is unbiased. The two others are density estimates: blurred over the lookup
-//! disc, and too dark within a radius of an edge, whose other side holds no photons. The disc's area falls as 1/n with the
+//! disc, or across the beam in a medium, and too dark within a radius of an edge, whose other side holds no photons. The disc's area falls as 1/n with the
 //! light paths n of the map, so the bias of a curved or unevenly lit surface as 1/n and that of edges as 1/√n; a
 //! picture is the mean over samples that saw growing maps. What a path through a dispersive delta gathers is
 //! blurred over wavelengths as well, by a window that falls as n^(−1/3).
@@ -48,7 +53,7 @@ use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::{Integrator, RenderContext};
 use camera_path::PathStart;
-use extent::photon_box;
+use extent::Extent;
 use tracer::PhotonPaths;
 pub use tracer::{PhotonScratch, PhotonTracer, SeesPhotons};
 
@@ -57,6 +62,12 @@ const PATHS: u64 = 4096;
 
 /// Samples per generation: four per light path.
 pub const SAMPLES_PER_GENERATION: u64 = 16_384;
+
+/// Radius around the first beams in media over the distance to which four times the photons of a lookup lie.
+const BEAM: f32 = 1.0 / 3.0;
+
+/// Largest such radius over the largest side of the box of the photons.
+const LARGEST_BEAM: f32 = 0.02;
 
 /// Number of photons of a lookup in the global layer.
 const NEIGHBOURS: usize = 12;
@@ -81,9 +92,9 @@ impl PhotonTracer {
     }
 
     fn with_paths(context: RenderContext, photon_paths: PhotonPaths, deterministic: bool) -> Self {
-        let bounds = photon_box(&context);
-        let [min, max] = bounds;
-        let schedule = schedule(min, max, &context.photons);
+        let extent = Extent::of(&context);
+        let bounds @ [min, max] = extent.bounds;
+        let schedule = schedule(&extent, &context.photons);
         let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
         Self { context, map: Arc::new(map), schedule, bounds, photon_paths, deterministic, generations: None }
     }
@@ -184,12 +195,13 @@ impl PhotonTracer {
     }
 }
 
-/// The schedule for photons in the box from `min` to `max`.
+/// The schedule for photons of this extent.
 ///
-/// The first radius is that of a disc of four times the wanted photons, if the two photons that a light path leaves on
+/// On surfaces the first radius is that of a disc of four times the wanted photons, if the two photons that a light path leaves on
 /// average lay evenly on the sides of the box: where light is about even, the number of photons bounds a lookup, and in the
-/// dark the radius does. Settings in `desc` take the place of these.
-fn schedule(min: Vec3, max: Vec3, desc: &PhotonDesc) -> Schedule {
+/// dark the radius does. In media it is a share of the distance to which four times the wanted photons lie around a photon. Settings in `desc` take the place of these.
+fn schedule(extent: &Extent, desc: &PhotonDesc) -> Schedule {
+    let [min, max] = extent.bounds;
     let side = (max - min).max(Vec3::ZERO).min(Vec3::splat(1e12));
     let area = 2.0 * (side.x * side.y + side.y * side.z + side.z * side.x);
     let photons = 2.0 * PATHS as f32;
@@ -197,10 +209,13 @@ fn schedule(min: Vec3, max: Vec3, desc: &PhotonDesc) -> Schedule {
     let radius = (4.0 * neighbours as f32 * area / (PI * photons)).sqrt();
     // A scene that is a line or a point has photons in no area at all.
     let radius = radius.max(1e-3 * side.max_element()).max(f32::MIN_POSITIVE);
+    let largest = LARGEST_BEAM * side.max_element();
+    let beam_radius = extent.spacing(4 * neighbours, PATHS).map_or(largest, |s| (BEAM * s).min(largest));
     Schedule {
         paths_per_generation: PATHS,
         samples_per_generation: SAMPLES_PER_GENERATION,
         radius: desc.initial_radius.unwrap_or(radius),
+        beam_radius: desc.initial_radius.unwrap_or(beam_radius.max(f32::MIN_POSITIVE)),
         alpha: desc.alpha.unwrap_or(0.0),
         neighbours,
     }

@@ -8,7 +8,7 @@ fn arrival(flux: Vec4, direction: Vec3) -> Arrival {
     Arrival {
         position: Vec3::ONE,
         direction,
-        normal: -direction,
+        site: ArrivalSite::Surface(-direction),
         flux: SampledSpectrum(flux),
         wavelengths: wavelength_number(0.3),
         hero_only: false,
@@ -71,4 +71,13 @@ fn wavelengths_are_those_of_the_light_path() {
         assert_eq!(photon.depth(), 2);
         assert_eq!(photon.flux().0, Vec4::new(1.0, 0.0, 0.0, 0.0));
     }
+}
+
+#[test]
+fn photons_know_their_medium() {
+    use pointillist::tracer::medium::MediumIndex;
+    let in_fog = Arrival { site: ArrivalSite::Medium(MediumIndex::VACUUM), ..arrival(Vec4::ONE, Vec3::Z) };
+    let photon = Photon::new(&in_fog).expect("it can be stored");
+    assert!(photon.is_in(MediumIndex::VACUUM));
+    assert!(!Photon::new(&arrival(Vec4::ONE, Vec3::Z)).expect("likewise").is_in(MediumIndex::VACUUM));
 }

@@ -6,6 +6,7 @@ const SCHEDULE: Schedule = Schedule {
     paths_per_generation: 1024,
     samples_per_generation: 3000,
     radius: 0.1,
+    beam_radius: 0.1,
     alpha: 2.0 / 3.0,
     neighbours: 50,
 };
