@@ -28,7 +28,7 @@
 //! | `auto` ([`choice`](crate::tracer::choice)) | by one of these, and says why | when you do not know | |
 //!
 //! `path` and `bidirectional` are unbiased. `light` is, except for what it cannot find: a delta that the camera sees. `photon` is
-//! biased by density estimation, and so are the caustics that `vcm` sees in mirrors and through glass; `photon/mod.rs` says how
+//! biased by density estimation, in media as well, and so are the caustics that `vcm` sees in mirrors and through glass; `photon/mod.rs` says how
 //! this bias falls with the number of photons.
 //!
 //! # Adding an integrator

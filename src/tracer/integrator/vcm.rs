@@ -6,7 +6,8 @@
 //! caustics seen in a mirror or through glass are noisy, and those of lamps that nothing can hit are missing. Exactly these
 //! paths, if the surface D next to the light has a diffuse part, are found by merging: light paths leave photons where they meet
 //! such a surface over deltas alone, L S⁺ D, and camera paths E S⁺ (D S⁺)* D gather them as caustics are in photon mapping
-//! ([`photon`](super::photon)). All other paths are those of [`BidirectionalTracer`], unbiased.
+//! ([`photon`](super::photon)). A point in a medium counts as such a surface, unless its phase function is a narrow peak; there photons are gathered
+//! around the flight of the camera path. All other paths are those of [`BidirectionalTracer`], unbiased.
 //!
 //! A path is found by the one or the other, so that no weights are needed, where the original weights both for every path. Merging such
 //! paths alone loses little, because the photons find the others worse than connections do, and it blurs nothing else.
