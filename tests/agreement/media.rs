@@ -60,7 +60,19 @@ fn milk_in_rough_glass() {
     assert_all_pairs("milk", &floor_and("", &(ball(glass, &milk) + LAMP + SKY)), PLAN, PHOTONS);
 }
 
-/// The same in rough glass of `principled`, which also has a diffuse part that is seen from outside only.
+/// Tea, which only absorbs, red the least, in rough glass, next to a fog that scatters.
+#[test]
+fn tea_in_rough_glass() {
+    let tea = medium("interior", "<rgb name='sigma_t' value='.1 .5 2'/><float name='albedo' value='0'/>");
+    let glass = "<bsdf type='roughdielectric'><float name='alpha' value='.4'/><float name='int_ior' value='1.3'/></bsdf>";
+    let fog = medium("interior", "<rgb name='sigma_t' value='.1 .12 .15'/><float name='albedo' value='.8'/>");
+    let fog = format!(
+        "<shape type='cube'><transform name='to_world'><scale x='.6' y='.6' z='.6'/><translate x='-1.4' z='.8'/></transform>{NULL}{fog}</shape>"
+    );
+    assert_all_pairs("tea", &floor_and("", &(ball(glass, &tea) + &fog + LAMP + SKY)), PLAN, PHOTONS);
+}
+
+/// Milk in rough glass of `principled`, which also has a diffuse part that is seen from outside only.
 #[test]
 fn milk_in_principled_glass() {
     let milk = medium("interior", "<float name='sigma_t' value='3'/><rgb name='albedo' value='.95 .9 .7'/>");

@@ -9,6 +9,7 @@ use pointillist::scene::edit::{Edits, NewValue, Target};
 use pointillist::scene::{Loaded, SceneDesc};
 use pointillist::spectrum::Spectrum;
 use pointillist::spectrum::dispersion::Ior;
+use pointillist::tracer::Scene;
 use serde_json::{Value, json};
 
 use super::gltf::floats;
@@ -226,6 +227,40 @@ fn volumes_scatter() {
     let (mirror, told) = scattering("scatter-mirror", json!({ "scatterAnisotropy": -1 }));
     assert_eq!(mirror.phase, PhaseDesc::HenyeyGreenstein { g: -0.999 });
     assert!(told.len() == 1 && told[0].contains("scatterAnisotropy"), "{told:?}");
+}
+
+/// Any distance and any colour give a medium that can be traced, or none, which is told.
+#[test]
+fn volumes_of_any_numbers_can_be_traced() {
+    for (i, (distance, color, is_medium)) in [
+        (1e300, [0.5, 0.5, 0.5], true),
+        (1e-25, [0.5, 0.25, 0.5], true),
+        (1e-5, [0.0, 0.0, 0.0], true),
+        (1.0, [1.0, 0.0, 0.0], true),
+        (1.0, [2.0, -1.0, 0.5], true),
+        (1e-300, [0.5, 0.5, 0.5], false),
+        (0.0, [0.5, 0.5, 0.5], false),
+        (-1.0, [0.5, 0.5, 0.5], false),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (desc, told) = with(
+            &format!("volume-extreme-{i}"),
+            json!({ "extensions": {
+                "KHR_materials_transmission": { "transmissionFactor": 1 },
+                "KHR_materials_volume": { "thicknessFactor": 1, "attenuationColor": color, "attenuationDistance": distance },
+                "KHR_materials_volume_scatter": { "multiscatterColorFactor": [1, 0.5, 0] },
+            } }),
+        );
+        assert_eq!(desc.media.len(), usize::from(is_medium), "{distance} {color:?}");
+        assert!(is_medium || !told.is_empty(), "{distance} {color:?}");
+        if let Some(medium) = desc.media.first() {
+            let [sigma_t, albedo] = [&medium.sigma_t, &medium.albedo].map(|c| c.uniform().unwrap().max());
+            assert!(sigma_t >= 0.0 && f64::from(sigma_t) <= MediumDesc::LARGEST && albedo <= 1.0);
+        }
+        assert!(Scene::prepare(&desc).is_ok(), "{distance} {color:?}");
+    }
 }
 
 /// The back of what shines is a shape of its own, whose normals point into the medium.

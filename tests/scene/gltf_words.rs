@@ -206,9 +206,13 @@ fn what_is_known_and_not_used_is_told() {
 #[test]
 fn wrong_types_have_a_place() {
     type Change = dyn Fn(&mut Value);
-    let cases: [(&str, &Change); 6] = [
+    let cases: [(&str, &Change); 7] = [
         ("materials[0].extensions.KHR_materials_clearcoat.clearcoatFactor", &|t| {
             t["materials"][0]["extensions"]["KHR_materials_clearcoat"]["clearcoatFactor"] = json!("1");
+        }),
+        ("materials[1].extensions.KHR_materials_volume_scatter.multiscatterColor", &|t| {
+            t["materials"][1]["extensions"]["KHR_materials_volume_scatter"]["multiscatterColor"] =
+                json!([1, 1]);
         }),
         ("materials[0].emissiveFactor", &|t| t["materials"][0]["emissiveFactor"] = json!([1, 1])),
         ("textures[0].source", &|t| t["textures"][0]["source"] = json!(7)),

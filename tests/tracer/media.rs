@@ -252,7 +252,8 @@ fn a_medium_of_density_zero_is_invisible() {
 fn a_camera_that_moves_knows_its_medium() {
     let picture = |z: f64, named: bool| {
         let mut desc = empty();
-        desc.camera = look(DVec3::new(0.0, 0.0, z), DVec3::Z, 1.0);
+        // So narrow that the chord through the ball is the same all over the picture.
+        desc.camera = look(DVec3::new(0.0, 0.0, z), DVec3::Z, 0.01);
         let smoke = medium(&mut desc, 1.0, 0.0, PhaseDesc::Isotropic);
         boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, smoke);
         desc.camera.medium = named.then_some(smoke);
@@ -268,6 +269,27 @@ fn a_camera_that_moves_knows_its_medium() {
                 off <= 4.0 * error + 1e-6,
                 "camera at {z}, named {named}: {found} ± {error}, not {expected}"
             );
+        }
+    }
+}
+
+/// Where nothing is scattered nothing is left to chance: every path has the transmittance as its weight.
+#[test]
+fn a_medium_that_only_absorbs_makes_no_noise() {
+    let paths = |sigma_t: f32| {
+        let mut desc = empty();
+        // So narrow that the chord through the ball is the same all over the picture.
+        desc.camera = look(DVec3::new(0.0, 0.0, -3.0), DVec3::Z, 0.01);
+        let tea = medium(&mut desc, sigma_t, 0.0, HG(0.5));
+        boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, tea);
+        environment(&mut desc);
+        luminances(&desc, 256)
+    };
+    for sigma_t in [0.1f32, 0.6, 2.0] {
+        let expected = (-2.0 * f64::from(sigma_t)).exp();
+        for (clear, found) in paths(0.0).into_iter().zip(paths(sigma_t)) {
+            let off = f64::from(found) / f64::from(clear) / expected - 1.0;
+            assert!(off.abs() < 1e-5, "{sigma_t}: {found} of {clear}, not {expected}");
         }
     }
 }
