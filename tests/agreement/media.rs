@@ -72,6 +72,39 @@ fn fog_in_smooth_glass() {
     assert_all_pairs("fog in glass", &floor_and("", &(ball(glass, &fog) + LAMP + SKY)), PLAN, PHOTONS);
 }
 
+/// Tea, which only absorbs, red the least, in rough glass, next to a fog that scatters.
+#[test]
+fn tea_in_rough_glass() {
+    let tea = medium("interior", "<rgb name='sigma_t' value='.1 .5 2'/><float name='albedo' value='0'/>");
+    let glass = "<bsdf type='roughdielectric'><float name='alpha' value='.4'/><float name='int_ior' value='1.3'/></bsdf>";
+    let fog = medium("interior", "<rgb name='sigma_t' value='.1 .12 .15'/><float name='albedo' value='.8'/>");
+    let fog = format!(
+        "<shape type='cube'><transform name='to_world'><scale x='.6' y='.6' z='.6'/><translate x='-1.4' z='.8'/></transform>{NULL}{fog}</shape>"
+    );
+    assert_all_pairs("tea", &floor_and("", &(ball(glass, &tea) + &fog + LAMP + SKY)), PLAN, PHOTONS);
+}
+
+/// Milk in rough glass of `principled`, which also has a diffuse part that is seen from outside only.
+#[test]
+fn milk_in_principled_glass() {
+    let milk = medium("interior", "<float name='sigma_t' value='3'/><rgb name='albedo' value='.95 .9 .7'/>");
+    let glass = "<bsdf type='principled'><rgb name='base_color' value='.9 .95 .8'/><float name='spec_trans' value='.8'/>\
+                 <float name='roughness' value='.65'/><float name='eta' value='1.3'/></bsdf>";
+    assert_all_pairs("principled milk", &floor_and("", &(ball(glass, &milk) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
+/// Wax: light enters in all directions and is scattered, mostly forwards; long wavelengths go farther.
+#[test]
+fn wax_within_a_surface_that_transmits_diffusely() {
+    let wax = medium(
+        "interior",
+        "<rgb name='sigma_t' value='2 3 4'/><rgb name='albedo' value='.97 .9 .7'/><phase type='hg'><float name='g' value='.4'/></phase>",
+    );
+    let skin = "<bsdf type='principledthin'><rgb name='base_color' value='.9 .85 .8'/><float name='diff_trans' value='1.6'/>\
+                <float name='roughness' value='.7'/><float name='eta' value='1.4'/></bsdf>";
+    assert_all_pairs("wax", &floor_and("", &(ball(skin, &wax) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
 /// A cloud whose extinction depends on the wavelength, twenty times as much for blue as for red, under a point light.
 #[test]
 fn a_chromatic_cloud() {

@@ -1,10 +1,15 @@
 //! Extensions of glTF materials, and colours of vertices.
 
 use glam::{Vec2, Vec3, Vec4};
-use pointillist::scene::desc::BsdfDesc;
 use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
+use pointillist::scene::desc::{
+    BsdfDesc, MediumDesc, MediumId, MediumInterface, PhaseDesc, ShapeDesc, single_scattering_albedo,
+};
+use pointillist::scene::edit::{Edits, NewValue, Target};
 use pointillist::scene::{Loaded, SceneDesc};
+use pointillist::spectrum::Spectrum;
 use pointillist::spectrum::dispersion::Ior;
+use pointillist::tracer::Scene;
 use serde_json::{Value, json};
 
 use super::gltf::floats;
@@ -112,7 +117,7 @@ fn light_goes_through_by_textures_and_diffusely() {
     assert_eq!(warnings.len(), 1, "{warnings:?}");
 }
 
-/// Solid glass of one colour with an Abbe number of 20 over the dispersion; what it absorbs is half of its colour at each surface.
+/// Solid glass of one colour with an Abbe number of 20 over the dispersion; what it absorbs is a medium within.
 #[test]
 fn glass_disperses_and_absorbs() {
     let glass = |test: &str, roughness: f32, dispersion: f32| {
@@ -136,16 +141,166 @@ fn glass_disperses_and_absorbs() {
         / (index(&flint.int_ior, 486.1327) - index(&flint.int_ior, 656.2725));
     assert!((index(&flint.int_ior, 587.5618) - 1.6).abs() < 1e-5 && (abbe - 25.0).abs() < 0.01, "{abbe}");
     assert_eq!((flint.roughness.alpha, index(&flint.ext_ior, 500.0)), ([0.25; 2], 1.0));
-    // Light passes two surfaces: together they let base colour times .25², 1, .81² through.
+    // Light passes two surfaces: together they let the base colour through.
     let once = flint.specular_transmittance.uniform().unwrap().reflected_rgb();
     let twice = once.map(|c| c * c);
-    assert!(twice.iter().zip([0.0625, 0.5, 0.6561]).all(|(a, b)| (a - b).abs() < 3e-3), "{twice:?}");
-    assert!(told.len() == 1 && told[0].contains("thicknessFactor"), "{told:?}");
+    assert!(twice.iter().zip([1.0, 0.5, 1.0]).all(|(a, b)| (a - b).abs() < 3e-3), "{twice:?}");
+    assert!(told.is_empty() && desc.media.len() == 1, "{told:?}");
     let (desc, _) = glass("smooth-flint", 0.0, 0.8);
     assert!(matches!(bsdf(&desc), BsdfDesc::Dielectric(_)));
     let (desc, told) = glass("crown", 0.5, 0.0);
     let color = principled(&desc).base_color.uniform().unwrap().reflected_rgb();
-    assert!(color.iter().zip([0.0625, 0.5, 0.6561]).all(|(a, b)| (a - b).abs() < 3e-3), "{color:?} {told:?}");
+    assert!(color.iter().zip([1.0, 0.5, 1.0]).all(|(a, b)| (a - b).abs() < 3e-3), "{color:?}");
+    assert!(told.is_empty() && desc.media.len() == 1, "{told:?}");
+}
+
+/// The media of a solid with these extensions besides a volume, and what is told.
+fn solid(test: &str, thickness: f32, extensions: Value) -> (SceneDesc, Vec<String>) {
+    let mut extensions = extensions;
+    extensions["KHR_materials_volume"] = json!({ "thicknessFactor": thickness,
+        "attenuationColor": [0.25, 0.9, 0.81], "attenuationDistance": 0.25 });
+    let base = json!({ "metallicFactor": 0 });
+    with(test, json!({ "name": "jade", "pbrMetallicRoughness": base, "extensions": extensions }))
+}
+
+/// The colour that is left of white light after a distance of the world.
+fn left_after(medium: &MediumDesc, distance: f32) -> [f32; 3] {
+    let sigma_t = medium.sigma_t.uniform().expect("the same everywhere");
+    let at = |nm: u16| {
+        let nm = f32::from(nm);
+        (nm, (-distance * sigma_t.eval(Vec4::splat(nm)).x).exp())
+    };
+    let points: Vec<_> = (360..=830).map(at).collect();
+    Spectrum::table(&points).expect("a spectrum").reflected_rgb()
+}
+
+/// Every mesh with a volume has its medium within, in each of its places, one of which is scaled: distances are those of the world.
+#[test]
+fn volumes_are_media_within() {
+    let through = || json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
+    let (desc, told) = solid("volume", 0.5, through());
+    assert!(told.is_empty(), "{told:?}");
+    let [medium] = desc.media.as_slice() else { panic!("{}", desc.media.len()) };
+    assert_eq!(desc.names.media[0].id.as_deref(), Some("jade interior"));
+    let within = MediumInterface { interior: Some(MediumId(0)), exterior: None };
+    let parts: Vec<&ShapeDesc> = desc.shapes.iter().flat_map(|shape| desc.parts(shape)).collect();
+    assert!(parts.len() == 2 && parts.iter().all(|part| part.medium_interface == within));
+    let left = left_after(medium, 0.25);
+    assert!(left.iter().zip([0.25, 0.9, 0.81]).all(|(a, b)| (a - b).abs() < 0.01), "{left:?}");
+    assert_eq!(medium.albedo.uniform(), Some(&Spectrum::Constant(0.0)));
+    // What is thin bounds nothing.
+    let (desc, told) = solid("volume-thin", 0.0, through());
+    assert!(told.is_empty() && desc.media.is_empty(), "{told:?}");
+    assert!(matches!(bsdf(&desc), BsdfDesc::PrincipledThin(_)));
+    // Light that enters in all directions meets the medium, too.
+    let diffuse = json!({ "KHR_materials_diffuse_transmission": { "diffuseTransmissionFactor": 1 } });
+    let (desc, _) = solid("volume-diffuse", 0.5, diffuse);
+    assert!(matches!(bsdf(&desc), BsdfDesc::PrincipledThin(_)));
+    assert_eq!(desc.parts(&desc.shapes[0])[0].medium_interface, within);
+}
+
+/// The albedo is that of a medium that looks as is asked for, at every wavelength; the attenuation is that of absorption and scattering.
+#[test]
+fn volumes_scatter() {
+    let scattering = |test: &str, scatter: Value| {
+        let extensions = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume_scatter": scatter });
+        let (desc, told) = solid(test, 0.5, extensions);
+        (desc.media[0].clone(), told)
+    };
+    let wax = json!({ "multiscatterColorFactor": [0.8, 0.5, 0.4], "scatterAnisotropy": 0.5 });
+    let (wax, told) = scattering("scatter", wax);
+    assert!(told.is_empty(), "{told:?}");
+    assert_eq!(wax.phase, PhaseDesc::HenyeyGreenstein { g: 0.5 });
+    let (albedo, asked) = (wax.albedo.uniform().unwrap(), Spectrum::reflectance_rgb([0.8, 0.5, 0.4]));
+    for nm in [450.0, 550.0, 650.0] {
+        let [found, asked] = [albedo, &asked].map(|spectrum| spectrum.eval(Vec4::splat(nm)).x);
+        let wanted = single_scattering_albedo(asked, 0.5);
+        assert!((found - wanted).abs() < 1e-4, "{nm} nm: {found}, not {wanted}");
+    }
+    let left = left_after(&wax, 0.25);
+    assert!(left.iter().zip([0.25, 0.9, 0.81]).all(|(a, b)| (a - b).abs() < 0.01), "{left:?}");
+    // By the name of older files, and the same to all sides.
+    let (grey, _) = scattering("scatter-grey", json!({ "multiscatterColor": [0.5, 0.5, 0.5] }));
+    let wanted = Spectrum::Constant(single_scattering_albedo(0.5, 0.0));
+    assert!(grey.albedo.uniform() == Some(&wanted) && grey.phase == PhaseDesc::Isotropic, "{grey:?}");
+    let (mirror, told) = scattering("scatter-mirror", json!({ "scatterAnisotropy": -1 }));
+    assert_eq!(mirror.phase, PhaseDesc::HenyeyGreenstein { g: -0.999 });
+    assert!(told.len() == 1 && told[0].contains("scatterAnisotropy"), "{told:?}");
+}
+
+/// Any distance and any colour give a medium that can be traced, or none, which is told.
+#[test]
+fn volumes_of_any_numbers_can_be_traced() {
+    for (i, (distance, color, is_medium)) in [
+        (1e300, [0.5, 0.5, 0.5], true),
+        (1e-25, [0.5, 0.25, 0.5], true),
+        (1e-5, [0.0, 0.0, 0.0], true),
+        (1.0, [1.0, 0.0, 0.0], true),
+        (1.0, [2.0, -1.0, 0.5], true),
+        (1e-300, [0.5, 0.5, 0.5], false),
+        (0.0, [0.5, 0.5, 0.5], false),
+        (-1.0, [0.5, 0.5, 0.5], false),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (desc, told) = with(
+            &format!("volume-extreme-{i}"),
+            json!({ "extensions": {
+                "KHR_materials_transmission": { "transmissionFactor": 1 },
+                "KHR_materials_volume": { "thicknessFactor": 1, "attenuationColor": color, "attenuationDistance": distance },
+                "KHR_materials_volume_scatter": { "multiscatterColorFactor": [1, 0.5, 0] },
+            } }),
+        );
+        assert_eq!(desc.media.len(), usize::from(is_medium), "{distance} {color:?}");
+        assert!(is_medium || !told.is_empty(), "{distance} {color:?}");
+        if let Some(medium) = desc.media.first() {
+            let [sigma_t, albedo] = [&medium.sigma_t, &medium.albedo].map(|c| c.uniform().unwrap().max());
+            assert!(sigma_t >= 0.0 && f64::from(sigma_t) <= MediumDesc::LARGEST && albedo <= 1.0);
+        }
+        assert!(Scene::prepare(&desc).is_ok(), "{distance} {color:?}");
+    }
+}
+
+/// The back of what shines is a shape of its own, whose normals point into the medium.
+#[test]
+fn a_medium_is_behind_both_sides_of_what_shines() {
+    let (desc, _) = with(
+        "volume-lamp",
+        json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0 }, "doubleSided": true, "emissiveFactor": [1, 1, 1],
+            "extensions": {
+                "KHR_materials_transmission": { "transmissionFactor": 1 },
+                "KHR_materials_volume": { "thicknessFactor": 1, "attenuationColor": [0.5, 0.5, 0.5], "attenuationDistance": 1 },
+            },
+        }),
+    );
+    assert_eq!(desc.shapes.len(), 4, "two sides in two places");
+    for ShapeDesc { flip_normals, medium_interface: MediumInterface { interior, exterior }, .. } in
+        &desc.shapes
+    {
+        let [within, outside] = if *flip_normals { [exterior, interior] } else { [interior, exterior] };
+        assert_eq!((*within, *outside), (Some(MediumId(0)), None), "{flip_normals}");
+    }
+}
+
+/// A change of a medium is saved by its name.
+#[test]
+fn changes_of_the_medium_of_a_model_are_saved() {
+    let path = changed_with("volume-saved", |text, _| {
+        text["materials"][0]["extensions"] = json!({
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": 1, "attenuationColor": [0.5, 0.5, 0.5], "attenuationDistance": 1 },
+        });
+    });
+    let desc = read(&path).desc;
+    let mut edits = Edits::default();
+    edits.set(Target::Density(MediumId(0)), NewValue::Scale(3.0)).unwrap();
+    let saved = path.with_file_name("saved.xml");
+    edits.write(&saved, &path, &[], &desc).unwrap();
+    let again = read(&saved).desc;
+    assert!((again.media[0].scale / desc.media[0].scale - 3.0).abs() < 1e-6, "{}", again.media[0].scale);
 }
 
 /// From the least thickness to the greatest by a texture, the greatest without one.

@@ -35,6 +35,7 @@ fn everything(text: &mut Value, binary: &mut Vec<u8>) {
                 "diffuseTransmissionColorTexture": texture() },
             "KHR_materials_transmission": { "transmissionFactor": 1, "transmissionTexture": texture() },
             "KHR_materials_volume": { "thicknessFactor": 1 },
+            "KHR_materials_volume_scatter": { "multiscatterColorFactor": [1, 1, 1] },
             "KHR_materials_dispersion": { "dispersion": 1 },
         } },
         { "extensions": { "KHR_materials_unlit": {} } },
@@ -163,7 +164,7 @@ fn what_is_told_is_grouped() {
 #[test]
 fn what_is_known_and_not_used_is_told() {
     type Change = dyn Fn(&mut Value);
-    let cases: [(&str, &Change); 14] = [
+    let cases: [(&str, &Change); 16] = [
         ("animations", &|t| t["animations"] = json!([{ "channels": "anything" }])),
         ("occlusionTexture", &|t| t["materials"][0]["occlusionTexture"] = json!({ "index": 0 })),
         ("TANGENT", &|t| t["meshes"][0]["primitives"][0]["attributes"]["TANGENT"] = json!(1)),
@@ -178,10 +179,17 @@ fn what_is_known_and_not_used_is_told() {
             t["materials"][0]["extensions"]["KHR_materials_iridescence"] =
                 json!({ "iridescenceFactor": 1, "iridescenceIor": 0.5 });
         }),
-        ("absorbs light over its `thicknessFactor`", &|t| {
+        ("where its surface lets no light in", &|t| {
             t["meshes"][0]["primitives"][0]["material"] = json!(1);
-            t["materials"][1]["extensions"]["KHR_materials_volume"] =
-                json!({ "thicknessFactor": 1, "attenuationColor": [1, 0, 0], "attenuationDistance": 2 });
+            t["materials"][1]["extensions"] = json!({ "KHR_materials_volume":
+                { "thicknessFactor": 1, "attenuationColor": [1, 0, 0], "attenuationDistance": 2 } });
+        }),
+        ("`KHR_materials_volume_scatter` scatters nothing", &|t| {
+            t["meshes"][0]["primitives"][0]["material"] = json!(1);
+        }),
+        ("a volume has one colour", &|t| {
+            t["materials"][1]["extensions"]["KHR_materials_volume_scatter"]["multiscatterColorTexture"] =
+                json!({ "index": 0 });
         }),
         ("several sets", &|t| t["materials"][0]["normalTexture"]["texCoord"] = json!(1)),
         ("VENDOR_used", &|t| t["extensionsUsed"] = json!(["VENDOR_used", "KHR_materials_sheen"])),
@@ -198,9 +206,13 @@ fn what_is_known_and_not_used_is_told() {
 #[test]
 fn wrong_types_have_a_place() {
     type Change = dyn Fn(&mut Value);
-    let cases: [(&str, &Change); 6] = [
+    let cases: [(&str, &Change); 7] = [
         ("materials[0].extensions.KHR_materials_clearcoat.clearcoatFactor", &|t| {
             t["materials"][0]["extensions"]["KHR_materials_clearcoat"]["clearcoatFactor"] = json!("1");
+        }),
+        ("materials[1].extensions.KHR_materials_volume_scatter.multiscatterColor", &|t| {
+            t["materials"][1]["extensions"]["KHR_materials_volume_scatter"]["multiscatterColor"] =
+                json!([1, 1]);
         }),
         ("materials[0].emissiveFactor", &|t| t["materials"][0]["emissiveFactor"] = json!([1, 1])),
         ("textures[0].source", &|t| t["textures"][0]["source"] = json!(7)),

@@ -32,6 +32,7 @@ mod save;
 mod shapes;
 mod sky;
 mod spectra;
+mod subsurface;
 mod usd;
 mod usd_files;
 mod usd_lights;

@@ -413,7 +413,7 @@ fn remarks() {
         "<shape type='cube'><medium type='homogeneous'/></shape>",
         "<shape type='cube'><medium name='inside' type='homogeneous'/></shape>",
         "<shape type='cube'><bsdf type='null'/><medium name='interior' type='homogeneous'><float name='sigma' value='1'/></medium></shape>",
-        "<shape type='cube'><subsurface type='dipole'/></shape>",
+        "<shape type='cube'><subsurface type='singlescatter'/></shape>",
     ] {
         let loaded = read(slip);
         let [warning] = loaded.warnings.as_slice() else { panic!("{slip}: {:?}", loaded.warnings) };

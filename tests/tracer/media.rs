@@ -127,16 +127,17 @@ fn single_scattering_of_a_point_light() {
     assert!(z.abs() < 4.0, "{by_paths} ± {error} by paths, {by_particles} ± {other} by particles");
 }
 
+/// Nodes and weights of Gauss and Legendre on [0, 1].
+const NODES: [f64; 4] = [0.069_431_844_2, 0.330_009_478_2, 0.669_990_521_8, 0.930_568_155_8];
+const WEIGHTS: [f64; 4] = [0.173_927_422_6, 0.326_072_577_4, 0.326_072_577_4, 0.173_927_422_6];
+
 /// The share of even light that a slab without loss lets through, which scatters isotropically: Heaslet and Warming, *Radiative transport
 /// and wall temperature slip in an absorbing planar medium*, 1965, table 1.
 #[test]
 fn flux_through_a_slab_without_loss() {
-    // Nodes and weights of Gauss and Legendre on [0, 1].
-    let nodes = [0.069_431_844_2, 0.330_009_478_2, 0.669_990_521_8, 0.930_568_155_8];
-    let weights = [0.173_927_422_6, 0.326_072_577_4, 0.326_072_577_4, 0.173_927_422_6];
     for (depth, expected) in [(0.5, 0.7040), (1.0, 0.5532), (2.0, 0.3900)] {
         let (mut flux, mut variance) = (0.0, 0.0);
-        for (mu, weight) in nodes.into_iter().zip(weights) {
+        for (mu, weight) in NODES.into_iter().zip(WEIGHTS) {
             let mut desc = empty();
             let cloud = medium(&mut desc, depth, 1.0, PhaseDesc::Isotropic);
             let black = material(&mut desc, grey(0.0));
@@ -163,6 +164,75 @@ fn flux_through_a_slab_without_loss() {
     }
 }
 
+/// A deep medium reflects of even light what its albedo was made for, whichever way it scatters.
+#[test]
+fn a_deep_medium_is_as_bright_as_was_asked_for() {
+    for (asked, g) in [(0.2, 0.0), (0.5, 0.6), (0.8, 0.0)] {
+        let (mut reflected, mut variance) = (0.0, 0.0);
+        for (mu, weight) in NODES.into_iter().zip(WEIGHTS) {
+            let mut desc = empty();
+            let deep = medium(&mut desc, 1.0, single_scattering_albedo(asked as f32, g as f32), HG(g));
+            let black = material(&mut desc, grey(0.0));
+            let wide = |z: f64, half: f64| {
+                let size = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(400.0, 400.0, half)));
+                DAffine3::from_translation(DVec3::new(0.0, 0.0, z)) * size
+            };
+            shape(&mut desc, ShapeKind::Rectangle, wide(-120.01, 1.0), black, 0.0);
+            boundary(&mut desc, ShapeKind::Cube, wide(-60.0, 60.0), deep);
+            environment(&mut desc);
+            let towards = DVec3::new((1.0f64 - mu * mu).sqrt(), 0.0, -mu);
+            desc.camera = look(DVec3::Z - towards, towards, 0.01);
+            let plan = Plan { side: 1, paths_per_pixel: 1 << 12, seeds: 8, window: UvWindow::PICTURE };
+            let (radiance, error) = mean_of(&desc, Method::Path, plan);
+            reflected += 2.0 * mu * weight * radiance;
+            variance += (2.0 * mu * weight * error).powi(2);
+        }
+        let error = variance.sqrt();
+        println!("g {g}: {reflected:.5} ± {error:.5}, asked for {asked}");
+        // The fit of the albedo is as close as that, and so are four nodes.
+        let off = f64::abs(reflected - asked);
+        assert!(off < 4.0 * error + 4e-3, "g {g}: {reflected} ± {error}, asked for {asked}");
+        assert!(error < 0.01, "too much noise to tell: {error}");
+    }
+}
+
+/// Glass of `principled`, as smooth as it can be, loses next to nothing: neither does a medium without loss within it.
+#[test]
+fn a_medium_without_loss_in_principled_glass_is_invisible_in_even_light() {
+    let plan = Plan { side: 4, paths_per_pixel: 1024, seeds: 16, window: UvWindow::PICTURE };
+    for (eta, sigma_t, phase) in [(1.33, 2.0, PhaseDesc::Isotropic), (1.5, 0.7, HG(0.6))] {
+        let mut desc = empty();
+        desc.camera.fov = 20.0;
+        let one = || Spectrum::Constant(1.0).into();
+        let lobes = PrincipledLobes {
+            roughness: 0.0,
+            anisotropic: 0.0,
+            metallic: 0.0,
+            eta,
+            spec_tint: 0.0,
+            sheen: 0.0,
+            sheen_tint: 0.0,
+            flatness: 0.0,
+            clearcoat: 0.0,
+            clearcoat_gloss: 0.0,
+        };
+        let textures = Vec::new();
+        let glass = PrincipledDesc { base_color: one(), spec_trans: one(), lobes, textures, thin_film: None };
+        let glass = material(&mut desc, glass.into());
+        shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, glass, 0.0);
+        let milk = medium(&mut desc, sigma_t, 1.0, phase);
+        desc.shapes[0].medium_interface = MediumInterface { interior: Some(milk), exterior: None };
+        environment(&mut desc);
+        // Light subpaths do not show what lobes as narrow as these show to the camera.
+        for method in [Method::Path, Method::Photon] {
+            let (mean, error) = mean_of(&desc, method, plan);
+            println!("index {eta}, {method:?}: {mean:.6} ± {error:.6}");
+            assert!((mean - 1.0).abs() < 4.0 * error + 1e-3, "index {eta}, {method:?}: {mean} ± {error}");
+            assert!(error < 0.01, "too much noise to tell: {error}");
+        }
+    }
+}
+
 /// What absorbs and scatters nothing is not there, to the bit.
 #[test]
 fn a_medium_of_density_zero_is_invisible() {
@@ -182,7 +252,8 @@ fn a_medium_of_density_zero_is_invisible() {
 fn a_camera_that_moves_knows_its_medium() {
     let picture = |z: f64, named: bool| {
         let mut desc = empty();
-        desc.camera = look(DVec3::new(0.0, 0.0, z), DVec3::Z, 1.0);
+        // So narrow that the chord through the ball is the same all over the picture.
+        desc.camera = look(DVec3::new(0.0, 0.0, z), DVec3::Z, 0.01);
         let smoke = medium(&mut desc, 1.0, 0.0, PhaseDesc::Isotropic);
         boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, smoke);
         desc.camera.medium = named.then_some(smoke);
@@ -198,6 +269,27 @@ fn a_camera_that_moves_knows_its_medium() {
                 off <= 4.0 * error + 1e-6,
                 "camera at {z}, named {named}: {found} ± {error}, not {expected}"
             );
+        }
+    }
+}
+
+/// Where nothing is scattered nothing is left to chance: every path has the transmittance as its weight.
+#[test]
+fn a_medium_that_only_absorbs_makes_no_noise() {
+    let paths = |sigma_t: f32| {
+        let mut desc = empty();
+        // So narrow that the chord through the ball is the same all over the picture.
+        desc.camera = look(DVec3::new(0.0, 0.0, -3.0), DVec3::Z, 0.01);
+        let tea = medium(&mut desc, sigma_t, 0.0, HG(0.5));
+        boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, tea);
+        environment(&mut desc);
+        luminances(&desc, 256)
+    };
+    for sigma_t in [0.1f32, 0.6, 2.0] {
+        let expected = (-2.0 * f64::from(sigma_t)).exp();
+        for (clear, found) in paths(0.0).into_iter().zip(paths(sigma_t)) {
+            let off = f64::from(found) / f64::from(clear) / expected - 1.0;
+            assert!(off.abs() < 1e-5, "{sigma_t}: {found} of {clear}, not {expected}");
         }
     }
 }

@@ -47,7 +47,7 @@ pub use ids::{BsdfId, GroupId, MediumId, MeshId, Name, Names, Place};
 pub use integrator::{IntegratorDesc, PhotonDesc};
 pub use integrator_kind::{IntegratorKind, IntegratorTraits, LateFind, NoLight, PhotonUse};
 pub use light::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
-pub use medium::{MediumDesc, MediumInterface, PhaseDesc};
+pub use medium::{MediumDesc, MediumInterface, PhaseDesc, single_scattering_albedo};
 pub use mesh::{Mesh, MeshAttribute};
 pub use rendering_space::RenderingSpace;
 pub use scene::SceneDesc;

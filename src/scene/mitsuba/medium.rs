@@ -21,6 +21,9 @@ use glam::Vec4;
 pub(super) const PLUGINS: PluginTable<MediumDesc> =
     &[("homogeneous", homogeneous), ("heterogeneous", heterogeneous)];
 
+/// The parameters by which coefficients are given, in three ways.
+pub(super) const COEFFICIENTS: &[&str] = &["sigma_t", "albedo", "sigma_s", "sigma_a", "material"];
+
 /// Media measured by Jensen, Marschner, Levoy and Hanrahan, “A Practical Model for Subsurface Light Transport” (SIGGRAPH 2001), table 1:
 /// the reduced scattering coefficient and the absorption coefficient in 1/mm, each for red, green and blue.
 const MATERIALS: &[(&str, [f32; 3], [f32; 3])] = &[
@@ -136,10 +139,7 @@ fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<MediumDesc, Scen
         "medium_sampling_weight",
     ]);
     let [sigma_t, albedo] = coefficients(reader, params)?;
-    let scale = params.float_or("scale", 1.0)?;
-    if !(0.0..=MediumDesc::LARGEST).contains(&scale) {
-        return Err(params.error("scale", "the factor on `sigma_t` is from 0 to 1e12").error());
-    }
+    let scale = scale(params)?;
     let phase = match params.object("phase")? {
         Some(id) => reader.phase(id)?,
         None => PhaseDesc::Isotropic,
@@ -147,8 +147,20 @@ fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<MediumDesc, Scen
     Ok(MediumDesc { sigma_t, albedo, scale, phase })
 }
 
+/// The factor on σₜ.
+pub(super) fn scale(params: &Params<'_>) -> Result<f64, SceneError> {
+    let scale = params.float_or("scale", 1.0)?;
+    if !(0.0..=MediumDesc::LARGEST).contains(&scale) {
+        return Err(params.error("scale", "the factor on `sigma_t` is from 0 to 1e12").error());
+    }
+    Ok(scale)
+}
+
 /// σₜ and the albedo, in whichever of the three ways they are given.
-fn coefficients(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<[SpectrumTexture; 2], SceneError> {
+pub(super) fn coefficients(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+) -> Result<[SpectrumTexture; 2], SceneError> {
     let ways: [&[&'static str]; 3] = [&["sigma_t", "albedo"], &["sigma_s", "sigma_a"], &["material"]];
     let given = ways.map(|names| names.iter().copied().filter(|name| params.has(name)).last());
     if let [first, second, ..] = *given.into_iter().flatten().collect::<Vec<_>>() {
@@ -157,8 +169,7 @@ fn coefficients(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<[Spectru
         return Err(found.help(help).error());
     }
     if params.has("material") {
-        let [scattering, absorption] = material(params)?.map(Spectrum::unbounded_rgb);
-        return Ok(of_parts(&scattering, &absorption).map(SpectrumTexture::from));
+        return measured(params, &params.string("material")?.unwrap_or_default());
     }
     if given[1].is_some() {
         let [scattering, absorption] =
@@ -205,15 +216,16 @@ fn uniform(reader: &mut Reader<'_>, params: &Params<'_>, name: &'static str) -> 
     }
 }
 
-/// The coefficients of scattering and absorption of a measured medium, in linear Rec.709.
-fn material(params: &Params<'_>) -> Result<[[f32; 3]; 2], SceneError> {
-    let name = params.string("material")?.unwrap_or_default();
+/// σₜ and the albedo of the measured medium of this name.
+pub(super) fn measured(params: &Params<'_>, name: &str) -> Result<[SpectrumTexture; 2], SceneError> {
     let found = MATERIALS.iter().find(|(known, ..)| known.eq_ignore_ascii_case(name.trim()));
-    found.map(|(_, scattering, absorption)| [*scattering, *absorption]).ok_or_else(|| {
+    let (_, scattering, absorption) = found.ok_or_else(|| {
         let names: Vec<&str> = MATERIALS.iter().map(|(known, ..)| *known).collect();
-        let found = params.error("material", format!("no medium is known as `{}`", shorten(&name)));
+        let found = params.error("material", format!("no medium is known as `{}`", shorten(name)));
         found.help(suggest::hint(name.trim(), &names)).error()
-    })
+    })?;
+    let [scattering, absorption] = [*scattering, *absorption].map(Spectrum::unbounded_rgb);
+    Ok(of_parts(&scattering, &absorption).map(SpectrumTexture::from))
 }
 
 /// σₜ and the albedo of a medium with these coefficients of scattering and absorption: exact for numbers, otherwise in steps of 1 nm.

@@ -12,7 +12,7 @@
 //! | sensor, film, rfilter | `sensor.rs` |
 //! | integrator, sampler | `integrator.rs`: also names of methods that stand for ours |
 //! | texture | `texture.rs` |
-//! | medium, phase | `medium.rs`, `phase.rs` |
+//! | medium, phase | `medium.rs`, `phase.rs`; `subsurface.rs`: the `dipole` of version 0.6 as a medium |
 //! | volume | `volume.rs`, within the texture `volume` or as a coefficient of a medium |
 //! | spectrum | `spectrum.rs` |
 //!
@@ -48,6 +48,7 @@ mod shape;
 mod sky;
 mod source;
 mod spectrum;
+mod subsurface;
 mod tags;
 mod texture;
 mod transform;

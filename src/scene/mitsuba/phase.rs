@@ -40,9 +40,14 @@ impl Reader<'_> {
 }
 
 fn henyey_greenstein(_: &mut Reader<'_>, params: &Params<'_>) -> Result<PhaseDesc, SceneError> {
-    let g = params.float_or("g", 0.8)?;
+    mean_cosine(params, 0.8).map(|g| PhaseDesc::HenyeyGreenstein { g })
+}
+
+/// The parameter `g`.
+pub(super) fn mean_cosine(params: &Params<'_>, default: f64) -> Result<f64, SceneError> {
+    let g = params.float_or("g", default)?;
     if (g as f32).abs() < 1.0 {
-        return Ok(PhaseDesc::HenyeyGreenstein { g });
+        return Ok(g);
     }
     let found = params.error("g", "the mean cosine of a phase function lies between -1 and 1");
     Err(found.help("0 scatters in all directions alike, and numbers above it forwards").error())

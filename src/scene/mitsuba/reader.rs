@@ -21,6 +21,7 @@ use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::limits;
 use crate::scene::mesh::MeshOptions;
 use crate::scene::suggest;
+use crate::spectrum::dispersion::Ior;
 use crate::spectrum::{EmissionMap, Spectrum};
 
 /// The plugins of one group: the name of each and the function that reads it.
@@ -69,6 +70,14 @@ pub(crate) enum Role {
     Unbounded,
 }
 
+/// What is beneath a surface, and the indices of refraction at it.
+#[derive(Clone)]
+pub(crate) struct SubsurfaceMedium {
+    pub(crate) interior: MediumId,
+    pub(crate) int_ior: Ior,
+    pub(crate) ext_ior: Ior,
+}
+
 /// Objects that references share, by the element or file they come from, and sizes that have limits.
 #[derive(Default)]
 pub(crate) struct Known {
@@ -79,6 +88,10 @@ pub(crate) struct Known {
     pub(crate) open_bsdfs: Vec<ElementId>,
     /// Media; nothing for one that was left out.
     pub(crate) media: BTreeMap<ElementId, Option<MediumId>>,
+    /// Subsurfaces that are rendered as media.
+    pub(crate) subsurfaces: BTreeMap<ElementId, SubsurfaceMedium>,
+    /// Their boundaries, by the index of the bsdf in the place of which each is.
+    pub(crate) boundaries: BTreeMap<(ElementId, u32), BsdfId>,
     /// Phase functions being read, to see cycles.
     pub(crate) open_phases: Vec<ElementId>,
     /// Merged shapes being read, for the same reason.

@@ -12,6 +12,7 @@ use super::emitter::{self, AreaEmission};
 use super::params::Params;
 use super::reader::Reader;
 use super::source::Span;
+use super::subsurface;
 use crate::scene::desc::emission_texture::EmissionProfile;
 use crate::scene::desc::{
     BsdfId, CurveBasis, GroupDesc, GroupId, MediumInterface, MeshId, Name, ShapeDesc, ShapeKind,
@@ -126,7 +127,8 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
         Some(id) => reader.bsdf(id)?,
         None => reader.default_bsdf(emission.is_some()),
     };
-    let medium_interface = media(reader, &params, &kind)?;
+    let interface = media(reader, &params, &kind)?;
+    let (bsdf, medium_interface) = subsurface::applied(reader, &params, &kind, (bsdf, interface))?;
     attribute::lay_out(reader, &params, &kind, bsdf)?;
     attribute::count_unmapped(reader, &params, &kind, bsdf, &emission_profile);
     let shape = ShapeDesc {
@@ -150,13 +152,6 @@ fn media(
     params: &Params<'_>,
     kind: &ShapeKind,
 ) -> Result<MediumInterface, SceneError> {
-    for (id, span) in params.objects("subsurface") {
-        let plugin = shorten(reader.document.element(id).value("type").unwrap_or_default());
-        let message =
-            format!("the subsurface `{plugin}` is left out: light beneath surfaces is not approximated");
-        let help = "give the shape a transparent bsdf and an `interior` medium";
-        params.note(reader.document.finding(FindingKind::Plugin, span, message).help(help).warning());
-    }
     if matches!(kind, ShapeKind::Curves(_)) {
         let Some((_, span)) = params.objects("medium").first().copied() else {
             return Ok(MediumInterface::default());

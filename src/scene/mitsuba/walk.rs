@@ -231,7 +231,11 @@ impl SceneWalk<'_> {
             return Err(nothing);
         }
         shape::unseen(&mut self.reader);
-        let integrator = self.integrator.take().unwrap_or_default();
+        let mut integrator = self.integrator.take().unwrap_or_default();
+        if !self.reader.known.subsurfaces.is_empty() {
+            // Methods of version 0.6 that know surfaces only know what is beneath them, and count it as one scattering.
+            integrator = IntegratorDesc { surfaces_only: false, max_depth: None, ..integrator };
+        }
         medium::unused(&mut self.reader, sensor.camera.medium, &integrator);
         attribute::finish(&mut self.reader);
         if self.reader.more_warnings > 0 {

@@ -13,6 +13,8 @@ pub(super) struct MeshShape {
     /// Facets: it has no normals.
     pub(super) flat: bool,
     pub(super) emission: Option<EmittedRadiance>,
+    /// The medium that it bounds.
+    pub(super) interior: Option<String>,
 }
 
 impl MeshShape {
@@ -35,6 +37,10 @@ impl MeshShape {
             }
             if back {
                 text.value("boolean", "flip_normals", true);
+            }
+            if let Some(interior) = &self.interior {
+                // The normals of the back point inwards.
+                text.named_reference(if back { "exterior" } else { "interior" }, interior);
             }
             if let Some(emission) = &self.emission {
                 text.object("emitter", "area", &[], |text| emission.write(text));

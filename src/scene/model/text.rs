@@ -122,6 +122,11 @@ impl<'a> SceneText<'a> {
         self.tag("ref", &[("id", id)], "/>");
     }
 
+    /// Writes a reference of this name.
+    pub(super) fn named_reference(&mut self, name: &str, id: &str) {
+        self.tag("ref", &[("name", name), ("id", id)], "/>");
+    }
+
     /// Writes a transform of this name.
     pub(super) fn transform(&mut self, name: &str, matrix: &DAffine3) {
         let rows = glam::DMat4::from(*matrix).transpose().to_cols_array();

@@ -129,6 +129,11 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             ln_most: 0.0,
         };
         match &medium.kind {
+            MediumKind::Homogeneous(medium) if medium.only_absorbs() => {
+                let (ln_transmittance, _) = piece.density(&medium.at(&self.lambda));
+                self.throughput *= SampledSpectrum(ln_transmittance.exp());
+                piece
+            }
             MediumKind::Homogeneous(medium) => {
                 let coefficients = medium.at(&self.lambda);
                 let hero = f64::from(coefficients.extinction.x);
@@ -337,7 +342,9 @@ impl Scene {
         // The end of a ray to a point is a little before the point.
         let unit = ray.direction.length();
         let mut beyond = if ray.t_max < f32::INFINITY { ray.t_max * (1.0 / SHADOW_T_MAX - 1.0) } else { 0.0 };
-        let (mut share, mut depth, mut tracked, mut passed) = (1.0, Vec4::ZERO, Vec4::ONE, 0);
+        let (mut share, mut tracked, mut passed) = (1.0, Vec4::ONE, 0);
+        // Optical depths of media that scatter, and of those that only absorb.
+        let [mut depth, mut absorbed] = [Vec4::ZERO; 2];
         let mut random = None;
         loop {
             let at = if meets_surfaces { self.first(&ray) } else { None };
@@ -347,7 +354,8 @@ impl Scene {
                 Some(MediumKind::Homogeneous(medium)) => {
                     let extinction = medium.at(lambda).extinction;
                     let met = extinction.cmpgt(Vec4::ZERO);
-                    depth += Vec4::select(met, extinction * (end * unit), Vec4::ZERO);
+                    let depth = if medium.only_absorbs() { &mut absorbed } else { &mut depth };
+                    *depth += Vec4::select(met, extinction * (end * unit), Vec4::ZERO);
                 }
                 Some(MediumKind::Grid(grid)) => {
                     let ray = Ray::new(ray.origin, ray.direction / unit);
@@ -380,7 +388,7 @@ impl Scene {
             return SampledSpectrum::ZERO;
         }
         let weight = mis.and(WavelengthMis::relative(relative)).weight() / before;
-        SampledSpectrum(transmittance * (share * relative.x * weight))
+        SampledSpectrum(transmittance * (-absorbed).exp() * (share * relative.x * weight))
     }
 }
 

@@ -16,6 +16,8 @@ pub(super) struct HomogeneousMedium {
     /// Factor on it, which includes the unit of length of rendering space.
     scale: f32,
     albedo: Spectrum,
+    /// Nothing is scattered at any wavelength.
+    only_absorbs: bool,
 }
 
 impl HomogeneousMedium {
@@ -26,7 +28,15 @@ impl HomogeneousMedium {
         else {
             return None;
         };
-        Some(Self { extinction: extinction.clone(), scale: desc.scale as f32, albedo: albedo.clone() })
+        let only_absorbs = albedo.is_black();
+        let (extinction, albedo) = (extinction.clone(), albedo.clone());
+        Some(Self { extinction, scale: desc.scale as f32, albedo, only_absorbs })
+    }
+
+    /// True for a medium in which paths have no vertices.
+    #[inline]
+    pub(super) fn only_absorbs(&self) -> bool {
+        self.only_absorbs
     }
 
     /// The coefficients at the wavelengths of a path: finite, not negative, and no more scattered than met.

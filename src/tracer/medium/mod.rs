@@ -24,6 +24,9 @@
 //! transmittance along each edge of the path, times its extinction at each vertex in a medium. This is a property of the path, whichever
 //! strategy found it. So the transmittance of an edge that is not sampled, to a light or between two subpaths, belongs to it as well.
 //!
+//! In a homogeneous medium that only absorbs no distance is sampled: every wavelength goes on, with its transmittance as a weight, and g has no
+//! part of it, neither along flights nor along edges.
+//!
 //! # MIS weights
 //!
 //! Densities of vertices in media have no cosine. Extinction appears in the density of every strategy and cancels; the transmittance of edges is

@@ -33,6 +33,7 @@ use crate::scene::desc::{BsdfDesc, BsdfId, BsdfPlugin, Name, NullDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 
+pub(super) use ior::ior;
 pub(super) use stand_ins::STAND_INS;
 
 /// Makes the table of plugins: the description of each, which has its name, and the function that reads it.
@@ -115,7 +116,7 @@ impl Reader<'_> {
         new
     }
 
-    fn push_bsdf(&mut self, bsdf: BsdfDesc, name: Name) -> BsdfId {
+    pub(super) fn push_bsdf(&mut self, bsdf: BsdfDesc, name: Name) -> BsdfId {
         self.lists.names.bsdfs.push(name);
         self.lists.bsdfs.push(bsdf);
         BsdfId(self.lists.bsdfs.len() as u32 - 1)

@@ -1,7 +1,7 @@
-//! Solid glass of glTF, a material with `KHR_materials_transmission` and `KHR_materials_volume`: what it absorbs, and its dispersion.
+//! Dispersion of solid glass of glTF, a material with `KHR_materials_transmission` and `KHR_materials_volume`.
 
 use super::extensions::index_of_refraction;
-use super::json::{extension, number, shares};
+use super::json::{extension, number};
 use super::material_reader::MaterialReader;
 use crate::scene::model::surface::{MaterialValue, SurfaceModel};
 
@@ -10,28 +10,6 @@ const LEAST_ETA: f32 = 1.001;
 
 /// α below which facets are smooth, as those of `principled` are at least.
 const SMOOTH: f32 = 1e-3;
-
-/// The share of light that passes the glass once, per channel: `attenuationColor` after `attenuationDistance`, by Beer's law over the
-/// `thicknessFactor`, which the file gives for renderers that do not follow light through the solid.
-pub(super) fn absorption(reader: &mut MaterialReader<'_, '_, '_>) -> [f32; 3] {
-    let volume = extension(reader.material, "KHR_materials_volume");
-    let color = shares(volume, "attenuationColor", [1.0; 3]);
-    let distance = number(volume, "attenuationDistance", f32::INFINITY);
-    if color == [1.0; 3] || distance == f32::INFINITY {
-        return [1.0; 3];
-    }
-    if distance <= 0.0 {
-        reader.tell("an `attenuationDistance` that is not above 0 absorbs nothing");
-        return [1.0; 3];
-    }
-    if reader.colors.rgb {
-        reader.tell("`attenuationColor` is not used where vertices have colours");
-        return [1.0; 3];
-    }
-    reader.tell("`KHR_materials_volume` absorbs light over its `thicknessFactor`, and not along each path");
-    let passes = number(volume, "thicknessFactor", 0.0) / distance;
-    color.map(|c| c.powf(passes))
-}
 
 /// Glass whose index depends on the wavelength (`KHR_materials_dispersion`: 20 over the Abbe number). `principled` has one index, so that
 /// this is a `dielectric`. None where there is no dispersion, or where the material is more than glass of one colour: this is told.
@@ -54,7 +32,12 @@ pub(super) fn dispersive(
         reader.tell("`KHR_materials_dispersion` is used for what is nothing but glass");
         return None;
     }
-    let used = ["KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"];
+    let used = [
+        "KHR_materials_transmission",
+        "KHR_materials_volume",
+        "KHR_materials_volume_scatter",
+        "KHR_materials_ior",
+    ];
     reader.tell_extensions("KHR_materials_dispersion", &used);
     let abbe = 20.0 / dispersion;
     if abbe < 1.0 {

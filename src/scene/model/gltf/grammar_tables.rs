@@ -245,6 +245,15 @@ pub(super) const KINDS: &[(&str, &[(&str, Rule)])] = &[
         ],
     ),
     (
+        "KHR_materials_volume_scatter",
+        &[
+            ("multiscatterColor", Shares(3)),
+            ("multiscatterColorFactor", Shares(3)),
+            ("multiscatterColorTexture", Told("a volume has one colour")),
+            ("scatterAnisotropy", Number),
+        ],
+    ),
+    (
         "KHR_materials_clearcoat",
         &[
             ("clearcoatFactor", Share),
@@ -334,4 +343,5 @@ pub(super) const EXTENSIONS: &[(&str, &str, Rule)] = &[
     ("material", "KHR_materials_transmission", Object("KHR_materials_transmission")),
     ("material", "KHR_materials_unlit", Object("KHR_materials_unlit")),
     ("material", "KHR_materials_volume", Object("KHR_materials_volume")),
+    ("material", "KHR_materials_volume_scatter", Object("KHR_materials_volume_scatter")),
 ];

@@ -7,6 +7,7 @@
 //! | every material that lets no light through | `twosided`: a back face is never meant to be black |
 //! | `normalTexture` | `normalmap` |
 //! | `KHR_materials_transmission` | `principledthin`; with `KHR_materials_volume` the glass of `principled`, or a `dielectric`: [`glass`](super::glass) |
+//! | `KHR_materials_volume`, `KHR_materials_volume_scatter` | the `interior` medium of the shape: [`volume`](super::volume) |
 //! | `KHR_materials_unlit` | its base colour, diffuse |
 //! | `emissiveFactor`, `emissiveTexture`, `KHR_materials_emissive_strength` | the shape's `area` emitter, on both sides if `doubleSided` |
 //! | `COLOR_0` | times the base colour: the vertices have it times the factor, `product` multiplies it with the texture |
@@ -21,12 +22,12 @@ use super::buffers::Buffers;
 use super::extensions::{
     anisotropy, clearcoat, diffuse_transmission, index_of_refraction, iridescence, sheen,
 };
-use super::glass;
 use super::json::{extension, number, numbers, share, shares};
 use super::material_reader::{MaterialReader, VertexColors};
 use super::pictures::MaterialPictures;
 use super::specular_glossiness::{ConvertedMaterial, converted};
 use super::textures::TextureUse;
+use super::{glass, volume};
 use crate::scene::model::picture_changes::Change;
 use crate::scene::model::surface::{EmittedRadiance, MaterialBitmap, MaterialValue, SurfaceModel};
 use crate::scene::model::text::SceneText;
@@ -34,10 +35,19 @@ use crate::scene::model::text::SceneText;
 /// Key of a material: its index, none for the default, and what the vertices give it.
 type Key = (Option<usize>, VertexColors);
 
+/// A material that is written, as shapes need it.
+#[derive(Clone)]
+pub(super) struct WrittenMaterial {
+    pub(super) bsdf: String,
+    pub(super) emission: Option<EmittedRadiance>,
+    /// The id of the medium within.
+    pub(super) interior: Option<String>,
+}
+
 /// The materials that are written already.
 pub(super) struct Materials<'r> {
     root: &'r Value,
-    known: BTreeMap<Key, (String, Option<EmittedRadiance>)>,
+    known: BTreeMap<Key, WrittenMaterial>,
     pictures: MaterialPictures,
 }
 
@@ -106,19 +116,19 @@ impl<'r> Materials<'r> {
         !base.is_null()
     }
 
-    /// Writes a material, once; returns its id and what it emits.
+    /// Writes a material, once.
     pub(super) fn of(
         &mut self,
         index: Option<usize>,
         colors: VertexColors,
         text: &mut SceneText<'_>,
         buffers: &mut Buffers<'r>,
-    ) -> Result<(String, Option<EmittedRadiance>), String> {
+    ) -> Result<WrittenMaterial, String> {
         if let Some(known) = self.known.get(&(index, colors)) {
             return Ok(known.clone());
         }
         let material = self.material(index);
-        let id = text.id(material["name"].as_str().unwrap_or("material"));
+        let bsdf = text.id(material["name"].as_str().unwrap_or("material"));
         let mut reader = MaterialReader {
             root: self.root,
             material,
@@ -135,10 +145,12 @@ impl<'r> Materials<'r> {
                 "the textures of a material have several sets of coordinates: that of the first is used",
             );
         }
-        reader.write(&id)?;
+        reader.write(&bsdf)?;
         let emission = reader.emission()?;
-        self.known.insert((index, colors), (id.clone(), emission.clone()));
-        Ok((id, emission))
+        let interior = volume::interior(&mut reader, &bsdf);
+        let written = WrittenMaterial { bsdf, emission, interior };
+        self.known.insert((index, colors), written.clone());
+        Ok(written)
     }
 }
 
@@ -216,10 +228,9 @@ impl MaterialReader<'_, '_, '_> {
         let material = self.material;
         let transmission = extension(material, "KHR_materials_transmission");
         let through = share(transmission, "transmissionFactor", 0.0);
-        let solid = number(extension(material, "KHR_materials_volume"), "thicknessFactor", 0.0) > 0.0;
+        let solid = volume::is_solid(material);
         let [r, g, b, _] = self.factor();
-        let absorption = if solid && through > 0.0 { glass::absorption(self) } else { [1.0; 3] };
-        let factor = [r * absorption[0], g * absorption[1], b * absorption[2]];
+        let factor = [r, g, b];
         let bitmap = self.bitmap(&base["baseColorTexture"], Change::times(factor), false)?;
         let color = self.tinted(bitmap.map_or(MaterialValue::Rgb(factor), MaterialValue::Texture));
         if !extension(material, "KHR_materials_unlit").is_null() {

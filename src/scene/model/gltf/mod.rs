@@ -7,8 +7,8 @@
 //! meshopt     views that are compressed; draco: primitives that are
 //! nodes       the tree and its transforms; instances: EXT_mesh_gpu_instancing
 //! geometry    primitives as PLY; pose: morph targets and skins; cutout: opacity of vertices
-//! materials   metallic-roughness as `principled`; extensions, glass and specular_glossiness: what else materials have;
-//!             material_reader: what these read a material by
+//! materials   metallic-roughness as `principled`; extensions, glass and specular_glossiness: what else materials have; volume: media
+//!             within meshes; material_reader: what these read a material by
 //! textures    pictures with samplers and transforms; pictures: their channels and multiples
 //! placed      lights and cameras
 //! ```
@@ -37,6 +37,7 @@ mod placed;
 mod pose;
 mod specular_glossiness;
 mod textures;
+mod volume;
 
 use std::collections::BTreeMap;
 

@@ -20,6 +20,7 @@ use super::network::{InputSource, ShaderNetwork};
 use super::textures::{StagePictures, TextureNode, TextureRead};
 use super::values;
 use crate::scene::diagnostic::shorten;
+use crate::scene::model::mesh_shape::MeshShape;
 use crate::scene::model::picture_changes::ChannelUse;
 use crate::scene::model::specular::{STRONGEST, metallic_roughness};
 use crate::scene::model::surface::{
@@ -54,6 +55,13 @@ pub(super) struct MeshGives {
 pub(super) struct WrittenMaterial {
     pub(super) id: String,
     pub(super) emission: Option<EmittedRadiance>,
+}
+
+impl WrittenMaterial {
+    /// A mesh of this material. `UsdPreviewSurface` has no media.
+    pub(super) fn shape(self, file: String, flat: bool) -> MeshShape {
+        MeshShape { file, bsdf: self.id, flat, emission: self.emission, interior: None }
+    }
 }
 
 /// An input of a surface.

@@ -362,7 +362,7 @@ impl<'a, 't> StageWalker<'a, 't> {
             let material = inherited.bindings.material(prim.prim.path()).map(str::to_owned);
             let counts = ElementCounts { faces: 0, points: 0, corners: 0 };
             let (_, written) = self.dressed(prim, material.as_deref(), counts, double_sided);
-            return Ok(vec![MeshShape { file, bsdf: written.id, flat, emission: written.emission }]);
+            return Ok(vec![written.shape(file, flat)]);
         }
         let shapes = self.mesh(prim, &solids::read(prim), inherited, false)?;
         if let ([shape], true) = (shapes.as_slice(), is_plain) {
@@ -420,7 +420,7 @@ impl<'a, 't> StageWalker<'a, 't> {
                     Some(EmittedRadiance { value: MaterialValue::Rgb(rgb), both_sides: double_sided });
             }
             let file = self.file(prim.name(), bytes)?;
-            shapes.push(MeshShape { file, bsdf: written.id, flat: mesh.flat, emission: written.emission });
+            shapes.push(written.shape(file, mesh.flat));
         }
         Ok(shapes)
     }
@@ -443,7 +443,7 @@ impl<'a, 't> StageWalker<'a, 't> {
         }
         let (Some(bytes), _) = mesh.ply(&values, &|_| true) else { return Ok(Vec::new()) };
         let file = self.file(prim.name(), bytes)?;
-        Ok(vec![MeshShape { file, bsdf: written.id, flat: false, emission: written.emission }])
+        Ok(vec![written.shape(file, false)])
     }
 
     /// The name of a mesh file; equal ones are kept once.
