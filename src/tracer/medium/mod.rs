@@ -7,6 +7,7 @@
 //! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
 //! crossing     boundaries that lie in one place with other surfaces
 //! interface    which medium is on which side of a vertex
+//! line         what all media along a line of sight do together
 //! place        the medium around a point, found by rays: that of a camera or of a lamp
 //! ```
 //!
@@ -35,6 +36,7 @@ mod flight;
 mod grid;
 mod homogeneous;
 mod interface;
+mod line;
 mod phase;
 mod place;
 
@@ -50,8 +52,11 @@ use homogeneous::HomogeneousMedium;
 
 pub use flight::FreeFlight;
 pub(super) use flight::{EdgeWavelengths, FlightPiece};
+pub(super) use grid::MarchSteps;
 pub use interface::{MediumIndex, MediumSides, PathMedia};
+pub(super) use line::{LineMedia, LineOfSight};
 pub use phase::{MOST_LOBES, PhaseFunction};
+pub use place::CameraMedium;
 
 /// Shapes whose middles are remembered, at most.
 const MOST_MIDDLES: usize = 64;
@@ -61,6 +66,8 @@ const MOST_MIDDLES: usize = 64;
 struct Medium {
     kind: MediumKind,
     phase: PhaseFunction,
+    /// Neither of its coefficients depends on the wavelength.
+    is_grey: bool,
 }
 
 /// How the coefficients of a medium vary.
@@ -173,7 +180,7 @@ impl Medium {
         };
         let other = || PrepareError::PhaseFunction { named: named() };
         let phase = PhaseFunction::new(&desc.phase).ok_or_else(other)?;
-        Ok(Self { kind, phase })
+        Ok(Self { kind, phase, is_grey: desc.sigma_t.is_grey() && desc.albedo.is_grey() })
     }
 }
 
