@@ -1,20 +1,25 @@
 //! What media do along a line of sight: layers beside the picture, and the features of the noise filter.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::support::scenes::*;
 use pointillist::math::random::Random;
+use pointillist::scene;
 use pointillist::scene::desc::aov::{channel_count, parse};
 use pointillist::scene::desc::texture::WrapMode;
 use pointillist::scene::desc::volume::{VolumeGrid, VolumeTexture};
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledWavelengths, Spectrum};
-use pointillist::tracer::Camera;
+use pointillist::stream::UvWindow;
 use pointillist::tracer::aov::AovTracer;
 use pointillist::tracer::features::{Features, features};
+use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
 use pointillist::tracer::medium::CameraMedium;
+use pointillist::tracer::record::{PathEvent, Trail, recorded};
+use pointillist::tracer::{Camera, Integrator, PathTracer};
 
 /// Reflectance of the wall.
 const WALL: f32 = 0.6;
@@ -240,4 +245,40 @@ fn features_of_lamps_and_mirrors_in_fog() {
     let albedo = shares[0] + shares[1] + shares[2] * f64::from(WALL);
     near(found.albedo.x, albedo, "albedo");
     assert!(found.is_detached && clear.is_detached && found.normal.dot(Vec3::NEG_Z) > 0.0, "{found:?}");
+}
+
+/// Counts the segments of recorded paths that boundaries interrupt, and asserts that each leads from the vertex before straight to its end.
+fn interrupted<I: Integrator + From<RenderContext>>(context: &RenderContext) -> usize {
+    let (tracer, mut scratch, mut trail, mut count) =
+        (I::from(context.clone()), I::Scratch::default(), Trail::default(), 0);
+    for index in 0..400 {
+        for event in recorded(|| tracer.trace(index, &mut scratch, &mut Luminances::default())) {
+            match event {
+                PathEvent::Begins(_) => trail.clear(),
+                PathEvent::Meets(carried, hit) => {
+                    let p = hit.point.p;
+                    let Some(from) = trail.meets(&carried, p) else { continue };
+                    let length = p.distance(from);
+                    count += usize::from(hit.hit.t < 0.99 * length);
+                    let beside = (from - p - hit.wo * length).length();
+                    assert!(beside <= 1e-3 * length.max(0.01), "index {index}: {beside} beside {length}");
+                }
+                _ => {}
+            }
+        }
+    }
+    count
+}
+
+/// Segments of recorded paths begin at the vertex before, across boundaries and in branches.
+#[test]
+fn segments_begin_at_the_vertex_before() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fog.xml");
+    let desc = scene::load(&path, &[]).expect("the scene is valid").desc;
+    let camera = Camera::of(&desc).expect("the camera is valid");
+    let scene = Arc::new(prepare(&desc).recorded());
+    let context = RenderContext::new(scene, camera, &desc.integrator, 3, UvWindow::PICTURE);
+    // The air of the room ends before the walls do.
+    assert!(interrupted::<PathTracer>(&context) > 10);
+    assert!(interrupted::<BidirectionalTracer>(&context) > 10);
 }

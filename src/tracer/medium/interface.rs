@@ -13,6 +13,11 @@ pub struct MediumIndex(pub(super) u32);
 impl MediumIndex {
     /// No medium.
     pub const VACUUM: Self = Self(u32::MAX);
+
+    /// The medium of the description; `None` for vacuum.
+    pub fn id(self) -> Option<MediumId> {
+        (self != Self::VACUUM).then_some(MediumId(self.0))
+    }
 }
 
 impl From<Option<MediumId>> for MediumIndex {
