@@ -40,7 +40,7 @@ const MOST_STEPS: usize = 4096;
 pub(in crate::tracer) enum MarchSteps {
     /// A step for each cell between points of the grid: optical depths are exact where extinction is grey, but for rounding.
     Cells,
-    /// Two steps for each box with one bound. Optical depths are about right, in a fraction of the time.
+    /// Two steps for each box with one bound: optical depths are about right, in a fraction of the time.
     Boxes,
 }
 
@@ -219,8 +219,11 @@ impl GridMedium {
         transmittance
     }
 
-    /// Marches along `ray`, of unit direction, up to the distance `end`: calls `visit` with the beginning and the end of each step and the mean
-    /// coefficients between them, until it returns true. Nothing is left to chance. Steps are where there is anything, and in their order.
+    /// Marches along `ray`, of unit direction, up to the distance `end`: calls `visit` with the beginning, the end and the coefficients of each
+    /// half of a step until it returns true. Nothing is left to chance. Steps are where there is anything, and in their order.
+    ///
+    /// Coefficients are those at the nodes of Gauss's rule of two points, so that optical depths are exact for polynomials up to the third degree,
+    /// as trilinear interpolation is along a line.
     pub(super) fn march(
         &self,
         ray: &Ray,
@@ -229,6 +232,17 @@ impl GridMedium {
         steps: MarchSteps,
         mut visit: impl FnMut([f32; 2], Coefficients) -> bool,
     ) {
+        let at = |t: f32| {
+            let p = ray.origin + ray.direction * t;
+            Coefficients { extinction: self.extinction_at(p, lambda), albedo: self.albedo_at(p, lambda) }
+        };
+        let mut step = |start: f32, end: f32| {
+            if end == f32::INFINITY {
+                return visit([start, end], at(start));
+            }
+            let (middle, node) = (0.5 * (start + end), 0.5 * GAUSS_NODE * (end - start));
+            visit([start, middle], at(middle - node)) || visit([middle, end], at(middle + node))
+        };
         let mut ends = Vec::new();
         self.bounds.walk(ray, end, |piece| {
             ends.clear();
@@ -237,10 +251,7 @@ impl GridMedium {
             ends.sort_by(f32::total_cmp);
             ends.push(piece.end);
             let mut start = piece.start;
-            ends.iter().any(|&end| {
-                let step = [std::mem::replace(&mut start, end), end];
-                step[0] < end && visit(step, self.mean_between(ray, step, lambda))
-            })
+            ends.iter().any(|&end| step(std::mem::replace(&mut start, end), end))
         });
     }
 
@@ -264,24 +275,6 @@ impl GridMedium {
                 }
             }
             (Extinction::Grid(_), _) => ends.push(0.5 * (piece.start + piece.end)),
-        }
-    }
-
-    /// The mean coefficients on a step, by Gauss's rule of two points, which is exact for polynomials up to the third degree: as of trilinear
-    /// interpolation along a line.
-    fn mean_between(&self, ray: &Ray, [start, end]: [f32; 2], lambda: &SampledWavelengths) -> Coefficients {
-        let half = if end < f32::INFINITY { 0.5 * (end - start) } else { 0.0 };
-        let at = |node: f32| {
-            let p = ray.origin + ray.direction * (start + half * (1.0 + node));
-            let extinction = self.extinction_at(p, lambda);
-            (extinction, extinction * self.albedo_at(p, lambda))
-        };
-        let [a, b] = [-GAUSS_NODE, GAUSS_NODE].map(at);
-        let (extinction, scattering) = (a.0 + b.0, a.1 + b.1);
-        let met = extinction.cmpgt(Vec4::ZERO);
-        Coefficients {
-            extinction: 0.5 * extinction,
-            albedo: Vec4::select(met, scattering / extinction, Vec4::ZERO),
         }
     }
 }
