@@ -201,7 +201,11 @@ fn features_in_fog() {
     // A medium that is not there changes nothing.
     let mut desc = wall();
     add_slab(&mut desc, 0.0, 0.5);
-    assert_eq!(seen(&desc), clear);
+    let found = seen(&desc);
+    near(found.distance, f64::from(clear.distance), "distance through nothing");
+    near(found.normal.z, f64::from(clear.normal.z), "normal through nothing");
+    near(found.albedo.x, f64::from(clear.albedo.x), "albedo through nothing");
+    assert!(!found.is_detached);
 }
 
 /// A lamp that dense fog hides is no feature; seen in a mirror behind fog, a wall has the features of both ways.
@@ -251,7 +255,8 @@ fn features_of_lamps_and_mirrors_in_fog() {
 fn interrupted<I: Integrator + From<RenderContext>>(context: &RenderContext) -> usize {
     let (tracer, mut scratch, mut trail, mut count) =
         (I::from(context.clone()), I::Scratch::default(), Trail::default(), 0);
-    for index in 0..400 {
+    // Paths split into branches from the index 8192 on.
+    for index in (0..200).chain(1 << 14..(1 << 14) + 200) {
         for event in recorded(|| tracer.trace(index, &mut scratch, &mut Luminances::default())) {
             match event {
                 PathEvent::Begins(_) => trail.clear(),

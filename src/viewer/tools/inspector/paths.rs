@@ -477,7 +477,8 @@ mod tests {
             run.integrator = kind;
             let context = method::render_context(&run, scene.clone(), camera.clone(), UvWindow::PICTURE);
             let mut paths = PathCollector::new([3, 2], &scene, &camera, SIZE);
-            (0..200).for_each(|index| paths.add(&run, &context, index, 0));
+            // Later paths split into branches.
+            (0..100).chain(1 << 14..(1 << 14) + 100).for_each(|index| paths.add(&run, &context, index, 0));
             for path in &paths.paths {
                 let segments = path.segments.iter().filter(|segment| segment.kind == SegmentKind::Path);
                 let segments: Vec<_> = segments.collect();
