@@ -13,11 +13,12 @@ use crate::render::method;
 use crate::render::rejected;
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
+use crate::scene::edit::medium_name;
 use crate::spectrum::SampledSpectrum;
 use crate::stream::rejections::fault_of_sample;
 use crate::stream::{SampleSink, replicate};
 use crate::tracer::integrator::{IntegratorVisitor, RenderContext, Replicated, SeesPhotons, visit};
-use crate::tracer::record::{PathEvent, recorded};
+use crate::tracer::record::{PathEvent, Trail, recorded};
 use crate::tracer::{Camera, Integrator, Scene};
 
 /// Runs the subcommand.
@@ -58,7 +59,8 @@ pub fn replay(args: &ReplayArgs) -> Result<()> {
     let part =
         if run.replicated { format!(", randomisation {}", replicate(args.index).0) } else { String::new() };
     println!("index {}{part} of seed {}, {}", args.index, run.seed, run.integrator.name());
-    let mut report = PathReport { desc, scene: &scene, text: String::new(), vertices: 0 };
+    let mut report =
+        PathReport { desc, scene: &scene, text: String::new(), vertices: 0, trail: Trail::default() };
     events.iter().for_each(|event| report.tell(event));
     print!("{}", report.text);
     samples.0.iter().for_each(|sample| println!("{sample}"));
@@ -139,6 +141,7 @@ struct PathReport<'a> {
     scene: &'a Scene,
     text: String,
     vertices: u32,
+    trail: Trail,
 }
 
 impl PathReport<'_> {
@@ -146,6 +149,7 @@ impl PathReport<'_> {
         let line = match event {
             PathEvent::Begins(path) => {
                 self.vertices = 0;
+                self.trail.clear();
                 let end = if path.from_light { "a light" } else { "the camera" };
                 return self.line(&format!("from {end} with throughput {}", spectrum(path.throughput)));
             }
@@ -156,15 +160,20 @@ impl PathReport<'_> {
                 self.vertices += 1;
                 let lambda = path.lambda.lambda().to_array();
                 let [x, y, z] = self.scene.space().world_point(hit.point.p).to_array();
+                let from = self.trail.meets(path, hit.point.p);
+                let length = from.map_or(hit.hit.t, |from| from.distance(hit.point.p));
                 let wavelengths = lambda.map(|l| format!("{l:.2}")).join(" ");
                 self.line(&format!(
                     "{}  {}\n      at ({x}, {y}, {z}), distance {}, normal {}, shading normal {}\n      back along {}, wavelengths {wavelengths} nm",
                     self.vertices,
                     match hit.known_surface() {
                         Some(surface) => rejected::surface(self.desc, surface),
-                        None => "in a medium".to_owned(),
+                        None => path.medium.id().map_or_else(
+                            || "scattered in a medium".to_owned(),
+                            |id| format!("scattered in {}", medium_name(self.desc, id)),
+                        ),
                     },
-                    self.scene.space().world_length(hit.hit.t),
+                    self.scene.space().world_length(length),
                     vector(hit.point.ng),
                     vector(hit.n),
                     vector(hit.wo)

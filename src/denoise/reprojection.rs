@@ -20,13 +20,14 @@ use crate::tracer::features::Features;
 /// Upper bound on the weight of a reprojected picture, samples per pixel.
 const MOST_WORTH: f32 = 4.0;
 
-/// Factor on the weight behind a mirror or glass: reflections in curved surfaces move with the camera.
-const SPECULAR_WORTH: f32 = 0.25;
+/// Factor on the weight behind a mirror, glass or a medium: reflections in curved surfaces move with the camera, and light scattered in a medium
+/// comes from many distances.
+const DETACHED_WORTH: f32 = 0.25;
 
 /// Once the samples exceed [`MOST_WORTH`] by this factor, the reprojected picture is dropped.
 const GONE: f32 = 4.0;
 
-/// Tolerance between a surface point and the surface hit in the other view, relative to the camera distance; behind mirrors and glass,
+/// Tolerance between a surface point and the surface hit in the other view, relative to the camera distance; behind mirrors, glass and media,
 /// relative tolerance of the path lengths.
 const SAME_PLACE: f32 = 0.01;
 const SAME_DISTANCE: f32 = 0.03;
@@ -34,7 +35,7 @@ const SAME_DISTANCE: f32 = 0.03;
 /// Smallest cosine between normals of the same surface.
 const SAME_NORMAL: f32 = 0.8;
 
-/// Largest difference of albedo on the same surface behind mirrors.
+/// Largest difference of albedo on the same surface behind mirrors or media.
 const SAME_ALBEDO: f32 = 0.1;
 
 /// Smallest sum of bilinear weights of pixels that show the same surface.
@@ -57,7 +58,7 @@ pub struct ViewSurfaces {
     /// Pixels between neighbouring hits, per axis.
     step: usize,
     hits: Grid<Features>,
-    /// World-space positions; behind mirrors those of the mirror image.
+    /// World-space positions; behind mirrors those of the mirror image, in media those at the mean distance.
     places: Grid<Vec3>,
 }
 
@@ -221,8 +222,8 @@ fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(
     let uv = Vec2::new((x as f32 + 0.5) / size[0] as f32, (y as f32 + 0.5) / size[1] as f32);
     let (origin, direction) = to.lines.line(uv);
     let from = &known.surfaces;
-    let is_sky = hit.distance == 0.0;
-    let place = match hit.specular {
+    let is_sky = is_sky(&hit);
+    let place = match hit.is_detached {
         true => origin + direction * (hit.distance / direction.length()),
         false => on_centre(to.places.at(near[0], near[1]), hit, origin, direction),
     };
@@ -234,10 +235,10 @@ fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(
     let is_front = |normal: Vec3, direction: Vec3| normal.dot(direction) < 0.0;
     let is_same = |x: usize, y: usize| {
         let there = from.hits.at(x, y);
-        if there.specular != hit.specular || (there.distance == 0.0) != is_sky {
+        if there.is_detached != hit.is_detached || self::is_sky(&there) != is_sky {
             return false;
         }
-        match (is_sky, hit.specular) {
+        match (is_sky, hit.is_detached) {
             (true, _) => true,
             (_, true) => {
                 (there.distance - distance).abs() <= SAME_DISTANCE * distance
@@ -264,9 +265,14 @@ fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(
         }
     }
     // Seen from nearer, a pixel covers only part of the area that the other view averaged.
-    let closer = if is_sky || hit.specular { 1.0 } else { (hit.distance / distance).powi(2).min(1.0) };
-    let trust = if hit.specular { SPECULAR_WORTH } else { 1.0 };
+    let closer = if is_sky || hit.is_detached { 1.0 } else { (hit.distance / distance).powi(2).min(1.0) };
+    let trust = if hit.is_detached { DETACHED_WORTH } else { 1.0 };
     (total >= LEAST_SEEN).then(|| (picture / total, worth * closer * trust))
+}
+
+/// True for what is infinitely far, also where a thin medium is before it.
+fn is_sky(hit: &Features) -> bool {
+    hit.distance == 0.0 || hit.normal == Vec3::ZERO && !hit.is_detached
 }
 
 /// Intersection of the ray through a pixel's centre with the tangent plane of the surface that another ray of the pixel hit at `place`.

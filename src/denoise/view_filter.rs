@@ -16,6 +16,7 @@ use crate::math::random::Random;
 use crate::spectrum::SampledWavelengths;
 use crate::tracer::accel::Ray;
 use crate::tracer::features::{Features, features};
+use crate::tracer::medium::CameraMedium;
 use crate::tracer::{Camera, Scene};
 
 /// Offset of the wavelength sample: with it, the first three wavelengths are blue, green and red.
@@ -197,7 +198,7 @@ impl FeatureGrid {
     }
 }
 
-/// First hits of the rays of a grid; `None` if memory runs out, and when cancelled by `stop`.
+/// First hits of the rays of a grid, and the media before them; `None` if memory runs out, and when cancelled by `stop`.
 pub fn first_hits(
     scene: &Scene,
     camera: &Camera,
@@ -207,14 +208,15 @@ pub fn first_hits(
 ) -> Option<Grid<Features>> {
     let size = [film.width as usize, film.height as usize];
     let [width, height] = size.map(|n| n.div_ceil(rays.step));
-    let lambda = SampledWavelengths::sample(WAVELENGTHS);
+    let (lambda, medium) = (SampledWavelengths::sample(WAVELENGTHS), CameraMedium::of(scene, camera));
     let mut grid = Grid::try_filled(width, height, Features::default())?;
     grid.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         if stop() {
             return;
         }
         for (x, out) in row.iter_mut().enumerate() {
-            *out = features(scene, rays.ray(camera, [x, y], size), &lambda);
+            let ray = rays.ray(camera, [x, y], size);
+            *out = features(scene, ray, medium.along(scene, &ray), &lambda);
         }
     });
     (!stop()).then_some(grid)

@@ -1,6 +1,6 @@
 //! Additional EXR layers (`--aov`), rendered in a separate pass after the picture with the same camera and filter.
 //!
-//! Each pixel is the filtered mean of the first hits of its camera rays. Rays are jittered within a fixed grid per pixel, so that the
+//! Each pixel is the filtered mean over its camera rays. Rays are jittered within a fixed grid per pixel, so that the
 //! layers are the same in every run.
 
 use std::ops::Range;
@@ -61,7 +61,7 @@ pub fn trace(run: &RunSpec, scene: &Scene, camera: &Camera, spp: f64) -> Vec<Cha
         return Vec::new();
     }
     let pass = LayerPass {
-        tracer: AovTracer::new(scene, &run.aovs),
+        tracer: AovTracer::new(scene, camera, &run.aovs),
         camera,
         film: &run.film,
         channels: channel_count(&run.aovs),

@@ -1,41 +1,65 @@
 //! Feature layers for the noise filter: properties of the first surface on a camera ray, which tell whether neighbouring pixels show the same one.
+//!
+//! Where media scatter light before that surface, features are means over both, weighted by the shares in which they are seen when equal light
+//! comes from everywhere. Nothing of that is left to chance, so that it adds no noise.
 
 use glam::Vec3;
 
 use super::Scene;
 use super::accel::Ray;
 use super::bsdf::{Bsdf, ScatteringModel};
-use super::medium::MediumIndex;
+use super::interaction::SurfaceInteraction;
+use super::medium::{MarchSteps, Media, MediumIndex};
+use super::opacity::meets;
 use super::vertex::SurfaceVertex;
 use crate::spectrum::SampledWavelengths;
 
 /// Mirrors and panes that are followed, at most.
 const MOST_DELTAS: u32 = 8;
 
-/// The first surface along a ray that is neither mirror nor clear glass.
+/// A surface of which at least this share is seen through media moves with the camera as if there were none.
+const CLEAR: f32 = 0.95;
+
+/// Beyond a smaller share of what is infinitely far, the medium before it is what moves.
+const CLEAR_SKY: f32 = 0.5;
+
+/// From this share on a light behind media is brighter than they are.
+const LIGHT_SHARE: f32 = 0.01;
+
+/// The first surface along a ray that is neither mirror nor clear glass, and the media before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Features {
-    /// Reflectance at three wavelengths, times that of the mirrors and the glass on the way.
+    /// Reflectance at three wavelengths, times that of the mirrors and the glass on the way. In media, times their transmittance, and added to the
+    /// share of light that they scatter.
     pub albedo: Vec3,
-    /// Unit shading normal.
+    /// Unit shading normal, times the share in which the surface is seen.
     pub normal: Vec3,
-    /// Length of the way to it, in units of the space that the scene is traced in.
+    /// Length of the way to it, in units of the space that the scene is traced in; in media, mean of the ways to all that scatters. 0 for
+    /// what is infinitely far.
     pub distance: f32,
-    /// A mirror or clear glass was on the way.
-    pub specular: bool,
+    /// What is seen does not move as this surface does: a mirror or clear glass was on the way, or media are much of what is seen.
+    pub is_detached: bool,
     /// It emits light to there.
     pub emits: bool,
 }
 
-/// Follows `ray`, whose direction has unit length, through mirrors and glass to the first other surface; all zero where there is none. Random
-/// decisions are made as by numbers in the middle of their range, so that equal surfaces have equal features.
-pub fn features(scene: &Scene, mut ray: Ray, lambda: &SampledWavelengths) -> Features {
+/// Follows `ray`, whose direction has unit length and which begins in `medium`, through mirrors and glass to the first other surface; all zero
+/// where there is nothing. Random decisions are made as by numbers in the middle of their range, so that equal surfaces have equal features.
+pub fn features(scene: &Scene, mut ray: Ray, medium: MediumIndex, lambda: &SampledWavelengths) -> Features {
     let (mut throughput, mut distance) = (Vec3::ONE, 0.0);
+    let mut fog = scene.media().map(|media| Fog::new(media, medium, *lambda));
     let mut lambda = *lambda;
     for deltas in 0..MOST_DELTAS {
-        let specular = deltas > 0;
-        let Some(hit) = scene.closest(&ray) else { return Features { specular, ..Features::default() } };
-        distance += hit.point.p.distance(ray.origin);
+        let is_detached = deltas > 0;
+        let origin = ray.origin;
+        let hit = match &mut fog {
+            None => scene.closest(&ray),
+            Some(fog) => fog.look(scene, &mut ray, throughput, distance),
+        };
+        let Some(hit) = hit else {
+            return Fog::through(fog, Features { is_detached, ..Features::default() });
+        };
+        distance += hit.point.p.distance(origin);
         let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &lambda, MediumIndex::VACUUM);
         let sample = vertex.bsdf.sample(vertex.wo, [0.5; 2], 0.5);
         let sample = sample.filter(|s| s.weight.is_finite());
@@ -43,12 +67,84 @@ pub fn features(scene: &Scene, mut ray: Ray, lambda: &SampledWavelengths) -> Fea
         throughput *= weight.clamp(Vec3::ZERO, Vec3::ONE);
         let Some(sample) = sample.filter(|s| s.delta) else {
             let emits = vertex.hit.emitter().is_some();
-            return Features { albedo: throughput, normal: vertex.hit.n, distance, specular, emits };
+            let (albedo, normal) = (throughput, vertex.hit.n);
+            return Fog::through(fog, Features { albedo, normal, distance, is_detached, emits });
         };
         if sample.hero_only {
             lambda.terminate_companions();
         }
-        ray = vertex.hit.spawn(vertex.frame.to_world(sample.wi));
+        let d = vertex.frame.to_world(sample.wi);
+        if let Some(fog) = &mut fog {
+            fog.medium = fog.media.behind(&vertex.hit, d, fog.medium);
+        }
+        ray = vertex.hit.spawn(d);
     }
-    Features { distance, specular: true, ..Features::default() }
+    Fog::through(fog, Features { distance, is_detached: true, ..Features::default() })
+}
+
+/// What media on the way do.
+struct Fog<'a> {
+    media: &'a Media,
+    lambda: SampledWavelengths,
+    /// The medium that the ray is in.
+    medium: MediumIndex,
+    /// Their transmittance.
+    transmittance: Vec3,
+    /// The share of light that comes from behind the media of the last segment, times the reflectance of mirrors and glass before.
+    behind: Vec3,
+    /// The share of light that they scatter, times the same.
+    scattered: Vec3,
+    /// The mean of that over wavelengths, times the length of the way to where it is scattered.
+    moment: f32,
+}
+
+impl<'a> Fog<'a> {
+    fn new(media: &'a Media, medium: MediumIndex, lambda: SampledWavelengths) -> Self {
+        let (transmittance, behind, scattered) = (Vec3::ONE, Vec3::ONE, Vec3::ZERO);
+        Self { media, lambda, medium, transmittance, behind, scattered, moment: 0.0 }
+    }
+
+    /// The first surface that `ray` meets, to whose beginning light came with `throughput` over a way of this length.
+    fn look(
+        &mut self,
+        scene: &Scene,
+        ray: &mut Ray,
+        throughput: Vec3,
+        length: f32,
+    ) -> Option<SurfaceInteraction> {
+        let (hit, line) = scene.look(ray, &mut self.medium, meets);
+        let seen = line.media(&self.lambda, MarchSteps::Boxes);
+        let [transmittance, scattered, moment] =
+            [seen.transmittance, seen.scattered, seen.moment].map(|value| value.as_vec4().truncate());
+        let reaching = throughput * self.transmittance;
+        self.scattered += reaching * scattered;
+        self.moment += mean(reaching * (moment + length * scattered));
+        self.transmittance *= transmittance;
+        self.behind = reaching * transmittance;
+        hit
+    }
+
+    /// The features of `surface` seen through `fog`, if there is any.
+    fn through(fog: Option<Self>, surface: Features) -> Features {
+        let Some(Self { transmittance, behind, scattered, moment, .. }) = fog else { return surface };
+        let (behind, all) = (mean(behind), mean(behind + scattered));
+        // Where all is dark, it is as if there were no media.
+        let (share, distance) = match all > 0.0 {
+            true => (behind / all, (moment + behind * surface.distance) / all),
+            false => (1.0, surface.distance),
+        };
+        let clear = if surface.distance > 0.0 { CLEAR } else { CLEAR_SKY };
+        Features {
+            albedo: surface.albedo * transmittance + scattered,
+            normal: surface.normal * share,
+            distance,
+            is_detached: surface.is_detached || share < clear,
+            emits: surface.emits && share >= LIGHT_SHARE,
+        }
+    }
+}
+
+/// Mean over three wavelengths.
+fn mean(value: Vec3) -> f32 {
+    value.element_sum() / 3.0
 }

@@ -38,6 +38,11 @@ impl Opacity {
         Self(Some(shares))
     }
 
+    /// True where none of the surface is there.
+    fn is_none(&self) -> bool {
+        self.0.as_ref().is_some_and(Vec::is_empty)
+    }
+
     /// True where some of the surface may not be there.
     pub(super) fn has_holes(&self) -> bool {
         self.0.is_some()
@@ -90,6 +95,12 @@ impl Scene {
                 shares.iter().map(|share| share.at(&texture)).sum()
             }
         }
+    }
+
+    /// True at a surface that nobody sees, as the boundary of a medium: all rays pass it, and it does not emit to where the ray came from.
+    pub(super) fn is_unseen(&self, at: &SurfaceInteraction) -> bool {
+        let opacity = self.opacities.as_ref().and_then(|opacities| opacities.get(at.surface as usize));
+        opacity.is_some_and(Opacity::is_none) && at.emitter().is_none()
     }
 
     /// The hit of [`Scene::closest`] where some surfaces are not all there.

@@ -17,6 +17,7 @@ use crate::stream::faults;
 use super::bsdf::BsdfSample;
 use super::interaction::SurfaceInteraction;
 use super::light::LightSample;
+use super::medium::MediumIndex;
 use super::wavelength_mis::WavelengthMis;
 
 /// Something that happened on a path.
@@ -24,7 +25,7 @@ use super::wavelength_mis::WavelengthMis;
 pub enum PathEvent {
     /// A path, or a subpath of one, begins.
     Begins(CarriedLight),
-    /// A path, or a branch of one, came to a surface.
+    /// A path, or a branch of one, came to a surface, or is scattered in a medium. [`Trail`] tells from where.
     Meets(CarriedLight, SurfaceInteraction),
     /// A path, or a branch of one, meets nothing any more, or is as long as the scene allows. One that ends otherwise ends at the vertex that
     /// it met last.
@@ -113,6 +114,31 @@ pub struct CarriedLight {
     pub wavelength_mis: WavelengthMis,
     /// The path begins at a light.
     pub from_light: bool,
+    /// Number of segments so far.
+    pub depth: u32,
+    /// The medium that the path is in, or in which it came to its last vertex.
+    pub medium: MediumIndex,
+}
+
+/// The vertices of a path, to tell where each segment begins: a hit knows only the distance from what its ray has passed last, and a branch
+/// begins at the vertex at which its path has split.
+#[derive(Clone, Debug, Default)]
+pub struct Trail(Vec<Option<Vec3>>);
+
+impl Trail {
+    /// Begins another path.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Takes the vertex that a path, or a branch of one, [meets](PathEvent::Meets) at `p`, and returns where the segment begins that led there: the
+    /// vertex before. `None` for the first segment, which begins at the camera or at a light.
+    pub fn meets(&mut self, carried: &CarriedLight, p: Vec3) -> Option<Vec3> {
+        self.0.resize((carried.depth as usize).saturating_sub(1), None);
+        let from = self.0.last().copied().flatten();
+        self.0.push(Some(p));
+        from
+    }
 }
 
 thread_local! {

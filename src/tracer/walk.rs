@@ -173,8 +173,8 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
 
 impl<const FROM_LIGHT: bool> From<&Walk<FROM_LIGHT>> for CarriedLight {
     fn from(walk: &Walk<FROM_LIGHT>) -> Self {
-        let Walk { lambda, throughput, wavelength_mis, .. } = *walk;
-        Self { lambda, throughput, wavelength_mis, from_light: FROM_LIGHT }
+        let Walk { lambda, throughput, wavelength_mis, depth, medium, .. } = *walk;
+        Self { lambda, throughput, wavelength_mis, from_light: FROM_LIGHT, depth, medium }
     }
 }
 

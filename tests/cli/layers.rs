@@ -96,6 +96,31 @@ fn a_picture_of_distances_is_their_layer() {
     assert!(flat > 150, "{flat}");
 }
 
+/// A slab of fog between camera and wall: boundaries are looked through, and the layers of media have a closed form.
+#[test]
+fn layers_of_media() {
+    let dir = folder("media");
+    let fog = r#"<shape type="cube"><transform name="to_world"><scale x="3" y="3" z=".5"/><translate z="1.5"/></transform>
+<bsdf type="null"/><medium type="homogeneous" name="interior"><float name="sigma_t" value=".8"/><float name="albedo" value=".9"/></medium></shape>"#;
+    let list = "t:transmittance,sd:scattering_depth,depth,si:shape_index";
+    let seen = |text: &str| {
+        fs::write(dir.join("scene.xml"), text).unwrap();
+        let seen = layers(&dir, &["--aov", list]);
+        ["t.R", "t.G", "t.B", "sd.T", "depth.T", "si.I"].map(|channel| seen.channel(channel).unwrap()[0])
+    };
+    let (foggy, clear) = (seen(&SCENE.replace("</scene>", &format!("{fog}</scene>"))), seen(SCENE));
+    // Distances count from the near clip plane, half a metre before the camera, where the fog is half a metre away.
+    let transmittance = (-0.8f32).exp();
+    let scattering = 0.5 + 1.0 / 0.8 - transmittance / (1.0 - transmittance);
+    for (found, wanted) in foggy.into_iter().zip([transmittance; 3].into_iter().chain([scattering, 2.5, 1.0]))
+    {
+        assert!((found - wanted).abs() < 1e-4, "{found}, not {wanted}");
+    }
+    for (found, wanted) in clear.into_iter().zip([1.0, 1.0, 1.0, 0.0, 2.5, 1.0]) {
+        assert!((found - wanted).abs() < 1e-5, "{found}, not {wanted}");
+    }
+}
+
 #[test]
 fn wrong_lists_are_refused_before_anything_is_rendered() {
     let dir = folder("wrong");

@@ -87,6 +87,54 @@ fn a_study_grows_and_keeps_what_it_has() {
     assert!(all.join("index.html").exists() && all.join("cornell.html").exists());
 }
 
+/// A coloured cloud on a grid over a floor, in even light.
+const CLOUD: &str = r#"<scene version="3.0.0">
+<sensor type="perspective"><float name="fov" value="40"/>
+<transform name="to_world"><lookat origin="0,2,5" target="0,.6,0" up="0,1,0"/></transform></sensor>
+<emitter type="constant"/>
+<shape type="rectangle"><transform name="to_world"><scale value="4"/><rotate x="1" angle="-90"/></transform></shape>
+<shape type="cube"><transform name="to_world"><scale value=".5"/><translate y="1"/></transform><bsdf type="null"/>
+<medium type="heterogeneous" name="interior" id="cloud"><float name="albedo" value=".9"/><float name="scale" value="4"/>
+<volume name="sigma_t" type="gridvolume"><string name="filename" value="cloud.vol"/>
+<transform name="to_world"><translate x="-.5" y="-.5" z="-.5"/><translate y="1"/></transform></volume></medium></shape>
+</scene>"#;
+
+/// Media, their grids and their colours each have a price: time, share of the variance, and what the picture loses without them.
+#[test]
+fn media_have_prices() {
+    let place = folder("media");
+    let mut grid = b"VOL\x03".to_vec();
+    [1, 3, 3, 3, 3_i32].iter().for_each(|n| grid.extend(n.to_le_bytes()));
+    [0.0, 0.0, 0.0, 1.0, 1.0, 1.0_f32].iter().for_each(|v| grid.extend(v.to_le_bytes()));
+    for i in 0..27_u8 {
+        let density = f32::from(i * 7 % 5);
+        [0.5, 1.0, 2.0].iter().for_each(|share| grid.extend((share * density).to_le_bytes()));
+    }
+    std::fs::write(place.join("cloud.vol"), grid).unwrap();
+    let scene = place.join("cloud.xml");
+    std::fs::write(&scene, CLOUD).unwrap();
+    let out = place.join("cloud");
+    let [scene, path] = [&scene, &out].map(|path| path.display().to_string());
+    let common = [scene.as_str(), "--methods", "path", "-o", &path];
+    for (knobs, budget) in [("methods", "6"), ("effects", "16")] {
+        succeeds(&study(&place, &[&common[..], &["--knobs", knobs, "--budget", budget]].concat()));
+    }
+    let told = json(&out);
+    let effects = told["effects"].as_array().unwrap();
+    let price = |name: &str| effects.iter().find(|effect| effect["name"] == name).unwrap();
+    for name in ["media", "grid-media", "chromatic-media"] {
+        let price = price(name);
+        assert_eq!(price["on"].as_bool(), Some(true), "{price}");
+        assert!(price["reason"].as_str().unwrap().contains("cloud"), "{price}");
+        assert!(price["time"]["value"].as_f64().unwrap() > 0.2, "{price}");
+        assert!(price["variance"].as_f64().is_some() && price["loss"].as_f64().is_some(), "{price}");
+    }
+    // Without the cloud paths are shorter, and the floor in even light has less noise and another picture.
+    let media = price("media");
+    assert!(media["time"]["value"].as_f64().unwrap() > 1.0, "{media}");
+    assert!(media["variance"].as_f64().unwrap() > 0.1 && media["loss"].as_f64().unwrap() > 0.01, "{media}");
+}
+
 /// The error curve of a render of so many seconds: samples per pixel and error of 95 % of the picture.
 fn long_render(place: &Path, scene: &str, method: &str, size: &str, seconds: &str) -> Vec<[f64; 2]> {
     let [json, png] = ["long.json", "long.png"].map(|name| place.join(name).display().to_string());

@@ -16,12 +16,14 @@ fn layers(list: &str) -> Vec<AovDesc> {
 
 #[test]
 fn lists_name_layers_and_channels() {
-    let all =
-        layers("a:albedo, dd.y:depth,pp:position uv,n:sh_normal,\tgn:geo_normal,i:prim_index,s:shape_index");
+    let all = layers(
+        "a:albedo, dd.y:depth,pp:position uv,n:sh_normal,\tgn:geo_normal,i:prim_index,s:shape_index,t:transmittance,sd:scattering_depth",
+    );
     let channels: Vec<String> = all.iter().flat_map(AovDesc::channels).collect();
-    let wanted = "a.R a.G a.B dd.y.T pp.X pp.Y pp.Z uv.U uv.V n.X n.Y n.Z gn.X gn.Y gn.Z i.I s.I";
+    let wanted =
+        "a.R a.G a.B dd.y.T pp.X pp.Y pp.Z uv.U uv.V n.X n.Y n.Z gn.X gn.Y gn.Z i.I s.I t.R t.G t.B sd.T";
     assert_eq!(channels.join(" "), wanted);
-    assert_eq!((all.len(), channel_count(&all)), (AovKind::names().len(), 17));
+    assert_eq!((all.len(), channel_count(&all)), (AovKind::names().len(), 21));
     let text: Vec<String> = all.iter().map(ToString::to_string).collect();
     assert_eq!(layers(&text.join(",")), all, "what is written is read back");
     // Layers of the same name may have different channels.

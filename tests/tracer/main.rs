@@ -28,6 +28,7 @@ mod largest;
 mod light_choice;
 mod light_groups;
 mod lights;
+mod line_of_sight;
 mod media;
 mod microfacet;
 mod path;

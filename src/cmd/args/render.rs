@@ -124,7 +124,8 @@ pub struct RenderArgs {
     /// Layers that EXR files have beside the picture, as name:type,… or by their types alone [default: those of the scene].
     ///
     /// Types are albedo, depth, position, uv, geo_normal, sh_normal, prim_index and shape_index, with the channels that
-    /// Mitsuba's integrator `aov` gives them. Each is the mean of what camera rays see first, weighted by the splat filter.
+    /// Mitsuba's integrator `aov` gives them; and of the media before what is seen first, which are ours alone, transmittance (R, G, B) and
+    /// scattering_depth (T), the mean distance at which light is scattered last. Each is the mean of what camera rays see first, weighted by the splat filter.
     #[arg(long, value_name = "LIST", value_parser = aov, help_heading = "Output")]
     pub aov: Option<AovArg>,
 

@@ -1,8 +1,9 @@
-//! Arbitrary output variables: layers beside the picture that describe the surface seen first, as lists of `name:type`.
+//! Arbitrary output variables: layers beside the picture that describe the surface seen first and the media before it, as lists of `name:type`.
 
 use crate::scene::limits;
 
-/// A quantity of the first surface that a camera ray hits; 0 if it hits none. Definitions and names are those of Mitsuba 3.
+/// A quantity of the first surface that a camera ray hits; 0 if it hits none. Definitions and names are those of Mitsuba 3, but that surfaces which
+/// nobody sees, as the boundaries of media, are looked through. The last two, of the media before that surface, are ours alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum AovKind {
     /// Diffuse reflectance of the material, linear Rec.709.
@@ -21,6 +22,13 @@ pub enum AovKind {
     PrimIndex,
     /// Number of the shape in the scene, counted from 1; of what a group holds, that of the instance.
     ShapeIndex,
+    /// Transmittance of all media from the near clip plane to the first surface, or to infinity where there is none: the linear Rec.709 of a white
+    /// surface there under D65. 1 where there is no medium.
+    Transmittance,
+    /// Mean distance along the ray from the near clip plane at which light that is scattered before the first surface was scattered last, when equal
+    /// light comes from everywhere: ∫ t σₛ T dt / ∫ σₛ T dt with the transmittance T up to t, both of luminance under D65; world units.
+    /// 0 where nothing scatters.
+    ScatteringDepth,
 }
 
 /// Name in files, kind, and channels, which are separated from the name of the layer by a dot.
@@ -33,6 +41,8 @@ const KINDS: &[(&str, AovKind, &[&str])] = &[
     ("sh_normal", AovKind::ShadingNormal, &["X", "Y", "Z"]),
     ("prim_index", AovKind::PrimIndex, &["I"]),
     ("shape_index", AovKind::ShapeIndex, &["I"]),
+    ("transmittance", AovKind::Transmittance, &["R", "G", "B"]),
+    ("scattering_depth", AovKind::ScatteringDepth, &["T"]),
 ];
 
 /// Types that Mitsuba supports and this program does not.

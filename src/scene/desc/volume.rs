@@ -132,6 +132,12 @@ impl VolumeTexture {
         self.grid.size
     }
 
+    /// The place of the first point of the grid, in units of the distance between points from the corner of the unit cube: between planes through
+    /// the points the values are one polynomial; those of a `nearest` lookup are constant between planes at whole units.
+    pub fn first_point(&self) -> f32 {
+        if self.nearest { 0.0 } else { 0.5 }
+    }
+
     /// From the space of surfaces to the space in which the grid fills the unit cube.
     pub fn to_grid(&self) -> &DAffine3 {
         &self.to_grid

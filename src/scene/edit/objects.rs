@@ -183,6 +183,19 @@ pub fn material_name(desc: &SceneDesc, shape: u32) -> Option<String> {
     })
 }
 
+/// Names a medium: by its `id`, else by its kind with file and line.
+pub fn medium_name(desc: &SceneDesc, id: MediumId) -> String {
+    let (i, named_as) = (id.0 as usize, desc.names.media.get(id.0 as usize));
+    match (id_of(&desc.names.media, i), desc.media.get(i)) {
+        (Some(id), _) => format!("medium \"{id}\""),
+        (None, Some(medium)) => {
+            let place = named_as.map_or_else(Place::default, |name| name.place);
+            format!("a medium ({})", named(desc, None, medium.plugin(), place))
+        }
+        (None, None) => format!("medium {i}, which does not exist"),
+    }
+}
+
 /// Names a light that is not a shape for the panel.
 pub fn light_name(desc: &SceneDesc, light: u32) -> String {
     match desc.lights.get(light as usize) {

@@ -10,7 +10,9 @@ use crate::tracer::bsdf::Scattering;
 use crate::tracer::camera::CameraView;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{Emission, EmissionOrigin};
-use crate::tracer::medium::{EdgeWavelengths, FlightPiece, FreeFlight, MediumIndex, MediumSides, PathMedia};
+use crate::tracer::medium::{
+    CameraMedium, EdgeWavelengths, FlightPiece, FreeFlight, MediumIndex, MediumSides, PathMedia,
+};
 use crate::tracer::opacity::meets;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::cells::ScreenCells;
@@ -77,8 +79,7 @@ impl RenderContext {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, mut photons, .. } = *desc;
         photons.initial_radius = photons.initial_radius.map(|radius| scene.space().length(radius));
         let screen = ScreenSampling::Even;
-        let medium = camera.medium_in(&scene);
-        let on_boundary = scene.is_on_medium_boundary(camera.position());
+        let CameraMedium { medium, on_boundary } = CameraMedium::of(&scene, &camera);
         Self {
             scene,
             camera,
@@ -210,7 +211,7 @@ impl RenderContext {
 
     /// The medium in which a ray of the camera begins.
     pub(super) fn medium_along(&self, ray: &Ray) -> MediumIndex {
-        if self.on_boundary { self.scene.medium_ahead(ray) } else { self.medium }
+        CameraMedium { medium: self.medium, on_boundary: self.on_boundary }.along(&self.scene, ray)
     }
 
     /// The environment, if a segment of a camera path sees it, where `depth` segments came before.

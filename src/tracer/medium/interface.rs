@@ -19,6 +19,11 @@ impl MediumIndex {
     pub fn number(self) -> u32 {
         self.0
     }
+
+    /// The medium of the description; `None` for vacuum.
+    pub fn id(self) -> Option<MediumId> {
+        (self != Self::VACUUM).then_some(MediumId(self.0))
+    }
 }
 
 impl From<Option<MediumId>> for MediumIndex {

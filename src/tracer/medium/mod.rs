@@ -7,6 +7,7 @@
 //! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
 //! crossing     boundaries that lie in one place with other surfaces
 //! interface    which medium is on which side of a vertex
+//! line         what all media along a line of sight do together
 //! place        the medium around a point, found by rays: that of a camera or of a lamp
 //! ```
 //!
@@ -38,6 +39,7 @@ mod flight;
 mod grid;
 mod homogeneous;
 mod interface;
+mod line;
 mod phase;
 mod place;
 
@@ -53,8 +55,11 @@ use homogeneous::HomogeneousMedium;
 
 pub use flight::FreeFlight;
 pub(super) use flight::{EdgeWavelengths, FlightPiece};
+pub(super) use grid::MarchSteps;
 pub use interface::{MediumIndex, MediumSides, PathMedia};
+pub(super) use line::{LineMedia, LineOfSight};
 pub use phase::{MOST_LOBES, PhaseFunction};
+pub use place::CameraMedium;
 
 /// Shapes whose middles are remembered, at most.
 const MOST_MIDDLES: usize = 64;
@@ -64,6 +69,8 @@ const MOST_MIDDLES: usize = 64;
 struct Medium {
     kind: MediumKind,
     phase: PhaseFunction,
+    /// Neither of its coefficients depends on the wavelength.
+    is_grey: bool,
 }
 
 /// How the coefficients of a medium vary.
@@ -176,7 +183,7 @@ impl Medium {
         };
         let other = || PrepareError::PhaseFunction { named: named() };
         let phase = PhaseFunction::new(&desc.phase).ok_or_else(other)?;
-        Ok(Self { kind, phase })
+        Ok(Self { kind, phase, is_grey: desc.sigma_t.is_grey() && desc.albedo.is_grey() })
     }
 }
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::tracer::Scene;
 use crate::tracer::accel::Ray;
+use crate::tracer::{Camera, Scene};
 
 use super::{Media, MediumIndex};
 
@@ -21,6 +21,28 @@ fn direction(number: usize) -> Vec3 {
     let (sin, cos) = (2.399_963_2 * number as f32 + 0.731).sin_cos();
     let r = (1.0 - z * z).sqrt();
     Vec3::new(r * cos, r * sin, z)
+}
+
+/// The medium that the rays of a camera begin in.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraMedium {
+    /// That around the camera.
+    pub medium: MediumIndex,
+    /// The camera stands on the boundary of a medium: each of its rays begins in the medium that lies ahead.
+    pub on_boundary: bool,
+}
+
+impl CameraMedium {
+    /// That of `camera` in a scene.
+    pub fn of(scene: &Scene, camera: &Camera) -> Self {
+        let on_boundary = scene.is_on_medium_boundary(camera.position());
+        Self { medium: camera.medium_in(scene), on_boundary }
+    }
+
+    /// The medium that this ray of the camera begins in.
+    pub fn along(self, scene: &Scene, ray: &Ray) -> MediumIndex {
+        if self.on_boundary { scene.medium_ahead(ray) } else { self.medium }
+    }
 }
 
 impl Scene {

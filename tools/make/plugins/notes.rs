@@ -174,7 +174,8 @@ pub const NOTES: &[(&str, &str, &str)] = &[
         "integrator",
         "aov",
         "its layers stand in the EXR file beside the picture, as those of `render --aov`; a shape's index counts from 1 in the order of \
-         the file",
+         the file; surfaces that nobody sees, as the boundaries of media, are looked through; `transmittance` and `scattering_depth`, of \
+         the media before the surface seen first, are ours, which Mitsuba does not know",
     ),
     ("integrator", "depth", "the distance from the near plane, as grey"),
     ("integrator", "light", "the same as `ptracer`; Mitsuba does not know the name"),

@@ -14,12 +14,14 @@ use crate::gpu::Region;
 use crate::job::{Job, StopFlag};
 use crate::render::method;
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::{IntegratorKind, IntegratorTraits};
+use crate::scene::desc::{IntegratorKind, IntegratorTraits, MediumId, SceneDesc};
+use crate::scene::edit::medium_name;
 use crate::stream::{SampleSink, UvWindow};
 use crate::study::error_tile::TILE;
 use crate::tracer::camera::CameraLines;
 use crate::tracer::integrator::{IntegratorVisitor, RenderContext, Replicated, visit};
-use crate::tracer::record::{PathEvent, recorded};
+use crate::tracer::medium::MediumIndex;
+use crate::tracer::record::{PathEvent, Trail, recorded};
 use crate::tracer::{Camera, Integrator, Scene};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::picture::LivePicture;
@@ -84,6 +86,7 @@ impl PixelStudy {
             false => PixelIndices::default(),
         };
         let (scene, camera, window) = (editor.scene(), editor.camera(size)?, session.window());
+        let media = media_names(editor.desc());
         let trace = move |stop: &StopFlag| {
             let scene = Arc::new(Scene::clone(&scene).recorded());
             let context = method::render_context(&run, scene.clone(), camera.clone(), window);
@@ -97,7 +100,7 @@ impl PixelStudy {
             for index in (0..count).take_while(|_| !stop.is_set()) {
                 study.add_to_spectrum(&run, &within, index);
             }
-            PixelPaths { known: indices.known, note, ..study.finish() }
+            PixelPaths { known: indices.known, note, ..study.finish(&media) }
         };
         self.job = Some(Job::start("the inspector", trace).into_diagnostic()?);
         Ok(())
@@ -218,6 +221,7 @@ struct PathCollector {
     pixel: [u32; 2],
     size: Vec2,
     lines: CameraLines,
+    eye: Vec3,
     paths: Vec<TracedPath>,
     /// Radiance by wavelength, summed over this number of paths.
     spectrum: Vec<f64>,
@@ -229,6 +233,8 @@ struct PathCollector {
 struct TracedPath {
     luminance: f32,
     segments: Vec<PathSegment>,
+    /// Where it is scattered in media, as far as that is before the camera, and in which.
+    scatterings: Vec<([f32; 2], MediumIndex)>,
 }
 
 impl PathCollector {
@@ -237,6 +243,7 @@ impl PathCollector {
             pixel,
             size: Vec2::from(size.map(|n| n as f32)),
             lines: camera.lines(),
+            eye: camera.position(),
             paths: Vec::new(),
             spectrum: vec![0.0; SPECTRUM_BINS],
             summed: 0,
@@ -251,14 +258,20 @@ impl PathCollector {
         let starts: Vec<usize> =
             events.iter().enumerate().filter(|(_, event)| begins(event)).map(|(i, _)| i).collect();
         let Some(&start) = starts.get(number) else { return };
-        let mut path = TracedPath { luminance: 0.0, segments: Vec::new() };
-        let mut last = None;
+        let mut path = TracedPath { luminance: 0.0, segments: Vec::new(), scatterings: Vec::new() };
+        let (mut trail, mut last) = (Trail::default(), None);
         for event in &events[start..] {
             match event {
                 PathEvent::Meets(carried, hit) if !carried.from_light => {
-                    let from = hit.point.p + hit.wo * hit.hit.t;
-                    self.draw(&mut path, [from, hit.point.p], SegmentKind::Path);
-                    last = Some((hit.point.p, hit.hit.t));
+                    let p = hit.point.p;
+                    let from = trail.meets(carried, p).unwrap_or(p + hit.wo * p.distance(self.eye));
+                    self.draw(&mut path, [from, p], SegmentKind::Path);
+                    if hit.is_in_medium()
+                        && let Some([at, _]) = self.on_picture([p; 2])
+                    {
+                        path.scatterings.push((at, carried.medium));
+                    }
+                    last = Some((p, p.distance(from)));
                 }
                 PathEvent::Light { sample, value, visible, .. } if *visible > 0.0 => {
                     let Some((from, length)) = last.filter(|_| value.0.max_element() > 0.0) else { continue };
@@ -295,30 +308,45 @@ impl PathCollector {
     }
 
     fn draw(&self, path: &mut TracedPath, ends: [Vec3; 2], kind: SegmentKind) {
-        if let Some([from, to]) = self.lines.segment(ends) {
-            let [from, to] = [from * self.size, to * self.size].map(|at| at.to_array());
+        if let Some([from, to]) = self.on_picture(ends) {
             path.segments.push(PathSegment { from, to, kind });
         }
     }
 
-    /// The collected paths and spectrum.
-    fn finish(mut self) -> PixelPaths {
+    /// Both ends of a line segment in pixels of the picture; `None` behind the camera.
+    fn on_picture(&self, ends: [Vec3; 2]) -> Option<[[f32; 2]; 2]> {
+        Some(self.lines.segment(ends)?.map(|at| (at * self.size).to_array()))
+    }
+
+    /// The collected paths and spectrum. `media`: the names of all media.
+    fn finish(mut self, media: &[String]) -> PixelPaths {
         let count = self.paths.len();
         let per_bin = (WAVELENGTHS[1] - WAVELENGTHS[0]) / SPECTRUM_BINS as f64;
         let scale = 1.0 / (self.summed.max(1) as f64 * per_bin);
         self.spectrum.iter_mut().for_each(|bin| *bin *= scale);
         self.paths.sort_by(|a, b| b.luminance.total_cmp(&a.luminance));
         let lit = self.paths.iter().filter(|path| path.luminance > 0.0).count();
-        let drawn = self.paths.into_iter().take(MOST_DRAWN);
+        self.paths.truncate(MOST_DRAWN);
+        let scatterings: Vec<_> = self.paths.iter().flat_map(|path| &path.scatterings).collect();
+        let times =
+            |id: u32| scatterings.iter().filter(|(_, medium)| medium.id() == Some(MediumId(id))).count();
+        let media = media.iter().enumerate().map(|(i, name)| (name.clone(), times(i as u32)));
         PixelPaths {
             pixel: self.pixel,
             traced: count,
             lit,
             spectrum: if self.has_colour && self.summed > 0 { self.spectrum } else { Vec::new() },
-            segments: drawn.flat_map(|path| path.segments).collect(),
+            segments: self.paths.iter().flat_map(|path| path.segments.iter().copied()).collect(),
+            scatterings: scatterings.iter().map(|(at, _)| *at).collect(),
+            media: media.filter(|(_, count)| *count > 0).collect(),
             ..PixelPaths::default()
         }
     }
+}
+
+/// The names of all media of a scene.
+fn media_names(desc: &SceneDesc) -> Vec<String> {
+    (0..desc.media.len() as u32).map(|i| medium_name(desc, MediumId(i))).collect()
 }
 
 /// Traces an index again in a scene that [records](Scene::recorded); returns the events on its paths.
@@ -432,6 +460,38 @@ mod tests {
                 }
                 assert!(paths.paths.iter().any(|path| path.segments.len() > 1));
             }
+        }
+    }
+
+    /// Segments begin at the vertex before, whatever boundaries lie between, and vertices in media are marked and named.
+    #[test]
+    fn paths_in_fog_have_no_gaps() {
+        let source = SceneOptions::of("scenes/fog.xml".into());
+        let input = load::load(&source).expect("a scene");
+        let desc = &input.loaded.desc;
+        let (scene, camera) =
+            (Arc::new(Scene::prepare(desc).expect("valid").recorded()), Camera::of(desc).expect("valid"));
+        let mut run = input.run(&source, "cpu".to_string());
+        (run.film.width, run.film.height) = (SIZE[0], SIZE[1]);
+        for kind in [IntegratorKind::Path, IntegratorKind::Bidirectional] {
+            run.integrator = kind;
+            let context = method::render_context(&run, scene.clone(), camera.clone(), UvWindow::PICTURE);
+            let mut paths = PathCollector::new([3, 2], &scene, &camera, SIZE);
+            // Later paths split into branches.
+            (0..100).chain(1 << 14..(1 << 14) + 100).for_each(|index| paths.add(&run, &context, index, 0));
+            for path in &paths.paths {
+                let segments = path.segments.iter().filter(|segment| segment.kind == SegmentKind::Path);
+                let segments: Vec<_> = segments.collect();
+                // The first begins at the camera, where the near clip plane cuts it. The whole room is before that.
+                for (i, segment) in segments.iter().enumerate().skip(1) {
+                    let begins = |before: &&PathSegment| before.to == segment.from;
+                    assert!(segments[..i].iter().any(begins), "{kind:?}: {segments:?}");
+                }
+            }
+            let shown = paths.finish(&media_names(desc));
+            let [(name, count)] = shown.media.as_slice() else { panic!("{kind:?}: {:?}", shown.media) };
+            assert_eq!((name.as_str(), *count), ("medium \"fog\"", shown.scatterings.len()), "{kind:?}");
+            assert!(*count > 0, "{kind:?}");
         }
     }
 }

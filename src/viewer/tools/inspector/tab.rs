@@ -14,6 +14,10 @@ pub const LOUPE: u32 = 5;
 /// Size of a pixel in the loupe, points.
 const LOUPE_PIXEL: f32 = 11.0;
 
+/// Colour of vertices in media, and the radius of their dots, points.
+const SCATTERED: Color32 = Color32::from_rgb(170, 235, 140);
+const SCATTERING_RADIUS: f32 = 2.5;
+
 /// Bins of a spectrum.
 pub const SPECTRUM_BINS: usize = 30;
 
@@ -65,6 +69,10 @@ pub struct PixelPaths {
     pub spectrum: Vec<f64>,
     /// Line segments of the brightest paths.
     pub segments: Vec<PathSegment>,
+    /// Where these are scattered in media.
+    pub scatterings: Vec<[f32; 2]>,
+    /// Names of these media, and how often paths are scattered in each.
+    pub media: Vec<(String, usize)>,
 }
 
 /// Kind of a path segment.
@@ -167,7 +175,7 @@ fn loupe(ui: &mut Ui, pixels: &[Option<[u8; 3]>]) {
 }
 
 fn path_figures(ui: &mut Ui, paths: &PixelPaths) {
-    let PixelPaths { pixel, known, traced, lit, note, spectrum, .. } = paths;
+    let PixelPaths { pixel, known, traced, lit, note, spectrum, media, .. } = paths;
     ui.colored_label(
         style::BRIGHT,
         format!("Pixel {}, {}: {known} paths from the camera", pixel[0], pixel[1]),
@@ -177,6 +185,10 @@ fn path_figures(ui: &mut Ui, paths: &PixelPaths) {
             style::DIM,
             format!("{traced} traced again, {lit} of them found light; the brightest are drawn"),
         );
+    }
+    for (medium, count) in media {
+        let times = if *count == 1 { "once".to_owned() } else { format!("{count} times") };
+        ui.colored_label(SCATTERED, format!("● scattered in {medium}, {times}"));
     }
     if !note.is_empty() {
         ui.colored_label(style::DIM, *note);
@@ -210,6 +222,9 @@ pub fn draw_paths(ctx: &Context, picture: PictureArea, paths: &PixelPaths) {
         };
         painter.add(Shape::line_segment([point(segment.from), point(segment.to)], Stroke::new(1.0, color)));
     }
+    for place in &paths.scatterings {
+        painter.circle_filled(point(*place), SCATTERING_RADIUS, SCATTERED);
+    }
     let corner = |x: u32, y: u32| picture.point(DVec2::new(f64::from(x), f64::from(y)));
     let [x, y] = paths.pixel;
     let pixel = Rect::from_min_max(corner(x, y), corner(x + 1, y + 1)).expand(2.0);
@@ -237,8 +252,12 @@ mod tests {
             distance: Some(3.25),
             ..PixelReading::default()
         };
-        let mut harness = Harness::new_ui(|ui| show(ui, Some(&reading), None, false));
+        let media = vec![("medium \"fog\"".to_owned(), 37), ("medium \"smoke\"".to_owned(), 1)];
+        let paths = Arc::new(PixelPaths { media, ..PixelPaths::default() });
+        let mut harness = Harness::new_ui(|ui| show(ui, Some(&reading), Some(&paths), false));
         harness.run_steps(2);
+        harness.get_by_label("● scattered in medium \"fog\", 37 times");
+        harness.get_by_label("● scattered in medium \"smoke\", once");
         for words in
             ["12, 34", "0.1235  2.500  0", "255  128  0", "2.31 %", "ball", "gold (roughconductor)", "3.250"]
         {
