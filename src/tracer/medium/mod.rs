@@ -13,8 +13,7 @@
 //! A vertex in a medium is a vertex whose bsdf is a [`PhaseFunction`] ([`SurfaceInteraction::in_medium`]), so that every integrator treats it
 //! like any other: it samples lights from it, connects it to other vertices and to the camera, and goes on. A [`Walk`](super::walk::Walk) carries
 //! the medium that it is in. Integrators are generic over the set of materials; only the sets with phase functions
-//! ([`Scattering::Media`](super::bsdf::Scattering::Media)) have code for media, so that a scene without media pays nothing for them; only paths that are recorded, or that tell of
-//! groups of lights, draw the numbers of flights in vain.
+//! ([`Scattering::Media`](super::bsdf::Scattering::Media)) have code for media, so that a scene without media pays nothing for them.
 //!
 //! # Wavelengths
 //!
@@ -41,7 +40,7 @@ mod place;
 use glam::{Vec3, Vec4};
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{MediumDesc, MediumInterface, Name};
+use crate::scene::desc::{MediumDesc, MediumId, MediumInterface, Name};
 
 use super::interaction::SurfaceInteraction;
 use super::prepare::PrepareError;
@@ -82,7 +81,8 @@ struct Coefficients {
 /// The media of a scene.
 #[derive(Clone, Debug)]
 pub struct Media {
-    media: Box<[Medium]>,
+    /// By id; `None` for those that nothing names.
+    media: Box<[Option<Medium>]>,
     /// What is behind and in front of each surface: interior, exterior. `None` for a surface that leaves the medium as it is.
     interfaces: Box<[Option<[MediumIndex; 2]>]>,
     /// A point in the middle of each of some shapes that are boundaries.
@@ -104,20 +104,24 @@ impl Media {
         if !desc.has_media() {
             return Ok(None);
         }
-        let media = desc.media.iter().enumerate().map(|(i, medium)| Medium::new(medium, || named(desc, i)));
-        let media = media.collect::<Result<Box<_>, _>>()?;
+        let known = |id: MediumId| match desc.media.get(id.0 as usize) {
+            Some(_) => Ok(id),
+            None => Err(PrepareError::UnknownMedium { id }),
+        };
+        let used = desc.used_media();
+        let prepared =
+            |(i, medium)| used.contains(&i).then(|| Medium::new(medium, || named(desc, i))).transpose();
+        let media = desc.media.iter().enumerate().map(prepared).collect::<Result<Box<_>, _>>()?;
         let of_groups = desc.groups.iter().flat_map(|group| &group.shapes);
         let interfaces = desc.shapes.iter().chain(of_groups).map(|shape| {
             let MediumInterface { interior, exterior } = shape.medium_interface;
-            for id in [interior, exterior].into_iter().flatten() {
-                desc.media.get(id.0 as usize).ok_or(PrepareError::UnknownMedium { id })?;
-            }
+            [interior, exterior].into_iter().flatten().try_for_each(|id| known(id).map(|_| ()))?;
             let sides = || [interior, exterior].map(MediumIndex::from);
             Ok(shape.medium_interface.is_transition().then(sides))
         });
         let interfaces = interfaces.collect::<Result<Box<_>, _>>()?;
         // What fills a scene without boundaries is the medium of its camera.
-        let outside = desc.camera.medium.into();
+        let outside = desc.camera.medium.map(known).transpose()?.into();
         let middles = desc.middles_of_boundaries().take(MOST_MIDDLES).collect();
         Ok(Some(Self { media, interfaces, middles, of_sources: Box::default(), outside }))
     }
@@ -130,7 +134,7 @@ impl Media {
 
     #[inline]
     fn get(&self, index: MediumIndex) -> Option<&Medium> {
-        self.media.get(index.0 as usize)
+        self.media.get(index.0 as usize)?.as_ref()
     }
 
     /// What is behind and in front of a surface; `None` where both is what it was.
@@ -149,7 +153,7 @@ impl Media {
     /// True where some medium is a grid in which each wavelength has an extinction of its own.
     pub(super) fn has_chromatic_grids(&self) -> bool {
         let is = |medium: &Medium| matches!(&medium.kind, MediumKind::Grid(grid) if grid.is_chromatic());
-        self.media.iter().any(is)
+        self.media.iter().flatten().any(is)
     }
 
     /// The medium around a source of light.
