@@ -10,8 +10,10 @@ use crate::support::welch;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
+use pointillist::tracer::bsdf::{CreditedBsdf, InMedia, Recorded};
 use pointillist::tracer::effects::{Effect, without};
 use pointillist::tracer::integrator::RenderContext;
+use pointillist::tracer::medium::FreeFlight;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 const HG: fn(f64) -> PhaseDesc = |g| PhaseDesc::HenyeyGreenstein { g };
@@ -175,6 +177,26 @@ fn a_medium_of_density_zero_is_invisible() {
     let nothing = medium(&mut desc, 0.0, 0.5, PhaseDesc::Isotropic);
     desc.camera.medium = Some(nothing);
     assert_eq!(before, luminances(&desc, 4096));
+}
+
+/// Code for media that serves scenes without any, of paths that are recorded or tell of groups of lights, draws no flights in these.
+#[test]
+fn flights_take_numbers_in_media_only() {
+    let mut desc = empty();
+    let asked = |desc: &SceneDesc| {
+        let (scene, mut numbers) = (prepare(desc), 0);
+        let mut number = || {
+            numbers += 1;
+            0.5
+        };
+        FreeFlight::of::<Recorded>(&scene, &mut number);
+        FreeFlight::of::<CreditedBsdf>(&scene, &mut number);
+        FreeFlight::of::<InMedia>(&scene, &mut number);
+        numbers
+    };
+    assert_eq!(asked(&desc), 0);
+    desc.camera.medium = Some(medium(&mut desc, 0.1, 0.5, PhaseDesc::Isotropic));
+    assert_eq!(asked(&desc), 3);
 }
 
 /// A camera finds out by itself what it is in, wherever it has moved.

@@ -124,7 +124,7 @@ impl ParticleTracer {
     ) {
         let context = &self.context;
         while subpath.walk.depth + 1 < context.longest() {
-            let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+            let mut flight = FreeFlight::of::<B>(&context.scene, || numbers.flight(subpath.walk.depth));
             let next = context.scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
             let Some(hit) = next else { break };
             let vertex: SubpathVertex<B> = subpath.arrive(&context.scene, hit);

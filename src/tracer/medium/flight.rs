@@ -30,10 +30,10 @@ pub struct FreeFlight {
 }
 
 impl FreeFlight {
-    /// A flight by the number `u` in (0, 1), which is asked for only in code with media.
+    /// A flight by the number `u` in (0, 1), which is asked for only in a scene with media.
     #[inline(always)]
-    pub fn of<B: Scattering>(u: impl FnOnce() -> f64) -> Self {
-        let u = if B::Media::PRESENT { u() } else { 0.0 };
+    pub fn of<B: Scattering>(scene: &Scene, u: impl FnOnce() -> f64) -> Self {
+        let u = if B::Media::PRESENT && scene.media().is_some() { u() } else { 0.0 };
         Self { optical_depth: -(-u).ln_1p(), random: Random(mix(u.to_bits())) }
     }
 }

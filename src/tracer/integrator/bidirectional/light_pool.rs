@@ -159,7 +159,7 @@ impl BidirectionalTracer {
         let mut ray = emission.ray();
         // One more segment leads to the camera.
         while subpath.walk.depth + 1 < self.context.longest() {
-            let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+            let mut flight = FreeFlight::of::<B>(scene, || numbers.flight(subpath.walk.depth));
             let next = scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
             let Some(hit) = next else { break };
             let mut vertex: SubpathVertex<B> = subpath.arrive(scene, hit);

@@ -128,7 +128,7 @@ fn trace_light_path<B: Scattering>(
     let beam = emission.pdf.origin == EmissionOrigin::Beam;
     // One more segment leads to the camera.
     while subpath.walk.depth + 1 < longest {
-        let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+        let mut flight = FreeFlight::of::<B>(scene, || numbers.flight(subpath.walk.depth));
         let next = scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
         let Some(hit) = next else { break };
         let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
