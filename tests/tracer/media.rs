@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use crate::support::agreement::{Method, Plan, repeat};
 use crate::support::scenes::*;
@@ -47,7 +47,7 @@ fn floor_below_slab(sigma_t: f32) -> SceneDesc {
     let absorbing = medium(&mut desc, sigma_t, 0.0, PhaseDesc::Isotropic);
     let slab = DAffine3::from_scale_rotation_translation(
         DVec3::new(8.0, 8.0, 0.5),
-        glam::DQuat::IDENTITY,
+        DQuat::IDENTITY,
         DVec3::new(0.0, 0.0, 1.5),
     );
     boundary(&mut desc, ShapeKind::Cube, slab, absorbing);
@@ -197,6 +197,35 @@ fn flights_take_numbers_in_media_only() {
     assert_eq!(asked(&desc), 0);
     desc.camera.medium = Some(medium(&mut desc, 0.1, 0.5, PhaseDesc::Isotropic));
     assert_eq!(asked(&desc), 3);
+}
+
+/// A boundary goes through a box where it does, but for rounding, and not where only its bounding box does.
+#[test]
+fn boxes_that_a_boundary_cuts() {
+    let turn = DQuat::from_rotation_z(PI / 4.0);
+    for center in [DVec3::ZERO, DVec3::new(500.0, -300.0, 200.0)] {
+        let cuts = |kind: ShapeKind, to_world: DAffine3, at: DVec3, half: f64| {
+            let mut desc = empty();
+            let fog = medium(&mut desc, 1.0, 0.5, PhaseDesc::Isotropic);
+            boundary(&mut desc, kind, DAffine3::from_translation(center) * to_world, fog);
+            let corners = [-half, half].map(|half| (center + at + half).as_vec3());
+            prepare(&desc).is_cut_by_medium_boundary(corners)
+        };
+        let cube = |at, half| cuts(ShapeKind::Cube, DAffine3::from_quat(turn), at, half);
+        let on_face = DVec3::new(0.5f64.sqrt(), 0.5f64.sqrt(), 0.3);
+        assert!(cube(on_face, 0.0) && cube(on_face, 0.1) && cube(on_face * 0.95, 0.1));
+        assert!(cube(DVec3::ZERO, 1.0) && cube(DVec3::ZERO, 10.0));
+        // In the bounding box of that face.
+        assert!(
+            !cube(DVec3::new(0.9, 0.0, 0.3), 0.0) && !cube(on_face * 0.9, 0.01) && !cube(DVec3::ZERO, 0.5)
+        );
+        assert!(!cube(on_face * 1.1, 0.01) && !cube(DVec3::X * 9.0, 1.0));
+        let ball = |at, half| cuts(sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, at, half);
+        assert!(ball(DVec3::new(0.36, -0.48, 0.8), 0.0) && ball(DVec3::ZERO, 0.6) && ball(DVec3::X, 0.01));
+        assert!(!ball(DVec3::ZERO, 0.5) && !ball(DVec3::splat(0.9), 0.1) && !ball(DVec3::X * 0.9, 0.05));
+        let disk = |at, half| cuts(ShapeKind::Disk, DAffine3::IDENTITY, at, half);
+        assert!(disk(DVec3::X * 0.5, 0.0) && disk(DVec3::Z * 0.05, 0.1) && !disk(DVec3::Z * 0.2, 0.1));
+    }
 }
 
 /// A camera finds out by itself what it is in, wherever it has moved.

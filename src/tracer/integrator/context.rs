@@ -48,9 +48,9 @@ pub struct RenderContext {
     pub screen: ScreenSampling,
     /// Cells of the window within which camera paths are even, about as large as the picture's pixels.
     pub cells: ScreenCells,
-    /// The medium that the camera is in.
+    /// The medium that the rays of the camera begin in.
     pub medium: MediumIndex,
-    /// The camera stands on the boundary of a medium: each of its rays begins in the medium that lies ahead.
+    /// A boundary of media goes through the points at which they begin: each begins in the medium that lies ahead.
     pub on_boundary: bool,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
@@ -77,8 +77,8 @@ impl RenderContext {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, mut photons, .. } = *desc;
         photons.initial_radius = photons.initial_radius.map(|radius| scene.space().length(radius));
         let screen = ScreenSampling::Even;
-        let medium = camera.medium_in(&scene);
-        let on_boundary = scene.is_on_medium_boundary(camera.position());
+        let medium = camera.medium_in(&scene, &window);
+        let on_boundary = scene.is_cut_by_medium_boundary(camera.ray_origins(&window));
         Self {
             scene,
             camera,
@@ -308,7 +308,7 @@ impl RenderContext {
                     return None;
                 }
                 let ray = from.spawn_to(view.origin, -view.direction);
-                let factor = self.open_factor(&ray, self.scene.medium_of_light(*light), lambda) * scale;
+                let factor = self.open_factor(&ray, self.scene.medium_of_light(*light, &ray), lambda) * scale;
                 (!factor.is_black()).then_some((view, factor))
             }
             EmissionOrigin::Infinite => {

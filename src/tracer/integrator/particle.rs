@@ -47,8 +47,7 @@ impl Integrator for ParticleTracer {
         {
             send_light(out, view.uv, lambda.to_xyz(emitted * factor), group);
         }
-        let medium = scene.medium_of_light(emission.light);
-        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted, medium) else { return };
+        let Some(subpath) = scene.light_subpath(lambda, &emission, emitted) else { return };
         let ray = emission.ray();
         match (scene.tracing_mode(), scene.material_class()) {
             (TracingMode::Plain, MaterialClass::Diffuse) => {

@@ -8,6 +8,7 @@
 //! crossing     boundaries that lie in one place with other surfaces
 //! interface    which medium is on which side of a vertex
 //! place        the medium around a point, found by rays: that of a camera or of a lamp
+//! boundaries   whether a boundary goes through a lamp, or through the points at which the rays of a camera begin
 //! ```
 //!
 //! A vertex in a medium is a vertex whose bsdf is a [`PhaseFunction`] ([`SurfaceInteraction::in_medium`]), so that every integrator treats it
@@ -29,6 +30,7 @@
 //! left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
 //! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
 
+mod boundaries;
 mod crossing;
 mod flight;
 mod grid;
@@ -41,9 +43,11 @@ use glam::{Vec3, Vec4};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{MediumDesc, MediumId, MediumInterface, Name};
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::interaction::SurfaceInteraction;
 use super::prepare::PrepareError;
+use boundaries::Boundaries;
 use grid::GridMedium;
 use homogeneous::HomogeneousMedium;
 
@@ -51,9 +55,6 @@ pub use flight::FreeFlight;
 pub(super) use flight::{EdgeWavelengths, FlightPiece};
 pub use interface::{MediumIndex, MediumSides, PathMedia};
 pub use phase::{MOST_LOBES, PhaseFunction};
-
-/// Shapes whose middles are remembered, at most.
-const MOST_MIDDLES: usize = 64;
 
 /// A medium that can be traced.
 #[derive(Clone, Debug)]
@@ -85,17 +86,18 @@ pub struct Media {
     media: Box<[Option<Medium>]>,
     /// What is behind and in front of each surface: interior, exterior. `None` for a surface that leaves the medium as it is.
     interfaces: Box<[Option<[MediumIndex; 2]>]>,
-    /// A point in the middle of each of some shapes that are boundaries.
-    middles: Box<[Vec3]>,
-    /// The medium around each source of light, in the order of [`Lights::source`](super::light::Lights::source).
-    of_sources: Box<[MediumIndex]>,
-    /// What an environment shines into.
+    /// Where boundaries are.
+    boundaries: Boundaries,
+    /// The medium that each source of light shines into, in the order of [`Lights::source`](super::light::Lights::source); `None` where it shines into
+    /// several.
+    of_sources: Box<[Option<MediumIndex>]>,
+    /// What is far outside, where no boundary tells.
     outside: MediumIndex,
 }
 
 impl Media {
-    /// The media of a description in rendering space; `None` where no surface and no camera names one, or the integrator knows surfaces only. Where the lights are is yet to be
-    /// [found](super::Scene::medium_around).
+    /// The media of a description in rendering space; `None` where no surface and no camera names one, or the integrator knows surfaces only. Where boundaries and lights are is yet
+    /// to be [found](super::Scene::place_lights_in_media).
     ///
     /// # Errors
     ///
@@ -122,14 +124,14 @@ impl Media {
         let interfaces = interfaces.collect::<Result<Box<_>, _>>()?;
         // What fills a scene without boundaries is the medium of its camera.
         let outside = desc.camera.medium.map(known).transpose()?.into();
-        let middles = desc.middles_of_boundaries().take(MOST_MIDDLES).collect();
-        Ok(Some(Self { media, interfaces, middles, of_sources: Box::default(), outside }))
+        let boundaries = Boundaries::default();
+        Ok(Some(Self { media, interfaces, boundaries, of_sources: Box::default(), outside }))
     }
 
-    /// These media, with those around sources of light of `before`.
+    /// These media, with the boundaries and those around sources of light of `before`.
     pub(super) fn with_places_of(self, before: &Self) -> Self {
-        let (of_sources, middles) = (before.of_sources.clone(), before.middles.clone());
-        Self { of_sources, middles, outside: before.outside, ..self }
+        let (of_sources, boundaries) = (before.of_sources.clone(), before.boundaries.clone());
+        Self { of_sources, boundaries, outside: before.outside, ..self }
     }
 
     #[inline]
@@ -156,10 +158,24 @@ impl Media {
         self.media.iter().flatten().any(is)
     }
 
-    /// The medium around a source of light.
+    /// The medium that a source of light shines into; `None` where that depends on the ray.
     #[inline]
-    pub(super) fn around_source(&self, source: u32) -> MediumIndex {
-        self.of_sources.get(source as usize).copied().unwrap_or(self.outside)
+    pub(super) fn of_source(&self, source: u32) -> Option<MediumIndex> {
+        self.of_sources.get(source as usize).copied().unwrap_or(Some(self.outside))
+    }
+
+    /// The share of light from infinitely far away that gets through a medium: nothing at the wavelengths that it takes light from.
+    pub(super) fn share_from_infinity(
+        &self,
+        medium: MediumIndex,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        let extinction = match self.get(medium).map(|medium| &medium.kind) {
+            None => Vec4::ZERO,
+            Some(MediumKind::Homogeneous(medium)) => medium.at(lambda).extinction,
+            Some(MediumKind::Grid(grid)) => grid.extinction_at_infinity(lambda),
+        };
+        SampledSpectrum(Vec4::select(extinction.cmpgt(Vec4::ZERO), Vec4::ZERO, Vec4::ONE))
     }
 
     /// The phase function of a medium; `None` for vacuum.

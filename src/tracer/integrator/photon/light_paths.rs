@@ -18,7 +18,7 @@ use crate::tracer::photon_map::{
     Arrival, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::record::PathEvent;
-use crate::tracer::subpath::{Subpath, SubpathVertex};
+use crate::tracer::subpath::SubpathVertex;
 use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::tracer::{PhotonPaths, PhotonScratch, PhotonTracer};
@@ -120,8 +120,7 @@ fn trace_light_path<B: Scattering>(
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.emitted(&emission, &lambda);
     let group = scene.lights.group(emission.light).unwrap_or_default();
-    let medium = scene.medium_of_light(emission.light);
-    let Some(mut subpath) = Subpath::from_light(lambda, &emission, emitted, medium) else { return };
+    let Some(mut subpath) = scene.light_subpath(lambda, &emission, emitted) else { return };
     B::record(|| PathEvent::Begins((&subpath.walk).into()));
     let mut ray = emission.ray();
     let mut spread = false;
