@@ -1,11 +1,12 @@
-//! Lamps and cameras across boundaries of media.
+//! Lamps and cameras across boundaries of media, and lamps upon them.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use pointillist::scene::desc::*;
+use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
 use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::medium::MediumIndex;
@@ -122,7 +123,7 @@ fn m13_light_from_infinity_ends_in_fog() {
     desc.camera.medium = Some(medium(&mut desc, 0.2, 0.9, PhaseDesc::Isotropic));
     let matt = material(&mut desc, grey(0.5));
     shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 4.0), 1.0), DAffine3::IDENTITY, matt, 0.0);
-    let irradiance = pointillist::spectrum::Spectrum::Constant(1.0);
+    let irradiance = Spectrum::Constant(1.0);
     let direction = DVec3::Z;
     desc.lights.push(LightDesc::Directional { direction, irradiance, place: Place::default() });
     for method in [Method::Path, Method::Particle, Method::Bidirectional, Method::Photon, Method::Vcm] {
@@ -194,6 +195,53 @@ fn m14_near_clip_plane_in_fog() {
         measure: STANDARD_ERRORS,
         figure: largest_distance(&desc, &methods, PLAN, expected),
         naive: ("the medium around the lens", apart(mean_in(around_the_lens, 1 << 12), (expected, 0.0))),
+        bound: DISTANCE,
+    }
+    .check();
+}
+
+/// A lamp that is half holes lies in the top of fog, over another one: what shows through the holes comes through the fog. In either order of
+/// the shapes; of another size than the fog or of the same, and of that also with its back to the camera, where one face is the back of the other.
+#[test]
+fn m15_lamp_with_holes_upon_fog() {
+    let expected_of = |front: bool| f64::from(u8::from(front)) + 0.5 * (-0.8f64).exp();
+    let (mut figure, mut naive) = (0f64, 0f64);
+    for (lamp_first, side, front) in [
+        (true, 0.7, true),
+        (false, 0.7, true),
+        (true, 1.0, true),
+        (false, 1.0, true),
+        (true, 1.0, false),
+        (false, 1.0, false),
+    ] {
+        let mut desc = empty();
+        desc.camera = look(DVec3::new(0.1, 0.2, 2.0), DVec3::NEG_Z, 0.01);
+        let black = material(&mut desc, grey(0.0));
+        let holes = MaskDesc { bsdf: black, opacity: Spectrum::Constant(0.5).into() }.into();
+        let holes = material(&mut desc, holes);
+        let turn = if front { DQuat::IDENTITY } else { DQuat::from_rotation_x(PI) };
+        let lamp = DAffine3::from_scale_rotation_translation(DVec3::splat(side), turn, DVec3::Z);
+        if lamp_first {
+            shape(&mut desc, ShapeKind::Rectangle, lamp, holes, 1.0);
+        }
+        let fog = medium(&mut desc, 1.0, 0.0, PhaseDesc::Isotropic);
+        let to_world = cube(DVec3::new(-1.0, -1.0, 0.2), DVec3::ONE);
+        boundary(&mut desc, ShapeKind::Cube, to_world, fog);
+        if !lamp_first {
+            shape(&mut desc, ShapeKind::Rectangle, lamp, holes, 1.0);
+        }
+        shape(&mut desc, ShapeKind::Rectangle, DAffine3::from_scale(DVec3::splat(2.0)), black, 1.0);
+        let expected = expected_of(front);
+        let methods = [Method::Path, Method::Bidirectional, Method::Photon];
+        figure = figure.max(largest_distance(&desc, &methods, PLAN, expected));
+        let no_fog = expected + 0.5 * (1.0 - (-0.8f64).exp());
+        naive = naive.max(apart((no_fog, 0.0), (expected, 0.0)));
+    }
+    Row {
+        case: "M15 fog below a lamp with holes",
+        measure: STANDARD_ERRORS,
+        figure,
+        naive: ("the boundary is missed", naive),
         bound: DISTANCE,
     }
     .check();

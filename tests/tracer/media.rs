@@ -228,6 +228,35 @@ fn boxes_that_a_boundary_cuts() {
     }
 }
 
+/// A floor that is as large as the bottom of the fog on it hides that from below, though one face is the back of the other.
+#[test]
+fn fog_hides_no_floor_of_its_size() {
+    for floor_first in [true, false] {
+        let mut desc = empty();
+        let black = material(&mut desc, grey(0.0));
+        let floor = |desc: &mut SceneDesc| {
+            let to_world = DAffine3::from_translation(DVec3::NEG_Z);
+            shape(desc, ShapeKind::Rectangle, to_world, black, 0.0);
+        };
+        if floor_first {
+            floor(&mut desc);
+        }
+        let fog = medium(&mut desc, 1.0, 0.0, PhaseDesc::Isotropic);
+        boundary(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, fog);
+        if !floor_first {
+            floor(&mut desc);
+        }
+        environment(&mut desc);
+        for (from, towards) in [(DVec3::Z * -3.0, DVec3::Z), (DVec3::ZERO, DVec3::NEG_Z)] {
+            desc.camera = look(from, towards, 10.0);
+            assert_eq!(mean(&desc, 256).0, 0.0, "from {from}, floor first: {floor_first}");
+        }
+        desc.camera = look(DVec3::ZERO, DVec3::Z, 0.01);
+        let (found, error) = mean(&desc, 1 << 14);
+        assert!((found - (-1f64).exp()).abs() <= 4.0 * error, "upwards: {found} ± {error}");
+    }
+}
+
 /// A camera finds out by itself what it is in, wherever it has moved.
 #[test]
 fn a_camera_that_moves_knows_its_medium() {

@@ -1,5 +1,5 @@
 //! Where the boundaries of media are: whether one may go through a box, as around a lamp or around the points at which the rays of a camera
-//! begin. There are several media in that box then.
+//! begin. There are several media in that box then. Or whether one may lie upon another surface.
 
 use std::sync::Arc;
 
@@ -22,11 +22,17 @@ type Bounds = [Vec3; 2];
 
 /// The boundaries of a scene, in rendering space.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Boundaries(Arc<[Boundary]>);
+pub(super) struct Boundaries {
+    all: Arc<[Boundary]>,
+    /// For each surface, whether another shape that is a boundary may touch it.
+    touched: Arc<[bool]>,
+}
 
 /// The boundary that one shape is.
 #[derive(Debug)]
 struct Boundary {
+    /// Index of the shape; of the instance that shows it.
+    shape: usize,
     bounds: Bounds,
     extent: Extent,
 }
@@ -47,27 +53,41 @@ impl Boundaries {
     /// Those of a description in rendering space.
     pub(super) fn of(desc: &SceneDesc) -> Self {
         let (mut all, mut left) = (Vec::new(), MOST_FACES);
-        for shape in &desc.shapes {
+        for (i, shape) in desc.shapes.iter().enumerate() {
             let around = match shape.kind {
                 ShapeKind::Instance(_) => shape.to_world,
                 _ => DAffine3::IDENTITY,
             };
             for part in desc.parts(shape).iter().filter(|part| part.medium_interface.is_transition()) {
                 let Some(bounds) = bounds_of(desc, part, around) else { continue };
-                all.push(Boundary { bounds, extent: extent_of(desc, part, around, &mut left) });
+                all.push(Boundary { shape: i, bounds, extent: extent_of(desc, part, around, &mut left) });
             }
         }
-        Self(all.into())
+        let touch = |(i, shape): (usize, &ShapeDesc)| {
+            let bounds = bounds_of(desc, shape, DAffine3::IDENTITY);
+            bounds.is_some_and(|bounds| all.iter().any(|other| other.shape != i && other.cuts(bounds)))
+        };
+        let of_shapes = desc.shapes.iter().enumerate().map(touch);
+        // Wherever instances show them.
+        let of_groups = desc.groups.iter().flat_map(|group| &group.shapes).map(|_| !all.is_empty());
+        let touched = of_shapes.chain(of_groups).collect();
+        Self { all: all.into(), touched }
     }
 
     /// True where a boundary goes through this box, but for rounding.
     pub(super) fn cut(&self, area: Bounds) -> bool {
-        self.0.iter().any(|boundary| boundary.cuts(area))
+        self.all.iter().any(|boundary| boundary.cuts(area))
+    }
+
+    /// True where another shape that is a boundary may touch this surface.
+    #[inline]
+    pub(super) fn touched(&self, surface: u32) -> bool {
+        self.touched.get(surface as usize).is_some_and(|touched| *touched)
     }
 
     /// A point in the middle of each.
     pub(super) fn middles(&self) -> impl Iterator<Item = Vec3> {
-        self.0.iter().map(|boundary| 0.5 * (boundary.bounds[0] + boundary.bounds[1]))
+        self.all.iter().map(|boundary| 0.5 * (boundary.bounds[0] + boundary.bounds[1]))
     }
 }
 

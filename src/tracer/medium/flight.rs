@@ -69,14 +69,13 @@ impl Scene {
             if meets(ray, &at, self.opacity(&at)) || passed == MOST_PASSED {
                 return Some(at);
             }
-            let beside = self.beside(&at, ray.direction);
-            if let Some(other) = beside
-                && meets(ray, &other, self.opacity(&other))
-            {
-                return Some(other);
+            let beside = self.beside(media, &at, ray.direction);
+            let met = beside.iter().find(|other| meets(ray, other, self.opacity(other)));
+            if let Some(other) = met {
+                return Some(*other);
             }
             passed += 1;
-            walk.medium = media.behind_both(&at, beside.as_ref(), ray.direction, walk.medium);
+            walk.medium = media.behind_all(&at, &beside, ray.direction, walk.medium);
             *ray = past(ray, &at);
         }
     }
@@ -308,13 +307,13 @@ impl Scene {
             }
             let Some(at) = at else { break };
             share *= passes(&at, self.opacity(&at));
-            let beside = self.beside(&at, ray.direction);
-            share *= beside.map_or(1.0, |other| passes(&other, self.opacity(&other)));
+            let beside = self.beside(media, &at, ray.direction);
+            share *= beside.iter().map(|other| passes(other, self.opacity(other))).product::<f32>();
             if share == 0.0 || passed == MOST_PASSED {
                 return SampledSpectrum::ZERO;
             }
             passed += 1;
-            medium = media.behind_both(&at, beside.as_ref(), ray.direction, medium);
+            medium = media.behind_all(&at, &beside, ray.direction, medium);
             ray = past(&ray, &at);
             beyond = if ray.t_max > 0.0 { beyond } else { 0.0 };
             ray.t_max = ray.t_max.max(0.0);

@@ -5,7 +5,7 @@
 //! homogeneous  coefficients that are the same everywhere
 //! grid         coefficients that vary: delta and ratio tracking
 //! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
-//! crossing     boundaries that lie in one place with other surfaces
+//! crossing     boundaries that lie in one place with each other, and with other surfaces
 //! interface    which medium is on which side of a vertex
 //! place        the medium around a point, found by rays: that of a camera or of a lamp
 //! boundaries   whether a boundary goes through a lamp, or through the points at which the rays of a camera begin
@@ -39,13 +39,12 @@ mod interface;
 mod phase;
 mod place;
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{MediumDesc, MediumId, MediumInterface, Name};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-use super::interaction::SurfaceInteraction;
 use super::prepare::PrepareError;
 use boundaries::Boundaries;
 use grid::GridMedium;
@@ -145,11 +144,10 @@ impl Media {
         *self.interfaces.get(surface as usize)?
     }
 
-    /// The medium behind the surface at `hit` of a path that goes straight on in the direction `d`.
+    /// True where another shape that is a boundary may lie upon a surface.
     #[inline]
-    pub(super) fn behind(&self, hit: &SurfaceInteraction, d: Vec3, medium: MediumIndex) -> MediumIndex {
-        let sides = self.interface(hit.surface);
-        sides.map_or(medium, |sides| MediumSides(sides).towards(hit.point.ng, d))
+    fn may_touch_boundary(&self, surface: u32) -> bool {
+        self.boundaries.touched(surface)
     }
 
     /// True where some medium is a grid in which each wavelength has an extinction of its own.

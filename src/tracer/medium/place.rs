@@ -77,8 +77,8 @@ impl Scene {
     fn medium_seen(&self, media: &Media, mut ray: Ray) -> Option<MediumIndex> {
         for _ in 0..MOST_SURFACES {
             let at = self.first(&ray)?;
-            let beside = self.beside(&at, ray.direction);
-            if let Some(medium) = media.before_both(&at, beside.as_ref(), ray.direction) {
+            let beside = self.beside(media, &at, ray.direction);
+            if let Some(medium) = media.before_all(&at, &beside, ray.direction) {
                 return Some(medium);
             }
             ray = at.spawn(ray.direction);
