@@ -11,6 +11,9 @@ use crate::scene::desc::{ShapeDesc, ShapeKind};
 /// Most triangles that are kept. A boundary of more counts as if it filled its bounding box.
 const MOST_FACES: usize = 1 << 18;
 
+/// Most triangles of a boundary that are asked for every surface whether they touch it.
+const FEW_FACES: usize = 1 << 10;
+
 /// Lengths below this share of the coordinates are none: rounding moves surfaces, and points at which rays begin, by less.
 const ACCURACY: f32 = 32.0 * f32::EPSILON;
 
@@ -65,7 +68,7 @@ impl Boundaries {
         }
         let touch = |(i, shape): (usize, &ShapeDesc)| {
             let bounds = bounds_of(desc, shape, DAffine3::IDENTITY);
-            bounds.is_some_and(|bounds| all.iter().any(|other| other.shape != i && other.cuts(bounds)))
+            bounds.is_some_and(|bounds| all.iter().any(|other| other.shape != i && other.may_touch(bounds)))
         };
         let of_shapes = desc.shapes.iter().enumerate().map(touch);
         // Wherever instances show them.
@@ -92,6 +95,14 @@ impl Boundaries {
 }
 
 impl Boundary {
+    /// As [`cuts`](Self::cuts), which takes too long for all surfaces where triangles are many: then by the bounds alone.
+    fn may_touch(&self, area: Bounds) -> bool {
+        match &self.extent {
+            Extent::Triangles(triangles) if triangles.len() > FEW_FACES => meet(self.bounds, area),
+            _ => self.cuts(area),
+        }
+    }
+
     fn cuts(&self, area: Bounds) -> bool {
         meet(self.bounds, area)
             && match &self.extent {

@@ -101,7 +101,7 @@ impl Scene {
         let [before, behind] = [-d, d].map(|d| safe_origin(p, error, ng, d));
         // With the point at which that ray begins.
         let across = Ray::between(before, behind, 1.0 + f32::EPSILON);
-        let mut others = Vec::from_iter(self.other_side(media, at));
+        let mut others: Vec<_> = self.other_side(media, at).into_iter().collect();
         let mut next = self.accel().closest_except(&across, &[at.hit.id()]);
         if next.is_none() {
             return others;
