@@ -77,8 +77,11 @@ impl RenderContext {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, mut photons, .. } = *desc;
         photons.initial_radius = photons.initial_radius.map(|radius| scene.space().length(radius));
         let screen = ScreenSampling::Even;
-        let medium = camera.medium_in(&scene, &window);
-        let on_boundary = scene.is_cut_by_medium_boundary(camera.ray_origins(&window));
+        // Of the whole picture, so that another window of it may take the place of this one.
+        let UvWindow { min, max } = window;
+        let all = UvWindow { min: min.map(|c| c.min(0.0)), max: max.map(|c| c.max(1.0)) };
+        let medium = camera.medium_in(&scene, &all);
+        let on_boundary = scene.is_cut_by_medium_boundary(camera.ray_origins(&all));
         Self {
             scene,
             camera,

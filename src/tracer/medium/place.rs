@@ -1,7 +1,7 @@
 //! The medium around a point, found by rays: files need not say which medium a lamp or a camera that moves is in.
 //!
 //! Where a boundary goes through a lamp, or through the points at which the rays of a camera begin, each ray looks for the medium that it begins
-//! in, by the first boundary ahead. This costs as much as a segment of a path more, and only what lies so pays for it.
+//! in, by the first boundary ahead. That is one more ray for each of them, and only what lies so pays for it.
 
 use std::sync::Arc;
 
