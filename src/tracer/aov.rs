@@ -5,6 +5,7 @@ use glam::{DVec4, Vec3};
 use crate::color::profile::rec709_from_xyz;
 use crate::scene::desc::{AovDesc, AovKind};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths, Spectrum};
+use crate::stream::UvWindow;
 
 use super::accel::Ray;
 use super::interaction::SurfaceInteraction;
@@ -41,7 +42,7 @@ impl<'a> AovTracer<'a> {
         let kinds: Vec<AovKind> = layers.iter().map(|layer| layer.kind).collect();
         let of_media = [AovKind::Transmittance, AovKind::ScatteringDepth];
         let asks_for_media = kinds.iter().any(|kind| of_media.contains(kind));
-        let medium = CameraMedium::of(scene, camera);
+        let medium = CameraMedium::of(scene, camera, &UvWindow::PICTURE);
         let mut tracer = Self { scene, kinds, asks_for_media, medium, lambdas, white: Vec3::ONE };
         tracer.white = tracer.color(|_, _| SampledSpectrum::ONE);
         tracer

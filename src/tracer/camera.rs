@@ -435,9 +435,34 @@ impl Camera {
         (self.projection == Projection::Orthographic).then(|| self.axes.z_axis.as_vec3())
     }
 
-    /// The medium that it is in: by the surfaces around it, since it may have moved, or where there are none with media by its description.
-    pub fn medium_in(&self, scene: &Scene) -> MediumIndex {
-        scene.medium_around(self.position()).unwrap_or(self.medium)
+    /// Corners of the bounding box of the points in rendering space at which its [rays](Camera::ray) through `window` begin.
+    pub fn ray_origins(&self, window: &UvWindow) -> [Vec3; 2] {
+        let UvWindow { min, max } = window;
+        let uvs = [[min[0], min[1]], [min[0], max[1]], [max[0], min[1]], [max[0], max[1]]]
+            .map(|[x, y]| DVec2::new(f64::from(x), f64::from(y)));
+        // The corners of a square around the lens.
+        let on_lens = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]]
+            .map(|corner| DVec2::from_array(corner) * self.aperture);
+        let origins = uvs.into_iter().flat_map(|uv| {
+            let xy = self.offset + self.scale * uv;
+            on_lens.map(|on_lens| {
+                let across = match self.projection {
+                    Projection::Orthographic => xy,
+                    Projection::Pinhole | Projection::Lens => {
+                        on_lens + (xy - on_lens * self.focus) * self.near
+                    }
+                };
+                (self.position + self.axes.mul_vec3(across.extend(self.near))).as_vec3()
+            })
+        });
+        origins.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+    }
+
+    /// The medium in which its rays through `window` begin: by the surfaces around, since it may have moved, or where there are none with media by
+    /// its description.
+    pub fn medium_in(&self, scene: &Scene, window: &UvWindow) -> MediumIndex {
+        let [low, high] = self.ray_origins(window);
+        scene.medium_around(0.5 * (low + high)).unwrap_or(self.medium)
     }
 
     /// Position in rendering space: the pinhole, the centre of the lens, or of the plane that parallel rays begin at.

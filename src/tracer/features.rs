@@ -9,7 +9,7 @@ use super::Scene;
 use super::accel::Ray;
 use super::bsdf::{Bsdf, ScatteringModel};
 use super::interaction::SurfaceInteraction;
-use super::medium::{MarchSteps, Media, MediumIndex};
+use super::medium::{MarchSteps, MediumIndex};
 use super::opacity::meets;
 use super::vertex::SurfaceVertex;
 use crate::spectrum::SampledWavelengths;
@@ -47,7 +47,7 @@ pub struct Features {
 /// where there is nothing. Random decisions are made as by numbers in the middle of their range, so that equal surfaces have equal features.
 pub fn features(scene: &Scene, mut ray: Ray, medium: MediumIndex, lambda: &SampledWavelengths) -> Features {
     let (mut throughput, mut distance) = (Vec3::ONE, 0.0);
-    let mut fog = scene.media().map(|media| Fog::new(media, medium, *lambda));
+    let mut fog = scene.media().map(|_| Fog::new(medium, *lambda));
     let mut lambda = *lambda;
     for deltas in 0..MOST_DELTAS {
         let is_detached = deltas > 0;
@@ -75,7 +75,7 @@ pub fn features(scene: &Scene, mut ray: Ray, medium: MediumIndex, lambda: &Sampl
         }
         let d = vertex.frame.to_world(sample.wi);
         if let Some(fog) = &mut fog {
-            fog.medium = fog.media.behind(&vertex.hit, d, fog.medium);
+            fog.medium = scene.medium_towards(&vertex.hit, d, fog.medium);
         }
         ray = vertex.hit.spawn(d);
     }
@@ -83,8 +83,7 @@ pub fn features(scene: &Scene, mut ray: Ray, medium: MediumIndex, lambda: &Sampl
 }
 
 /// What media on the way do.
-struct Fog<'a> {
-    media: &'a Media,
+struct Fog {
     lambda: SampledWavelengths,
     /// The medium that the ray is in.
     medium: MediumIndex,
@@ -98,10 +97,10 @@ struct Fog<'a> {
     moment: f32,
 }
 
-impl<'a> Fog<'a> {
-    fn new(media: &'a Media, medium: MediumIndex, lambda: SampledWavelengths) -> Self {
+impl Fog {
+    fn new(medium: MediumIndex, lambda: SampledWavelengths) -> Self {
         let (transmittance, behind, scattered) = (Vec3::ONE, Vec3::ONE, Vec3::ZERO);
-        Self { media, lambda, medium, transmittance, behind, scattered, moment: 0.0 }
+        Self { lambda, medium, transmittance, behind, scattered, moment: 0.0 }
     }
 
     /// The first surface that `ray` meets, to whose beginning light came with `throughput` over a way of this length.

@@ -87,6 +87,23 @@ impl Primitives {
         }
     }
 
+    /// The surface on the other side of the primitive at a hit, where two lie back to back, seen from behind.
+    pub(super) fn other_side(&self, at: &SurfaceInteraction) -> Option<SurfaceInteraction> {
+        if self.backs.is_empty() {
+            return None;
+        }
+        let record = match self.faces.get(at.hit.prim) {
+            Some(face) => self.faces.record(face),
+            None => self.round[at.hit.prim as usize - self.faces.count()],
+        };
+        let BackSurface { surface, light } = *self.backs.get(record.back as usize)?;
+        let (surface, light) =
+            if at.surface == surface { (record.surface, record.light) } else { (surface, light) };
+        let point = SurfacePoint { ng: -at.point.ng, ..at.point };
+        let light = (light != NONE).then_some(light);
+        Some(SurfaceInteraction { point, n: -at.n, surface, light, ..*at })
+    }
+
     /// Where the group is that has the surface of `at`, if it is one of a group.
     pub(super) fn placement(&self, at: &SurfaceInteraction) -> Option<&Placement> {
         self.placements.get(at.hit.instance as usize)

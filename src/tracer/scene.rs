@@ -158,10 +158,11 @@ impl Scene {
         self.media.as_deref()
     }
 
-    /// The medium that a light shines into.
+    /// The medium in which `ray`, which leaves a light, begins.
     #[inline]
-    pub(super) fn medium_of_light(&self, light: u32) -> MediumIndex {
-        self.media().map_or(MediumIndex::VACUUM, |media| media.around_source(self.lights.source(light)))
+    pub(super) fn medium_of_light(&self, light: u32, ray: &Ray) -> MediumIndex {
+        let Some(media) = self.media() else { return MediumIndex::VACUUM };
+        media.of_source(self.lights.source(light)).unwrap_or_else(|| self.medium_ahead(ray))
     }
 
     /// The phase function of a medium; in vacuum, where nothing scatters, that of all directions alike.

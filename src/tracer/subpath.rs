@@ -165,6 +165,28 @@ impl Subpath<false> {
     }
 }
 
+impl Scene {
+    /// The subpath that begins with `emission` of the spectrum `emitted`; `None` as of [`Subpath::from_light`], and where the light comes
+    /// infinitely far through a medium that takes all of it.
+    #[inline]
+    pub(super) fn light_subpath(
+        &self,
+        lambda: SampledWavelengths,
+        emission: &Emission,
+        emitted: SampledSpectrum,
+    ) -> Option<Subpath<true>> {
+        let Some(media) = self.media() else {
+            return Subpath::from_light(lambda, emission, emitted, MediumIndex::VACUUM);
+        };
+        let medium = self.medium_of_light(emission.light, &emission.ray());
+        let arriving = match emission.pdf.origin.is_far() {
+            true => emitted * media.share_from_infinity(medium, &lambda),
+            false => emitted,
+        };
+        Subpath::from_light(lambda, emission, arriving, medium)
+    }
+}
+
 impl Subpath<true> {
     /// A subpath that begins with `emission` of the spectrum `emitted` in `medium`; `None` when that is black, or no number, which is a fault.
     pub fn from_light(

@@ -35,8 +35,8 @@ impl<B: Scattering> SurfaceVertex<B> {
         lambda: &SampledWavelengths,
         medium: MediumIndex,
     ) -> Self {
-        let media = B::Media::at(medium, || scene.media()?.interface(hit.surface));
         if B::Media::PRESENT && hit.is_in_medium() {
+            let media = B::Media::at(medium, || None);
             let (frame, bsdf) = (Frame::new(hit.wo), B::of_phase(scene.phase_function(medium)));
             return Self { frame, bsdf, wo: Vec3::Z, hit, media };
         }
@@ -48,6 +48,7 @@ impl<B: Scattering> SurfaceVertex<B> {
             // A copy, so that the compiler keeps the hit in registers.
             true => Self::parametrized(scene, &{ hit }, lambda),
         };
+        let media = B::Media::at(medium, || scene.media_at(&hit, medium, bsdf.transmits()));
         Self { frame, bsdf, wo: frame.to_local(hit.wo), hit, media }
     }
 

@@ -63,13 +63,13 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         Self { throughput: self.throughput * share, relative: self.relative * count as f32, ..*self }
     }
 
-    /// Goes straight on in the direction `d` behind the surface at `hit`, which the walk has passed.
+    /// Goes straight on in the direction `d` behind the surface at `hit`, which the walk has passed, and all else in its place.
     #[inline(always)]
     pub(super) fn pass<B: Scattering>(&mut self, scene: &Scene, hit: &SurfaceInteraction, d: Vec3) {
         if B::Media::PRESENT
             && let Some(media) = scene.media()
         {
-            self.medium = media.behind(hit, d, self.medium);
+            self.medium = scene.medium_behind(media, hit, d, self.medium);
         }
     }
 

@@ -1,5 +1,7 @@
 //! A thousand broken scene files and a thousand broken meshes: each is read, or refused with a place.
 
+use std::path::Path;
+
 use crate::guard::{folder, outcome, outcome_with, write};
 use crate::messages::assert_has_place;
 use pointillist::math::random::Random;
@@ -137,6 +139,45 @@ fn number(bytes: &mut Vec<u8>, at: usize, new: &str) {
     }
 }
 
+/// A file of a scene, and how it is broken.
+pub struct Broken<'a> {
+    pub folder: &'a Path,
+    /// Its name in the folder, which has `scene.xml`.
+    pub file: &'a str,
+    pub whole: &'a [u8],
+    pub pieces: &'a [&'a str],
+    pub seed: u64,
+    /// A copy has from one to so many changes.
+    pub most_changes: usize,
+    /// Files that a message may be about.
+    pub places: &'a [&'a str],
+    pub lenient: bool,
+}
+
+impl Broken<'_> {
+    /// Breaks a thousand copies and has each read. Returns how many were refused, with a place, and how many were read.
+    pub fn thousand(&self) -> [usize; 2] {
+        let mut random = Random(self.seed);
+        let (mut refused, mut read) = (0, 0);
+        for i in 0..1000 {
+            let mut bytes = self.whole.to_vec();
+            for _ in 0..=random.below(self.most_changes) {
+                corrupt(&mut bytes, &mut random, self.pieces);
+            }
+            write(self.folder, self.file, &bytes);
+            let what = format!("{} {i}: {}", self.file, String::from_utf8_lossy(&bytes));
+            match outcome_with(self.folder, &what, self.lenient) {
+                Ok(()) => read += 1,
+                Err(shown) => {
+                    assert_has_place(&what, &shown, self.places);
+                    refused += 1;
+                }
+            }
+        }
+        [refused, read]
+    }
+}
+
 const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 <!-- A scene with a little of everything. -->
 <scene version="3.0.0">
@@ -258,20 +299,17 @@ fn a_thousand_broken_scenes() {
     write(&folder, "mesh.obj", mesh().as_bytes());
     write(&folder, "scene.xml", SCENE.as_bytes());
     assert_eq!(outcome(&folder, "the whole scene"), Ok(()));
-    let mut random = Random(20_261_121);
-    let mut refused = 0;
-    for i in 0..1000 {
-        let mut bytes = SCENE.as_bytes().to_vec();
-        for _ in 0..=random.below(3) {
-            corrupt(&mut bytes, &mut random, PIECES);
-        }
-        write(&folder, "scene.xml", &bytes);
-        let what = format!("scene {i}: {}", String::from_utf8_lossy(&bytes));
-        if let Err(shown) = outcome(&folder, &what) {
-            assert_has_place(&what, &shown, &["scene.xml", "part.xml", "mesh.obj"]);
-            refused += 1;
-        }
+    let [refused, _] = Broken {
+        folder: &folder,
+        file: "scene.xml",
+        whole: SCENE.as_bytes(),
+        pieces: PIECES,
+        seed: 20_261_121,
+        most_changes: 3,
+        places: &["scene.xml", "part.xml", "mesh.obj"],
+        lenient: false,
     }
+    .thousand();
     assert!(refused > 500, "only {refused} of 1000 were refused: are they broken at all?");
 }
 
@@ -281,23 +319,17 @@ fn a_thousand_broken_old_scenes() {
     write(&folder, "scene.xml", OLD.as_bytes());
     assert_eq!(outcome_with(&folder, "the whole scene", true), Ok(()));
     assert!(outcome(&folder, "the whole scene").is_err());
-    let mut random = Random(60_606);
-    let (mut refused, mut read) = (0, 0);
-    for i in 0..1000 {
-        let mut bytes = OLD.as_bytes().to_vec();
-        for _ in 0..=random.below(3) {
-            corrupt(&mut bytes, &mut random, PIECES);
-        }
-        write(&folder, "scene.xml", &bytes);
-        let what = format!("old scene {i}: {}", String::from_utf8_lossy(&bytes));
-        match outcome_with(&folder, &what, true) {
-            Ok(()) => read += 1,
-            Err(shown) => {
-                assert_has_place(&what, &shown, &["scene.xml"]);
-                refused += 1;
-            }
-        }
+    let [refused, read] = Broken {
+        folder: &folder,
+        file: "scene.xml",
+        whole: OLD.as_bytes(),
+        pieces: PIECES,
+        seed: 60_606,
+        most_changes: 3,
+        places: &["scene.xml"],
+        lenient: true,
     }
+    .thousand();
     assert!(refused > 500 && read > 50, "{refused} refused, {read} read");
 }
 
@@ -306,23 +338,17 @@ fn a_thousand_broken_meshes() {
     let folder = folder("broken_meshes");
     write(&folder, "part.xml", PART.as_bytes());
     write(&folder, "scene.xml", SCENE.as_bytes());
-    let mut random = Random(4_711);
-    let (mut refused, mut read) = (0, 0);
-    for i in 0..1000 {
-        let mut bytes = mesh().into_bytes();
-        for _ in 0..=random.below(4) {
-            corrupt(&mut bytes, &mut random, LINES);
-        }
-        write(&folder, "mesh.obj", &bytes);
-        let what = format!("mesh {i}: {}", String::from_utf8_lossy(&bytes));
-        match outcome(&folder, &what) {
-            Ok(()) => read += 1,
-            Err(shown) => {
-                assert_has_place(&what, &shown, &["mesh.obj"]);
-                refused += 1;
-            }
-        }
+    let [refused, read] = Broken {
+        folder: &folder,
+        file: "mesh.obj",
+        whole: mesh().as_bytes(),
+        pieces: LINES,
+        seed: 4_711,
+        most_changes: 4,
+        places: &["mesh.obj"],
+        lenient: false,
     }
+    .thousand();
     assert!(refused > 50 && read > 50, "{refused} refused, {read} read");
 }
 
@@ -336,22 +362,16 @@ fn a_thousand_broken_saved_files() {
     let saved = SAVED.replace("scene.xml", "original.xml");
     write(&folder, "scene.xml", saved.as_bytes());
     assert_eq!(outcome(&folder, "the whole file"), Ok(()));
-    let mut random = Random(5_050);
-    let (mut refused, mut read) = (0, 0);
-    for i in 0..1000 {
-        let mut bytes = saved.as_bytes().to_vec();
-        for _ in 0..=random.below(3) {
-            corrupt(&mut bytes, &mut random, EDITS);
-        }
-        write(&folder, "scene.xml", &bytes);
-        let what = format!("saved file {i}: {}", String::from_utf8_lossy(&bytes));
-        match outcome(&folder, &what) {
-            Ok(()) => read += 1,
-            Err(shown) => {
-                assert_has_place(&what, &shown, &["scene.xml", "original.xml", "part.xml", "mesh.obj"]);
-                refused += 1;
-            }
-        }
+    let [refused, read] = Broken {
+        folder: &folder,
+        file: "scene.xml",
+        whole: saved.as_bytes(),
+        pieces: EDITS,
+        seed: 5_050,
+        most_changes: 3,
+        places: &["scene.xml", "original.xml", "part.xml", "mesh.obj"],
+        lenient: false,
     }
+    .thousand();
     assert!(refused > 500 && read > 10, "{refused} refused, {read} read");
 }

@@ -1,9 +1,8 @@
 //! Broken media: each is read, or refused with a place.
 
-use pointillist::math::random::Random;
 use pointillist::scene::load_str;
 
-use crate::corrupt::{NUMBERS, corrupt};
+use crate::corrupt::{Broken, NUMBERS};
 use crate::guard::{folder, guarded, outcome, write};
 use crate::messages::{assert_has_place, render};
 use pointillist::tracer::{Camera, Scene};
@@ -65,23 +64,17 @@ fn a_thousand_broken_media() {
     write(&folder, "grid.vol", &grid([1.0; 8]));
     write(&folder, "scene.xml", SCENE.as_bytes());
     assert_eq!(outcome(&folder, "the whole scene"), Ok(()));
-    let mut random = Random(20_261_130);
-    let (mut refused, mut read) = (0, 0);
-    for i in 0..1000 {
-        let mut bytes = SCENE.as_bytes().to_vec();
-        for _ in 0..=random.below(3) {
-            corrupt(&mut bytes, &mut random, PIECES);
-        }
-        write(&folder, "scene.xml", &bytes);
-        let what = format!("scene {i}: {}", String::from_utf8_lossy(&bytes));
-        match outcome(&folder, &what) {
-            Ok(()) => read += 1,
-            Err(shown) => {
-                assert_has_place(&what, &shown, &["scene.xml"]);
-                refused += 1;
-            }
-        }
+    let [refused, read] = Broken {
+        folder: &folder,
+        file: "scene.xml",
+        whole: SCENE.as_bytes(),
+        pieces: PIECES,
+        seed: 20_261_130,
+        most_changes: 3,
+        places: &["scene.xml"],
+        lenient: false,
     }
+    .thousand();
     assert!(refused > 500 && read > 20, "{refused} refused, {read} read");
 }
 

@@ -25,6 +25,7 @@ mod late;
 mod light_shapes;
 mod media;
 mod media_grids;
+mod media_places;
 mod mis_weights;
 mod photon_cases;
 mod photons;

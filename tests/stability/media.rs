@@ -77,13 +77,13 @@ fn add_floor(desc: &mut SceneDesc) {
 }
 
 /// Optical depth of a ray through boxes of media, where surfaces are crossed one at a time and a ray goes on behind what rounding puts into the
-/// place of the last. Shape `i` of the scene has `extinctions[i]` within; a shape without any ends the ray. Tells also whether one was met.
-fn depth_one_at_a_time(scene: &Scene, mut ray: Ray, extinctions: &[Option<f64>]) -> (f64, bool) {
+/// place of the last. Shape `i` of the scene has `extinctions[i]` within and around it; a shape without any ends the ray. Tells also whether one was met.
+fn depth_one_at_a_time(scene: &Scene, mut ray: Ray, extinctions: &[Option<[f64; 2]>]) -> (f64, bool) {
     let (mut depth, mut extinction) = (0.0, 0.0);
     while let Some(at) = scene.first(&ray) {
         depth += extinction * f64::from(at.hit.t);
-        let Some(inside) = extinctions[at.surface as usize] else { return (depth, true) };
-        extinction = if ray.direction.dot(at.point.ng) > 0.0 { 0.0 } else { inside };
+        let Some([inside, outside]) = extinctions[at.surface as usize] else { return (depth, true) };
+        extinction = if ray.direction.dot(at.point.ng) > 0.0 { outside } else { inside };
         ray = at.spawn(ray.direction);
     }
     (if extinction > 0.0 { f64::INFINITY } else { depth }, false)
@@ -113,7 +113,7 @@ fn m1_media_that_touch() {
             let expected = (-depth).exp();
             figure = figure.max(largest_distance(&desc, &METHODS, PLAN, expected));
             let scene = prepare(&desc);
-            let extinctions = [Some(boxes[0].0), Some(boxes[1].0), None];
+            let extinctions = [Some([boxes[0].0, 0.0]), Some([boxes[1].0, 0.0]), None];
             for up in [true, false] {
                 let (from, towards) = if up { (0.5, -downwards()) } else { (2.5, downwards()) };
                 let ray = Ray::new(Vec3::new(0.03, 0.02, from), towards.as_vec3());
@@ -125,6 +125,50 @@ fn m1_media_that_touch() {
     }
     Row {
         case: "M1 media that touch, an ulp apart or within each other, all methods",
+        measure: STANDARD_ERRORS,
+        figure,
+        naive: ("surfaces crossed one at a time", naive),
+        bound: DISTANCE,
+    }
+    .check();
+}
+
+/// A box of absorbing medium, and another one with a third within it upon it: three boundaries in one plane, in every order of the shapes.
+#[test]
+fn m1_three_boundaries_in_a_plane() {
+    const PLANE: f64 = 1.3;
+    let (mut figure, mut naive) = (0f64, 0f64);
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        let mut desc = lit_floor();
+        let [lower, upper, inner] = [1.0, 0.5, 2.0];
+        let ids = [lower, upper, inner]
+            .map(|extinction| medium(&mut desc, extinction as f32, 0.0, PhaseDesc::Isotropic));
+        // Extinction within and around, and the box; of different sizes, so that no face is the back of another.
+        let boxes = [
+            ([lower, 0.0], cube(DVec3::new(-2.0, -2.0, 1.0), DVec3::new(2.0, 2.0, PLANE))),
+            ([upper, 0.0], cube(DVec3::new(-2.5, -2.5, PLANE), DVec3::new(2.5, 2.5, 2.0))),
+            ([inner, upper], cube(DVec3::new(-1.5, -1.5, PLANE), DVec3::new(1.5, 1.5, 1.7))),
+        ];
+        for i in order {
+            boundary(&mut desc, ShapeKind::Cube, boxes[i].1, ids[i]);
+            let around = (i == 2).then_some(ids[1]);
+            desc.shapes.last_mut().unwrap().medium_interface.exterior = around;
+        }
+        add_floor(&mut desc);
+        let depth = lower * (PLANE - 1.0) + inner * (1.7 - PLANE) + upper * (2.0 - 1.7);
+        let expected = (-depth / -downwards().z).exp();
+        figure = figure.max(largest_distance(&desc, &METHODS, PLAN, expected));
+        let scene = prepare(&desc);
+        let [a, b, c] = order.map(|i| Some(boxes[i].0));
+        for up in [true, false] {
+            let (from, towards) = if up { (0.5, -downwards()) } else { (2.5, downwards()) };
+            let ray = Ray::new(Vec3::new(0.03, 0.02, from), towards.as_vec3());
+            let (depth, _) = depth_one_at_a_time(&scene, ray, &[a, b, c, None]);
+            naive = naive.max(apart(((-depth).exp(), 0.0), (expected, 0.0)));
+        }
+    }
+    Row {
+        case: "M1 three boundaries in one plane, all methods",
         measure: STANDARD_ERRORS,
         figure,
         naive: ("surfaces crossed one at a time", naive),
@@ -201,7 +245,7 @@ fn m1_fog_on_a_floor() {
         let expected = cells.sum::<f64>() / f64::from(steps * steps) * (-0.7 / -downwards().z).exp();
         figure = figure.max(largest_distance(&desc, &METHODS, PLAN, expected));
         let scene = prepare(&desc);
-        let extinctions = if floor_first { [None, Some(0.7)] } else { [Some(0.7), None] };
+        let extinctions = if floor_first { [None, Some([0.7, 0.0])] } else { [Some([0.7, 0.0]), None] };
         let ray = Ray::new(Vec3::new(0.03, 0.02, 1.5), Vec3::new(0.01, 0.02, -1.0).normalize());
         let (down, meets_floor) = depth_one_at_a_time(&scene, ray, &extinctions);
         // A ray that misses the floor sees nothing of its light.
@@ -221,7 +265,7 @@ fn m1_fog_on_a_floor() {
 }
 
 /// Mean over paths of a tracer with this context, and the variance of that mean.
-fn mean_in(context: RenderContext, paths: u64) -> (f64, f64) {
+pub(crate) fn mean_in(context: RenderContext, paths: u64) -> (f64, f64) {
     let tracer = PathTracer { context };
     let mut sink = Luminances::default();
     (0..paths).for_each(|i| tracer.trace(i, &mut (), &mut sink));
@@ -232,27 +276,29 @@ fn mean_in(context: RenderContext, paths: u64) -> (f64, f64) {
 #[test]
 fn m2_camera_on_a_boundary() {
     let (mut figure, mut naive) = (0f64, 0f64);
-    for (is_box, at) in [
-        (false, DVec3::NEG_Z),
-        (false, DVec3::new(0.36, -0.48, -0.8)),
-        (false, DVec3::new(0.6, 0.0, -0.8)),
-        (true, DVec3::new(0.2, 0.1, -1.0)),
-        (true, DVec3::new(1.0, 0.3, 0.0)),
+    let ball = || sphere(DVec3::ZERO, 1.0);
+    let turn = DAffine3::from_quat(DQuat::from_euler(EulerRot::XYZ, 0.3, 0.5, 0.7));
+    let to = DAffine3::from_translation;
+    // Rounding of a plane through the origin is not that of the camera there; far away it is more than both have elsewhere.
+    let through_origin = turn * to(DVec3::NEG_Z);
+    let far = to(DVec3::new(30.0, -70.0, 50.0)) * turn;
+    for (kind, to_world, at, inwards) in [
+        (ball(), DAffine3::IDENTITY, DVec3::NEG_Z, DVec3::Z),
+        (ball(), DAffine3::IDENTITY, DVec3::new(0.36, -0.48, -0.8), DVec3::new(-0.36, 0.48, 0.8)),
+        (ball(), DAffine3::IDENTITY, DVec3::new(0.6, 0.0, -0.8), DVec3::new(-0.6, 0.0, 0.8)),
+        (ball(), to(DVec3::NEG_Z), DVec3::Z, DVec3::NEG_Z),
+        (ball(), far, DVec3::new(0.36, -0.48, -0.8), DVec3::new(-0.36, 0.48, 0.8)),
+        (ShapeKind::Cube, DAffine3::IDENTITY, DVec3::new(0.2, 0.1, -1.0), DVec3::Z),
+        (ShapeKind::Cube, DAffine3::IDENTITY, DVec3::new(1.0, 0.3, 0.0), DVec3::NEG_X),
+        (ShapeKind::Cube, through_origin, DVec3::Z, DVec3::NEG_Z),
+        (ShapeKind::Cube, far, DVec3::new(0.2, 0.1, -1.0), DVec3::Z),
     ] {
-        let inwards = if is_box && at.x == 1.0 {
-            DVec3::NEG_X
-        } else if is_box {
-            DVec3::Z
-        } else {
-            -at
-        };
         for (towards, expected) in [(inwards, (-2f64).exp()), (-inwards, 1.0)] {
             let mut desc = empty();
             let smoke = medium(&mut desc, 1.0, 0.0, PhaseDesc::Isotropic);
-            let kind = if is_box { ShapeKind::Cube } else { sphere(DVec3::ZERO, 1.0) };
-            boundary(&mut desc, kind, DAffine3::IDENTITY, smoke);
+            boundary(&mut desc, kind.clone(), to_world, smoke);
             environment(&mut desc);
-            desc.camera = look(at, towards, 0.01);
+            desc.camera = look(to_world.transform_point3(at), to_world.transform_vector3(towards), 0.01);
             let methods = [Method::Path, Method::Bidirectional, Method::Photon];
             figure = figure.max(largest_distance(&desc, &methods, PLAN, expected));
             let camera = Camera::of(&desc).unwrap();
@@ -272,54 +318,82 @@ fn m2_camera_on_a_boundary() {
     .check();
 }
 
-/// Glass of the index of what is around it is no more than a boundary.
+/// Where glass is in [`milk_ball`].
+#[derive(Clone, Copy, PartialEq)]
+enum Glass {
+    None,
+    /// The boundary of the milk is of glass.
+    Boundary,
+    /// A ball of glass lies upon the boundary, before it in the list of shapes or behind it.
+    Upon {
+        first: bool,
+    },
+}
+
+/// A ball, `filled` with milk, over a floor; its glass has the index of what is around.
+fn milk_ball(glass: Glass, filled: bool) -> SceneDesc {
+    let mut desc = empty();
+    desc.camera = look(DVec3::new(0.0, -4.0, 1.5), DVec3::new(0.0, 4.0, -0.7), 35.0);
+    desc.integrator.max_depth = Some(16);
+    add_floor(&mut desc);
+    let index = Ior::Constant(1.5);
+    let matched = material(
+        &mut desc,
+        BsdfDesc::Dielectric(DielectricDesc {
+            int_ior: index.clone(),
+            ext_ior: index,
+            specular_reflectance: Spectrum::Constant(1.0).into(),
+            specular_transmittance: Spectrum::Constant(1.0).into(),
+        }),
+    );
+    let ball = || sphere(DVec3::new(0.0, 0.0, 0.9), 0.8);
+    if glass == (Glass::Upon { first: true }) {
+        shape(&mut desc, ball(), DAffine3::IDENTITY, matched, 0.0);
+    }
+    let milk = medium(&mut desc, 2.0, 0.8, PhaseDesc::HenyeyGreenstein { g: 0.5 });
+    boundary(&mut desc, ball(), DAffine3::IDENTITY, milk);
+    let last = desc.shapes.last_mut().unwrap();
+    last.medium_interface.interior = filled.then_some(milk);
+    if glass == Glass::Boundary {
+        last.bsdf = matched;
+    }
+    if glass == (Glass::Upon { first: false }) {
+        shape(&mut desc, ball(), DAffine3::IDENTITY, matched, 0.0);
+    }
+    environment(&mut desc);
+    let dark = material(&mut desc, grey(0.0));
+    let lamp = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(0.8),
+        DQuat::from_rotation_x(PI),
+        DVec3::new(0.5, 0.0, 3.0),
+    );
+    shape(&mut desc, ShapeKind::Rectangle, lamp, dark, 8.0);
+    desc
+}
+
+/// Glass of the index of what is around it is no more than a boundary, and nothing where it lies upon one.
 #[test]
 fn m3_glass_without_refraction() {
-    let scene = |glass_around: bool, filled: bool| {
-        let mut desc = empty();
-        desc.camera = look(DVec3::new(0.0, -4.0, 1.5), DVec3::new(0.0, 4.0, -0.7), 35.0);
-        desc.integrator.max_depth = Some(16);
-        add_floor(&mut desc);
-        let milk = medium(&mut desc, 2.0, 0.8, PhaseDesc::HenyeyGreenstein { g: 0.5 });
-        let inside = filled.then_some(milk);
-        boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 0.9), 0.8), DAffine3::IDENTITY, milk);
-        let last = desc.shapes.last_mut().unwrap();
-        last.medium_interface.interior = inside;
-        if glass_around {
-            let index = Ior::Constant(1.5);
-            let matched = BsdfDesc::Dielectric(DielectricDesc {
-                int_ior: index.clone(),
-                ext_ior: index,
-                specular_reflectance: Spectrum::Constant(1.0).into(),
-                specular_transmittance: Spectrum::Constant(1.0).into(),
-            });
-            let id = material(&mut desc, matched);
-            desc.shapes.last_mut().unwrap().bsdf = id;
-        }
-        environment(&mut desc);
-        let dark = material(&mut desc, grey(0.0));
-        let lamp = DAffine3::from_scale_rotation_translation(
-            DVec3::splat(0.8),
-            DQuat::from_rotation_x(PI),
-            DVec3::new(0.5, 0.0, 3.0),
-        );
-        shape(&mut desc, ShapeKind::Rectangle, lamp, dark, 8.0);
-        desc
-    };
     let plan = Plan { side: 4, paths_per_pixel: 1024, ..PLAN };
     for method in [Method::Path, Method::Bidirectional] {
-        let null = found(&scene(false, true), method, plan);
-        let matched = found(&scene(true, true), method, plan);
-        let empty = found(&scene(true, false), method, plan);
-        println!("{method:?}: null {null:?}, glass {matched:?}, empty {empty:?}");
-        Row {
-            case: &format!("M3 milk in glass of the index around it, against a bare boundary, {method:?}"),
-            measure: STANDARD_ERRORS,
-            figure: apart(matched, null),
-            naive: ("glass as a surface without media", apart(empty, null)),
-            bound: DISTANCE,
+        let null = found(&milk_ball(Glass::None, true), method, plan);
+        let empty = found(&milk_ball(Glass::Boundary, false), method, plan);
+        for (what, glass) in [
+            ("milk in glass of the index around it", Glass::Boundary),
+            ("a ball of such glass upon the boundary of milk", Glass::Upon { first: true }),
+            ("a ball of such glass behind the boundary of milk", Glass::Upon { first: false }),
+        ] {
+            let matched = found(&milk_ball(glass, true), method, plan);
+            println!("{method:?}: null {null:?}, glass {matched:?}, empty {empty:?}");
+            Row {
+                case: &format!("M3 {what}, against a bare boundary, {method:?}"),
+                measure: STANDARD_ERRORS,
+                figure: apart(matched, null),
+                naive: ("glass as a surface without media", apart(empty, null)),
+                bound: DISTANCE,
+            }
+            .check();
         }
-        .check();
     }
 }
 

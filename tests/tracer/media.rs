@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use crate::support::agreement::{Method, Plan, repeat};
 use crate::support::scenes::*;
@@ -10,8 +10,10 @@ use crate::support::welch;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
+use pointillist::tracer::bsdf::{CreditedBsdf, InMedia, Recorded};
 use pointillist::tracer::effects::{Effect, without};
 use pointillist::tracer::integrator::RenderContext;
+use pointillist::tracer::medium::FreeFlight;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 
 const HG: fn(f64) -> PhaseDesc = |g| PhaseDesc::HenyeyGreenstein { g };
@@ -45,7 +47,7 @@ fn floor_below_slab(sigma_t: f32) -> SceneDesc {
     let absorbing = medium(&mut desc, sigma_t, 0.0, PhaseDesc::Isotropic);
     let slab = DAffine3::from_scale_rotation_translation(
         DVec3::new(8.0, 8.0, 0.5),
-        glam::DQuat::IDENTITY,
+        DQuat::IDENTITY,
         DVec3::new(0.0, 0.0, 1.5),
     );
     boundary(&mut desc, ShapeKind::Cube, slab, absorbing);
@@ -245,6 +247,84 @@ fn a_medium_of_density_zero_is_invisible() {
     let nothing = medium(&mut desc, 0.0, 0.5, PhaseDesc::Isotropic);
     desc.camera.medium = Some(nothing);
     assert_eq!(before, luminances(&desc, 4096));
+}
+
+/// Code for media that serves scenes without any, of paths that are recorded or tell of groups of lights, draws no flights in these.
+#[test]
+fn flights_take_numbers_in_media_only() {
+    let mut desc = empty();
+    let asked = |desc: &SceneDesc| {
+        let (scene, mut numbers) = (prepare(desc), 0);
+        let mut number = || {
+            numbers += 1;
+            0.5
+        };
+        FreeFlight::of::<Recorded>(&scene, &mut number);
+        FreeFlight::of::<CreditedBsdf>(&scene, &mut number);
+        FreeFlight::of::<InMedia>(&scene, &mut number);
+        numbers
+    };
+    assert_eq!(asked(&desc), 0);
+    desc.camera.medium = Some(medium(&mut desc, 0.1, 0.5, PhaseDesc::Isotropic));
+    assert_eq!(asked(&desc), 3);
+}
+
+/// A boundary goes through a box where it does, but for rounding, and not where only its bounding box does.
+#[test]
+fn boxes_that_a_boundary_cuts() {
+    let turn = DQuat::from_rotation_z(PI / 4.0);
+    for center in [DVec3::ZERO, DVec3::new(500.0, -300.0, 200.0)] {
+        let cuts = |kind: ShapeKind, to_world: DAffine3, at: DVec3, half: f64| {
+            let mut desc = empty();
+            let fog = medium(&mut desc, 1.0, 0.5, PhaseDesc::Isotropic);
+            boundary(&mut desc, kind, DAffine3::from_translation(center) * to_world, fog);
+            let corners = [-half, half].map(|half| (center + at + half).as_vec3());
+            prepare(&desc).is_cut_by_medium_boundary(corners)
+        };
+        let cube = |at, half| cuts(ShapeKind::Cube, DAffine3::from_quat(turn), at, half);
+        let on_face = DVec3::new(0.5f64.sqrt(), 0.5f64.sqrt(), 0.3);
+        assert!(cube(on_face, 0.0) && cube(on_face, 0.1) && cube(on_face * 0.95, 0.1));
+        assert!(cube(DVec3::ZERO, 1.0) && cube(DVec3::ZERO, 10.0));
+        // In the bounding box of that face.
+        assert!(
+            !cube(DVec3::new(0.9, 0.0, 0.3), 0.0) && !cube(on_face * 0.9, 0.01) && !cube(DVec3::ZERO, 0.5)
+        );
+        assert!(!cube(on_face * 1.1, 0.01) && !cube(DVec3::X * 9.0, 1.0));
+        let ball = |at, half| cuts(sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, at, half);
+        assert!(ball(DVec3::new(0.36, -0.48, 0.8), 0.0) && ball(DVec3::ZERO, 0.6) && ball(DVec3::X, 0.01));
+        assert!(!ball(DVec3::ZERO, 0.5) && !ball(DVec3::splat(0.9), 0.1) && !ball(DVec3::X * 0.9, 0.05));
+        let disk = |at, half| cuts(ShapeKind::Disk, DAffine3::IDENTITY, at, half);
+        assert!(disk(DVec3::X * 0.5, 0.0) && disk(DVec3::Z * 0.05, 0.1) && !disk(DVec3::Z * 0.2, 0.1));
+    }
+}
+
+/// A floor that is as large as the bottom of the fog on it hides that from below, though one face is the back of the other.
+#[test]
+fn fog_hides_no_floor_of_its_size() {
+    for floor_first in [true, false] {
+        let mut desc = empty();
+        let black = material(&mut desc, grey(0.0));
+        let floor = |desc: &mut SceneDesc| {
+            let to_world = DAffine3::from_translation(DVec3::NEG_Z);
+            shape(desc, ShapeKind::Rectangle, to_world, black, 0.0);
+        };
+        if floor_first {
+            floor(&mut desc);
+        }
+        let fog = medium(&mut desc, 1.0, 0.0, PhaseDesc::Isotropic);
+        boundary(&mut desc, ShapeKind::Cube, DAffine3::IDENTITY, fog);
+        if !floor_first {
+            floor(&mut desc);
+        }
+        environment(&mut desc);
+        for (from, towards) in [(DVec3::Z * -3.0, DVec3::Z), (DVec3::ZERO, DVec3::NEG_Z)] {
+            desc.camera = look(from, towards, 10.0);
+            assert_eq!(mean(&desc, 256).0, 0.0, "from {from}, floor first: {floor_first}");
+        }
+        desc.camera = look(DVec3::ZERO, DVec3::Z, 0.01);
+        let (found, error) = mean(&desc, 1 << 14);
+        assert!((found - (-1f64).exp()).abs() <= 4.0 * error, "upwards: {found} ± {error}");
+    }
 }
 
 /// A camera finds out by itself what it is in, wherever it has moved.

@@ -34,6 +34,34 @@ fn unusable_triangles_are_dropped_and_told() {
     assert!(sample.pdf.0 > 0.0);
 }
 
+/// The camera and shapes name media that exist. What is nowhere is not prepared, whatever is wrong with it.
+#[test]
+fn media_that_are_named_exist_and_others_do_not_count() {
+    let isotropic = || PhaseDesc::Isotropic;
+    let blend = |phases| PhaseDesc::Blend { weight: 0.5, phases: Box::new(phases) };
+    let wide = (0..PhaseDesc::MOST_PARTS).fold(isotropic(), |phase, _| blend([phase, isotropic()]));
+    let mut desc = empty();
+    let haze = medium(&mut desc, 0.1, 0.5, PhaseDesc::Isotropic);
+    let refused = medium(&mut desc, 0.1, 0.5, wide);
+    desc.camera.medium = Some(haze);
+    assert!(prepare(&desc).media().is_some(), "the second medium is nowhere");
+    desc.camera.medium = Some(refused);
+    let is_refused =
+        |desc: &SceneDesc| matches!(Scene::prepare(desc), Err(PrepareError::PhaseFunction { .. }));
+    assert!(is_refused(&desc));
+    // A group counts where an instance shows it.
+    desc.camera.medium = Some(haze);
+    boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, refused);
+    let hidden = desc.shapes.pop().expect("just added");
+    desc.groups.push(GroupDesc { id: None, place: Place::default(), shapes: vec![hidden] });
+    assert!(!is_refused(&desc));
+    shape(&mut desc, ShapeKind::Instance(GroupId(0)), DAffine3::IDENTITY, BsdfId::NONE, 0.0);
+    assert!(is_refused(&desc));
+    let id = MediumId(7);
+    desc.camera.medium = Some(id);
+    assert_eq!(Scene::prepare(&desc).err(), Some(PrepareError::UnknownMedium { id }));
+}
+
 /// A mesh of which every seventh triangle holds NaN, an infinity or a number beyond all use: the others are hit as if
 /// those were not there.
 #[test]

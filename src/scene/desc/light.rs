@@ -133,6 +133,18 @@ impl LightDesc {
         }
     }
 
+    /// The point that it shines from; `None` for light from infinitely far away.
+    pub fn position(&self) -> Option<DVec3> {
+        match self {
+            LightDesc::Point { position, .. } | LightDesc::Spot(SpotDesc { position, .. }) => Some(*position),
+            LightDesc::Projector(ProjectorDesc { to_world, .. }) => Some(to_world.translation),
+            LightDesc::Constant { .. }
+            | LightDesc::Map { .. }
+            | LightDesc::SunSky(_)
+            | LightDesc::Directional { .. } => None,
+        }
+    }
+
     /// Mitsuba's name of the plugin.
     pub fn plugin(&self) -> &'static str {
         match self {

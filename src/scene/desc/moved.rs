@@ -90,17 +90,6 @@ impl SceneDesc {
         self.bounds_of(&ShapeDesc { to_world: DAffine3::IDENTITY, ..shape.clone() }, &groups)
     }
 
-    /// The middles of the shapes that are boundaries of media, in the space of the description; of an instance that holds such shapes the middle
-    /// of all of it.
-    pub(crate) fn middles_of_boundaries(&self) -> impl Iterator<Item = Vec3> {
-        let groups = self.boxes_of_groups();
-        let is_boundary =
-            |shape: &&ShapeDesc| self.parts(shape).iter().any(|part| part.medium_interface.is_transition());
-        let middle =
-            move |shape: &ShapeDesc| self.bounds_of(shape, &groups).map(|[a, b]| (0.5 * (a + b)).as_vec3());
-        self.shapes.iter().filter(is_boundary).filter_map(middle)
-    }
-
     /// Bounding box of each group, in the space of the group.
     fn boxes_of_groups(&self) -> Vec<Option<[DVec3; 2]>> {
         let around = |shapes: &[ShapeDesc]| enclosing(shapes.iter().filter_map(|s| self.bounds_of(s, &[])));

@@ -9,7 +9,7 @@ use super::camera::{CameraDesc, FilmDesc};
 use super::ids::{BsdfId, Names};
 use super::integrator::IntegratorDesc;
 use super::light::LightDesc;
-use super::medium::MediumDesc;
+use super::medium::{MediumDesc, MediumInterface};
 use super::mesh::Mesh;
 use super::rendering_space::RenderingSpace;
 use super::shape::{GroupDesc, ShapeDesc, ShapeKind};
@@ -66,6 +66,16 @@ impl SceneDesc {
     /// True where a surface that is shown, or the camera, names a medium.
     pub fn names_media(&self) -> bool {
         self.camera.medium.is_some() || self.surfaces().any(|shape| shape.medium_interface.is_transition())
+    }
+
+    /// Indices of the media that surfaces that are shown and the camera name, each once; those of ids that point nowhere, too.
+    pub fn used_media(&self) -> BTreeSet<usize> {
+        let sides = |shape: &ShapeDesc| {
+            let MediumInterface { interior, exterior } = shape.medium_interface;
+            [interior, exterior]
+        };
+        let named = self.surfaces().flat_map(sides).chain([self.camera.medium]).flatten();
+        named.map(|id| id.0 as usize).collect()
     }
 
     /// The shapes whose surfaces `shape` shows: itself, or those of its group for an instance.

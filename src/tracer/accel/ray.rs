@@ -75,6 +75,11 @@ impl Hit {
     /// The primitive is in world space, in no instance.
     pub const DIRECT: u32 = u32::MAX;
 
+    /// What was hit, wherever: primitive and instance.
+    pub fn id(&self) -> (u32, u32) {
+        (self.prim, self.instance)
+    }
+
     /// Replaces this hit by `other` if that is closer. At the same distance the lower id (then the lower instance) wins.
     #[inline(always)]
     pub(super) fn improve(&mut self, other: Hit) {

@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::scene::desc::{
-    BsdfDesc, LightDesc, MediumDesc, MediumInterface, Name, Place, ProjectorDesc, SceneDesc, ShapeDesc,
-    SpotDesc, SunSkyDesc,
+    BsdfDesc, LightDesc, MediumDesc, Name, Place, ProjectorDesc, SceneDesc, ShapeDesc, SpotDesc, SunSkyDesc,
 };
 use crate::spectrum::{Spectrum, White};
 
@@ -79,15 +78,10 @@ impl<'a> Used<'a> {
         Some(Object { name, place, others: all.count() })
     }
 
-    /// Indices of the media that surfaces and the camera name, each once.
+    /// Indices of the media that surfaces and the camera name, each once; none where the method knows surfaces only.
     pub(super) fn media(&self) -> impl Iterator<Item = usize> + use<> {
         let taken = !self.desc.integrator.surfaces_only;
-        let sides = |shape: &ShapeDesc| {
-            let MediumInterface { interior, exterior } = shape.medium_interface;
-            [interior, exterior]
-        };
-        let named = self.desc.surfaces().flat_map(sides).chain([self.desc.camera.medium]).flatten();
-        named.filter(|_| taken).map(|id| id.0 as usize).collect::<BTreeSet<_>>().into_iter()
+        self.desc.used_media().into_iter().filter(move |_| taken)
     }
 
     /// The first medium of which `is` holds.

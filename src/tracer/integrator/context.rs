@@ -50,9 +50,9 @@ pub struct RenderContext {
     pub screen: ScreenSampling,
     /// Cells of the window within which camera paths are even, about as large as the picture's pixels.
     pub cells: ScreenCells,
-    /// The medium that the camera is in.
+    /// The medium that the rays of the camera begin in.
     pub medium: MediumIndex,
-    /// The camera stands on the boundary of a medium: each of its rays begins in the medium that lies ahead.
+    /// A boundary of media goes through the points at which they begin: each begins in the medium that lies ahead.
     pub on_boundary: bool,
     /// How photons are looked up, where there are any.
     pub photons: PhotonDesc,
@@ -79,7 +79,7 @@ impl RenderContext {
         let IntegratorDesc { max_depth, rr_depth, hide_emitters, mut photons, .. } = *desc;
         photons.initial_radius = photons.initial_radius.map(|radius| scene.space().length(radius));
         let screen = ScreenSampling::Even;
-        let CameraMedium { medium, on_boundary } = CameraMedium::of(&scene, &camera);
+        let CameraMedium { medium, on_boundary } = CameraMedium::of(&scene, &camera, &window);
         Self {
             scene,
             camera,
@@ -309,7 +309,7 @@ impl RenderContext {
                     return None;
                 }
                 let ray = from.spawn_to(view.origin, -view.direction);
-                let factor = self.open_factor(&ray, self.scene.medium_of_light(*light), lambda) * scale;
+                let factor = self.open_factor(&ray, self.scene.medium_of_light(*light, &ray), lambda) * scale;
                 (!factor.is_black()).then_some((view, factor))
             }
             EmissionOrigin::Infinite => {

@@ -194,7 +194,7 @@ impl<C: LightCredits> PathState<C> {
         if self.walk.depth >= longest {
             return None;
         }
-        let mut flight = FreeFlight::of::<B>(|| sampler.flight(self.walk.depth));
+        let mut flight = FreeFlight::of::<B>(scene, || sampler.flight(self.walk.depth));
         loop {
             let next = context.next_vertex::<B>(&mut self.walk, ray, &mut flight, &mut record);
             if B::Media::PRESENT {

@@ -47,8 +47,7 @@ impl Integrator for ParticleTracer {
         {
             send_light(out, view.uv, lambda.to_xyz(emitted * factor), group);
         }
-        let medium = scene.medium_of_light(emission.light);
-        let Some(subpath) = Subpath::from_light(lambda, &emission, emitted, medium) else { return };
+        let Some(subpath) = scene.light_subpath(lambda, &emission, emitted) else { return };
         let ray = emission.ray();
         match (scene.tracing_mode(), scene.material_class()) {
             (TracingMode::Plain, MaterialClass::Diffuse) => {
@@ -124,7 +123,7 @@ impl ParticleTracer {
     ) {
         let context = &self.context;
         while subpath.walk.depth + 1 < context.longest() {
-            let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+            let mut flight = FreeFlight::of::<B>(&context.scene, || numbers.flight(subpath.walk.depth));
             let next = context.scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
             let Some(hit) = next else { break };
             let vertex: SubpathVertex<B> = subpath.arrive(&context.scene, hit);

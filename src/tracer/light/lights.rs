@@ -244,15 +244,6 @@ impl Lights {
         with_light!(&self.lights[light as usize].shape, l => l.factor(p, wi, lambda))
     }
 
-    /// A point that a light shines from, in front of its surface; `None` for one infinitely far away.
-    pub(in crate::tracer) fn place(&self, light: u32) -> Option<Vec3> {
-        let u = LightNumbers { place: [0.5; 2], direction: [0.5; 2], choice: 0.5, aim: 1.0 };
-        let shape = &self.lights.get(light as usize)?.shape;
-        let (from, direction) = with_light!(shape, l => l.emit(&u, self.scene))?;
-        let pdf = self.emission_pdf(light, from.p, direction);
-        (!pdf.origin.is_far()).then(|| Emission { light, from, direction, pdf }.ray().origin)
-    }
-
     /// The light's spectrum as the ray of `emission` carries it.
     #[inline]
     pub fn emitted(&self, emission: &Emission, lambda: &SampledWavelengths) -> SampledSpectrum {

@@ -30,10 +30,10 @@ pub struct FreeFlight {
 }
 
 impl FreeFlight {
-    /// A flight by the number `u` in (0, 1), which is asked for only in code with media.
+    /// A flight by the number `u` in (0, 1), which is asked for only in a scene with media.
     #[inline(always)]
-    pub fn of<B: Scattering>(u: impl FnOnce() -> f64) -> Self {
-        let u = if B::Media::PRESENT { u() } else { 0.0 };
+    pub fn of<B: Scattering>(scene: &Scene, u: impl FnOnce() -> f64) -> Self {
+        let u = if B::Media::PRESENT && scene.media().is_some() { u() } else { 0.0 };
         Self { optical_depth: -(-u).ln_1p(), random: Random(mix(u.to_bits())) }
     }
 }
@@ -72,14 +72,13 @@ impl Scene {
             if meets(ray, &at, self.opacity(&at)) || passed == MOST_PASSED {
                 return Some(at);
             }
-            let beside = self.beside(&at, ray.direction);
-            if let Some(other) = beside
-                && meets(ray, &other, self.opacity(&other))
-            {
-                return Some(other);
+            let beside = self.beside(media, &at, ray.direction);
+            let met = beside.iter().find(|other| meets(ray, other, self.opacity(other)));
+            if let Some(other) = met {
+                return Some(*other);
             }
             passed += 1;
-            walk.medium = media.behind_both(&at, beside.as_ref(), ray.direction, walk.medium);
+            walk.medium = media.behind_all(&at, &beside, ray.direction, walk.medium);
             *ray = past(ray, &at);
         }
     }
@@ -365,13 +364,13 @@ impl Scene {
             }
             let Some(at) = at else { break };
             share *= passes(&at, self.opacity(&at));
-            let beside = self.beside(&at, ray.direction);
-            share *= beside.map_or(1.0, |other| passes(&other, self.opacity(&other)));
+            let beside = self.beside(media, &at, ray.direction);
+            share *= beside.iter().map(|other| passes(other, self.opacity(other))).product::<f32>();
             if share == 0.0 || passed == MOST_PASSED {
                 return SampledSpectrum::ZERO;
             }
             passed += 1;
-            medium = media.behind_both(&at, beside.as_ref(), ray.direction, medium);
+            medium = media.behind_all(&at, &beside, ray.direction, medium);
             ray = past(&ray, &at);
             beyond = if ray.t_max > 0.0 { beyond } else { 0.0 };
             ray.t_max = ray.t_max.max(0.0);

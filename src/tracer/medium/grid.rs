@@ -127,6 +127,14 @@ impl GridMedium {
         extinction * self.scale
     }
 
+    /// The extinction infinitely far away: that of a grid is 0.
+    pub(super) fn extinction_at_infinity(&self, lambda: &SampledWavelengths) -> Vec4 {
+        match &self.extinction {
+            Extinction::Uniform(spectrum) => spectrum.sample(lambda).0 * self.scale,
+            Extinction::Grid(_) => Vec4::ZERO,
+        }
+    }
+
     /// The albedo at a point.
     pub(super) fn albedo_at(&self, p: Vec3, lambda: &SampledWavelengths) -> Vec4 {
         let point = TexturePoint { p, ..TexturePoint::default() };

@@ -73,14 +73,12 @@ impl Scene {
             if ends(ray, &at, self.opacity(&at)) || passed == MOST_PASSED {
                 return (Some(at), line);
             }
-            let beside = self.beside(&at, ray.direction);
-            if let Some(other) = beside
-                && ends(ray, &other, self.opacity(&other))
-            {
-                return (Some(other), line);
+            let beside = self.beside(media, &at, ray.direction);
+            if let Some(other) = beside.iter().find(|other| ends(ray, other, self.opacity(other))) {
+                return (Some(*other), line);
             }
             passed += 1;
-            *medium = media.behind_both(&at, beside.as_ref(), ray.direction, *medium);
+            *medium = media.behind_all(&at, &beside, ray.direction, *medium);
             *ray = past(ray, &at);
         }
     }

@@ -5,17 +5,17 @@
 //! homogeneous  coefficients that are the same everywhere
 //! grid         coefficients that vary: delta and ratio tracking
 //! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
-//! crossing     boundaries that lie in one place with other surfaces
+//! crossing     boundaries that lie in one place with each other, and with other surfaces
 //! interface    which medium is on which side of a vertex
 //! line         what all media along a line of sight do together
 //! place        the medium around a point, found by rays: that of a camera or of a lamp
+//! boundaries   whether a boundary goes through a lamp, or through the points at which the rays of a camera begin
 //! ```
 //!
 //! A vertex in a medium is a vertex whose bsdf is a [`PhaseFunction`] ([`SurfaceInteraction::in_medium`]), so that every integrator treats it
 //! like any other: it samples lights from it, connects it to other vertices and to the camera, and goes on. A [`Walk`](super::walk::Walk) carries
 //! the medium that it is in. Integrators are generic over the set of materials; only the sets with phase functions
-//! ([`Scattering::Media`](super::bsdf::Scattering::Media)) have code for media, so that a scene without media pays nothing for them; only paths that are recorded, or that tell of
-//! groups of lights, draw the numbers of flights in vain.
+//! ([`Scattering::Media`](super::bsdf::Scattering::Media)) have code for media, so that a scene without media pays nothing for them.
 //!
 //! # Wavelengths
 //!
@@ -34,6 +34,7 @@
 //! left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
 //! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
 
+mod boundaries;
 mod crossing;
 mod flight;
 mod grid;
@@ -43,13 +44,14 @@ mod line;
 mod phase;
 mod place;
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{MediumDesc, MediumInterface, Name};
+use crate::scene::desc::{MediumDesc, MediumId, MediumInterface, Name};
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
-use super::interaction::SurfaceInteraction;
 use super::prepare::PrepareError;
+use boundaries::Boundaries;
 use grid::GridMedium;
 use homogeneous::HomogeneousMedium;
 
@@ -60,9 +62,6 @@ pub use interface::{MediumIndex, MediumSides, PathMedia};
 pub(super) use line::{LineMedia, LineOfSight};
 pub use phase::{MOST_LOBES, PhaseFunction};
 pub use place::CameraMedium;
-
-/// Shapes whose middles are remembered, at most.
-const MOST_MIDDLES: usize = 64;
 
 /// A medium that can be traced.
 #[derive(Clone, Debug)]
@@ -92,20 +91,22 @@ struct Coefficients {
 /// The media of a scene.
 #[derive(Clone, Debug)]
 pub struct Media {
-    media: Box<[Medium]>,
+    /// By id; `None` for those that nothing names.
+    media: Box<[Option<Medium>]>,
     /// What is behind and in front of each surface: interior, exterior. `None` for a surface that leaves the medium as it is.
     interfaces: Box<[Option<[MediumIndex; 2]>]>,
-    /// A point in the middle of each of some shapes that are boundaries.
-    middles: Box<[Vec3]>,
-    /// The medium around each source of light, in the order of [`Lights::source`](super::light::Lights::source).
-    of_sources: Box<[MediumIndex]>,
-    /// What an environment shines into.
+    /// Where boundaries are.
+    boundaries: Boundaries,
+    /// The medium that each source of light shines into, in the order of [`Lights::source`](super::light::Lights::source); `None` where it shines into
+    /// several.
+    of_sources: Box<[Option<MediumIndex>]>,
+    /// What is far outside, where no boundary tells.
     outside: MediumIndex,
 }
 
 impl Media {
-    /// The media of a description in rendering space; `None` where no surface and no camera names one, or the integrator knows surfaces only. Where the lights are is yet to be
-    /// [found](super::Scene::medium_around).
+    /// The media of a description in rendering space; `None` where no surface and no camera names one, or the integrator knows surfaces only. Where boundaries and lights are is yet
+    /// to be [found](super::Scene::place_lights_in_media).
     ///
     /// # Errors
     ///
@@ -114,33 +115,37 @@ impl Media {
         if !desc.has_media() {
             return Ok(None);
         }
-        let media = desc.media.iter().enumerate().map(|(i, medium)| Medium::new(medium, || named(desc, i)));
-        let media = media.collect::<Result<Box<_>, _>>()?;
+        let known = |id: MediumId| match desc.media.get(id.0 as usize) {
+            Some(_) => Ok(id),
+            None => Err(PrepareError::UnknownMedium { id }),
+        };
+        let used = desc.used_media();
+        let prepared =
+            |(i, medium)| used.contains(&i).then(|| Medium::new(medium, || named(desc, i))).transpose();
+        let media = desc.media.iter().enumerate().map(prepared).collect::<Result<Box<_>, _>>()?;
         let of_groups = desc.groups.iter().flat_map(|group| &group.shapes);
         let interfaces = desc.shapes.iter().chain(of_groups).map(|shape| {
             let MediumInterface { interior, exterior } = shape.medium_interface;
-            for id in [interior, exterior].into_iter().flatten() {
-                desc.media.get(id.0 as usize).ok_or(PrepareError::UnknownMedium { id })?;
-            }
+            [interior, exterior].into_iter().flatten().try_for_each(|id| known(id).map(|_| ()))?;
             let sides = || [interior, exterior].map(MediumIndex::from);
             Ok(shape.medium_interface.is_transition().then(sides))
         });
         let interfaces = interfaces.collect::<Result<Box<_>, _>>()?;
         // What fills a scene without boundaries is the medium of its camera.
-        let outside = desc.camera.medium.into();
-        let middles = desc.middles_of_boundaries().take(MOST_MIDDLES).collect();
-        Ok(Some(Self { media, interfaces, middles, of_sources: Box::default(), outside }))
+        let outside = desc.camera.medium.map(known).transpose()?.into();
+        let boundaries = Boundaries::default();
+        Ok(Some(Self { media, interfaces, boundaries, of_sources: Box::default(), outside }))
     }
 
-    /// These media, with those around sources of light of `before`.
+    /// These media, with the boundaries and those around sources of light of `before`.
     pub(super) fn with_places_of(self, before: &Self) -> Self {
-        let (of_sources, middles) = (before.of_sources.clone(), before.middles.clone());
-        Self { of_sources, middles, outside: before.outside, ..self }
+        let (of_sources, boundaries) = (before.of_sources.clone(), before.boundaries.clone());
+        Self { of_sources, boundaries, outside: before.outside, ..self }
     }
 
     #[inline]
     fn get(&self, index: MediumIndex) -> Option<&Medium> {
-        self.media.get(index.0 as usize)
+        self.media.get(index.0 as usize)?.as_ref()
     }
 
     /// What is behind and in front of a surface; `None` where both is what it was.
@@ -149,23 +154,36 @@ impl Media {
         *self.interfaces.get(surface as usize)?
     }
 
-    /// The medium behind the surface at `hit` of a path that goes straight on in the direction `d`.
+    /// True where another shape that is a boundary may lie upon a surface.
     #[inline]
-    pub(super) fn behind(&self, hit: &SurfaceInteraction, d: Vec3, medium: MediumIndex) -> MediumIndex {
-        let sides = self.interface(hit.surface);
-        sides.map_or(medium, |sides| MediumSides(sides).towards(hit.point.ng, d))
+    fn may_touch_boundary(&self, surface: u32) -> bool {
+        self.boundaries.touched(surface)
     }
 
     /// True where some medium is a grid in which each wavelength has an extinction of its own.
     pub(super) fn has_chromatic_grids(&self) -> bool {
         let is = |medium: &Medium| matches!(&medium.kind, MediumKind::Grid(grid) if grid.is_chromatic());
-        self.media.iter().any(is)
+        self.media.iter().flatten().any(is)
     }
 
-    /// The medium around a source of light.
+    /// The medium that a source of light shines into; `None` where that depends on the ray.
     #[inline]
-    pub(super) fn around_source(&self, source: u32) -> MediumIndex {
-        self.of_sources.get(source as usize).copied().unwrap_or(self.outside)
+    pub(super) fn of_source(&self, source: u32) -> Option<MediumIndex> {
+        self.of_sources.get(source as usize).copied().unwrap_or(Some(self.outside))
+    }
+
+    /// The share of light from infinitely far away that gets through a medium: nothing at the wavelengths that it takes light from.
+    pub(super) fn share_from_infinity(
+        &self,
+        medium: MediumIndex,
+        lambda: &SampledWavelengths,
+    ) -> SampledSpectrum {
+        let extinction = match self.get(medium).map(|medium| &medium.kind) {
+            None => Vec4::ZERO,
+            Some(MediumKind::Homogeneous(medium)) => medium.at(lambda).extinction,
+            Some(MediumKind::Grid(grid)) => grid.extinction_at_infinity(lambda),
+        };
+        SampledSpectrum(Vec4::select(extinction.cmpgt(Vec4::ZERO), Vec4::ZERO, Vec4::ONE))
     }
 
     /// The phase function of a medium; `None` for vacuum.

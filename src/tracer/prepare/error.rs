@@ -23,7 +23,7 @@ pub enum PrepareError {
         /// The id.
         id: BsdfId,
     },
-    /// A shape names a medium that does not exist.
+    /// A shape or the camera names a medium that does not exist.
     #[error("medium {} is named but does not exist: the scene description is inconsistent", id.0)]
     UnknownMedium {
         /// The id.

@@ -158,7 +158,7 @@ impl Scene {
             space,
             structure,
         };
-        scene.place_lights_in_media();
+        scene.place_lights_in_media(desc);
         Ok(scene)
     }
 
@@ -208,8 +208,8 @@ impl Scene {
             space: self.space,
             structure: self.structure.clone(),
         };
-        if self.media().is_none() {
-            scene.place_lights_in_media();
+        if self.media().is_none() && scene.media().is_some() {
+            scene.place_lights_in_media(&desc.in_rendering_space());
         }
         Ok(scene)
     }

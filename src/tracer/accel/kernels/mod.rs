@@ -42,7 +42,7 @@ macro_rules! compile {
 
             $(#[target_feature(enable = $features)])?
             fn closest(accel: &Accel, bvh: &BvhRoot, ray: &Ray, instance: u32, best: &mut Hit) {
-                traverse::closest::<_, false>($simd, accel, bvh, ray, PrimRange::NONE, instance, best);
+                traverse::closest::<_, false>($simd, accel, bvh, ray, &[], instance, best);
             }
 
             $(#[target_feature(enable = $features)])?
@@ -50,7 +50,7 @@ macro_rules! compile {
                 accel: &Accel,
                 bvh: &BvhRoot,
                 ray: &Ray,
-                skip: PrimRange,
+                skip: &[(u32, u32)],
                 instance: u32,
                 best: &mut Hit,
             ) {

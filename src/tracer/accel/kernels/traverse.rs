@@ -16,7 +16,8 @@ use super::stack::TraversalStack;
 /// Cache lines that are prefetched: those of a node or of most blocks.
 const AHEAD: usize = 4;
 
-/// Replaces `best` by the closest hit in `bvh` (seen through `instance`), if that is closer; with `SKIP` of anything but the primitives of `skip`.
+/// Replaces `best` by the closest hit in `bvh` (seen through `instance`), if that is closer; with `SKIP` of anything but what has the
+/// [ids](Hit::id) of `skip`.
 ///
 /// The result does not depend on the order of traversal: of hits at the same distance the lowest id wins, and boxes are
 /// skipped only if they begin beyond the best distance. (For a polygon seen so exactly edge-on that its distance consists of
@@ -27,7 +28,7 @@ pub fn closest<S: Simd8, const SKIP: bool>(
     accel: &Accel,
     bvh: &BvhRoot,
     ray: &Ray,
-    skip: PrimRange,
+    skip: &[(u32, u32)],
     instance: u32,
     best: &mut Hit,
 ) {
@@ -80,7 +81,7 @@ fn closest_in_leaf<S: Simd8, const SKIP: bool>(
     leaf: NodeRef,
     ray: &Ray,
     sheared: &ShearedRay,
-    skip: PrimRange,
+    skip: &[(u32, u32)],
     instance: u32,
     best: &mut Hit,
 ) {
@@ -100,7 +101,7 @@ fn closest_in_leaf<S: Simd8, const SKIP: bool>(
         Leaf::Triangles(line) => block!(line, block_rows(3), triangles, corners),
         Leaf::Quads(line) => block!(line, block_rows(4), quads, corners),
         Leaf::Analytic(prim) => {
-            if !(SKIP && skip.contains(prim))
+            if !(SKIP && skip.contains(&(prim, instance)))
                 && let Some(t) = accel.intersect_analytic(prim, ray, best.t.next_up())
             {
                 best.improve(Hit { t, prim, uv: [0.0; 2], instance });
@@ -122,7 +123,7 @@ fn closest_of<S: Simd8, const SKIP: bool>(
     corners: Corners,
     hits: &BlockHits<S>,
     ray: &Ray,
-    skip: PrimRange,
+    skip: &[(u32, u32)],
     instance: u32,
     best: &mut Hit,
 ) {
@@ -131,7 +132,7 @@ fn closest_of<S: Simd8, const SKIP: bool>(
         let lane = mask.trailing_zeros() as usize;
         mask &= mask - 1;
         let t = distance(rows, corners, hits, lane, ray);
-        if t > 0.0 && t <= best.t && !(SKIP && skip.contains(id(rows, lane))) {
+        if t > 0.0 && t <= best.t && !(SKIP && skip.contains(&(id(rows, lane), instance))) {
             best.improve(Hit { t, prim: id(rows, lane), uv: hits.uv(s, lane), instance });
         }
     }

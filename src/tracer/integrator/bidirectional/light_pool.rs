@@ -22,7 +22,7 @@ use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::sampler::cells::{ScreenCells, Visit};
 use crate::tracer::screen::ScreenSampling;
-use crate::tracer::subpath::{Subpath, SubpathVertex};
+use crate::tracer::subpath::SubpathVertex;
 use crate::tracer::{Sampler, roulette};
 
 use super::importance::{DiffuseSummary, LightRows};
@@ -152,14 +152,13 @@ impl BidirectionalTracer {
         let Some(emission) = scene.lights.emit_aimed(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, lambda);
         let group = scene.lights.group(emission.light);
-        let medium = scene.medium_of_light(emission.light);
-        let Some(mut subpath) = Subpath::from_light(*lambda, &emission, emitted, medium) else { return };
+        let Some(mut subpath) = scene.light_subpath(*lambda, &emission, emitted) else { return };
         subpath.policy = roulette::CONNECTED_FROM_LIGHT;
         B::record(|| PathEvent::Begins((&subpath.walk).into()));
         let mut ray = emission.ray();
         // One more segment leads to the camera.
         while subpath.walk.depth + 1 < self.context.longest() {
-            let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+            let mut flight = FreeFlight::of::<B>(scene, || numbers.flight(subpath.walk.depth));
             let next = scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
             let Some(hit) = next else { break };
             let mut vertex: SubpathVertex<B> = subpath.arrive(scene, hit);

@@ -130,7 +130,7 @@ impl BidirectionalTracer {
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;
         let (mut prefix, mut specular, mut chain) = (Prefix::CAMERA, false, SpecularChain::CAMERA);
-        let mut flight = FreeFlight::of::<B>(|| sampler.flight(0));
+        let mut flight = FreeFlight::of::<B>(scene, || sampler.flight(0));
         while subpath.walk.depth < longest {
             let next = context.next_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight, |_| ());
             let Some(hit) = next else {
@@ -175,7 +175,7 @@ impl BidirectionalTracer {
             specular |= subpath.walk.depth == 1 && prefix.is_specular();
             let Some(next) = next else { return specular };
             ray = next;
-            flight = FreeFlight::of::<B>(|| sampler.flight(subpath.walk.depth));
+            flight = FreeFlight::of::<B>(scene, || sampler.flight(subpath.walk.depth));
         }
         B::record(|| PathEvent::Leaves((&subpath.walk).into()));
         specular

@@ -19,7 +19,7 @@ use crate::tracer::photon_map::{
     Arrival, ArrivalSite, PhotonBatch, PhotonLayer, Snapshot, Wanted, wavelength_number, wavelengths,
 };
 use crate::tracer::record::PathEvent;
-use crate::tracer::subpath::{Subpath, SubpathVertex};
+use crate::tracer::subpath::SubpathVertex;
 use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::tracer::{PhotonPaths, PhotonScratch, PhotonTracer};
@@ -125,15 +125,14 @@ fn trace_light_path<B: Scattering>(
     let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
     let emitted = scene.lights.emitted(&emission, &lambda);
     let group = scene.lights.group(emission.light).unwrap_or_default();
-    let medium = scene.medium_of_light(emission.light);
-    let Some(mut subpath) = Subpath::from_light(lambda, &emission, emitted, medium) else { return };
+    let Some(mut subpath) = scene.light_subpath(lambda, &emission, emitted) else { return };
     B::record(|| PathEvent::Begins((&subpath.walk).into()));
     let mut ray = emission.ray();
     let mut spread = false;
     let beam = emission.pdf.origin == EmissionOrigin::Beam;
     // One more segment leads to the camera.
     while subpath.walk.depth + 1 < longest {
-        let mut flight = FreeFlight::of::<B>(|| numbers.flight(subpath.walk.depth));
+        let mut flight = FreeFlight::of::<B>(scene, || numbers.flight(subpath.walk.depth));
         let next = scene.next_light_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight);
         let Some(hit) = next else { break };
         let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
