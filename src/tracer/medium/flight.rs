@@ -105,11 +105,11 @@ impl Medium {
     #[inline]
     fn reach(&self, ray: &Ray, flight: &FreeFlight, lambda: &SampledWavelengths) -> f32 {
         match &self.kind {
-            MediumKind::Homogeneous(medium) => {
+            MediumKind::Homogeneous(medium) if !medium.only_absorbs() => {
                 let free = (flight.optical_depth / f64::from(medium.at(lambda).extinction.x)) as f32;
                 1.001 * free + 1e-3 * ray.origin.abs().max_element()
             }
-            MediumKind::Grid(_) => f32::INFINITY,
+            MediumKind::Homogeneous(_) | MediumKind::Grid(_) => f32::INFINITY,
         }
     }
 }

@@ -113,6 +113,11 @@ impl GridMedium {
         }
     }
 
+    /// An upper bound of σₜ everywhere.
+    pub(super) fn largest_extinction(&self) -> f32 {
+        self.bounds.bounds.iter().copied().fold(0.0, f32::max)
+    }
+
     /// The extinction at a point, which lies within its grid.
     #[inline]
     fn extinction_at(&self, p: Vec3, lambda: &SampledWavelengths) -> Vec4 {

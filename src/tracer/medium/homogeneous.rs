@@ -39,6 +39,11 @@ impl HomogeneousMedium {
         self.only_absorbs
     }
 
+    /// An upper bound of σₜ over all wavelengths.
+    pub(super) fn largest_extinction(&self) -> f32 {
+        self.extinction.max() * self.scale
+    }
+
     /// The coefficients at the wavelengths of a path: finite, not negative, and no more scattered than met.
     #[inline]
     pub(super) fn at(&self, lambda: &SampledWavelengths) -> Coefficients {

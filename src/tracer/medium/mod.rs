@@ -70,6 +70,8 @@ struct Medium {
     phase: PhaseFunction,
     /// Neither of its coefficients depends on the wavelength.
     is_grey: bool,
+    /// The mean free path where, and for the wavelengths for which, it is shortest.
+    free_path: f32,
 }
 
 /// How the coefficients of a medium vary.
@@ -186,6 +188,12 @@ impl Media {
         SampledSpectrum(Vec4::select(extinction.cmpgt(Vec4::ZERO), Vec4::ZERO, Vec4::ONE))
     }
 
+    /// The shortest mean free path of a medium, over which what is scattered in it varies; `None` for one that scatters nothing, and for vacuum.
+    pub(super) fn free_path(&self, index: MediumIndex) -> Option<f32> {
+        let scatters = |medium: &&Medium| !matches!(&medium.kind, MediumKind::Homogeneous(m) if m.only_absorbs());
+        self.get(index).filter(scatters).map(|medium| medium.free_path)
+    }
+
     /// The phase function of a medium; `None` for vacuum.
     #[inline]
     pub(super) fn phase(&self, index: MediumIndex) -> Option<PhaseFunction> {
@@ -201,7 +209,11 @@ impl Medium {
         };
         let other = || PrepareError::PhaseFunction { named: named() };
         let phase = PhaseFunction::new(&desc.phase).ok_or_else(other)?;
-        Ok(Self { kind, phase, is_grey: desc.sigma_t.is_grey() && desc.albedo.is_grey() })
+        let free_path = match &kind {
+            MediumKind::Homogeneous(medium) => 1.0 / medium.largest_extinction(),
+            MediumKind::Grid(grid) => 1.0 / grid.largest_extinction(),
+        };
+        Ok(Self { kind, phase, is_grey: desc.sigma_t.is_grey() && desc.albedo.is_grey(), free_path })
     }
 }
 

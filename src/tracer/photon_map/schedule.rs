@@ -20,7 +20,7 @@ pub struct Schedule {
     pub samples_per_generation: u64,
     /// Largest gather radius on surfaces at generation 1, m.
     pub radius: f32,
-    /// Radius around beams in media at generation 1, m.
+    /// Largest radius around flights in media at generation 1, m.
     pub beam_radius: f32,
     /// Exponent α of the radius, in [0, 1).
     pub alpha: f64,
@@ -35,8 +35,8 @@ pub struct Lookup {
     pub generations: u64,
     /// Largest radius on surfaces, m.
     pub radius: f32,
-    /// Radius around beams in media, m.
-    pub beam_radius: f32,
+    /// Radii around flights in media over those at the first generation.
+    pub beam_share: f32,
     /// Most photons.
     pub neighbours: usize,
 }
@@ -51,9 +51,8 @@ impl Schedule {
     /// The query of a sample in a snapshot of so many generations.
     pub fn lookup(&self, generations: u64) -> Lookup {
         let share = self.radius_share(generations);
-        let scaled = |radius: f32| (f64::from(radius) * share) as f32;
-        let (radius, beam_radius) = (scaled(self.radius), scaled(self.beam_radius));
-        Lookup { generations, radius, beam_radius, neighbours: self.neighbours }
+        let radius = (f64::from(self.radius) * share) as f32;
+        Lookup { generations, radius, beam_share: share as f32, neighbours: self.neighbours }
     }
 
     /// Light paths that should have been started by sample `index`: those it needs, and a proportionate part of the next

@@ -14,8 +14,8 @@ use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
 use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
-use crate::tracer::medium::{FlightPiece, Media, PathMedia};
-use crate::tracer::photon_map::{Beam, Disc, Lookup, Photon, PhotonLayer, Snapshot};
+use crate::tracer::medium::{FlightPiece, Media, MediumIndex, PathMedia};
+use crate::tracer::photon_map::{Beam, Disc, Lookup, Photon, PhotonLayer, Schedule, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::scene::SurfaceMaterial;
@@ -39,6 +39,9 @@ const SAME_SURFACE: f32 = 0.7;
 
 /// Least radius of a disc over the largest: where many photons lie in one point the estimate stays finite.
 const SMALLEST: f32 = 1e-4;
+
+/// Largest radius around a flight at the first generation, in free paths.
+const FREE_PATHS: f32 = 0.5;
 
 /// Half of the first window of wavelengths, nm.
 const WINDOW: f32 = 30.0;
@@ -135,8 +138,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
             }
             let Some(hit) = hit else { break };
             // The last ray was too short for the photons at its end to stand for what it saw.
-            let layer = if hit.is_in_medium() { PhotonLayer::VolumeGlobal } else { PhotonLayer::Global };
-            let (_, radius, _) = self.reach(layer);
+            let radius = self.nearest(&hit);
             let near = from.distance_squared(hit.point.p) < radius * radius;
             let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.walk.depth - 1)) else {
                 break;
@@ -388,20 +390,20 @@ impl<C: LightCredits> CameraPath<'_, C> {
             return;
         }
         let segments = context.longest() - start.depth - 1;
-        let (_, radius, window) = self.reach(layer);
-        let nearest = if layer == PhotonLayer::VolumeGlobal { radius } else { 0.0 };
-        let area = (PI * radius * radius).max(f32::MIN_POSITIVE);
-        let scale = 1.0 / area / self.snapshot.light_paths as f32;
         let lambda = self.state.walk.lambda;
-        let Self { scratch, state, .. } = self;
+        let Self { scratch, state, tracer, snapshot, lookup, .. } = self;
         let PhotonScratch { steps, query, gathered, .. } = &mut **scratch;
         let (mut xyz, mut value, mut kish) = (Xyz::BLACK, SampledSpectrum::ZERO, KishSums::default());
-        let mut photons = 0;
         let mut flights = start.flights;
         for (i, step) in steps.iter().enumerate().skip(start.steps) {
             let RecordedStep::Flight(piece) = step else { continue };
-            let Some(phase) = media.phase(piece.medium) else { continue };
             let FlightPiece { origin, direction, length, medium, .. } = *piece;
+            let reach = BeamReach::of(&context.scene, &tracer.schedule, lookup, medium, &lambda);
+            let Some((BeamReach { radius, window }, phase)) = reach.zip(media.phase(medium)) else { continue };
+            let area = (PI * radius * radius).max(f32::MIN_POSITIVE);
+            let scale = 1.0 / area / snapshot.light_paths as f32;
+            let nearest = if layer == PhotonLayer::VolumeGlobal { radius } else { 0.0 };
+            let mut photons = 0;
             let passed = origin.distance(from);
             let path = RecordedFlight { scene: &context.scene, steps: &steps[..i], white: context.white() };
             forest.along(&Beam { origin, direction, length }, radius, query, |photon, t| {
@@ -429,11 +431,25 @@ impl<C: LightCredits> CameraPath<'_, C> {
                 }
             });
             flights = piece.and(flights);
+            B::record(|| PathEvent::Gathered { photons, area, xyz: self.xyz + xyz });
         }
         *gathered += kish.effective_number();
         self.xyz += xyz;
         self.state.radiance += value;
-        B::record(|| PathEvent::Gathered { photons, area, xyz: self.xyz });
+    }
+
+    /// How far away a vertex is at least at which global photons stand for what a ray sees.
+    fn nearest(&self, hit: &SurfaceInteraction) -> f32 {
+        let Self { tracer, lookup, state, .. } = self;
+        match hit.is_in_medium() {
+            false => self.reach(PhotonLayer::Global).1,
+            true => {
+                let PhotonTracer { context, schedule, .. } = tracer;
+                let walk = &state.walk;
+                let reach = BeamReach::of(&context.scene, schedule, lookup, walk.medium, &walk.lambda);
+                reach.map_or(0.0, |reach| reach.radius)
+            }
+        }
     }
 
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero if the path
@@ -445,19 +461,42 @@ impl<C: LightCredits> CameraPath<'_, C> {
             // All around a beam.
             PhotonLayer::VolumeGlobal | PhotonLayer::VolumeCaustic => usize::MAX,
         };
-        let Self { lookup, tracer: PhotonTracer { schedule, .. }, .. } = self;
-        let (radius, first) = match layer {
-            PhotonLayer::Global | PhotonLayer::Caustic => (lookup.radius, schedule.radius),
-            PhotonLayer::VolumeGlobal | PhotonLayer::VolumeCaustic => {
-                (lookup.beam_radius, schedule.beam_radius)
-            }
-        };
         if !self.state.walk.lambda.is_hero_only() {
-            return (wanted, radius, None);
+            return (wanted, self.lookup.radius, None);
         }
         // Blur over place and over wavelength shrink together; disc times window holds as many photons as before.
-        let shrink = 1.0 / (lookup.generations.max(1) as f32).cbrt();
-        (wanted, first * shrink, Some(WINDOW * shrink))
+        let shrink = shrink(&self.lookup);
+        (wanted, self.tracer.schedule.radius * shrink, Some(WINDOW * shrink))
+    }
+}
+
+/// What the two radii of a path that carries the hero alone, and its window of wavelengths, are multiplied by.
+fn shrink(lookup: &Lookup) -> f32 {
+    1.0 / (lookup.generations.max(1) as f32).cbrt()
+}
+
+/// Which photons count around a flight.
+#[derive(Clone, Copy, Debug)]
+struct BeamReach {
+    radius: f32,
+    /// Largest distance (nm) from the hero if the path carries that alone.
+    window: Option<f32>,
+}
+
+impl BeamReach {
+    /// Around a flight in `medium`; `None` where nothing is scattered. Light varies within a free path, so that no photon from much farther counts.
+    fn of(
+        scene: &Scene,
+        schedule: &Schedule,
+        lookup: &Lookup,
+        medium: MediumIndex,
+        lambda: &SampledWavelengths,
+    ) -> Option<Self> {
+        let first = schedule.beam_radius.min(FREE_PATHS * scene.media()?.free_path(medium)?);
+        Some(match lambda.is_hero_only() {
+            false => Self { radius: first * lookup.beam_share, window: None },
+            true => Self { radius: first * shrink(lookup), window: Some(WINDOW * shrink(lookup)) },
+        })
     }
 }
 
