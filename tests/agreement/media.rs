@@ -80,6 +80,18 @@ fn a_cloud_on_a_grid() {
     assert_all_pairs("grid", &floor_and("", &(box_of(cloud) + LAMP + SKY)), PLAN, PHOTONS);
 }
 
+/// A ball of flat flakes that lie askew, and of a table that scatters to the sides, under a lamp and a sky.
+#[test]
+fn flakes_and_a_table() {
+    let cloud = medium(
+        "interior",
+        "<float name='sigma_t' value='3'/><rgb name='albedo' value='.9 .8 .7'/><phase type='blendphase'><float name='weight' value='.3'/>\
+         <phase type='sggx'><volume name='S' type='constvolume'><string name='value' value='.3, .5, .8, .1, -.2, .3'/></volume></phase>\
+         <phase type='tabphase'><string name='values' value='.2, 1, 1.5, .5, 2'/></phase></phase>",
+    );
+    assert_all_pairs("flakes", &floor_and("", &(ball(NULL, &cloud) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
 /// A shining ball in a medium in glass, next to a mirror: photons through glass, chains of deltas and media together.
 #[test]
 fn a_lamp_in_a_medium_in_glass() {

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec4};
 use miette::{Diagnostic, Severity};
 
 use pointillist::scene::desc::texture::SpectrumTexture;
-use pointillist::scene::desc::{MediumDesc, MediumId, MediumInterface, PhaseDesc, SceneDesc};
+use pointillist::scene::desc::{MediumDesc, MediumId, MediumInterface, MicroflakeDesc, PhaseDesc, SceneDesc};
 use pointillist::scene::{
     FindingKind, LoadOptions, Loaded, SceneError, SceneWarning, load_str, load_str_with,
 };
@@ -259,6 +259,68 @@ fn phase_functions() {
     assert_eq!(loaded.desc.media[0].phase, PhaseDesc::HenyeyGreenstein { g: -0.3 });
 }
 
+#[test]
+fn tables_and_microflakes() {
+    let values =
+        |text: &str| phase(&format!("<phase type='tabphase'><string name='values' value='{text}'/></phase>"));
+    assert_eq!(values("0.5, 1, 1e3"), PhaseDesc::Tabulated { values: [0.5, 1.0, 1e3].into() });
+    assert_eq!(values("0 2"), PhaseDesc::Tabulated { values: [0.0, 2.0].into() });
+    let six = "<volume name='S' type='constvolume'><string name='value' value='.5, .7, .3, .1, -.05, .08'/></volume>";
+    let uniform = PhaseDesc::Microflakes(MicroflakeDesc::Uniform([0.5, 0.7, 0.3, 0.1, -0.05, 0.08]));
+    assert_eq!(phase(&format!("<phase type='sggx'>{six}</phase>")), uniform);
+    // Mitsuba's blend leaves out what flakes hide.
+    let blend = "<phase type='blendphase'><float name='weight' value='.25'/><phase type='isotropic'/>";
+    let loaded = read(&format!(
+        "<medium type='homogeneous' id='m'>{blend}<phase type='sggx'>{six}</phase></phase></medium>"
+    ));
+    advice(&loaded, "which Mitsuba leaves out");
+    assert!(loaded.desc.media[0].is_homogeneous());
+}
+
+/// Grids of six channels: one matrix everywhere is uniform, others vary, and those of no ellipsoid are refused.
+#[test]
+fn microflakes_on_grids() {
+    let folder = folder("flakes");
+    let write = |name: &str, channels: i32, points: &[f32]| {
+        let mut grid = b"VOL\x03".to_vec();
+        let count = points.len() as i32 / channels;
+        [1, count, 1, 1, channels].iter().for_each(|n| grid.extend(n.to_le_bytes()));
+        [0.0, 0.0, 0.0, 1.0, 1.0, 1.0_f32].iter().for_each(|v| grid.extend(v.to_le_bytes()));
+        points.iter().for_each(|v| grid.extend(v.to_le_bytes()));
+        std::fs::write(folder.join(name), grid).unwrap();
+    };
+    let (one, other, nothing) =
+        ([1.0, 0.5, 0.25, 0.0, 0.25, 0.125], [0.5, 0.5, 0.5, 0.0, 0.0, 0.0], [0.0f32; 6]);
+    write("one.vol", 6, &[one, one].concat());
+    write("two.vol", 6, &[one, other, nothing].concat());
+    write("bad.vol", 6, &[one, [1.0, 1.0, 1.0, 0.0, 2.0, 0.0], [1.0, 1.0, f32::NAN, 0.0, 0.0, 0.0]].concat());
+    let of = |file: &str| {
+        let text = format!(
+            "<scene version='3.0.0'>{SENSOR}\n<shape type='cube'><bsdf type='null'/><medium type='homogeneous' name='interior'>\
+             <phase type='sggx'><volume name='S' type='gridvolume'><string name='filename' value='{file}'/></volume></phase></medium></shape></scene>"
+        );
+        load_str(&folder.join("scene.xml").display().to_string(), &text, &[])
+    };
+    let uniform = of("one.vol").unwrap().desc.media[0].clone();
+    assert_eq!(uniform.phase, PhaseDesc::Microflakes(MicroflakeDesc::Uniform(one.map(f64::from))));
+    assert!(uniform.is_homogeneous());
+    let loaded = of("two.vol").unwrap();
+    assert_eq!(loaded.warnings.len(), 0, "{:?}", loaded.warnings);
+    let mut varying = loaded.desc.media[0].clone();
+    assert!(varying.phase.varies() && varying.plugin() == "heterogeneous");
+    let PhaseDesc::Microflakes(MicroflakeDesc::Grid(grid)) = &varying.phase else {
+        panic!("{:?}", varying.phase)
+    };
+    assert_eq!(grid.mean(), [0.5, 1.0 / 3.0, 0.25, 0.0, 0.25 / 3.0, 0.125 / 3.0]);
+    assert!(grid.most() >= 1.0 && grid.most() < 1.5, "{}", grid.most());
+    varying.phase.make_uniform();
+    assert!(varying.is_homogeneous());
+    for (file, words) in [("bad.vol", "2 of the 3 matrices"), ("smoke.vol", "six channels")] {
+        let error = of(file).map(|_| ()).expect_err(file);
+        assert!(error.to_string().contains(words) && error.location().1 == 2, "{error:?}");
+    }
+}
+
 /// Each is told at its value.
 #[test]
 fn what_cannot_be_is_refused_with_its_place() {
@@ -287,7 +349,45 @@ fn what_cannot_be_is_refused_with_its_place() {
         ("type='hg'><float name='g' value='-1.5'/>", "between -1 and 1", Value),
         ("type='hg'><float name='g' value='.99999999999'/>", "between -1 and 1", Value),
         ("type='blendphase'>", "two phase functions", Parameter),
-        ("type='sggx'>", "micro-flakes", Plugin),
+        ("type='tabphase'>", "needs `values`", Missing),
+        ("type='tabphase'><string name='values' value='1'/>", "two values at least", Value),
+        ("type='tabphase'><string name='values' value=''/>", "two values at least", Value),
+        ("type='tabphase'><string name='values' value='0, 0'/>", "are 0", Value),
+        ("type='tabphase'><string name='values' value='1, -2, 1'/>", "-2 is negative", Value),
+        ("type='tabphase'><string name='values' value='1, nan'/>", "finite", Value),
+        ("type='tabphase'><string name='values' value='1; 2'/>", "not a number", Value),
+        ("type='sggx'>", "needs `S`", Missing),
+        ("type='sggx'><float name='S' value='1'/>", "six numbers", Value),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><float name='value' value='1'/></volume>",
+            "six numbers",
+            Plugin,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 1'/></volume>",
+            "these are 3",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 1 2 0 0'/></volume>",
+            "positive definite",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='0 0 0 0 0 0'/></volume>",
+            "positive definite",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 -1 0 0 0'/></volume>",
+            "positive definite",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 inf 0 0 0'/></volume>",
+            "finite",
+            Value,
+        ),
         ("type='hgg'>", "did you mean `hg`?", Plugin),
     ] {
         assert_eq!(refused(&in_phase(inner), words).0, kind, "{inner}");
@@ -445,7 +545,7 @@ fn lenient_runs() {
     let interface = MediumInterface { interior: None, exterior: Some(MediumId(0)) };
     assert_eq!(loaded.desc.shapes[0].medium_interface, interface);
     let loaded = read(&shape(
-        "<medium name='interior' type='homogeneous'><phase type='sggx'/><float name='scale' value='2'/></medium>",
+        "<medium name='interior' type='homogeneous'><phase type='forward'/><float name='scale' value='2'/></medium>",
     ));
     assert!(loaded.warnings[0].to_string().contains("isotropic"), "{:?}", loaded.warnings);
     assert_eq!((loaded.desc.media[0].scale, &loaded.desc.media[0].phase), (2.0, &PhaseDesc::Isotropic));

@@ -1,12 +1,15 @@
 //! Participating media against closed forms: transmittance, single scattering, the flux through slabs, and what is lost in none.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::support::agreement::{Method, Plan, repeat};
 use crate::support::scenes::*;
 use crate::support::welch;
+use pointillist::scene::desc::texture::WrapMode;
+use pointillist::scene::desc::volume::VolumeGrid;
 use pointillist::scene::desc::*;
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
@@ -71,13 +74,68 @@ fn transmittance_is_exponential() {
     assert_eq!(found, 0.0);
 }
 
+/// Microflakes that turn and grow from one end of the box [−1, 1]² × [2, 4] to the other.
+fn flakes_on_a_grid() -> PhaseDesc {
+    let grid =
+        |values: [[f32; 3]; 2]| Arc::new(VolumeGrid::new([1, 1, 2], 3, values.as_flattened().to_vec()));
+    let grids = [grid([[0.9, 0.1, 0.1], [0.1, 0.3, 0.4]]), grid([[0.0; 3], [0.1, -0.05, 0.2]])];
+    let to_grid =
+        DAffine3::from_scale(DVec3::splat(0.5)) * DAffine3::from_translation(DVec3::new(1.0, 1.0, -2.0));
+    PhaseDesc::Microflakes(MicroflakeDesc::Grid(Arc::new(MicroflakeGrid::new(
+        grids,
+        to_grid,
+        WrapMode::Clamp,
+        false,
+    ))))
+}
+
+/// Microflakes scale extinction by the area that they have seen along a ray, the same everywhere and on a grid.
+#[test]
+fn microflakes_hide_by_their_area() {
+    let s: [f64; 6] = [0.09, 0.5, 0.81, 0.1, -0.12, 0.2];
+    let numbers = s.map(|v| v as f32);
+    let grids = [[numbers[0], numbers[1], numbers[2]], [numbers[3], numbers[4], numbers[5]]]
+        .map(|half| Arc::new(VolumeGrid::new([1; 3], 3, half.to_vec())));
+    let grid = MicroflakeGrid::new(grids, DAffine3::IDENTITY, WrapMode::Clamp, false);
+    for flakes in [MicroflakeDesc::Uniform(s), MicroflakeDesc::Grid(Arc::new(grid))] {
+        for toward in [DVec3::X, DVec3::Z, DVec3::new(0.36, -0.48, 0.8)] {
+            let mut desc = empty();
+            desc.camera = look(-2.0 * toward, toward, 0.01);
+            let smoke = medium(&mut desc, 1.5, 0.0, PhaseDesc::Microflakes(flakes.clone()));
+            boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, smoke);
+            environment(&mut desc);
+            let [x, y, z] = toward.to_array();
+            let square = s[0] * x * x
+                + s[1] * y * y
+                + s[2] * z * z
+                + 2.0 * (s[3] * x * y + s[4] * x * z + s[5] * y * z);
+            let expected = (-3.0 * square.sqrt()).exp();
+            let (found, error) = mean(&desc, 1 << 14);
+            let off = (found - expected).abs();
+            assert!(
+                off <= 4.0 * error + 1e-6,
+                "{flakes:?} along {toward}: {found} ± {error}, not {expected}"
+            );
+        }
+    }
+}
+
 /// A ball of a medium without loss in even light is not seen, whatever its density and phase function.
 #[test]
 fn a_medium_without_loss_is_invisible_in_even_light() {
     let plan = Plan { side: 4, paths_per_pixel: 4096, seeds: 16, window: UvWindow::PICTURE };
-    for (sigma_t, phase) in
-        [(0.5, PhaseDesc::Isotropic), (4.0, HG(0.7)), (3.0, HG(-0.9)), (2.0, PhaseDesc::Rayleigh)]
-    {
+    let fibres = PhaseDesc::Microflakes(MicroflakeDesc::Uniform([0.9, 0.5, 0.2, 0.1, -0.2, 0.05]));
+    let table = PhaseDesc::Tabulated { values: [0.5, 0.0, 0.2, 3.0].into() };
+    for (sigma_t, phase) in [
+        (0.5, PhaseDesc::Isotropic),
+        (4.0, HG(0.7)),
+        (3.0, HG(-0.9)),
+        (2.0, PhaseDesc::Rayleigh),
+        (3.0, table.clone()),
+        (4.0, fibres.clone()),
+        (2.0, PhaseDesc::Blend { weight: 0.4, phases: Box::new([table, fibres]) }),
+        (4.0, flakes_on_a_grid()),
+    ] {
         let mut desc = empty();
         desc.camera.fov = 20.0;
         let cloud = medium(&mut desc, sigma_t, 1.0, phase);

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::ids::MediumId;
+use super::phase::PhaseDesc;
 use super::rendering_space::RenderingSpace;
 use super::texture::SpectrumTexture;
 
@@ -24,10 +25,10 @@ impl MediumDesc {
     /// space.
     pub const LARGEST: f64 = 1e12;
 
-    /// True where neither coefficient varies in space: Mitsuba's `homogeneous`.
+    /// True where neither a coefficient nor the phase function varies in space: Mitsuba's `homogeneous`.
     pub fn is_homogeneous(&self) -> bool {
         let uniform = |texture: &SpectrumTexture| matches!(texture, SpectrumTexture::Uniform(_));
-        uniform(&self.sigma_t) && uniform(&self.albedo)
+        uniform(&self.sigma_t) && uniform(&self.albedo) && !self.phase.varies()
     }
 
     /// Mitsuba's name of the plugin.
@@ -42,33 +43,8 @@ impl MediumDesc {
         {
             *volume = Arc::new(volume.placed(space));
         }
+        self.phase.place(space);
     }
-}
-
-/// A phase function: the density of directions into which a medium scatters.
-#[derive(Clone, Debug, PartialEq)]
-pub enum PhaseDesc {
-    /// All directions alike.
-    Isotropic,
-    /// Henyey and Greenstein's lobe, Mitsuba's `hg`.
-    HenyeyGreenstein {
-        /// Mean cosine of the angle between the directions of propagation before and after: above 0 forwards. In (−1, 1).
-        g: f64,
-    },
-    /// Scattering by particles much smaller than the wavelength, Mitsuba's `rayleigh`: 3/(16π) (1 + cos²θ).
-    Rayleigh,
-    /// One or the other, Mitsuba's `blendphase`.
-    Blend {
-        /// Share of the second, in [0, 1].
-        weight: f64,
-        /// Both.
-        phases: Box<[PhaseDesc; 2]>,
-    },
-}
-
-impl PhaseDesc {
-    /// Most phase functions that one is made of.
-    pub const MOST_PARTS: usize = 4;
 }
 
 /// The media on both sides of a surface, pbrt's `MediumInterface`. A surface that names none has the same medium on both sides, whichever it is.

@@ -45,6 +45,11 @@ impl VolumeGrid {
         self.values.len()
     }
 
+    /// The values, channels fastest and then x.
+    pub(super) fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     /// True for a single channel.
     pub fn is_grey(&self) -> bool {
         self.channels == 1

@@ -58,6 +58,7 @@ pub(super) const GRID_MEDIA: Entry = Entry {
         for medium in &mut desc.media {
             let (sigma_t, albedo) = (medium.sigma_t.mean(), medium.albedo.mean());
             (medium.sigma_t, medium.albedo) = (sigma_t.into(), albedo.into());
+            medium.phase.make_uniform();
         }
     },
     // A grid cannot be added without a place for it.

@@ -17,7 +17,8 @@ use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 use crate::tracer::wavelength_mis::WavelengthMis;
 
-use super::grid::GridMedium;
+use super::grid::{GridMedium, TrackedRay};
+use super::phase_field::AreaAlong;
 use super::{Coefficients, Media, Medium, MediumIndex, MediumKind, PathMedia};
 
 /// How far a path flies from one vertex to the next, in all media on its way together.
@@ -102,8 +103,10 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     /// Flies through a medium for at most the distance `end`, and takes the weight of that.
     #[inline]
     fn fly_through(&mut self, medium: &Medium, flight: &mut FreeFlight, ray: &Ray, end: f32) -> FlightPiece {
+        let area = medium.phase.along(ray.direction);
         let piece = FlightPiece {
             medium: self.medium,
+            area: area.most(),
             length: end,
             scatters: false,
             end: ray.origin,
@@ -112,7 +115,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         };
         match &medium.kind {
             MediumKind::Homogeneous(medium) => {
-                let coefficients = medium.at(&self.lambda);
+                let coefficients = medium.at(&self.lambda, piece.area);
                 let hero = f64::from(coefficients.extinction.x);
                 // Infinite where the extinction of the hero is 0.
                 let free = (flight.optical_depth / hero) as f32;
@@ -126,21 +129,22 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
                 let (relative, ln_most) = self.weigh(density, kept);
                 FlightPiece { relative, ln_most, ..piece }
             }
-            MediumKind::Grid(grid) => self.track_through(grid, flight, ray, piece),
+            MediumKind::Grid(grid) => self.track_through((grid, area), flight, ray, piece),
         }
     }
 
-    /// Flies through a medium on a grid.
+    /// Flies through a medium on a grid, whose particles have this projected area.
     fn track_through(
         &mut self,
-        grid: &GridMedium,
+        (grid, area): (&GridMedium, AreaAlong<'_>),
         flight: &mut FreeFlight,
         ray: &Ray,
         piece: FlightPiece,
     ) -> FlightPiece {
         let (lambda, mut length) = (self.lambda, piece.length);
-        let FreeFlight { optical_depth, random } = flight;
-        let scatters = grid.track(ray, piece.length, &lambda, optical_depth, random, |collision| {
+        let FreeFlight { optical_depth, random, .. } = flight;
+        let tracked = TrackedRay { ray: *ray, end: piece.length, area, lambda: &lambda };
+        let scatters = grid.track(&tracked, optical_depth, random, |collision| {
             if collision.albedo.is_some() {
                 length = collision.t;
             }
@@ -174,6 +178,8 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::tracer) struct FlightPiece {
     medium: MediumIndex,
+    /// The projected area of the particles in its direction; a bound of that on a grid.
+    area: f32,
     length: f32,
     /// It ends with a scattering.
     scatters: bool,
@@ -206,7 +212,7 @@ impl FlightPiece {
         match media.get(self.medium).map(|medium| &medium.kind) {
             None => SampledSpectrum::ONE,
             Some(MediumKind::Homogeneous(medium)) => {
-                let (density, kept) = self.density(&medium.at(lambda));
+                let (density, kept) = self.density(&medium.at(lambda, self.area));
                 SampledSpectrum((density - self.ln_most).exp() * kept)
             }
             Some(MediumKind::Grid(grid)) if self.scatters => {
@@ -293,17 +299,19 @@ impl Scene {
         loop {
             let at = if meets_surfaces { self.first(&ray) } else { None };
             let end = at.map_or(ray.t_max + beyond, |at| at.hit.t);
-            match media.get(medium).map(|medium| &medium.kind) {
+            let direction = ray.direction / unit;
+            match media.get(medium) {
                 None => {}
-                Some(MediumKind::Homogeneous(medium)) => {
-                    let extinction = medium.at(lambda).extinction;
+                Some(Medium { kind: MediumKind::Homogeneous(medium), phase }) => {
+                    let extinction = medium.at(lambda, phase.along(direction).most()).extinction;
                     let met = extinction.cmpgt(Vec4::ZERO);
                     depth += Vec4::select(met, extinction * (end * unit), Vec4::ZERO);
                 }
-                Some(MediumKind::Grid(grid)) => {
-                    let ray = Ray::new(ray.origin, ray.direction / unit);
+                Some(Medium { kind: MediumKind::Grid(grid), phase }) => {
+                    let ray = Ray::new(ray.origin, direction);
                     let random = random.get_or_insert_with(|| Random(hash(&ray)));
-                    tracked *= grid.transmittance(&ray, end * unit, lambda, random);
+                    let area = phase.along(direction);
+                    tracked *= grid.transmittance(&TrackedRay { ray, end: end * unit, area, lambda }, random);
                 }
             }
             let Some(at) = at else { break };

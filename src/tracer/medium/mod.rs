@@ -2,6 +2,9 @@
 //!
 //! ```text
 //! phase        phase functions: the bsdf of a vertex in a medium
+//! phase_table  those by a table
+//! microflakes  those of mirrors that lie in space
+//! phase_field  the phase function at each point of a medium, and what it hides in each direction
 //! homogeneous  coefficients that are the same everywhere
 //! grid         coefficients that vary: delta and ratio tracking
 //! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
@@ -26,8 +29,8 @@
 //!
 //! # MIS weights
 //!
-//! Densities of vertices in media have no cosine. Extinction appears in the density of every strategy and cancels; the transmittance of edges is
-//! left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
+//! Densities of vertices in media have no cosine, but the projected area of [microflakes](phase). Extinction, but for that, appears in the density
+//! of every strategy and cancels; the transmittance of edges is left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
 //! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
 
 mod crossing;
@@ -35,7 +38,10 @@ mod flight;
 mod grid;
 mod homogeneous;
 mod interface;
+mod microflakes;
 mod phase;
+mod phase_field;
+mod phase_table;
 mod place;
 
 use glam::{Vec3, Vec4};
@@ -47,6 +53,7 @@ use super::interaction::SurfaceInteraction;
 use super::prepare::PrepareError;
 use grid::GridMedium;
 use homogeneous::HomogeneousMedium;
+use phase_field::PhaseField;
 
 pub use flight::FreeFlight;
 pub(super) use flight::{EdgeWavelengths, FlightPiece};
@@ -60,7 +67,7 @@ const MOST_MIDDLES: usize = 64;
 #[derive(Clone, Debug)]
 struct Medium {
     kind: MediumKind,
-    phase: PhaseFunction,
+    phase: PhaseField,
 }
 
 /// How the coefficients of a medium vary.
@@ -158,10 +165,10 @@ impl Media {
         self.of_sources.get(source as usize).copied().unwrap_or(self.outside)
     }
 
-    /// The phase function of a medium; `None` for vacuum.
+    /// The phase function of a medium at the point `p`; `None` for vacuum.
     #[inline]
-    pub(super) fn phase(&self, index: MediumIndex) -> Option<PhaseFunction> {
-        self.get(index).map(|medium| medium.phase)
+    pub(super) fn phase(&self, index: MediumIndex, p: Vec3) -> Option<PhaseFunction> {
+        self.get(index).map(|medium| medium.phase.at(p))
     }
 }
 
@@ -172,7 +179,7 @@ impl Medium {
             None => MediumKind::Grid(Box::new(GridMedium::new(desc))),
         };
         let other = || PrepareError::PhaseFunction { named: named() };
-        let phase = PhaseFunction::new(&desc.phase).ok_or_else(other)?;
+        let phase = PhaseField::new(&desc.phase).ok_or_else(other)?;
         Ok(Self { kind, phase })
     }
 }

@@ -124,6 +124,18 @@ pub const NOTES: &[(&str, &str, &str)] = &[
         "`sigma_t` and `albedo` may be a `gridvolume`; of version 0.6 `density` is `sigma_t`",
     ),
     ("phase", "hg", "Henyey and Greenstein's; `g` above 0 is forwards"),
+    (
+        "phase",
+        "tabphase",
+        "a table over the cosine of the scattering angle, from -1, which is backwards, to 1 at equal steps; it is normalised",
+    ),
+    (
+        "phase",
+        "sggx",
+        "microflakes in world space: a `gridvolume` of six channels, Sxx, Syy, Szz, Sxy, Sxz and Syz, or a `constvolume` whose \
+         `value` is a `<string>` of six numbers, which Mitsuba 3.9.1 refuses; `sigma_t` is multiplied by the area that they \
+         have seen along a ray, in a `blendphase`, too, where Mitsuba leaves it out",
+    ),
     ("phase", "blendphase", "`weight` is the share of the second, one number; at most eight make one"),
     (
         "emitter",
