@@ -25,12 +25,13 @@ const PIECES: &[&str] = &[
     "<volume name=\"albedo\" type=\"constvolume\"><float name=\"value\" value=\"-1\"/></volume>",
     "<string name=\"material\" value=\"skimmilk\"/>",
     "<float name=\"scale\" value=\"1e30\"/>",
+    "<rgb name=\"radiance\" value=\"1e38, -1, inf\"/>",
 ];
 
 const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 <scene version="3.0.0">
   <integrator type="volpath"><integer name="max_depth" value="6"/></integrator>
-  <medium type="homogeneous" id="milk"><rgb name="sigma_t" value="1, 2, 3"/><float name="albedo" value="0.9"/><float name="scale" value="2"/>
+  <medium type="homogeneous" id="milk"><rgb name="sigma_t" value="1, 2, 3"/><rgb name="radiance" value="3, 2, 1"/><float name="albedo" value="0.9"/><float name="scale" value="2"/>
     <phase type="blendphase"><float name="weight" value="0.25"/><phase type="hg"><float name="g" value="0.8"/></phase>
       <phase type="rayleigh"/></phase></medium>
   <medium type="heterogeneous" id="smoke"><volume name="sigma_t" type="gridvolume"><string name="filename" value="grid.vol"/>
@@ -116,6 +117,7 @@ fn hostile_numbers_of_media() {
         for inside in [
             format!("<float name='sigma_t' value='{number}'/>"),
             format!("<float name='albedo' value='{number}'/>"),
+            format!("<float name='radiance' value='{number}'/>"),
             format!("<float name='scale' value='{number}'/>"),
             format!("<float name='sigma_s' value='{number}'/><float name='sigma_a' value='1'/>"),
             format!("<rgb name='sigma_t' value='1, {number}, 1'/>"),

@@ -6,21 +6,21 @@ use glam::{DVec3, Vec4};
 use miette::{Diagnostic, Severity};
 
 use pointillist::scene::desc::texture::SpectrumTexture;
-use pointillist::scene::desc::{MediumDesc, MediumId, MediumInterface, MicroflakeDesc, PhaseDesc, SceneDesc};
+use pointillist::scene::desc::{MediumDesc, MediumId, MediumInterface, PhaseDesc, SceneDesc};
 use pointillist::scene::{
     FindingKind, LoadOptions, Loaded, SceneError, SceneWarning, load_str, load_str_with,
 };
 use pointillist::spectrum::Spectrum;
 
-const SENSOR: &str = "<sensor type='perspective'/><emitter type='constant'/>";
+pub(crate) const SENSOR: &str = "<sensor type='perspective'/><emitter type='constant'/>";
 
 /// A scene of this version whose body begins in line 2.
-fn try_version(version: &str, body: &str, lenient: bool) -> Result<Loaded, SceneError> {
+pub(crate) fn try_version(version: &str, body: &str, lenient: bool) -> Result<Loaded, SceneError> {
     let text = format!("<scene version='{version}'>{SENSOR}\n{body}</scene>");
     load_str_with("t.xml", &text, &LoadOptions { defines: &[], lenient })
 }
 
-fn read(body: &str) -> Loaded {
+pub(crate) fn read(body: &str) -> Loaded {
     try_version("3.0.0", body, false).unwrap_or_else(|e| panic!("{body}: {e:?}"))
 }
 
@@ -36,16 +36,16 @@ fn medium_of(version: &str, plugin: &str, inner: &str) -> MediumDesc {
     medium.clone()
 }
 
-fn medium(inner: &str) -> MediumDesc {
+pub(crate) fn medium(inner: &str) -> MediumDesc {
     medium_of("3.0.0", "homogeneous", inner)
 }
 
-fn phase(inner: &str) -> PhaseDesc {
+pub(crate) fn phase(inner: &str) -> PhaseDesc {
     medium(inner).phase
 }
 
 /// Kind and place of the error of a scene, which says these words in its message or its help.
-fn refused(body: &str, words: &str) -> (FindingKind, usize, usize) {
+pub(crate) fn refused(body: &str, words: &str) -> (FindingKind, usize, usize) {
     let error = try_version("3.0.0", body, false).map(|_| ()).expect_err(body);
     let help = Diagnostic::help(&error).map(|help| help.to_string()).unwrap_or_default();
     assert!(format!("{error} {help}").contains(words), "{body}: {error} ({help})");
@@ -53,19 +53,19 @@ fn refused(body: &str, words: &str) -> (FindingKind, usize, usize) {
     (error.kind(), line, column)
 }
 
-fn advice<'a>(loaded: &'a Loaded, words: &str) -> &'a SceneWarning {
+pub(crate) fn advice<'a>(loaded: &'a Loaded, words: &str) -> &'a SceneWarning {
     let found = loaded.warnings.iter().find(|warning| warning.to_string().contains(words));
     let found = found.unwrap_or_else(|| panic!("no `{words}` in {:?}", loaded.warnings));
     assert_eq!(found.severity(), Some(Severity::Advice), "{found:?}");
     found
 }
 
-fn constant(value: f32) -> Spectrum {
+pub(crate) fn constant(value: f32) -> Spectrum {
     Spectrum::Constant(value)
 }
 
 /// The values at 450, 550, 600 and 650 nm.
-fn values(texture: &SpectrumTexture) -> [f32; 4] {
+pub(crate) fn values(texture: &SpectrumTexture) -> [f32; 4] {
     texture.uniform().expect("the same everywhere").eval(Vec4::new(450.0, 550.0, 600.0, 650.0)).to_array()
 }
 
@@ -75,7 +75,7 @@ fn near(found: [f32; 4], expected: [f32; 4], tolerance: f32) {
 }
 
 /// A grid of 2 × 2 × 2 numbers in a folder of its own.
-fn folder(name: &str) -> std::path::PathBuf {
+pub(crate) fn folder(name: &str) -> std::path::PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("media_{name}"));
     let _ = std::fs::remove_dir_all(&folder); // not there the first time
     std::fs::create_dir_all(&folder).unwrap();
@@ -95,7 +95,10 @@ fn defaults_are_those_of_mitsuba() {
             "<shape type='cube'><bsdf type='null'/><medium type='{plugin}' name='interior'/></shape>"
         );
         let loaded = read(&body);
-        let [MediumDesc { sigma_t, albedo, scale, phase }] = loaded.desc.media.as_slice() else { panic!() };
+        let [MediumDesc { sigma_t, albedo, scale, phase, emission }] = loaded.desc.media.as_slice() else {
+            panic!()
+        };
+        assert!(emission.is_none());
         assert!(*sigma_t == constant(1.0) && *albedo == constant(0.75), "{plugin}");
         assert_eq!((*scale, phase), (1.0, &PhaseDesc::Isotropic));
         // Mitsuba cuts the second kind to a box.
@@ -257,68 +260,6 @@ fn phase_functions() {
         hg.replace("'hg'", "'hg' id='p'")
     ));
     assert_eq!(loaded.desc.media[0].phase, PhaseDesc::HenyeyGreenstein { g: -0.3 });
-}
-
-#[test]
-fn tables_and_microflakes() {
-    let values =
-        |text: &str| phase(&format!("<phase type='tabphase'><string name='values' value='{text}'/></phase>"));
-    assert_eq!(values("0.5, 1, 1e3"), PhaseDesc::Tabulated { values: [0.5, 1.0, 1e3].into() });
-    assert_eq!(values("0 2"), PhaseDesc::Tabulated { values: [0.0, 2.0].into() });
-    let six = "<volume name='S' type='constvolume'><string name='value' value='.5, .7, .3, .1, -.05, .08'/></volume>";
-    let uniform = PhaseDesc::Microflakes(MicroflakeDesc::Uniform([0.5, 0.7, 0.3, 0.1, -0.05, 0.08]));
-    assert_eq!(phase(&format!("<phase type='sggx'>{six}</phase>")), uniform);
-    // Mitsuba's blend leaves out what flakes hide.
-    let blend = "<phase type='blendphase'><float name='weight' value='.25'/><phase type='isotropic'/>";
-    let loaded = read(&format!(
-        "<medium type='homogeneous' id='m'>{blend}<phase type='sggx'>{six}</phase></phase></medium>"
-    ));
-    advice(&loaded, "which Mitsuba leaves out");
-    assert!(loaded.desc.media[0].is_homogeneous());
-}
-
-/// Grids of six channels: one matrix everywhere is uniform, others vary, and those of no ellipsoid are refused.
-#[test]
-fn microflakes_on_grids() {
-    let folder = folder("flakes");
-    let write = |name: &str, channels: i32, points: &[f32]| {
-        let mut grid = b"VOL\x03".to_vec();
-        let count = points.len() as i32 / channels;
-        [1, count, 1, 1, channels].iter().for_each(|n| grid.extend(n.to_le_bytes()));
-        [0.0, 0.0, 0.0, 1.0, 1.0, 1.0_f32].iter().for_each(|v| grid.extend(v.to_le_bytes()));
-        points.iter().for_each(|v| grid.extend(v.to_le_bytes()));
-        std::fs::write(folder.join(name), grid).unwrap();
-    };
-    let (one, other, nothing) =
-        ([1.0, 0.5, 0.25, 0.0, 0.25, 0.125], [0.5, 0.5, 0.5, 0.0, 0.0, 0.0], [0.0f32; 6]);
-    write("one.vol", 6, &[one, one].concat());
-    write("two.vol", 6, &[one, other, nothing].concat());
-    write("bad.vol", 6, &[one, [1.0, 1.0, 1.0, 0.0, 2.0, 0.0], [1.0, 1.0, f32::NAN, 0.0, 0.0, 0.0]].concat());
-    let of = |file: &str| {
-        let text = format!(
-            "<scene version='3.0.0'>{SENSOR}\n<shape type='cube'><bsdf type='null'/><medium type='homogeneous' name='interior'>\
-             <phase type='sggx'><volume name='S' type='gridvolume'><string name='filename' value='{file}'/></volume></phase></medium></shape></scene>"
-        );
-        load_str(&folder.join("scene.xml").display().to_string(), &text, &[])
-    };
-    let uniform = of("one.vol").unwrap().desc.media[0].clone();
-    assert_eq!(uniform.phase, PhaseDesc::Microflakes(MicroflakeDesc::Uniform(one.map(f64::from))));
-    assert!(uniform.is_homogeneous());
-    let loaded = of("two.vol").unwrap();
-    assert_eq!(loaded.warnings.len(), 0, "{:?}", loaded.warnings);
-    let mut varying = loaded.desc.media[0].clone();
-    assert!(varying.phase.varies() && varying.plugin() == "heterogeneous");
-    let PhaseDesc::Microflakes(MicroflakeDesc::Grid(grid)) = &varying.phase else {
-        panic!("{:?}", varying.phase)
-    };
-    assert_eq!(grid.mean(), [0.5, 1.0 / 3.0, 0.25, 0.0, 0.25 / 3.0, 0.125 / 3.0]);
-    assert!(grid.most() >= 1.0 && grid.most() < 1.5, "{}", grid.most());
-    varying.phase.make_uniform();
-    assert!(varying.is_homogeneous());
-    for (file, words) in [("bad.vol", "2 of the 3 matrices"), ("smoke.vol", "six channels")] {
-        let error = of(file).map(|_| ()).expect_err(file);
-        assert!(error.to_string().contains(words) && error.location().1 == 2, "{error:?}");
-    }
 }
 
 /// Each is told at its value.

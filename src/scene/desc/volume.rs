@@ -142,6 +142,12 @@ impl VolumeTexture {
         &self.to_grid
     }
 
+    /// The values at a position, as [`coefficient`](Self::coefficient) has them.
+    #[inline]
+    pub fn coefficient_at(&self, p: Vec3) -> [f32; 3] {
+        self.coefficient(self.near.transform_point3(p))
+    }
+
     /// The values at a place in the space in which the grid fills the unit cube, for a coefficient of a medium: what is no number, not positive or
     /// not finite counts as 0.
     #[inline]

@@ -17,8 +17,8 @@ use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 use crate::tracer::wavelength_mis::WavelengthMis;
 
+use super::emission::EmissionField;
 use super::grid::{GridMedium, TrackedRay};
-use super::phase_field::AreaAlong;
 use super::{Coefficients, Media, Medium, MediumIndex, MediumKind, PathMedia};
 
 /// How far a path flies from one vertex to the next, in all media on its way together.
@@ -28,6 +28,8 @@ pub struct FreeFlight {
     optical_depth: f64,
     /// Decides collisions on grids.
     random: Random,
+    /// The light of the media that a camera path has found on it, times what the path carries there.
+    emitted: SampledSpectrum,
 }
 
 impl FreeFlight {
@@ -35,7 +37,14 @@ impl FreeFlight {
     #[inline(always)]
     pub fn of<B: Scattering>(u: impl FnOnce() -> f64) -> Self {
         let u = if B::Media::PRESENT { u() } else { 0.0 };
-        Self { optical_depth: -(-u).ln_1p(), random: Random(mix(u.to_bits())) }
+        let random = Random(mix(u.to_bits()));
+        Self { optical_depth: -(-u).ln_1p(), random, emitted: SampledSpectrum::ZERO }
+    }
+
+    /// The light of media that it has found since this was asked last.
+    #[inline(always)]
+    pub fn take_emitted(&mut self) -> SampledSpectrum {
+        std::mem::replace(&mut self.emitted, SampledSpectrum::ZERO)
     }
 }
 
@@ -113,7 +122,8 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             relative: WavelengthMis::ALL,
             ln_most: 0.0,
         };
-        match &medium.kind {
+        let Medium { kind, emission, .. } = medium;
+        match kind {
             MediumKind::Homogeneous(medium) => {
                 let coefficients = medium.at(&self.lambda, piece.area);
                 let hero = f64::from(coefficients.extinction.x);
@@ -124,27 +134,50 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
                 if !scatters && hero > 0.0 {
                     flight.optical_depth -= hero * f64::from(end);
                 }
+                if !FROM_LIGHT && let Some(emission) = emission {
+                    let Coefficients { extinction, albedo } = coefficients;
+                    let depth = Vec4::select(extinction.cmpgt(Vec4::ZERO), extinction * end, Vec4::ZERO);
+                    let met = Vec4::from_array(depth.to_array().map(|depth| -(-depth).exp_m1()));
+                    let emitted = met * (1.0 - albedo) * emission.at(ray.origin, &self.lambda);
+                    flight.emitted += self.carried_light(emitted);
+                }
                 let piece = FlightPiece { length, scatters, ..piece };
                 let (density, kept) = piece.density(&coefficients);
                 let (relative, ln_most) = self.weigh(density, kept);
                 FlightPiece { relative, ln_most, ..piece }
             }
-            MediumKind::Grid(grid) => self.track_through((grid, area), flight, ray, piece),
+            MediumKind::Grid(grid) => {
+                let lambda = self.lambda;
+                let tracked = TrackedRay { ray: *ray, end, area, lambda: &lambda };
+                self.track_through(grid, emission.as_ref(), &tracked, flight, piece)
+            }
         }
     }
 
-    /// Flies through a medium on a grid, whose particles have this projected area.
+    /// The light that is emitted where this walk is, as the path counts it.
+    #[inline]
+    fn carried_light(&self, emitted: Vec4) -> SampledSpectrum {
+        self.throughput * SampledSpectrum(emitted) * self.wavelength_weight()
+    }
+
+    /// Flies through a medium on a grid.
     fn track_through(
         &mut self,
-        (grid, area): (&GridMedium, AreaAlong<'_>),
+        grid: &GridMedium,
+        emission: Option<&EmissionField>,
+        tracked: &TrackedRay<'_>,
         flight: &mut FreeFlight,
-        ray: &Ray,
         piece: FlightPiece,
     ) -> FlightPiece {
-        let (lambda, mut length) = (self.lambda, piece.length);
-        let FreeFlight { optical_depth, random, .. } = flight;
-        let tracked = TrackedRay { ray: *ray, end: piece.length, area, lambda: &lambda };
-        let scatters = grid.track(&tracked, optical_depth, random, |collision| {
+        let TrackedRay { ray, lambda, .. } = tracked;
+        let mut length = piece.length;
+        let FreeFlight { optical_depth, random, emitted } = flight;
+        let scatters = grid.track(tracked, optical_depth, random, |collision| {
+            if !FROM_LIGHT && let Some(emission) = emission {
+                let albedo = collision.albedo.unwrap_or_else(|| grid.albedo_at(collision.p, lambda));
+                let absorbed = collision.real * (1.0 - albedo);
+                *emitted += self.carried_light(absorbed * emission.at(collision.p, lambda));
+            }
             if collision.albedo.is_some() {
                 length = collision.t;
             }
@@ -302,12 +335,12 @@ impl Scene {
             let direction = ray.direction / unit;
             match media.get(medium) {
                 None => {}
-                Some(Medium { kind: MediumKind::Homogeneous(medium), phase }) => {
+                Some(Medium { kind: MediumKind::Homogeneous(medium), phase, .. }) => {
                     let extinction = medium.at(lambda, phase.along(direction).most()).extinction;
                     let met = extinction.cmpgt(Vec4::ZERO);
                     depth += Vec4::select(met, extinction * (end * unit), Vec4::ZERO);
                 }
-                Some(Medium { kind: MediumKind::Grid(grid), phase }) => {
+                Some(Medium { kind: MediumKind::Grid(grid), phase, .. }) => {
                     let ray = Ray::new(ray.origin, direction);
                     let random = random.get_or_insert_with(|| Random(hash(&ray)));
                     let area = phase.along(direction);

@@ -78,6 +78,10 @@ pub(super) struct TrackedRay<'a> {
 pub(super) struct Collision {
     /// Distance from the beginning of the flight.
     pub(super) t: f32,
+    /// Where it is.
+    pub(super) p: Vec3,
+    /// The probability with which each lane meets a particle.
+    pub(super) real: Vec4,
     /// The logarithms of the densities with which each lane would have decided so; 0 where all have the same.
     pub(super) density: Vec4,
     /// The albedo, where the path scatters.
@@ -169,7 +173,8 @@ impl GridMedium {
                     false => Vec4::ZERO,
                 };
                 let albedo = scatters.then(|| self.albedo_at(p, lambda));
-                take(Collision { t: t as f32, density, albedo });
+                let real = extinction / piece.bound;
+                take(Collision { t: t as f32, p, real, density, albedo });
                 if scatters {
                     return true;
                 }

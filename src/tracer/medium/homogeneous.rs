@@ -21,7 +21,7 @@ pub(super) struct HomogeneousMedium {
 impl HomogeneousMedium {
     /// `None` for a medium that varies in space.
     pub(super) fn new(desc: &MediumDesc) -> Option<Self> {
-        if desc.phase.varies() {
+        if !desc.is_homogeneous() {
             return None;
         }
         let (SpectrumTexture::Uniform(extinction), SpectrumTexture::Uniform(albedo)) =

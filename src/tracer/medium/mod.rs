@@ -5,6 +5,7 @@
 //! phase_table  those by a table
 //! microflakes  those of mirrors that lie in space
 //! phase_field  the phase function at each point of a medium, and what it hides in each direction
+//! emission     the light that a medium emits
 //! homogeneous  coefficients that are the same everywhere
 //! grid         coefficients that vary: delta and ratio tracking
 //! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
@@ -27,6 +28,13 @@
 //! transmittance along each edge of the path, times its extinction at each vertex in a medium. This is a property of the path, whichever
 //! strategy found it. So the transmittance of an edge that is not sampled, to a light or between two subpaths, belongs to it as well.
 //!
+//! # Emission
+//!
+//! Each piece of a flight of a camera path adds the light that the medium emits along it: in closed form where nothing varies, and on a grid at
+//! each tentative collision (the absorption and emission estimator of Fong, Wrenninge, Kulla and Habel, *Production Volume Rendering*, SIGGRAPH
+//! 2017 course, §5.4, before it is known whether the collision is one). No other strategy samples it, so that it has no MIS weight. Lights
+//! that are chosen are shapes, environments and points; paths from lights do not begin in a medium.
+//!
 //! # MIS weights
 //!
 //! Densities of vertices in media have no cosine, but the projected area of [microflakes](phase). Extinction, but for that, appears in the density
@@ -34,6 +42,7 @@
 //! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
 
 mod crossing;
+mod emission;
 mod flight;
 mod grid;
 mod homogeneous;
@@ -51,6 +60,7 @@ use crate::scene::desc::{MediumDesc, MediumInterface, Name};
 
 use super::interaction::SurfaceInteraction;
 use super::prepare::PrepareError;
+use emission::EmissionField;
 use grid::GridMedium;
 use homogeneous::HomogeneousMedium;
 use phase_field::PhaseField;
@@ -68,6 +78,7 @@ const MOST_MIDDLES: usize = 64;
 struct Medium {
     kind: MediumKind,
     phase: PhaseField,
+    emission: Option<EmissionField>,
 }
 
 /// How the coefficients of a medium vary.
@@ -159,6 +170,11 @@ impl Media {
         self.media.iter().any(is)
     }
 
+    /// True where some medium emits light.
+    pub(super) fn shine(&self) -> bool {
+        self.media.iter().any(|medium| medium.emission.is_some())
+    }
+
     /// The medium around a source of light.
     #[inline]
     pub(super) fn around_source(&self, source: u32) -> MediumIndex {
@@ -180,7 +196,8 @@ impl Medium {
         };
         let other = || PrepareError::PhaseFunction { named: named() };
         let phase = PhaseField::new(&desc.phase).ok_or_else(other)?;
-        Ok(Self { kind, phase })
+        let emission = desc.emission.as_ref().filter(|light| !light.is_black()).map(EmissionField::new);
+        Ok(Self { kind, phase, emission })
     }
 }
 

@@ -115,13 +115,14 @@ pub const NOTES: &[(&str, &str, &str)] = &[
          scene, times `scale`. They are `sigma_t` and `albedo`, or `sigma_s` and `sigma_a`, or those of a `material` of Jensen et al. 2001 \
          (`apple`, `chicken1`, `chicken2`, `cream`, `ketchup`, `marble`, `potato`, `skimmilk`, `skin1`, `skin2`, `spectralon`, \
          `wholemilk`) in 1/mm; Mitsuba 3 knows `sigma_t` and `albedo` only. An `<rgb>` as `sigma_t` may be above 1, which Mitsuba's \
-         spectral mode refuses.",
+         spectral mode refuses. Mitsuba's media do not shine: `radiance` is that of an opaque layer, so that per unit of length a medium \
+         emits its absorption coefficient times that.",
     ),
     ("medium", "homogeneous", "the same everywhere"),
     (
         "medium",
         "heterogeneous",
-        "`sigma_t` and `albedo` may be a `gridvolume`; of version 0.6 `density` is `sigma_t`",
+        "`sigma_t`, `albedo` and `radiance`, under D65, may be a `gridvolume`; of version 0.6 `density` is `sigma_t`",
     ),
     ("phase", "hg", "Henyey and Greenstein's; `g` above 0 is forwards"),
     (

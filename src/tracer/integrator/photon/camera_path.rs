@@ -8,7 +8,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Scattering;
-use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
+use crate::tracer::integrator::direct_lighting::{PathState, Splitting, TakenEmission};
 use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
@@ -72,8 +72,10 @@ pub(super) struct CameraPath<'a, C> {
     /// Contribution of photons, and of all that was found before the secondary wavelengths were terminated.
     xyz: Xyz,
     class: PathClass,
-    /// Photons account for all further light except emission hit by the next ray.
+    /// Photons account for all further light except emission hit by the next ray, and that of media.
     gathered: bool,
+    /// Only the emission of media is still to be found.
+    only_media: bool,
     /// The wavelengths that would have chosen the flights through media.
     flights: WavelengthMis,
 }
@@ -96,6 +98,7 @@ impl<'a> PathStart<'a> {
             xyz,
             class,
             gathered: false,
+            only_media: false,
             flights: WavelengthMis::ALL,
         }
     }
@@ -105,10 +108,12 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// Follows the path along `ray` to its end and returns what it found, in all and by groups of lights.
     pub fn trace<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let mut from = ray.origin;
-        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, self.class != PathClass::Caustic) {
-            if self.gathered {
+        let media_shine = self.tracer.context.scene.media().is_some_and(Media::shine);
+        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, self.taken()) {
+            if self.gathered && !media_shine {
                 break;
             }
+            self.only_media |= self.gathered;
             // The last ray was too short for the photons at its end to stand for what it saw.
             let (_, radius, _) = self.reach(PhotonLayer::Global);
             let near = from.distance_squared(hit.point.p) < radius * radius;
@@ -120,6 +125,14 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end()
     }
 
+    /// The emission that photons do not account for.
+    fn taken(&self) -> TakenEmission {
+        match self.only_media || self.class == PathClass::Caustic {
+            true => TakenEmission::OfMedia,
+            false => TakenEmission::All,
+        }
+    }
+
     /// Follows the path along `ray` while its light can be found by merging only, and returns the contribution of photons, in all and by groups
     /// of lights.
     pub fn merge<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
@@ -127,7 +140,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let mut prefix = Prefix::CAMERA;
         // The camera subpath adds lights behind chains of deltas.
         self.state.chain = SpecularChain::PathAlone;
-        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, false) {
+        while let Some(hit) = self.arrive::<B>(&mut ray, sampler, TakenEmission::Nothing) {
             let vertex =
                 SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda, self.state.walk.medium);
             let diffuse = vertex.bsdf.has_diffuse_part();
@@ -149,7 +162,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// Caustics on the first surface along `ray`, by its photons.
     pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
-        if let Some(hit) = self.arrive::<B>(&mut ray, sampler, false) {
+        if let Some(hit) = self.arrive::<B>(&mut ray, sampler, TakenEmission::Nothing) {
             let vertex =
                 SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda, self.state.walk.medium);
             if vertex.bsdf.has_diffuse_part() {
@@ -165,14 +178,14 @@ impl<C: LightCredits> CameraPath<'_, C> {
         &mut self,
         ray: &mut Ray,
         sampler: &Sampler,
-        takes_emission: bool,
+        takes: TakenEmission,
     ) -> Option<SurfaceInteraction> {
         let Self { tracer, state, scratch, flights, .. } = self;
         let record = |piece: FlightPiece| {
             *flights = piece.and(*flights);
             scratch.steps.push(RecordedStep::Flight(piece));
         };
-        let hit = state.arrive::<B>(&tracer.context, ray, sampler, takes_emission, record)?;
+        let hit = state.arrive::<B>(&tracer.context, ray, sampler, takes, record)?;
         if B::Media::PRESENT && !self.state.walk.lambda.is_hero_only() {
             let media = self.tracer.context.scene.media();
             if self.is_dispersed() || media.is_some_and(Media::has_chromatic_grids) {
@@ -211,6 +224,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda, self.state.walk.medium);
         B::record(|| PathEvent::Meets((&self.state.walk).into(), hit));
         let diffuse = vertex.bsdf.has_diffuse_part();
+        if self.only_media {
+            return self.scatter(&vertex, diffuse, u);
+        }
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
             self.state.add_direct(scene, &vertex, u);
         }
@@ -231,7 +247,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = Walk::<false>::sample(vertex, u)?;
-        self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
+        if !self.only_media {
+            self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
+        }
         let wi = self.state.scatter(vertex, &s)?;
         if s.hero_only || s.transmitted && vertex.bsdf.is_dispersive() && self.is_dispersed() {
             self.drop_companions();
