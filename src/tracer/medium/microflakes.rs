@@ -20,7 +20,9 @@ const LEAST: f64 = 1e-8;
 /// A distribution of normals, in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Microflakes {
-    /// The columns of L, without what is 0.
+    /// The square root of the trace of S.
+    scale: f32,
+    /// The columns of L over that, without what is 0.
     x: Vec3,
     y: [f32; 2],
     z: f32,
@@ -29,21 +31,22 @@ pub(super) struct Microflakes {
 impl Microflakes {
     /// That of S_xx, S_yy, S_zz, S_xy, S_xz and S_yz; nothing is seen of a matrix that is 0.
     pub(super) fn new(s: [f64; 6]) -> Self {
-        let [xx, yy, zz, xy, xz, yz] = s;
-        let least = LEAST * (xx + yy + zz);
-        if least.is_nan() || least <= 0.0 {
-            return Self { x: Vec3::ZERO, y: [0.0; 2], z: 0.0 };
+        let trace = s[0] + s[1] + s[2];
+        if trace.is_nan() || trace <= 0.0 {
+            return Self { scale: 0.0, x: Vec3::X, y: [1.0, 0.0], z: 1.0 };
         }
+        let [xx, yy, zz, xy, xz, yz] = s.map(|v| v / trace);
         // Cholesky's factorisation.
-        let a = xx.max(least).sqrt();
+        let a = xx.max(LEAST).sqrt();
         let (b, c) = (xy / a, xz / a);
-        let d = (yy - b * b).max(least).sqrt();
+        let d = (yy - b * b).max(LEAST).sqrt();
         let e = (yz - b * c) / d;
-        let f = (zz - c * c - e * e).max(least).sqrt();
-        Self { x: Vec3::new(a as f32, b as f32, c as f32), y: [d as f32, e as f32], z: f as f32 }
+        let f = (zz - c * c - e * e).max(LEAST).sqrt();
+        let x = Vec3::new(a as f32, b as f32, c as f32);
+        Self { scale: trace.sqrt() as f32, x, y: [d as f32, e as f32], z: f as f32 }
     }
 
-    /// Lᵀ `d`.
+    /// Lᵀ `d` over the scale.
     #[inline]
     fn to_sphere(self, d: Vec3) -> Vec3 {
         Vec3::new(self.x.dot(d), self.y[0] * d.y + self.y[1] * d.z, self.z * d.z)
@@ -52,12 +55,17 @@ impl Microflakes {
     /// The area that is seen from the unit direction `d`, per area in all: σ.
     #[inline]
     pub(super) fn projected_area(self, d: Vec3) -> f32 {
-        self.to_sphere(d).length()
+        self.scale * self.to_sphere(d).length()
     }
 
     /// Bound of [`Self::projected_area`].
     pub(super) fn most_area(self) -> f32 {
-        (self.x.length_squared() + self.y[0] * self.y[0] + self.y[1] * self.y[1] + self.z * self.z).sqrt()
+        self.scale * self.square().sqrt()
+    }
+
+    /// The sum of the squares of L over the scale: 1, but for what was too thin.
+    fn square(self) -> f32 {
+        self.x.length_squared() + self.y[0] * self.y[0] + self.y[1] * self.y[1] + self.z * self.z
     }
 
     /// The density per steradian of scattering from `wo` to `wi`, times the area that is seen from `wo`: D / 4 at the half vector.
@@ -68,15 +76,15 @@ impl Microflakes {
         let y = (h.y - self.x.y * x) / self.y[0];
         let z = (h.z - self.x.z * x - self.y[1] * y) / self.z;
         let ratio = h.length_squared() / Vec3::new(x, y, z).length_squared();
-        let density = 0.25 * FRAC_1_PI * ratio * ratio / (self.x.x * self.y[0] * self.z);
-        // Nothing is seen of a matrix that is 0, and no flake turns light straight on.
+        let density = self.scale * (0.25 * FRAC_1_PI) * ratio * ratio / (self.x.x * self.y[0] * self.z);
+        // No flake turns light straight on.
         if density.is_finite() { density } else { 0.0 }
     }
 
     /// The direction into which a flake that is seen from `wo` mirrors it.
     #[inline]
     pub(super) fn sample(self, wo: Vec3, u: [f32; 2]) -> Vec3 {
-        let Some(seen) = self.to_sphere(wo).try_normalize() else { return -wo };
+        let seen = self.to_sphere(wo).normalize();
         let m = Frame::new(seen).to_world(warp::cosine_hemisphere(u));
         let n = Vec3::new(
             self.x.x * m.x,
@@ -89,7 +97,7 @@ impl Microflakes {
 
     /// True where the density has a peak: the flakes are far from those of a sphere.
     pub(super) fn is_peaked(self) -> bool {
-        let mean = self.most_area() * self.most_area() / 3.0;
+        let mean = self.square() / 3.0;
         let det = self.x.x * self.y[0] * self.z;
         2.0 * det * det < mean * mean * mean
     }

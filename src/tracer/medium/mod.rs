@@ -37,7 +37,7 @@
 //!
 //! # MIS weights
 //!
-//! Densities of vertices in media have no cosine, but the projected area of [microflakes](phase). Extinction, but for that, appears in the density
+//! Densities of vertices in media have no cosine, but the projected area of microflakes. Extinction, but for that, appears in the density
 //! of every strategy and cancels; the transmittance of edges is left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
 //! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
 

@@ -194,7 +194,7 @@ impl PhaseFunction {
     }
 
     /// Bound of the projected area, where these lobes vary.
-    pub(super) fn most_area(&self, grids: &LobeGrids) -> f32 {
+    pub(super) fn most_area(&self, grids: &[(usize, Arc<MicroflakeGrid>)]) -> f32 {
         let of = |(slot, (lobe, share)): (usize, (&PhaseLobe, f32))| {
             let grid = grids.iter().find(|(varying, _)| *varying == slot).map(|(_, grid)| grid);
             // Fibres that are thinner than the thinnest are made a little thicker.
@@ -435,6 +435,40 @@ mod tests {
         let phase = PhaseFunction::new(&table(&[0.5, 1.0, 1.5, 4.0])).expect("one lobe");
         near(phase.density(wo, -wo), 0.201_037_8);
         near(phase.density(wo, Vec3::new(0.6, 0.48, 0.64)), 0.044_067_48);
+    }
+
+    /// Flakes that are flat, fibres without thickness, and those that are large, small or nothing.
+    #[test]
+    fn extreme_microflakes_stay_sound() {
+        let mut random = Random(1);
+        for s in [
+            [1.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+            [1.0; 6],
+            [1e6, 1e6, 1e-6, 0.0, 0.0, 0.0],
+            [1e-30, 2e-30, 1e-30, 0.0, 5e-31, 0.0],
+            [0.0; 6],
+        ] {
+            let phase = PhaseFunction::new(&flakes(s)).expect("one lobe");
+            for _ in 0..1000 {
+                let [wo, wi] = [warp_sphere(&mut random), warp_sphere(&mut random)];
+                let (area, density) = (phase.projected_area(wo), phase.density(wo, wi));
+                let bound = (s[0] + s[1] + s[2]).sqrt() as f32;
+                assert!((0.0..=bound * 1.001).contains(&area), "{s:?}: {area}");
+                assert!(density >= 0.0 && density.is_finite(), "{s:?}: {density}");
+                assert_eq!(phase.density(wo, -wo), 0.0, "{s:?}");
+                if let Some(sample) = phase.sample(wo, [random.f32(), random.f32()], 0.5) {
+                    assert!((sample.wi.length() - 1.0).abs() < 1e-5, "{s:?}: {}", sample.wi);
+                    assert!(sample.pdf.0 > 0.0 && sample.pdf.0.is_finite(), "{s:?}: {}", sample.pdf.0);
+                } else {
+                    assert_eq!(s, [0.0; 6], "a flake that is seen scatters");
+                }
+            }
+        }
+    }
+
+    fn warp_sphere(random: &mut Random) -> Vec3 {
+        crate::math::warp::sphere([random.f32(), random.f32()])
     }
 
     /// A table without a density is none, and equal ones are kept once.
