@@ -26,6 +26,8 @@ PHASES = {
     "rayleigh": '<phase type="rayleigh"/>',
     "blend": '<phase type="blendphase"><float name="weight" value="0.3"/><phase type="hg"><float name="g" value="0.7"/></phase>'
     '<phase type="rayleigh"/></phase>',
+    "table": '<phase type="tabphase"><string name="values" value="0.4, 0.1, 0.2, 0.5, 0.6, 2.5"/></phase>',
+    "flakes": '<phase type="sggx"><volume name="S" type="gridvolume"><string name="filename" value="flakes.vol"/></volume></phase>',
 }
 
 SPHERE = '<shape type="sphere"><point name="center" x="0" y="0" z="0.8"/><float name="radius" value="0.6"/>'
@@ -105,6 +107,21 @@ def room(medium, phase, emitter):
     )
 
 
+def write_grid(path, size, channels, values):
+    header = struct.pack("<3sB5i6f", b"VOL", 3, 1, *size, channels, 0, 0, 0, 1, 1, 1)
+    path.write_bytes(header + struct.pack(f"<{len(values)}f", *values))
+
+
+def flakes(folder):
+    """The matrix of flat flakes that lie askew, and fibres that turn from one end of a grid to the other."""
+    write_grid(folder / "flakes.vol", [1, 1, 1], 6, [0.3, 0.5, 0.8, 0.1, -0.2, 0.3])
+    turning = []
+    for i in range(9):
+        c, s = math.cos(0.2 * i), math.sin(0.2 * i)
+        turning += [0.1 + 0.8 * s * s, 0.1 + 0.8 * c * c, 0.9, -0.8 * s * c, 0, 0]
+    write_grid(folder / "fibres.vol", [1, 1, 9], 6, turning)
+
+
 def smoke(folder):
     """Two grids: a density that billows upwards, and an albedo in colours."""
     size = 24
@@ -117,8 +134,7 @@ def smoke(folder):
         density.append(max(0.0, 1 - radius / (0.1 + 0.25 * p[2])) * billow)
         albedo += [0.9, 0.5 + 0.4 * p[2], 0.3 + 0.6 * p[0]]
     for name, channels, values in (("density", 1, density), ("albedo", 3, albedo)):
-        header = struct.pack("<3sB5i6f", b"VOL", 3, 1, size, size, size, channels, 0, 0, 0, 1, 1, 1)
-        (folder / f"{name}.vol").write_bytes(header + struct.pack(f"<{len(values)}f", *values))
+        write_grid(folder / f"{name}.vol", [size] * 3, channels, values)
 
 
 def on_grid(name, channels="density", phase="isotropic", emitter="sky", scale="12", albedo=None):
@@ -131,7 +147,7 @@ def on_grid(name, channels="density", phase="isotropic", emitter="sky", scale="1
     albedo = grid.format("albedo", "albedo") if albedo == "grid" else albedo
     medium = (
         f'<medium type="heterogeneous" id="fog">{grid.format("sigma_t", channels)}{albedo}<float name="scale" value="{scale}"/>'
-        f"{PHASES[phase]}</medium>"
+        f"{PHASES[phase].replace('flakes.vol', 'fibres.vol')}</medium>"
     )
     return SCENE.format(
         integrator="volpathmis",
@@ -170,11 +186,13 @@ def main():
         ("dye", "blend", "lamp"),
     ]:
         scenes[f"room-{medium}-{emitter}-{phase}"] = room(medium, phase, emitter)
+    flakes(folder)
     smoke(folder)
     scenes["smoke-sky-isotropic"] = on_grid("smoke")
     scenes["smoke-lamp-forward"] = on_grid("smoke", phase="forward", emitter="lamp", scale="30")
     scenes["smoke-point-milky"] = on_grid("smoke", emitter="point", albedo='<rgb name="albedo" value="0.95 0.8 0.5"/>')
     scenes["smoke-sun-albedo_grid"] = on_grid("smoke", emitter="sun", albedo="grid")
+    scenes["smoke-lamp-fibres"] = on_grid("smoke", phase="flakes", emitter="lamp", scale="20")
     for name, scene in scenes.items():
         (folder / f"{name}.xml").write_text(scene)
     print(f"{len(scenes)} scenes in {folder}")

@@ -14,6 +14,9 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The axes of world space.
+    pub const WORLD: Self = Self { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
+
     /// The frame around the unit vector `n`, without branches and without a division by zero at n = −z
     /// (Duff et al., *Building an Orthonormal Basis, Revisited*, JCGT 6(1), 2017).
     #[inline]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::math::frame::Frame;
 use crate::scene::desc::RenderingSpace;
@@ -165,10 +165,10 @@ impl Scene {
         media.of_source(self.lights.source(light)).unwrap_or_else(|| self.medium_ahead(ray))
     }
 
-    /// The phase function of a medium; in vacuum, where nothing scatters, that of all directions alike.
+    /// The phase function of a medium at the point `p`; in vacuum, where nothing scatters, that of all directions alike.
     #[inline]
-    pub(super) fn phase_function(&self, medium: MediumIndex) -> PhaseFunction {
-        self.media().and_then(|media| media.phase(medium)).unwrap_or(PhaseFunction::ISOTROPIC)
+    pub(super) fn phase_function(&self, medium: MediumIndex, p: Vec3) -> PhaseFunction {
+        self.media().and_then(|media| media.phase(medium, p)).unwrap_or(PhaseFunction::ISOTROPIC)
     }
 
     /// The lights.

@@ -16,7 +16,7 @@ use super::scene::{Scene, SurfaceMaterial};
 pub struct SurfaceVertex<B: Scattering = Bsdf> {
     /// The hit; `hit.wo` points back along the path, world space.
     pub hit: SurfaceInteraction,
-    /// The shading frame of `bsdf` and `wo`; around `hit.wo` in a medium.
+    /// The shading frame of `bsdf` and `wo`; in a medium around `hit.wo`, or world space where the phase function lies in that.
     pub frame: Frame,
     /// The material at the wavelengths of the path.
     pub bsdf: B,
@@ -37,8 +37,12 @@ impl<B: Scattering> SurfaceVertex<B> {
     ) -> Self {
         if B::Media::PRESENT && hit.is_in_medium() {
             let media = B::Media::at(medium, || None);
-            let (frame, bsdf) = (Frame::new(hit.wo), B::of_phase(scene.phase_function(medium)));
-            return Self { frame, bsdf, wo: Vec3::Z, hit, media };
+            let phase = scene.phase_function(medium, hit.point.p);
+            let (frame, wo) = match phase.is_oriented() {
+                true => (Frame::WORLD, hit.wo),
+                false => (Frame::new(hit.wo), Vec3::Z),
+            };
+            return Self { frame, bsdf: B::of_phase(phase), wo, hit, media };
         }
         let (frame, bsdf) = match scene.is_parametrized() {
             false => {
@@ -59,10 +63,14 @@ impl<B: Scattering> SurfaceVertex<B> {
         (surface.frame, surface.bsdf(lambda))
     }
 
-    /// |cos| of the angle between the world-space direction `d` and the geometric normal; 1 in a medium, which has none.
+    /// |cos| of the angle between the world-space direction `d` and the geometric normal; in a medium, which has none, the
+    /// [projected area](crate::tracer::bsdf::ScatteringModel::projected_area) of its particles.
     #[inline(always)]
     pub fn cosine(&self, d: Vec3) -> f32 {
-        if B::Media::PRESENT && self.hit.is_in_medium() { 1.0 } else { d.dot(self.hit.point.ng).abs() }
+        match B::Media::PRESENT && self.hit.is_in_medium() {
+            true => self.bsdf.projected_area(d),
+            false => d.dot(self.hit.point.ng).abs(),
+        }
     }
 
     /// The context for sampling a light from here, seen from the side that the path came from.

@@ -138,6 +138,22 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         }
     }
 
+    /// The weight of the path by the wavelengths that would have chosen it. The factor 4 of a lone hero is already in the densities of its
+    /// wavelengths, so it is removed here.
+    #[inline]
+    pub(super) fn wavelength_weight(&self) -> f32 {
+        self.weight_of(self.wavelength_mis)
+    }
+
+    /// As [`wavelength_weight`](Self::wavelength_weight), with this wavelength MIS in the place of its own.
+    #[inline]
+    pub(super) fn weight_of(&self, wavelength_mis: WavelengthMis) -> f32 {
+        match self.lambda.is_hero_only() {
+            true => 0.25 * wavelength_mis.and(WavelengthMis::ALONE).weight(),
+            false => wavelength_mis.weight(),
+        }
+    }
+
     /// Sets the throughput of the secondary wavelengths to zero at a dispersive delta, and keeps evaluating materials at all four: the two
     /// subpaths of a connection must agree on the probabilities of lobes.
     #[inline]

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::pairs::{PHOTONS, PLAN, assert_all_pairs};
+use crate::pairs::{PHOTONS, PLAN, assert_all_pairs, assert_pairs};
+use crate::support::agreement::Method;
 use pointillist::scene::SceneDesc;
 use pointillist::scene::load_str;
 
@@ -123,6 +124,35 @@ fn a_cloud_on_a_grid() {
                  <translate x='-.5' y='-.5'/><scale value='1.4'/></transform></volume><float name='scale' value='4'/>\
                  <float name='albedo' value='.8'/><phase type='hg'><float name='g' value='-.4'/></phase></medium>";
     assert_all_pairs("grid", &floor_and("", &(box_of(cloud) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
+/// A ball of flat flakes that lie askew, and of a table that scatters to the sides, under a lamp and a sky.
+#[test]
+fn flakes_and_a_table() {
+    let cloud = medium(
+        "interior",
+        "<float name='sigma_t' value='3'/><rgb name='albedo' value='.9 .8 .7'/><phase type='blendphase'><float name='weight' value='.3'/>\
+         <phase type='sggx'><volume name='S' type='constvolume'><string name='value' value='.3, .5, .8, .1, -.2, .3'/></volume></phase>\
+         <phase type='tabphase'><string name='values' value='.2, 1, 1.5, .5, 2'/></phase></phase>",
+    );
+    assert_all_pairs("flakes", &floor_and("", &(ball(NULL, &cloud) + LAMP + SKY)), PLAN, PHOTONS);
+}
+
+/// A fire that is dense for blue light, over a floor that its own light falls on. Particles do not find it.
+#[test]
+fn a_fire() {
+    let fire = medium(
+        "interior",
+        "<rgb name='sigma_t' value='1 2 4'/><float name='albedo' value='.4'/><rgb name='radiance' value='5 2 .5'/>",
+    );
+    let floor = floor_and("", &(ball(NULL, &fire) + SKY));
+    assert_pairs(
+        "fire",
+        &floor,
+        &[Method::Path, Method::Bidirectional, Method::Photon, Method::Vcm],
+        PLAN,
+        PHOTONS,
+    );
 }
 
 /// A shining ball in a medium in glass, next to a mirror: photons through glass, chains of deltas and media together.

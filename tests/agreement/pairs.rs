@@ -57,14 +57,19 @@ fn seen_from_lights(desc: &SceneDesc, side: usize) -> Vec<bool> {
 /// Each pair takes Welch's t-test in every block, at a level divided by the number of blocks and pairs (Bonferroni), and one on the
 /// mean of the blocks, whose variance comes from the repetitions, so that correlation between neighbours counts.
 pub fn assert_all_pairs(name: &str, desc: &SceneDesc, plan: Plan, photons: f64) {
+    assert_pairs(name, desc, &METHODS, plan, photons);
+}
+
+/// As [`assert_all_pairs`], for these methods.
+pub fn assert_pairs(name: &str, desc: &SceneDesc, methods: &[Method], plan: Plan, photons: f64) {
     let visible = seen_from_lights(desc, plan.side);
-    let pictures = METHODS.map(|method| repeat(desc, method, plan));
-    let pairs: Vec<_> = (0..METHODS.len()).flat_map(|b| (0..b).map(move |a| (a, b))).collect();
+    let pictures: Vec<_> = methods.iter().map(|method| repeat(desc, *method, plan)).collect();
+    let pairs: Vec<_> = (0..methods.len()).flat_map(|b| (0..b).map(move |a| (a, b))).collect();
     let mut failures = Vec::new();
     for &(a, b) in &pairs {
-        let from_light = [a, b].iter().any(|&i| METHODS[i] == Method::Particle);
+        let from_light = [a, b].iter().any(|&i| methods[i] == Method::Particle);
         let blocks: Vec<usize> = (0..plan.side.pow(2)).filter(|&i| visible[i] || !from_light).collect();
-        let biased = [a, b].iter().any(|&i| matches!(METHODS[i], Method::Photon | Method::Vcm));
+        let biased = [a, b].iter().any(|&i| matches!(methods[i], Method::Photon | Method::Vcm));
         let (share, n) = (if biased { photons } else { 0.0 }, f64::from(plan.seeds));
         let test = |of: &dyn Fn(&[f64]) -> f64| {
             let [a, b] = [a, b].map(|i| welch::moments(pictures[i].iter().map(|p| of(p))));
@@ -78,8 +83,8 @@ pub fn assert_all_pairs(name: &str, desc: &SceneDesc, plan: Plan, photons: f64) 
         let line = format!(
             "{name}: {:?} and {:?}, {} blocks: mean t² {squares:.2}, worst block {:?} t {:.2} p {:.1e}; means {:.5} and {:.5}, \
              {:+.3} % ± {:.3} %, p {:.1e}",
-            METHODS[a],
-            METHODS[b],
+            methods[a],
+            methods[b],
             blocks.len(),
             (blocks[worst] % plan.side, blocks[worst] / plan.side),
             results[worst].0,

@@ -18,23 +18,26 @@ const PIECES: &[&str] = &[
     "<phase type=\"hg\"/>",
     "<phase type=\"blendphase\">",
     "<phase type=\"tabphase\"><string name=\"values\" value=\"nan, -1, 1e39\"/></phase>",
+    "<phase type=\"sggx\"><volume name=\"S\" type=\"constvolume\"><string name=\"value\" value=\"1, 1, 1, nan, 9, -9\"/></volume></phase>",
+    "<phase type=\"sggx\"><volume name=\"S\" type=\"gridvolume\"><string name=\"filename\" value=\"grid.vol\"/></volume></phase>",
     "<volume name=\"sigma_t\" type=\"gridvolume\"><string name=\"filename\" value=\"nothing.vol\"/></volume>",
     "<volume name=\"albedo\" type=\"constvolume\"><float name=\"value\" value=\"-1\"/></volume>",
     "<string name=\"material\" value=\"skimmilk\"/>",
     "<float name=\"scale\" value=\"1e30\"/>",
+    "<rgb name=\"radiance\" value=\"1e38, -1, inf\"/>",
 ];
 
 const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 <scene version="3.0.0">
   <integrator type="volpath"><integer name="max_depth" value="6"/></integrator>
-  <medium type="homogeneous" id="milk"><rgb name="sigma_t" value="1, 2, 3"/><float name="albedo" value="0.9"/><float name="scale" value="2"/>
+  <medium type="homogeneous" id="milk"><rgb name="sigma_t" value="1, 2, 3"/><rgb name="radiance" value="3, 2, 1"/><float name="albedo" value="0.9"/><float name="scale" value="2"/>
     <phase type="blendphase"><float name="weight" value="0.25"/><phase type="hg"><float name="g" value="0.8"/></phase>
       <phase type="rayleigh"/></phase></medium>
   <medium type="heterogeneous" id="smoke"><volume name="sigma_t" type="gridvolume"><string name="filename" value="grid.vol"/>
       <transform name="to_world"><scale x="1" y="2" z="3"/><rotate y="1" angle="30"/></transform></volume>
     <volume name="albedo" type="constvolume"><rgb name="value" value="0.5, 0.6, 0.7"/></volume>
-    <phase type="isotropic"/></medium>
-  <medium type="homogeneous" id="spectral"><spectrum name="sigma_s" value="400:0.1, 700:9"/><spectrum name="sigma_a" value="1"/></medium>
+    <phase type="sggx"><volume name="S" type="constvolume"><string name="value" value="0.9, 0.5, 0.2, 0.1, -0.2, 0.05"/></volume></phase></medium>
+  <medium type="homogeneous" id="spectral"><phase type="tabphase"><string name="values" value="0.5, 1, 0, 3"/></phase><spectrum name="sigma_s" value="400:0.1, 700:9"/><spectrum name="sigma_a" value="1"/></medium>
   <sensor type="perspective"><ref name="medium" id="milk"/><transform name="to_world"><lookat origin="0, 1, -5" target="0, 1, 0" up="0, 1, 0"/></transform></sensor>
   <shape type="sphere"><bsdf type="null"/><ref name="interior" id="smoke"/><ref name="exterior" id="milk"/></shape>
   <shape type="cube"><transform name="to_world"><translate x="3"/></transform><bsdf type="null"/><ref name="interior" id="spectral"/></shape>
@@ -107,12 +110,19 @@ fn hostile_numbers_of_media() {
         for inside in [
             format!("<float name='sigma_t' value='{number}'/>"),
             format!("<float name='albedo' value='{number}'/>"),
+            format!("<float name='radiance' value='{number}'/>"),
             format!("<float name='scale' value='{number}'/>"),
             format!("<float name='sigma_s' value='{number}'/><float name='sigma_a' value='1'/>"),
             format!("<rgb name='sigma_t' value='1, {number}, 1'/>"),
             format!("<spectrum name='sigma_t' value='400:1, 500:{number}'/>"),
             format!("<phase type='hg'><float name='g' value='{number}'/></phase>"),
             format!("<phase type='tabphase'><string name='values' value='1, {number}, 1'/></phase>"),
+            format!(
+                "<phase type='sggx'><volume name='S' type='constvolume'><string name='value' value='1, 1, {number}, 0, 0, 0'/></volume></phase>"
+            ),
+            format!(
+                "<phase type='sggx'><volume name='S' type='constvolume'><string name='value' value='1, 1, 1, 0, {number}, 0'/></volume></phase>"
+            ),
             format!(
                 "<phase type='blendphase'><float name='weight' value='{number}'/><phase type='isotropic'/><phase type='hg'/></phase>"
             ),
@@ -135,6 +145,8 @@ fn hostile_numbers_of_media() {
         (milk("<float name='sigma_t' value='1e39'/>"), ""),
         (milk("<float name='albedo' value='2'/>"), ""),
         (milk("<phase type='hg'><float name='g' value='1'/></phase>"), "mean cosine"),
+        (milk("<phase type='tabphase'><string name='values' value='nan, -1, 1e39'/></phase>"), "number"),
+        (milk("<phase type='sggx'/>"), "needs `S`"),
         (milk("<phase type='hg'><float name='g' value='-1'/></phase>"), "mean cosine"),
         (milk("<string name='material' value='nothing'/>"), "no medium is known"),
     ]);

@@ -88,7 +88,7 @@ fn every_effect_is_accounted_for() {
     let (_, plan) = plan.split_once("TRACER").unwrap();
     let (plan, _) = plan.split_once("CLIENT").unwrap();
     let names: Vec<&str> = plan.lines().skip(1).map(|line| line.split_whitespace().next().unwrap()).collect();
-    assert_eq!(names.len(), 18, "{plan}");
+    assert_eq!(names.len(), 19, "{plan}");
     let words: Vec<&str> = prices.split(|c: char| c != '-' && !c.is_alphanumeric()).collect();
     for name in names {
         assert_eq!(words.iter().filter(|word| **word == name).count(), 1, "{name} in:\n{prices}");

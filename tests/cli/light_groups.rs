@@ -169,6 +169,11 @@ fn what_cannot_be_is_refused_at_once() {
         fail(&dir, &[&["render", "scene.xml", "--device", "cpu", "--quiet"], &exr[..], args].concat(), why);
     }
     fail(&dir, &["render", "scene.xml", "--light-groups"], "give -o FILE.exr");
+    // The light of a fire is of no group.
+    let fire = "<shape type='cube'><bsdf type='null'/><medium type='homogeneous' name='interior'><float name='radiance' value='1'/></medium></shape></scene>";
+    fs::write(dir.join("fire.xml"), SCENE.replace("</scene>", fire)).expect("the scene can be written");
+    let args = ["render", "fire.xml", "--device", "cpu", "--quiet", "-o", "out.exr", "--light-groups"];
+    fail(&dir, &args, "that media emit");
 }
 
 #[test]

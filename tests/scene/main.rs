@@ -21,6 +21,7 @@ mod instances;
 mod load;
 mod media;
 mod media_edits;
+mod media_light;
 mod mixed;
 mod models;
 mod moved;

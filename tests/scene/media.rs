@@ -12,15 +12,15 @@ use pointillist::scene::{
 };
 use pointillist::spectrum::Spectrum;
 
-const SENSOR: &str = "<sensor type='perspective'/><emitter type='constant'/>";
+pub(crate) const SENSOR: &str = "<sensor type='perspective'/><emitter type='constant'/>";
 
 /// A scene of this version whose body begins in line 2.
-fn try_version(version: &str, body: &str, lenient: bool) -> Result<Loaded, SceneError> {
+pub(crate) fn try_version(version: &str, body: &str, lenient: bool) -> Result<Loaded, SceneError> {
     let text = format!("<scene version='{version}'>{SENSOR}\n{body}</scene>");
     load_str_with("t.xml", &text, &LoadOptions { defines: &[], lenient })
 }
 
-fn read(body: &str) -> Loaded {
+pub(crate) fn read(body: &str) -> Loaded {
     try_version("3.0.0", body, false).unwrap_or_else(|e| panic!("{body}: {e:?}"))
 }
 
@@ -36,16 +36,16 @@ fn medium_of(version: &str, plugin: &str, inner: &str) -> MediumDesc {
     medium.clone()
 }
 
-fn medium(inner: &str) -> MediumDesc {
+pub(crate) fn medium(inner: &str) -> MediumDesc {
     medium_of("3.0.0", "homogeneous", inner)
 }
 
-fn phase(inner: &str) -> PhaseDesc {
+pub(crate) fn phase(inner: &str) -> PhaseDesc {
     medium(inner).phase
 }
 
 /// Kind and place of the error of a scene, which says these words in its message or its help.
-fn refused(body: &str, words: &str) -> (FindingKind, usize, usize) {
+pub(crate) fn refused(body: &str, words: &str) -> (FindingKind, usize, usize) {
     let error = try_version("3.0.0", body, false).map(|_| ()).expect_err(body);
     let help = Diagnostic::help(&error).map(|help| help.to_string()).unwrap_or_default();
     assert!(format!("{error} {help}").contains(words), "{body}: {error} ({help})");
@@ -53,19 +53,19 @@ fn refused(body: &str, words: &str) -> (FindingKind, usize, usize) {
     (error.kind(), line, column)
 }
 
-fn advice<'a>(loaded: &'a Loaded, words: &str) -> &'a SceneWarning {
+pub(crate) fn advice<'a>(loaded: &'a Loaded, words: &str) -> &'a SceneWarning {
     let found = loaded.warnings.iter().find(|warning| warning.to_string().contains(words));
     let found = found.unwrap_or_else(|| panic!("no `{words}` in {:?}", loaded.warnings));
     assert_eq!(found.severity(), Some(Severity::Advice), "{found:?}");
     found
 }
 
-fn constant(value: f32) -> Spectrum {
+pub(crate) fn constant(value: f32) -> Spectrum {
     Spectrum::Constant(value)
 }
 
 /// The values at 450, 550, 600 and 650 nm.
-fn values(texture: &SpectrumTexture) -> [f32; 4] {
+pub(crate) fn values(texture: &SpectrumTexture) -> [f32; 4] {
     texture.uniform().expect("the same everywhere").eval(Vec4::new(450.0, 550.0, 600.0, 650.0)).to_array()
 }
 
@@ -75,7 +75,7 @@ fn near(found: [f32; 4], expected: [f32; 4], tolerance: f32) {
 }
 
 /// A grid of 2 × 2 × 2 numbers in a folder of its own.
-fn folder(name: &str) -> std::path::PathBuf {
+pub(crate) fn folder(name: &str) -> std::path::PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("media_{name}"));
     let _ = std::fs::remove_dir_all(&folder); // not there the first time
     std::fs::create_dir_all(&folder).unwrap();
@@ -95,7 +95,10 @@ fn defaults_are_those_of_mitsuba() {
             "<shape type='cube'><bsdf type='null'/><medium type='{plugin}' name='interior'/></shape>"
         );
         let loaded = read(&body);
-        let [MediumDesc { sigma_t, albedo, scale, phase }] = loaded.desc.media.as_slice() else { panic!() };
+        let [MediumDesc { sigma_t, albedo, scale, phase, emission }] = loaded.desc.media.as_slice() else {
+            panic!()
+        };
+        assert!(emission.is_none());
         assert!(*sigma_t == constant(1.0) && *albedo == constant(0.75), "{plugin}");
         assert_eq!((*scale, phase), (1.0, &PhaseDesc::Isotropic));
         // Mitsuba cuts the second kind to a box.
@@ -287,7 +290,45 @@ fn what_cannot_be_is_refused_with_its_place() {
         ("type='hg'><float name='g' value='-1.5'/>", "between -1 and 1", Value),
         ("type='hg'><float name='g' value='.99999999999'/>", "between -1 and 1", Value),
         ("type='blendphase'>", "two phase functions", Parameter),
-        ("type='sggx'>", "micro-flakes", Plugin),
+        ("type='tabphase'>", "needs `values`", Missing),
+        ("type='tabphase'><string name='values' value='1'/>", "two values at least", Value),
+        ("type='tabphase'><string name='values' value=''/>", "two values at least", Value),
+        ("type='tabphase'><string name='values' value='0, 0'/>", "are 0", Value),
+        ("type='tabphase'><string name='values' value='1, -2, 1'/>", "-2 is negative", Value),
+        ("type='tabphase'><string name='values' value='1, nan'/>", "finite", Value),
+        ("type='tabphase'><string name='values' value='1; 2'/>", "not a number", Value),
+        ("type='sggx'>", "needs `S`", Missing),
+        ("type='sggx'><float name='S' value='1'/>", "six numbers", Value),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><float name='value' value='1'/></volume>",
+            "six numbers",
+            Plugin,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 1'/></volume>",
+            "these are 3",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 1 2 0 0'/></volume>",
+            "positive definite",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='0 0 0 0 0 0'/></volume>",
+            "positive definite",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 -1 0 0 0'/></volume>",
+            "positive definite",
+            Value,
+        ),
+        (
+            "type='sggx'><volume name='S' type='constvolume'><string name='value' value='1 1 inf 0 0 0'/></volume>",
+            "finite",
+            Value,
+        ),
         ("type='hgg'>", "did you mean `hg`?", Plugin),
     ] {
         assert_eq!(refused(&in_phase(inner), words).0, kind, "{inner}");
@@ -445,7 +486,7 @@ fn lenient_runs() {
     let interface = MediumInterface { interior: None, exterior: Some(MediumId(0)) };
     assert_eq!(loaded.desc.shapes[0].medium_interface, interface);
     let loaded = read(&shape(
-        "<medium name='interior' type='homogeneous'><phase type='sggx'/><float name='scale' value='2'/></medium>",
+        "<medium name='interior' type='homogeneous'><phase type='forward'/><float name='scale' value='2'/></medium>",
     ));
     assert!(loaded.warnings[0].to_string().contains("isotropic"), "{:?}", loaded.warnings);
     assert_eq!((loaded.desc.media[0].scale, &loaded.desc.media[0].phase), (2.0, &PhaseDesc::Isotropic));

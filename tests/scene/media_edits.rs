@@ -14,7 +14,7 @@ const FOGGY: &str = "<scene version='3.0.0'><emitter type='constant'/>
     <sensor type='perspective'><ref id='fog'/></sensor>
     <shape type='cube' id='box'><bsdf type='null'/><ref name='interior' id='fog'/></shape>
     <shape type='sphere'><bsdf type='null'/><ref name='exterior' id='fog'/><medium name='interior' type='homogeneous'>
-        <float name='scale' value='5'/></medium></shape>
+        <float name='scale' value='5'/><float name='radiance' value='2'/></medium></shape>
 </scene>";
 
 #[test]
@@ -31,11 +31,12 @@ fn media_can_be_edited() {
         ]
     );
     assert_eq!(
-        labels(1)[..4],
+        labels(1)[..5],
         [
             "density of the medium (interior)",
             "extinction colour of the medium (interior)",
             "albedo of the medium (interior)",
+            "emission of the medium (interior)",
             "density of medium \"fog\" (exterior, shared by 2 shapes)",
         ]
     );
@@ -53,6 +54,8 @@ fn media_can_be_edited() {
     edits.set(Target::Albedo(fog), NewValue::Rgb([0.5, 0.6, 0.7])).unwrap();
     edits.set(Target::Asymmetry(fog), NewValue::Number(-0.25)).unwrap();
     edits.set(Target::Density(other), NewValue::Scale(0.1)).unwrap();
+    assert!(Target::MediumEmission(fog).get(&desc).is_err());
+    edits.set(Target::MediumEmission(other), NewValue::Scale(2.5)).unwrap();
     assert!(edits.set(Target::Asymmetry(fog), NewValue::Number(1.0)).is_err());
     assert!(edits.set(Target::Density(fog), NewValue::Scale(-1.0)).is_err());
     let applied = edits.apply(&desc).unwrap();
@@ -63,6 +66,7 @@ fn media_can_be_edited() {
     let close = extinction.iter().zip([0.8, 0.4, 0.2]).all(|(a, b)| (a - b).abs() < 0.01);
     assert!(close, "{extinction:?}");
     assert_eq!(applied.media[1].scale, 0.5);
+    assert_eq!(applied.media[1].emission.as_ref().unwrap().radiance, Spectrum::d65(5.0));
 }
 
 /// Changes and a moved camera are saved, and the scene that is read back is the edited one.
@@ -78,6 +82,7 @@ fn edits_of_media_are_saved() {
     edits.set(Target::Albedo(MediumId(0)), NewValue::Rgb([0.5, 0.6, 0.7])).unwrap();
     edits.set(Target::Asymmetry(MediumId(0)), NewValue::Number(-0.25)).unwrap();
     edits.set(Target::Density(MediumId(1)), NewValue::Scale(0.1)).unwrap();
+    edits.set(Target::MediumEmission(MediumId(1)), NewValue::Scale(2.5)).unwrap();
     let mut camera = desc.camera.clone();
     camera.to_world.translation.x += 1.0;
     edits.camera = Some(camera);
@@ -87,6 +92,7 @@ fn edits_of_media_are_saved() {
     for line in [
         "<edit object=\"medium\" id=\"fog\" name=\"density_scale\" value=\"2.5\"/>",
         "<edit object=\"medium\" index=\"1\" count=\"2\" type=\"homogeneous\" name=\"density_scale\" value=\"0.1\"/>",
+        "<edit object=\"medium\" index=\"1\" count=\"2\" type=\"homogeneous\" name=\"emission_scale\" value=\"2.5\"/>",
         "<ref id=\"fog\"/>",
     ] {
         assert!(text.contains(line), "{text}");

@@ -29,7 +29,8 @@ pub(crate) fn grid(size: [usize; 3], values: Vec<f32>, to_world: DAffine3) -> Sp
 
 fn grid_medium(desc: &mut SceneDesc, sigma_t: SpectrumTexture, scale: f64, albedo: f32) -> MediumId {
     let albedo = Spectrum::Constant(albedo).into();
-    desc.media.push(MediumDesc { sigma_t, albedo, scale, phase: PhaseDesc::Isotropic });
+    let phase = PhaseDesc::Isotropic;
+    desc.media.push(MediumDesc { sigma_t, albedo, scale, phase, emission: None });
     MediumId(desc.media.len() as u32 - 1)
 }
 
@@ -273,6 +274,7 @@ fn m10_chromatic_extinction() {
         albedo: Spectrum::Constant(0.0).into(),
         scale: 1.0,
         phase: PhaseDesc::Isotropic,
+        emission: None,
     });
     boundary(&mut desc, ShapeKind::Cube, cube(DVec3::splat(-0.5), DVec3::splat(0.5)), MediumId(0));
     environment(&mut desc);

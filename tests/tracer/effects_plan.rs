@@ -198,22 +198,28 @@ fn media_call_for_their_effects() {
     let colored = medium("homogeneous", "<rgb name='sigma_t' value='.2 .4 .8'/>");
     let grid = "<volume name='sigma_t' type='gridvolume'><string name='filename' value='texture_volume_numbers.vol'/></volume>";
     let grid = medium("heterogeneous", grid);
+    let fire = medium("homogeneous", "<rgb name='radiance' value='3'/>");
+    let coal = medium("homogeneous", "<rgb name='radiance' value='3 2 1'/>");
     for (medium, expected) in [
         (&grey, vec!["media"]),
         (&colored, vec!["media", "chromatic-media", "wavelengths"]),
         (&grid, vec!["media", "grid-media"]),
+        (&fire, vec!["media", "emissive-media"]),
+        (&coal, vec!["media", "emissive-media", "wavelengths"]),
     ] {
         let desc = read("volpath", medium);
         let effects = on(&desc, IntegratorKind::Path);
         let always = ["opacity", "environment"];
         assert_eq!(effects, expected.into_iter().chain(always).collect(), "{medium}");
-        for effect in [Effect::Media, Effect::GridMedia, Effect::ChromaticMedia] {
+        for effect in [Effect::Media, Effect::GridMedia, Effect::ChromaticMedia, Effect::EmissiveMedia] {
             let mut less = desc.clone();
             without(&mut less, effect).unwrap();
             assert!(!on(&less, IntegratorKind::Path).contains(effect.name()), "{medium}: {effect:?}");
             Scene::prepare(&less).unwrap();
         }
     }
+    let shines = |kind| on(&read("volpath", &fire), kind).contains("emissive-media");
+    assert!(shines(IntegratorKind::Photon) && !shines(IntegratorKind::Light), "particles do not find it");
     let mut surfaces = read("path", &grey);
     assert!(!on(&surfaces, IntegratorKind::Path).contains("media"));
     let clear = luminances(&surfaces, 1024);
@@ -233,5 +239,7 @@ fn an_example_of_media_is_on() {
     assert!(with(&mut room, Effect::Media) && on(&room, IntegratorKind::Path).contains("media"));
     assert!(with(&mut room, Effect::ChromaticMedia));
     assert!(on(&room, IntegratorKind::Path).contains("chromatic-media"));
+    assert!(with(&mut room, Effect::EmissiveMedia));
+    assert!(on(&room, IntegratorKind::Path).contains("emissive-media"));
     Scene::prepare(&room).unwrap();
 }

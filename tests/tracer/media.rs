@@ -1,12 +1,15 @@
 //! Participating media against closed forms: transmittance, single scattering, the flux through slabs, and what is lost in none.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use crate::support::agreement::{Method, Plan, repeat};
 use crate::support::scenes::*;
 use crate::support::welch;
+use pointillist::scene::desc::texture::{SpectrumTexture, WrapMode};
+use pointillist::scene::desc::volume::{VolumeGrid, VolumeTexture};
 use pointillist::scene::desc::*;
 use pointillist::spectrum::Spectrum;
 use pointillist::stream::UvWindow;
@@ -73,13 +76,170 @@ fn transmittance_is_exponential() {
     assert_eq!(found, 0.0);
 }
 
+/// A medium that shines with radiance 1 at all wavelengths.
+fn shine(desc: &mut SceneDesc, medium: MediumId) {
+    desc.media[medium.0 as usize].emission =
+        Some(MediumEmission { radiance: Spectrum::Constant(1.0), grid: None });
+}
+
+/// One number in the unit cube of `to_grid`, under D65 where it is light.
+fn one_number(value: f32, to_grid: DAffine3) -> Arc<VolumeTexture> {
+    let grid = Arc::new(VolumeGrid::new([1; 3], 1, vec![value]));
+    Arc::new(VolumeTexture::new(grid, to_grid, WrapMode::Clamp, false))
+}
+
+/// What a slab emits along a ray that is scattered nowhere on its way to the camera: (1 − α) Lₑ (1 − exp(−σₜ d)).
+#[test]
+fn an_emissive_slab_has_its_closed_form() {
+    let methods = [Method::Path, Method::Photon, Method::Bidirectional, Method::Vcm];
+    for (sigma_t, albedo) in [(1e-3f32, 0.0f32), (0.3, 0.25), (2.0, 0.0), (40.0, 0.9)] {
+        let mut desc = empty();
+        desc.integrator.max_depth = Some(1);
+        let fire = medium(&mut desc, sigma_t, albedo, PhaseDesc::Isotropic);
+        shine(&mut desc, fire);
+        let slab = DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.0));
+        boundary(&mut desc, ShapeKind::Cube, slab, fire);
+        let (depth, absorbed) = (2.0 * f64::from(sigma_t), 1.0 - f64::from(albedo));
+        let expected = absorbed * -(-depth).exp_m1();
+        let plan = Plan { side: 1, paths_per_pixel: 512, seeds: 8, window: UvWindow::PICTURE };
+        for method in methods {
+            let (found, _) = mean_of(&desc, method, plan);
+            let off = (found / expected - 1.0).abs();
+            // The field of view is a degree: rays at its edge are a little longer.
+            assert!(off < 3e-4, "σₜ {sigma_t}, albedo {albedo}, {method:?}: {found}, not {expected}");
+        }
+        assert_eq!(
+            mean_of(&desc, Method::Particle, plan),
+            (0.0, 0.0),
+            "no path from a light begins in a medium"
+        );
+        // On a grid it is found where light would be absorbed, and under D65.
+        let box_of_slab =
+            DAffine3::from_scale(DVec3::splat(0.5)) * DAffine3::from_translation(DVec3::new(1.0, 1.0, -2.0));
+        let radiance =
+            MediumEmission { radiance: Spectrum::Constant(0.5), grid: Some(one_number(2.0, box_of_slab)) };
+        desc.media[0].emission = Some(radiance);
+        desc.media[0].sigma_t = SpectrumTexture::Volume(one_number(sigma_t, box_of_slab));
+        let plan = Plan { side: 1, paths_per_pixel: 1 << 14, seeds: 16, window: UvWindow::PICTURE };
+        let within = if sigma_t < 0.01 { 0.3 } else { 0.02 };
+        for method in methods {
+            let (found, error) = mean_of(&desc, method, plan);
+            let off = (found - expected).abs();
+            let what = format!("slab on a grid, σₜ {sigma_t}, {method:?}: {found} ± {error}, not {expected}");
+            assert!(off <= 4.0 * error + 5e-4 * expected && off <= within * expected, "{what}");
+        }
+    }
+}
+
+/// A medium as bright as what is around it is not seen, whatever it absorbs and scatters (Kirchhoff's law).
+#[test]
+fn a_medium_in_equilibrium_is_invisible() {
+    let plan = Plan { side: 4, paths_per_pixel: 2048, seeds: 16, window: UvWindow::PICTURE };
+    let fibres = PhaseDesc::Microflakes(MicroflakeDesc::Uniform([0.9, 0.5, 0.2, 0.1, -0.2, 0.05]));
+    let around =
+        DAffine3::from_scale(DVec3::splat(0.5)) * DAffine3::from_translation(DVec3::new(1.0, 1.0, -2.0));
+    let colored = Spectrum::unbounded_rgb([0.3, 1.0, 3.0]);
+    for (sigma_t, albedo, phase) in [
+        (SpectrumTexture::from(Spectrum::Constant(3.0)), 0.0, PhaseDesc::Isotropic),
+        (Spectrum::Constant(2.0).into(), 0.6, HG(0.7)),
+        (Spectrum::Constant(3.0).into(), 0.5, fibres),
+        (Spectrum::Constant(3.0).into(), 0.5, flakes_on_a_grid()),
+        (colored.into(), 0.5, PhaseDesc::Rayleigh),
+        (SpectrumTexture::Volume(one_number(2.0, around)), 0.7, HG(-0.4)),
+    ] {
+        let mut desc = empty();
+        desc.camera.fov = 20.0;
+        let gas = medium(&mut desc, 1.0, albedo, phase);
+        desc.media[0].sigma_t = sigma_t;
+        shine(&mut desc, gas);
+        boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, gas);
+        environment(&mut desc);
+        let what = format!("equilibrium {:?}", desc.media[0].phase);
+        assert_means(&desc, &[Method::Path, Method::Photon], plan, 1.0, 5e-3, &what);
+        assert_means(&desc, &[Method::Bidirectional, Method::Vcm], plan, 1.0, 2e-2, &what);
+    }
+}
+
+/// Light of a medium that walls scatter, with photons of the walls' own light around: a closed oven in equilibrium is 1 everywhere.
+#[test]
+fn an_oven_full_of_shining_gas() {
+    let mut desc = empty();
+    desc.camera.fov = 60.0;
+    let gas = medium(&mut desc, 0.4, 0.5, HG(0.3));
+    shine(&mut desc, gas);
+    desc.camera.medium = Some(gas);
+    let wall = material(&mut desc, grey(0.6));
+    shape(&mut desc, sphere(DVec3::ZERO, 2.0), DAffine3::IDENTITY, wall, 0.4);
+    desc.shapes[0].flip_normals = true;
+    let plan = Plan { side: 4, paths_per_pixel: 2048, seeds: 16, window: UvWindow::PICTURE };
+    assert_means(&desc, &[Method::Path, Method::Bidirectional, Method::Vcm], plan, 1.0, 1e-2, "oven");
+    // Photons blur what they show.
+    let (found, _) = mean_of(&desc, Method::Photon, plan);
+    assert!((found - 1.0).abs() < 2e-2, "oven by photons: {found}");
+}
+
+/// Microflakes that turn and grow from one end of the box [−1, 1]² × [2, 4] to the other.
+fn flakes_on_a_grid() -> PhaseDesc {
+    let grid =
+        |values: [[f32; 3]; 2]| Arc::new(VolumeGrid::new([1, 1, 2], 3, values.as_flattened().to_vec()));
+    let grids = [grid([[0.9, 0.1, 0.1], [0.1, 0.3, 0.4]]), grid([[0.0; 3], [0.1, -0.05, 0.2]])];
+    let to_grid =
+        DAffine3::from_scale(DVec3::splat(0.5)) * DAffine3::from_translation(DVec3::new(1.0, 1.0, -2.0));
+    PhaseDesc::Microflakes(MicroflakeDesc::Grid(Arc::new(MicroflakeGrid::new(
+        grids,
+        to_grid,
+        WrapMode::Clamp,
+        false,
+    ))))
+}
+
+/// Microflakes scale extinction by the area that they have seen along a ray, the same everywhere and on a grid.
+#[test]
+fn microflakes_hide_by_their_area() {
+    let s: [f64; 6] = [0.09, 0.5, 0.81, 0.1, -0.12, 0.2];
+    let numbers = s.map(|v| v as f32);
+    let grids = [[numbers[0], numbers[1], numbers[2]], [numbers[3], numbers[4], numbers[5]]]
+        .map(|half| Arc::new(VolumeGrid::new([1; 3], 3, half.to_vec())));
+    let grid = MicroflakeGrid::new(grids, DAffine3::IDENTITY, WrapMode::Clamp, false);
+    for flakes in [MicroflakeDesc::Uniform(s), MicroflakeDesc::Grid(Arc::new(grid))] {
+        for toward in [DVec3::X, DVec3::Z, DVec3::new(0.36, -0.48, 0.8)] {
+            let mut desc = empty();
+            desc.camera = look(-2.0 * toward, toward, 0.01);
+            let smoke = medium(&mut desc, 1.5, 0.0, PhaseDesc::Microflakes(flakes.clone()));
+            boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, smoke);
+            environment(&mut desc);
+            let [x, y, z] = toward.to_array();
+            let square = s[0] * x * x
+                + s[1] * y * y
+                + s[2] * z * z
+                + 2.0 * (s[3] * x * y + s[4] * x * z + s[5] * y * z);
+            let expected = (-3.0 * square.sqrt()).exp();
+            let (found, error) = mean(&desc, 1 << 14);
+            let off = (found - expected).abs();
+            assert!(
+                off <= 4.0 * error + 1e-6,
+                "{flakes:?} along {toward}: {found} ± {error}, not {expected}"
+            );
+        }
+    }
+}
+
 /// A ball of a medium without loss in even light is not seen, whatever its density and phase function.
 #[test]
 fn a_medium_without_loss_is_invisible_in_even_light() {
     let plan = Plan { side: 4, paths_per_pixel: 4096, seeds: 16, window: UvWindow::PICTURE };
-    for (sigma_t, phase) in
-        [(0.5, PhaseDesc::Isotropic), (4.0, HG(0.7)), (3.0, HG(-0.9)), (2.0, PhaseDesc::Rayleigh)]
-    {
+    let fibres = PhaseDesc::Microflakes(MicroflakeDesc::Uniform([0.9, 0.5, 0.2, 0.1, -0.2, 0.05]));
+    let table = PhaseDesc::Tabulated { values: [0.5, 0.0, 0.2, 3.0].into() };
+    for (sigma_t, phase) in [
+        (0.5, PhaseDesc::Isotropic),
+        (4.0, HG(0.7)),
+        (3.0, HG(-0.9)),
+        (2.0, PhaseDesc::Rayleigh),
+        (3.0, table.clone()),
+        (4.0, fibres.clone()),
+        (2.0, PhaseDesc::Blend { weight: 0.4, phases: Box::new([table, fibres]) }),
+        (4.0, flakes_on_a_grid()),
+    ] {
         let mut desc = empty();
         desc.camera.fov = 20.0;
         let cloud = medium(&mut desc, sigma_t, 1.0, phase);

@@ -63,7 +63,7 @@ pub fn methods(args: &StudyArgs, session: &mut StudySession) -> Result<Vec<Integ
                 format!("is {} where the picture shows no mirrors and no glass", same.name())
             }
             (Some(tried), _) if !tried.complete && !finds_deltas => {
-                "alone cannot show mirrors and glass".into()
+                "alone cannot show mirrors and glass, nor light that media emit".into()
             }
             (Some(tried), _) if !tried.complete && !finds_beams => {
                 "cannot find light that leaves along normals only".into()

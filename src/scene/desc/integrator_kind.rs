@@ -12,7 +12,7 @@ pub enum IntegratorKind {
     /// Path tracing: from the camera, with next-event estimation at each vertex.
     #[default]
     Path,
-    /// Particle tracing: from the lights, each vertex connected to the camera. Nothing is seen in mirrors or glass.
+    /// Particle tracing: from the lights, each vertex connected to the camera. Nothing is seen in mirrors or glass, and media do not shine.
     Light,
     /// Bidirectional path tracing: subpaths from both ends, connected at every vertex.
     Bidirectional,
@@ -50,6 +50,8 @@ pub struct IntegratorTraits {
     pub finds_deltas: bool,
     /// It finds light that leaves along normals only.
     pub finds_beams: bool,
+    /// It finds light that media emit: its camera paths fly through them.
+    pub finds_emissive_media: bool,
     /// The light that other methods may find sooner.
     pub finds_late: LateFind,
     /// Why the paths behind a pixel cannot be drawn, if so.
@@ -104,6 +106,7 @@ const PATH: IntegratorTraits = IntegratorTraits {
     extends: None,
     finds_deltas: true,
     finds_beams: false,
+    finds_emissive_media: true,
     finds_late: LateFind::Indirect,
     hides_paths: None,
     no_light: None,
@@ -118,6 +121,7 @@ const LIGHT: IntegratorTraits = IntegratorTraits {
     paths_per_index: [0, 1],
     finds_deltas: false,
     finds_beams: true,
+    finds_emissive_media: false,
     hides_paths: Some("particle tracing has no paths from the camera"),
     ..PATH
 };

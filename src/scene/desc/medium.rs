@@ -3,8 +3,11 @@
 use std::sync::Arc;
 
 use super::ids::MediumId;
+use super::phase::PhaseDesc;
 use super::rendering_space::RenderingSpace;
 use super::texture::SpectrumTexture;
+use super::volume::VolumeTexture;
+use crate::spectrum::Spectrum;
 
 /// A participating medium, Mitsuba's `homogeneous` or `heterogeneous`: it absorbs and scatters light between surfaces.
 #[derive(Clone, Debug)]
@@ -17,6 +20,41 @@ pub struct MediumDesc {
     pub scale: f64,
     /// The distribution of directions into which it scatters.
     pub phase: PhaseDesc,
+    /// The light that it emits, if any.
+    pub emission: Option<MediumEmission>,
+}
+
+/// The emission of a medium: the radiance Lₑ of a layer that is opaque and scatters nothing, pbrt-v4's `Le`. What is emitted per unit of length is
+/// σₐ Lₑ, in all directions alike. Mitsuba's media do not shine.
+#[derive(Clone, Debug)]
+pub struct MediumEmission {
+    /// The radiance in W m⁻² sr⁻¹ nm⁻¹, or the factor on `grid`.
+    pub radiance: Spectrum,
+    /// A grid of colours under D65.
+    pub grid: Option<Arc<VolumeTexture>>,
+}
+
+impl MediumEmission {
+    /// True where there is no light.
+    pub fn is_black(&self) -> bool {
+        self.radiance.is_black() || self.grid.as_ref().is_some_and(|grid| grid.mean() == [0.0; 3])
+    }
+
+    /// Replaces a grid by its mean.
+    pub fn make_uniform(&mut self) {
+        if let Some(grid) = self.grid.take() {
+            let factor = self.radiance.max();
+            self.radiance = Spectrum::emission_rgb(grid.mean().map(|v| v * factor));
+        }
+    }
+
+    /// Light of D65 as bright as the colours are.
+    pub fn make_grey(&mut self) {
+        match &mut self.grid {
+            Some(grid) => *grid = Arc::new(grid.grey()),
+            None => self.radiance = Spectrum::d65(self.radiance.luminance()),
+        }
+    }
 }
 
 impl MediumDesc {
@@ -24,10 +62,16 @@ impl MediumDesc {
     /// space.
     pub const LARGEST: f64 = 1e12;
 
-    /// True where neither coefficient varies in space: Mitsuba's `homogeneous`.
+    /// True where neither a coefficient nor the phase function nor the emission varies in space: Mitsuba's `homogeneous`.
     pub fn is_homogeneous(&self) -> bool {
         let uniform = |texture: &SpectrumTexture| matches!(texture, SpectrumTexture::Uniform(_));
-        uniform(&self.sigma_t) && uniform(&self.albedo)
+        let varies = self.phase.varies() || self.emission.as_ref().is_some_and(|light| light.grid.is_some());
+        uniform(&self.sigma_t) && uniform(&self.albedo) && !varies
+    }
+
+    /// True where it emits light.
+    pub fn shines(&self) -> bool {
+        self.emission.as_ref().is_some_and(|light| !light.is_black())
     }
 
     /// Mitsuba's name of the plugin.
@@ -42,6 +86,9 @@ impl MediumDesc {
         {
             *volume = Arc::new(volume.placed(space));
         }
+        let grid = self.emission.as_mut().and_then(|light| light.grid.as_mut());
+        grid.into_iter().for_each(|grid| *grid = Arc::new(grid.placed(space)));
+        self.phase.place(space);
     }
 }
 
@@ -62,32 +109,6 @@ pub fn single_scattering_albedo(reflectance: f32, g: f32) -> f32 {
     let s = 4.09712 + 4.20863 * a - (9.59217 + 41.6808 * a + 17.7126 * a * a).sqrt();
     let s2 = s * s;
     (((1.0 - s2) / (1.0 - g * s2)) as f32).clamp(0.0, 1.0)
-}
-
-/// A phase function: the density of directions into which a medium scatters.
-#[derive(Clone, Debug, PartialEq)]
-pub enum PhaseDesc {
-    /// All directions alike.
-    Isotropic,
-    /// Henyey and Greenstein's lobe, Mitsuba's `hg`.
-    HenyeyGreenstein {
-        /// Mean cosine of the angle between the directions of propagation before and after: above 0 forwards. In (−1, 1).
-        g: f64,
-    },
-    /// Scattering by particles much smaller than the wavelength, Mitsuba's `rayleigh`: 3/(16π) (1 + cos²θ).
-    Rayleigh,
-    /// One or the other, Mitsuba's `blendphase`.
-    Blend {
-        /// Share of the second, in [0, 1].
-        weight: f64,
-        /// Both.
-        phases: Box<[PhaseDesc; 2]>,
-    },
-}
-
-impl PhaseDesc {
-    /// Most phase functions that one is made of.
-    pub const MOST_PARTS: usize = 4;
 }
 
 /// The media on both sides of a surface, pbrt's `MediumInterface`. A surface that names none has the same medium on both sides, whichever it is.

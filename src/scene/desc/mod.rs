@@ -13,7 +13,7 @@
 //! | `shape.rs`, `mesh.rs` | shapes, groups and curves; triangle meshes |
 //! | `bsdf/` | materials, a file for each plugin or for its smooth and rough form |
 //! | `light.rs` | lights that are not shapes |
-//! | `medium.rs` | participating media, and on which side of a shape they are |
+//! | `medium.rs`, `phase.rs` | participating media, on which side of a shape they are, and how they scatter |
 //! | `texture.rs`, `volume.rs`, `wrap.rs` | what varies over a surface or over space |
 //! | `emission_texture.rs` | emission that varies |
 //! | `rendering_space.rs`, `moved.rs` | the space that a scene is traced in, and the scene moved to it |
@@ -33,6 +33,7 @@ mod light;
 mod medium;
 mod mesh;
 mod moved;
+mod phase;
 mod rendering_space;
 mod scene;
 mod shape;
@@ -47,8 +48,9 @@ pub use ids::{BsdfId, GroupId, MediumId, MeshId, Name, Names, Place};
 pub use integrator::{IntegratorDesc, PhotonDesc};
 pub use integrator_kind::{IntegratorKind, IntegratorTraits, LateFind, NoLight, PhotonUse};
 pub use light::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
-pub use medium::{MediumDesc, MediumInterface, PhaseDesc, single_scattering_albedo};
+pub use medium::{MediumDesc, MediumEmission, MediumInterface, single_scattering_albedo};
 pub use mesh::{Mesh, MeshAttribute};
+pub use phase::{MicroflakeDesc, MicroflakeGrid, PhaseDesc};
 pub use rendering_space::RenderingSpace;
 pub use scene::SceneDesc;
 pub use shape::{CurveBasis, Curves, GroupDesc, ShapeDesc, ShapeKind};

@@ -63,6 +63,11 @@ impl SceneDesc {
         !self.integrator.surfaces_only && self.names_media()
     }
 
+    /// True where media are traced and one of them emits light.
+    pub fn has_emissive_media(&self) -> bool {
+        self.has_media() && self.media.iter().any(MediumDesc::shines)
+    }
+
     /// True where a surface that is shown, or the camera, names a medium.
     pub fn names_media(&self) -> bool {
         self.camera.medium.is_some() || self.surfaces().any(|shape| shape.medium_interface.is_transition())

@@ -45,6 +45,11 @@ impl VolumeGrid {
         self.values.len()
     }
 
+    /// The values, channels fastest and then x.
+    pub(super) fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     /// True for a single channel.
     pub fn is_grey(&self) -> bool {
         self.channels == 1
@@ -141,6 +146,12 @@ impl VolumeTexture {
     /// From the space of surfaces to the space in which the grid fills the unit cube.
     pub fn to_grid(&self) -> &DAffine3 {
         &self.to_grid
+    }
+
+    /// The values at a position, as [`coefficient`](Self::coefficient) has them.
+    #[inline]
+    pub fn coefficient_at(&self, p: Vec3) -> [f32; 3] {
+        self.coefficient(self.near.transform_point3(p))
     }
 
     /// The values at a place in the space in which the grid fills the unit cube, for a coefficient of a medium: what is no number, not positive or

@@ -4,7 +4,7 @@ use crate::scene::desc::texture::SpectrumTexture;
 use crate::scene::desc::{MediumDesc, MediumId, PhaseDesc, SceneDesc};
 use crate::spectrum::Spectrum;
 
-use super::parameters::{color, set_color};
+use super::parameters::{color, scale, set_color};
 use super::target::{EditableParameter, NewValue, NumberRange, ObjectKind, Target, ValueKind};
 
 /// Everything of a medium that can be changed.
@@ -65,6 +65,17 @@ pub(super) const MEDIUM_PARAMETERS: &[EditableParameter] = &[
             {
                 *g = v;
             }
+        },
+    },
+    EditableParameter {
+        name: "emission_scale",
+        label: "emission",
+        object: ObjectKind::Medium,
+        range: ValueKind::Scale,
+        target: |i| Target::MediumEmission(MediumId(i)),
+        get: |desc, i| medium(desc, i)?.emission.as_ref().map(|_| NewValue::Scale(1.0)),
+        set: |desc, i, v| {
+            desc.media[i as usize].emission.iter_mut().for_each(|light| scale(&mut light.radiance, v));
         },
     },
 ];

@@ -201,7 +201,7 @@ const PARAMETERS: &[EditableParameter] = &[
     },
 ];
 
-fn scale(spectrum: &mut Spectrum, value: NewValue) {
+pub(super) fn scale(spectrum: &mut Spectrum, value: NewValue) {
     if let NewValue::Scale(factor) = value {
         *spectrum = spectrum.scaled(factor as f32);
     }

@@ -44,6 +44,8 @@ pub enum Target {
     Albedo(MediumId),
     /// Mean cosine of a phase function `hg`.
     Asymmetry(MediumId),
+    /// Factor on the emission of a medium.
+    MediumEmission(MediumId),
 }
 
 /// A new value.
@@ -325,7 +327,8 @@ impl Target {
         | Target::Density(MediumId(index))
         | Target::ExtinctionColor(MediumId(index))
         | Target::Albedo(MediumId(index))
-        | Target::Asymmetry(MediumId(index))) = self;
+        | Target::Asymmetry(MediumId(index))
+        | Target::MediumEmission(MediumId(index))) = self;
         let found = parameters().find(|p| (p.target)(index) == self);
         (found.expect("every target has its line: held by a test"), index)
     }

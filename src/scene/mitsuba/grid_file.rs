@@ -15,6 +15,8 @@ use crate::scene::limits;
 /// A grid read from a file.
 pub(crate) struct GridFile {
     pub(super) grid: Arc<VolumeGrid>,
+    /// The first three channels and the others, of six.
+    pub(super) halves: Option<[Arc<VolumeGrid>; 2]>,
     /// How many channels the file has.
     pub(super) channels: usize,
     /// The box of the file.
@@ -80,6 +82,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<GridFile, String> {
     let corner =
         |first: usize| DVec3::from([0, 1, 2].map(|axis| f64::from(f32::from_le_bytes(words[first + axis]))));
     let rest = values.len() - used.len();
+    let half = |first: usize| {
+        let values = numbers.chunks_exact(6).flat_map(|point| &point[first..first + 3]).copied().collect();
+        Arc::new(VolumeGrid::new([nx, ny, nz], 3, values))
+    };
+    let halves = (n == 6).then(|| [half(0), half(3)]);
     let grid = Arc::new(VolumeGrid::new([nx, ny, nz], n, numbers));
-    Ok(GridFile { grid, channels: n, bounds: [corner(5), corner(8)], rest })
+    Ok(GridFile { grid, halves, channels: n, bounds: [corner(5), corner(8)], rest })
 }

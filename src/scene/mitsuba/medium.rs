@@ -11,7 +11,9 @@ use super::question::Question;
 use super::reader::{PluginTable, Reader, Role};
 use super::{spectrum, volume};
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::scene::desc::{IntegratorDesc, MediumDesc, MediumId, MediumInterface, PhaseDesc, ShapeDesc};
+use crate::scene::desc::{
+    IntegratorDesc, MediumDesc, MediumEmission, MediumId, MediumInterface, PhaseDesc, ShapeDesc,
+};
 use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::suggest;
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
@@ -94,6 +96,18 @@ pub(crate) fn unused(reader: &mut Reader<'_>, of_camera: Option<MediumId>, integ
         let found = reader.document.finding(FindingKind::Parameter, span, message);
         reader.warn(found.help("write <integrator type=\"volpath\"/>, or --effects +media").advice());
     }
+    let shines = |medium: &MediumId| {
+        used.contains(&medium.0) && reader.lists.media.get(medium.0 as usize).is_some_and(MediumDesc::shines)
+    };
+    let shining = media.iter().find(|(_, medium)| medium.as_ref().is_some_and(shines));
+    if let Some((shining, _)) = shining.filter(|_| !integrator.surfaces_only)
+        && !integrator.kind.traits().finds_emissive_media
+    {
+        let span = reader.document.element(*shining).span;
+        let message = "the integrator of this file does not find the light that this medium emits";
+        let found = reader.document.finding(FindingKind::Parameter, span, message);
+        reader.warn(found.help("write <integrator type=\"volpath\"/>, or --integrator path").warning());
+    }
     for (element, medium) in media {
         if medium.is_some_and(|medium| !used.contains(&medium.0)) {
             let span = reader.document.element(element).span;
@@ -107,8 +121,10 @@ pub(crate) fn unused(reader: &mut Reader<'_>, of_camera: Option<MediumId>, integ
 
 fn homogeneous(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<MediumDesc, SceneError> {
     let medium = read(reader, params)?;
-    for (name, coefficient) in [("sigma_t", &medium.sigma_t), ("albedo", &medium.albedo)] {
-        if coefficient.varies() {
+    let shines = medium.emission.as_ref().is_some_and(|light| light.grid.is_some());
+    let [sigma_t, albedo] = [&medium.sigma_t, &medium.albedo].map(SpectrumTexture::varies);
+    for (name, varies) in [("sigma_t", sigma_t), ("albedo", albedo), ("radiance", shines)] {
+        if varies {
             let message = format!("`{name}` is a grid, and a `homogeneous` medium is the same everywhere");
             let found = params.error(name, message);
             return Err(found.help("write <medium type=\"heterogeneous\">").error());
@@ -140,11 +156,23 @@ fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<MediumDesc, Scen
     ]);
     let [sigma_t, albedo] = coefficients(reader, params)?;
     let scale = scale(params)?;
+    let emission = emission(reader, params)?;
     let phase = match params.object("phase")? {
         Some(id) => reader.phase(id)?,
         None => PhaseDesc::Isotropic,
     };
-    Ok(MediumDesc { sigma_t, albedo, scale, phase })
+    Ok(MediumDesc { sigma_t, albedo, scale, phase, emission })
+}
+
+/// The light that a medium emits, which Mitsuba does not know.
+fn emission(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Option<MediumEmission>, SceneError> {
+    let Some(read) = coefficient(reader, params, "radiance", Role::Emission)? else { return Ok(None) };
+    Ok(Some(match read {
+        SpectrumTexture::Volume(grid) => {
+            MediumEmission { radiance: Spectrum::Constant(1.0), grid: Some(grid) }
+        }
+        other => MediumEmission { radiance: other.mean(), grid: None },
+    }))
 }
 
 /// The factor on σₜ.
@@ -197,7 +225,7 @@ fn coefficient(
         _ => spectrum::read(reader, params, name, role)?.map(SpectrumTexture::Uniform),
     };
     let most = read.as_ref().and_then(SpectrumTexture::uniform).map_or(0.0, Spectrum::max);
-    if f64::from(most) > MediumDesc::LARGEST {
+    if role != Role::Emission && f64::from(most) > MediumDesc::LARGEST {
         return Err(params.error(name, format!("`{name}` is above {:e}", MediumDesc::LARGEST)).error());
     }
     Ok(read)

@@ -4,7 +4,7 @@ use super::document::ElementId;
 use super::params::Params;
 use super::question::Question;
 use super::reader::{PluginTable, Reader, Role};
-use super::volume;
+use super::{value, volume};
 use crate::scene::desc::PhaseDesc;
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::scene::diagnostic::{FindingKind, SceneError};
@@ -16,6 +16,8 @@ pub(super) const PLUGINS: PluginTable<PhaseDesc> = &[
     ("isotropic", |_, _| Ok(PhaseDesc::Isotropic)),
     ("hg", henyey_greenstein),
     ("rayleigh", |_, _| Ok(PhaseDesc::Rayleigh)),
+    ("tabphase", tabulated),
+    ("sggx", microflakes),
     ("blendphase", blend),
 ];
 
@@ -53,16 +55,63 @@ pub(super) fn mean_cosine(params: &Params<'_>, default: f64) -> Result<f64, Scen
     Err(found.help("0 scatters in all directions alike, and numbers above it forwards").error())
 }
 
+fn tabulated(_: &mut Reader<'_>, params: &Params<'_>) -> Result<PhaseDesc, SceneError> {
+    let Some(text) = params.string("values")? else {
+        let found = params.fault(FindingKind::Missing, "a `tabphase` needs `values`, its table");
+        return Err(found
+            .help("add <string name=\"values\" value=\"0.5, 1, 2\"/>, from backwards to forwards")
+            .error());
+    };
+    let refused = |message: String| {
+        let found = params.error("values", message);
+        let help = "values are at equal steps of the cosine of the scattering angle, from -1, which is backwards, to 1";
+        Err(found.help(help).error())
+    };
+    let values = match value::numbers(&text) {
+        Ok(values) => values,
+        Err(message) => return refused(message),
+    };
+    if let Some(negative) = values.iter().find(|v| **v < 0.0) {
+        return refused(format!("{negative} is negative, which no density can be"));
+    }
+    match values.len() {
+        0 | 1 => refused("a table has two values at least".to_owned()),
+        n if n > PhaseDesc::MOST_VALUES => {
+            refused(format!("this table has {n} values, and at most {} are read", PhaseDesc::MOST_VALUES))
+        }
+        _ if values.iter().all(|v| *v == 0.0) => refused("all values of this table are 0".to_owned()),
+        _ => Ok(PhaseDesc::Tabulated { values: values.into() }),
+    }
+}
+
+fn microflakes(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PhaseDesc, SceneError> {
+    params.ask("S", || Question::Value(&["volume"]));
+    let help = "add <volume name=\"S\" type=\"gridvolume\"> with a `.vol` of six channels: Sxx, Syy, Szz, Sxy, Sxz and Syz";
+    let Some(id) = params.get_id("S") else {
+        let message = "an `sggx` needs `S`, the matrix of its microflakes";
+        return Err(params.fault(FindingKind::Missing, message).help(help).error());
+    };
+    if reader.document.element(id).tag.name != "volume" {
+        return Err(params.error("S", "`S` is a <volume> of six numbers").help(help).error());
+    }
+    Ok(PhaseDesc::Microflakes(volume::microflakes(reader, id)?))
+}
+
 fn blend(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PhaseDesc, SceneError> {
     let [first, second] = *params.objects("phase").as_slice() else {
         return Err(params.fault(FindingKind::Parameter, "a blend is made of two phase functions").error());
     };
     let weight = weight(reader, params)?;
     let phases = Box::new([reader.phase(first.0)?, reader.phase(second.0)?]);
+    let has_microflakes = phases.iter().any(|phase| matches!(phase, PhaseDesc::Microflakes(_)));
     let blend = PhaseDesc::Blend { weight, phases };
     if parts(&blend) > PhaseDesc::MOST_PARTS {
         let message = format!("this phase function is made of more than {} others", PhaseDesc::MOST_PARTS);
         return Err(params.fault(FindingKind::Limit, message).error());
+    }
+    if has_microflakes {
+        let message = "microflakes in a blend hide what is behind them by their projected area, which Mitsuba leaves out";
+        params.note(params.type_fault(message).advice());
     }
     Ok(blend)
 }

@@ -85,7 +85,7 @@ fn dipole(reader: &mut Reader<'_>, id: ElementId) -> Result<SubsurfaceMedium, Sc
     reader.finish(params);
     let name = reader.name(id);
     reader.lists.names.media.push(name);
-    reader.lists.media.push(MediumDesc { sigma_t, albedo, scale, phase });
+    reader.lists.media.push(MediumDesc { sigma_t, albedo, scale, phase, emission: None });
     let interior = MediumId(reader.lists.media.len() as u32 - 1);
     let read = SubsurfaceMedium { interior, int_ior, ext_ior };
     reader.known.subsurfaces.insert(id, read.clone());

@@ -28,16 +28,6 @@ pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
     ),
     ("integrator", "stokes", "light has no polarisation here: it is rendered by `auto`"),
     ("integrator", "volprim_rf_basic", "there are no Gaussian primitives here: it is rendered by `auto`"),
-    (
-        "phase",
-        "tabphase",
-        "tables of directions are not traced in media: choose `hg`, `rayleigh` or a `blendphase` of them",
-    ),
-    (
-        "phase",
-        "sggx",
-        "scattering by oriented micro-flakes is not built: choose `hg`, `rayleigh` or a `blendphase` of them",
-    ),
 ];
 
 /// Why a plugin of Mitsuba is not supported; `None` for one that is, or that Mitsuba does not have.

@@ -7,10 +7,11 @@ use super::document::ElementId;
 use super::grid_file::{GridFile, parse};
 use super::params::Params;
 use super::reader::{PluginTable, Reader, Role};
-use super::spectrum;
 use super::texture::{choice, wrap};
+use super::{spectrum, value};
 use crate::scene::desc::texture::{SpectrumTexture, WrapMode};
 use crate::scene::desc::volume::VolumeTexture;
+use crate::scene::desc::{MicroflakeDesc, MicroflakeGrid};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::spectrum::Spectrum;
@@ -60,6 +61,27 @@ fn constant(reader: &mut Reader<'_>, params: &Params<'_>, role: Role) -> Result<
 }
 
 fn grid(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture, SceneError> {
+    let PlacedGrid { file, to_grid, wrap, nearest } = placed(reader, params)?;
+    if !matches!(file.channels, 1 | 3) {
+        let message = format!(
+            "this grid has {} channels: their mean counts, as a number without colour",
+            file.channels
+        );
+        params.note(params.error("filename", message).warning());
+    }
+    rayon::spawn(Spectrum::prepare_textures);
+    Ok(SpectrumTexture::Volume(Arc::new(VolumeTexture::new(file.grid.clone(), to_grid, wrap, nearest))))
+}
+
+/// A grid and where it lies.
+struct PlacedGrid {
+    file: Arc<GridFile>,
+    to_grid: DAffine3,
+    wrap: WrapMode,
+    nearest: bool,
+}
+
+fn placed(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PlacedGrid, SceneError> {
     let name = params.filename("a gridvolume", "vol")?;
     let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
     let path = reader.document.resolve(&name, span);
@@ -103,20 +125,88 @@ fn grid(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<SpectrumTexture,
     if !to_grid.is_finite() {
         return Err(params.error("to_world", "the transform of a grid can be inverted").error());
     }
-    rayon::spawn(Spectrum::prepare_textures);
-    Ok(SpectrumTexture::Volume(Arc::new(VolumeTexture::new(file.grid.clone(), to_grid, wrap, nearest))))
+    Ok(PlacedGrid { file, to_grid, wrap, nearest })
 }
 
 /// Tells what of a file is not used.
 fn tell(params: &Params<'_>, path: &Path, file: &GridFile) {
-    let path = path.display();
-    if !matches!(file.channels, 1 | 3) {
-        let message =
-            format!("{path} has {} channels: their mean counts, as a number without colour", file.channels);
-        params.note(params.error("filename", message).warning());
-    }
     if file.rest > 0 {
-        let message = format!("{path} has {} bytes behind its values, which are not used", file.rest);
+        let (path, rest) = (path.display(), file.rest);
+        let message = format!("{path} has {rest} bytes behind its values, which are not used");
         params.note(params.error("filename", message).advice());
     }
+}
+
+/// The matrices of microflakes that a `<volume>` holds, six numbers at each of its points.
+pub(super) fn microflakes(reader: &mut Reader<'_>, id: ElementId) -> Result<MicroflakeDesc, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    reader.plugin(&params, PLUGINS, &[])?;
+    let read = match params.plugin() {
+        CONSTANT => uniform_microflakes(&params)?,
+        _ => microflake_grid(reader, &params)?,
+    };
+    reader.finish(params);
+    Ok(read)
+}
+
+/// One matrix as six numbers, which Mitsuba's documentation promises and 3.9.1 refuses.
+fn uniform_microflakes(params: &Params<'_>) -> Result<MicroflakeDesc, SceneError> {
+    params.without_effect(&["to_world"]);
+    let help = "write <string name=\"value\" value=\"Sxx, Syy, Szz, Sxy, Sxz, Syz\"/>, or give a `gridvolume` of six channels";
+    let is_text = params.get("value").is_some_and(|element| element.tag.name == "string");
+    let text = if is_text { params.string("value")? } else { None };
+    let Some(text) = text else {
+        let message = "the matrix of microflakes is six numbers";
+        return Err(params.type_fault(message).help(help).error());
+    };
+    let refused = |message: String| Err(params.error("value", message).help(help).error());
+    match value::numbers(&text) {
+        Ok(numbers) => match <[f64; 6]>::try_from(numbers.as_slice()) {
+            Ok(s) if !is_positive(s) || s[..3].iter().all(|v| *v == 0.0) => refused(NOT_POSITIVE.to_owned()),
+            Ok(s) => Ok(MicroflakeDesc::Uniform(s)),
+            Err(_) => {
+                refused(format!("the matrix of microflakes is six numbers, and these are {}", numbers.len()))
+            }
+        },
+        Err(message) => refused(message),
+    }
+}
+
+fn microflake_grid(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<MicroflakeDesc, SceneError> {
+    let PlacedGrid { file, to_grid, wrap, nearest } = placed(reader, params)?;
+    let Some(halves) = &file.halves else {
+        let message =
+            format!("the matrix of microflakes has six channels, and this grid has {}", file.channels);
+        let help = "they are Sxx, Syy, Szz, Sxy, Sxz and Syz";
+        return Err(params.error("filename", message).help(help).error());
+    };
+    let bad = MicroflakeGrid::matrices(halves).filter(|s| !is_positive(s.map(f64::from))).count();
+    if bad > 0 {
+        let all = file.grid.len();
+        let message = format!("{bad} of the {all} matrices of this grid cannot be: {NOT_POSITIVE}");
+        return Err(params.error("filename", message).error());
+    }
+    let grid = MicroflakeGrid::new(halves.clone(), to_grid, wrap, nearest);
+    // Mitsuba has no other way to write one matrix.
+    let mut all = MicroflakeGrid::matrices(halves);
+    let first = all.next().unwrap_or_default();
+    match first[..3].iter().any(|v| *v > 0.0) && all.all(|s| s == first) {
+        true => Ok(MicroflakeDesc::Uniform(first.map(f64::from))),
+        false => Ok(MicroflakeDesc::Grid(Arc::new(grid))),
+    }
+}
+
+/// What is wrong with a matrix that is not [`is_positive`].
+const NOT_POSITIVE: &str = "the matrix of microflakes is positive definite, with finite numbers up to 1e6";
+
+/// True for the matrix of an ellipsoid, which may be flat, a line or nothing.
+fn is_positive([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> bool {
+    // Minors of a flat one may be below 0 by the rounding of single precision.
+    let flat = |a: f64, b: f64, c: f64| a * b - c * c >= -1e-6 * a * b;
+    let det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    [xx, yy, zz].iter().all(|v| (0.0..=1e6).contains(v))
+        && flat(xx, yy, xy)
+        && flat(xx, zz, xz)
+        && flat(yy, zz, yz)
+        && det >= -1e-6 * xx * yy * zz
 }

@@ -214,6 +214,7 @@ impl SceneWalk<'_> {
         };
         if self.reader.lists.lights.is_empty()
             && self.reader.lists.shapes.iter().all(|s| s.emission.is_none())
+            && self.reader.lists.media.iter().all(|medium| medium.emission.is_none())
         {
             let found = self.reader.document.finding(
                 FindingKind::Missing,

@@ -59,6 +59,10 @@ impl ScatteringModel for Recorded {
         self.0.pdf_from_light(wo, wi)
     }
 
+    fn projected_area(&self, d: Vec3) -> f32 {
+        self.0.projected_area(d)
+    }
+
     fn as_diffuse(&self) -> Option<&Diffuse> {
         self.0.as_diffuse()
     }

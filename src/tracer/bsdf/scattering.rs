@@ -172,6 +172,13 @@ pub trait ScatteringModel: Copy {
         self.eval(wo, wi).map_or(0.0, |(_, pdf)| pdf.0)
     }
 
+    /// For a vertex in a medium, in place of the cosine of a surface: the area that the particles of the medium have, seen from the direction
+    /// `d`, over that of particles that look alike from everywhere.
+    #[inline]
+    fn projected_area(&self, _d: Vec3) -> f32 {
+        1.0
+    }
+
     /// The material, where it is diffuse and nothing else.
     #[inline]
     fn as_diffuse(&self) -> Option<&Diffuse> {

@@ -79,6 +79,14 @@ macro_rules! bsdf_set {
             }
 
             #[inline]
+            fn projected_area(&self, d: Vec3) -> f32 {
+                match self {
+                    $(Self::$kind(bsdf) => bsdf.projected_area(d),)*
+                    $(Self::$phase(phase) => phase.projected_area(d),)?
+                }
+            }
+
+            #[inline]
             fn as_diffuse(&self) -> Option<&Diffuse> {
                 match self {
                     $(Self::$kind(bsdf) => bsdf.as_diffuse(),)*

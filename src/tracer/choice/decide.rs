@@ -99,8 +99,10 @@ impl IntegratorChoice {
 /// Chooses one of the methods that were tried.
 pub(super) fn decide(survey: &Survey, trials: &[Trial]) -> IntegratorChoice {
     let complete = |t: &Trial| {
-        let IntegratorTraits { finds_deltas, finds_beams, .. } = t.kind.traits();
-        (*finds_deltas || survey.delta_seen <= DELTAS) && (*finds_beams || !survey.beams)
+        let IntegratorTraits { finds_deltas, finds_beams, finds_emissive_media, .. } = t.kind.traits();
+        (*finds_deltas || survey.delta_seen <= DELTAS)
+            && (*finds_beams || !survey.beams)
+            && (*finds_emissive_media || !survey.emissive_media)
     };
     let brightness = brightness(trials.iter().filter(|t| complete(t)));
     let mean = brightness.iter().sum::<f64>() / CELLS as f64;
@@ -226,7 +228,10 @@ fn reason(kind: IntegratorKind, survey: &Survey, ratings: &[IntegratorRating]) -
     if survey.beams {
         parts.push("paths from the camera alone do not find light that leaves along normals".to_string());
     }
-    if ratings.iter().any(|r| !r.complete && !r.kind.traits().finds_deltas) {
+    if survey.emissive_media {
+        parts.push("particles alone do not find light that media emit".to_string());
+    }
+    if survey.delta_seen > DELTAS && ratings.iter().any(|r| !r.complete && !r.kind.traits().finds_deltas) {
         let seen = percent(survey.delta_seen);
         parts.push(format!("particles alone cannot show mirrors and glass ({seen} of the picture)"));
     }

@@ -6,6 +6,7 @@ use crate::spectrum::SampledWavelengths;
 use crate::stream::{SampleSink, UvWindow};
 use crate::tracer::bsdf::{Bsdf, ScatteringModel};
 use crate::tracer::integrator::{Integrator, PathTracer, RenderContext};
+use crate::tracer::medium::Media;
 
 /// The seed of survey and trials: not that of any picture, and always the same.
 pub(super) const SEED: u32 = 0x6175_746f;
@@ -26,6 +27,8 @@ pub struct Survey {
     pub lights: usize,
     /// Some of them are found by walks from lights only.
     pub beams: bool,
+    /// Some medium emits light.
+    pub emissive_media: bool,
     /// Share of the picture that shows a surface with a delta part: mirror, glass, a smooth coat.
     pub delta_seen: f64,
     /// Mean luminance of what arrives with one bounce or none.
@@ -36,7 +39,9 @@ impl Survey {
     /// Measures the scene.
     pub fn of(context: &RenderContext) -> Self {
         let lights = context.scene.lights();
-        let mut survey = Self { lights: lights.len(), beams: lights.has_beams(), ..Self::default() };
+        let emissive_media = context.scene.media().is_some_and(Media::shine);
+        let (lights, beams) = (lights.len(), lights.has_beams());
+        let mut survey = Self { lights, beams, emissive_media, ..Self::default() };
         survey.find_deltas(context);
         survey.direct = direct(context);
         survey

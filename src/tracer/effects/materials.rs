@@ -242,7 +242,7 @@ pub(super) fn colors(used: &Used) -> Result<Reason, Option<White>> {
     if let Ok(found) = by(used.medium(media::is_colored), "depends on the wavelength", "") {
         return Ok(found);
     }
-    let mut shining = used.emitters();
+    let mut shining = used.emitters().chain(used.shining_media());
     let Some((first, place)) = shining.next() else { return Err(None) };
     if first.is_none() {
         return Ok(("a light is neither D65 nor equal at all wavelengths".to_string(), place));

@@ -1,7 +1,9 @@
 //! The effects that participating media call for.
 
 use crate::scene::desc::texture::SpectrumTexture;
-use crate::scene::desc::{LightDesc, MediumDesc, MediumId, MediumInterface, PhaseDesc, SceneDesc};
+use crate::scene::desc::{
+    LightDesc, MediumDesc, MediumEmission, MediumId, MediumInterface, PhaseDesc, SceneDesc,
+};
 use crate::spectrum::Spectrum;
 
 use super::entry::{Entry, never};
@@ -35,6 +37,7 @@ pub(super) const MEDIA: Entry = Entry {
             albedo: Spectrum::Constant(0.5).into(),
             scale: desc.space.scale,
             phase: PhaseDesc::Isotropic,
+            emission: None,
         });
         desc.camera.medium = Some(MediumId(desc.media.len() as u32 - 1));
         desc.integrator.surfaces_only = false;
@@ -58,6 +61,8 @@ pub(super) const GRID_MEDIA: Entry = Entry {
         for medium in &mut desc.media {
             let (sigma_t, albedo) = (medium.sigma_t.mean(), medium.albedo.mean());
             (medium.sigma_t, medium.albedo) = (sigma_t.into(), albedo.into());
+            medium.phase.make_uniform();
+            medium.emission.iter_mut().for_each(MediumEmission::make_uniform);
         }
     },
     // A grid cannot be added without a place for it.
@@ -93,6 +98,30 @@ pub(super) const CHROMATIC_MEDIA: Entry = Entry {
     },
 };
 
+pub(super) const EMISSIVE_MEDIA: Entry = Entry {
+    name: "emissive-media",
+    at_run_time: "whether the medium that a camera path is in emits, once per piece of a segment (Walk::fly_through)",
+    find: |used, kind| {
+        let shining = used.medium(MediumDesc::shines);
+        if shining.is_some() && !kind.traits().finds_emissive_media {
+            return Err("the method does not find light that media emit");
+        }
+        by(shining, "emits light", "no medium emits light")
+    },
+    refusal: never,
+    without: |desc| desc.media.iter_mut().for_each(|medium| medium.emission = None),
+    // A dim glow: how bright it is does not change what it costs.
+    with: |desc| {
+        let Some(index) = Used::of(desc).media().next() else { return false };
+        let Some(medium) = desc.media.get_mut(index) else { return false };
+        if medium.shines() {
+            return false;
+        }
+        medium.emission = Some(MediumEmission { radiance: Spectrum::d65(1e-2), grid: None });
+        true
+    },
+};
+
 fn is_chromatic(medium: &MediumDesc) -> bool {
     !medium.sigma_t.is_grey()
 }
@@ -106,5 +135,6 @@ pub(super) fn is_colored(medium: &MediumDesc) -> bool {
 pub(super) fn grey(desc: &mut SceneDesc) {
     for medium in &mut desc.media {
         (medium.sigma_t, medium.albedo) = (medium.sigma_t.grey(), medium.albedo.grey());
+        medium.emission.iter_mut().for_each(MediumEmission::make_grey);
     }
 }

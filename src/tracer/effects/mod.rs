@@ -95,6 +95,8 @@ table! {
     GridMedia = media::GRID_MEDIA,
     /// Media whose extinction depends on the wavelength: colours part along a path.
     ChromaticMedia = media::CHROMATIC_MEDIA,
+    /// Media that emit light: fire, plasma.
+    EmissiveMedia = media::EMISSIVE_MEDIA,
     /// Photons that have met mirrors, glass or coats only, looked up where they are seen.
     CausticPhotons = methods::CAUSTIC_PHOTONS,
     /// All other photons, of light that was spread before: gathered from one bounce away.

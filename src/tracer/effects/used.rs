@@ -94,7 +94,19 @@ impl<'a> Used<'a> {
         Some(Object { name, place: named.and_then(|name| known(name.place)), others: all.count() })
     }
 
-    /// White and place of everything that emits: shapes, then other lights.
+    /// White and place of the media that emit.
+    pub(super) fn shining_media(&self) -> impl Iterator<Item = (Option<White>, Option<Place>)> {
+        let shining = self.media().filter_map(|i| Some((i, self.desc.media.get(i)?.emission.as_ref()?)));
+        shining.filter(|(_, light)| !light.is_black()).map(|(i, light)| {
+            let white = match &light.grid {
+                Some(grid) => of_picture(grid.is_grey(), &light.radiance),
+                None => White::of(&light.radiance),
+            };
+            (white, self.desc.names.media.get(i).and_then(|name| known(name.place)))
+        })
+    }
+
+    /// White and place of all lights: shapes, then others.
     pub(super) fn emitters(&self) -> impl Iterator<Item = (Option<White>, Option<Place>)> {
         let white_of = |shape: &ShapeDesc, emission| match &shape.emission_profile.texture {
             Some(texture) => of_picture(texture.is_grey(), emission),

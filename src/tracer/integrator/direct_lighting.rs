@@ -22,7 +22,6 @@ use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::{Walk, is_rough_dispersion};
-use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Sampler, Scene, mis};
 
 use super::RenderContext;
@@ -85,6 +84,17 @@ pub(super) enum Splitting {
     Branch,
     /// The path stays whole.
     Never,
+}
+
+/// The emission on its way that a camera path takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TakenEmission {
+    /// That of lights and of media.
+    All,
+    /// That of media, which no photon carries.
+    OfMedia,
+    /// None: others find it.
+    Nothing,
 }
 
 /// A camera path or one of its branches: its walk, what its MIS weights need, and the radiance found so far.
@@ -164,21 +174,11 @@ impl<C: LightCredits> PathState<C> {
         self.credits.settle(&self.walk.lambda);
         self.walk.terminate_secondary();
         self.emission = EmissionCache::default();
-        self.wavelength_weight = self.weight_of(self.walk.wavelength_mis);
-    }
-
-    /// The weight of a path with this wavelength MIS. The factor 4 of a lone hero is already in the densities of its
-    /// wavelengths, so it is removed here.
-    #[inline]
-    fn weight_of(&self, wavelength_mis: WavelengthMis) -> f32 {
-        match self.walk.lambda.is_hero_only() {
-            true => 0.25 * wavelength_mis.and(WavelengthMis::ALONE).weight(),
-            false => wavelength_mis.weight(),
-        }
+        self.wavelength_weight = self.walk.wavelength_weight();
     }
 
     /// Traces `ray` to the next surface that it does not pass, or point in a medium, and returns that if the path goes on from there; `ray` then
-    /// begins behind what it has passed. Emission that is found on the way is added if `takes_emission`.
+    /// begins behind what it has passed. Emission that is found on the way is added if the path `takes` it.
     /// `record` receives each piece of the flight.
     #[inline(always)]
     pub(super) fn arrive<B: Scattering>(
@@ -186,7 +186,7 @@ impl<C: LightCredits> PathState<C> {
         context: &RenderContext,
         ray: &mut Ray,
         sampler: &Sampler,
-        takes_emission: bool,
+        takes: TakenEmission,
         mut record: impl FnMut(FlightPiece),
     ) -> Option<SurfaceInteraction> {
         let (scene, longest, wi) = (&context.scene, context.longest(), ray.direction);
@@ -198,16 +198,23 @@ impl<C: LightCredits> PathState<C> {
         loop {
             let next = context.next_vertex::<B>(&mut self.walk, ray, &mut flight, &mut record);
             if B::Media::PRESENT {
-                self.wavelength_weight = self.weight_of(self.walk.wavelength_mis);
+                self.wavelength_weight = self.walk.wavelength_weight();
+                if takes != TakenEmission::Nothing {
+                    self.add_emitted_by_media::<B>(flight.take_emitted());
+                }
             }
             let Some(hit) = next else {
-                if takes_emission && let Some(light) = context.environment(self.walk.depth) {
+                if takes == TakenEmission::All
+                    && let Some(light) = context.environment(self.walk.depth)
+                {
                     let pdf = |from| lights.pdf(light, from, wi, None);
                     self.add_emitted::<B>(lights, light, Vec3::ZERO, wi, 1.0, pdf);
                 }
                 return None;
             };
-            if takes_emission && let Some(light) = hit.emitter() {
+            if takes == TakenEmission::All
+                && let Some(light) = hit.emitter()
+            {
                 // A copy, so that the compiler keeps the hit in registers.
                 let point = hit.point;
                 let pdf = |from| lights.pdf(light, from, wi, Some(&point));
@@ -220,6 +227,19 @@ impl<C: LightCredits> PathState<C> {
             self.walk.depth += 1;
             return (self.walk.depth < longest).then_some(hit);
         }
+    }
+
+    /// Adds what media emit along the last flight.
+    #[inline]
+    fn add_emitted_by_media<B: Scattering>(&mut self, value: SampledSpectrum) {
+        if value.is_black() {
+            return;
+        }
+        match value.is_within(MAX_VALUE) {
+            true => self.radiance += value,
+            false => faults::raise(FaultyValue::Emission, value.into(), None, None),
+        }
+        B::record(|| PathEvent::Radiance(self.radiance));
     }
 
     /// Adds the emission of a light that the path hit by chance at `p` along `wi`, times `factor`. `light_pdf` is the density with which
@@ -306,7 +326,7 @@ impl<C: LightCredits> PathState<C> {
         let at = sample.target.unwrap_or(Vec3::ZERO);
         let emission = self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda);
         let wavelength_weight = match vertex.bsdf.is_dispersive() {
-            true => self.weight_of(
+            true => self.walk.weight_of(
                 self.walk.wavelength_mis.and(vertex.bsdf.dispersion(vertex.wo, wi).wavelength_mis),
             ),
             false => self.wavelength_weight,
@@ -330,7 +350,7 @@ impl<C: LightCredits> PathState<C> {
         let wi = self.walk.scatter(vertex, s)?;
         self.last = (!s.delta).then(|| (vertex.light_context(), s.pdf));
         if is_rough_dispersion(vertex, s) {
-            self.wavelength_weight = self.weight_of(self.walk.wavelength_mis);
+            self.wavelength_weight = self.walk.wavelength_weight();
         }
         Some(wi)
     }

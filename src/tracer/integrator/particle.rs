@@ -18,7 +18,7 @@ use super::{Integrator, RenderContext};
 /// Traces paths from lights. It fills the light stream only: every vertex that the camera sees adds a density over uv.
 ///
 /// It cannot find what a delta shows (the room in a mirror, a lamp behind glass): no vertex of a light path lies on the
-/// camera, and a delta scatters nothing towards a given point.
+/// camera, and a delta scatters nothing towards a given point. Nor does it find what media emit: its paths begin on lights.
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
     /// Scene, view and settings.

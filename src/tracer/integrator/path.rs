@@ -38,7 +38,7 @@ use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
-use super::direct_lighting::{PathState, Splitting};
+use super::direct_lighting::{PathState, Splitting, TakenEmission};
 use super::{Integrator, RenderContext};
 
 /// From this albedo on, at one of the wavelengths of the path, a diffuse surface is bright enough for two branches. It is no round
@@ -104,7 +104,7 @@ impl PathTracer {
     #[inline]
     fn follow<B: Scattering>(&self, path: &mut PathState<B::Credits>, mut ray: Ray, sampler: &Sampler) {
         let scene = &self.context.scene;
-        while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, sampler, true, |_| ()) {
+        while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, sampler, TakenEmission::All, |_| ()) {
             let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda, path.walk.medium);
             B::record(|| PathEvent::Meets((&path.walk).into(), hit));
             let u = sampler.vertex(path.walk.depth - 1);

@@ -17,7 +17,8 @@ use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 use crate::tracer::wavelength_mis::WavelengthMis;
 
-use super::grid::GridMedium;
+use super::emission::EmissionField;
+use super::grid::{GridMedium, TrackedRay};
 use super::{Coefficients, Media, Medium, MediumIndex, MediumKind, PathMedia};
 
 /// How far a path flies from one vertex to the next, in all media on its way together.
@@ -27,6 +28,8 @@ pub struct FreeFlight {
     optical_depth: f64,
     /// Decides collisions on grids.
     random: Random,
+    /// The light of the media that a camera path has found on it, times what the path carries there.
+    emitted: SampledSpectrum,
 }
 
 impl FreeFlight {
@@ -34,7 +37,14 @@ impl FreeFlight {
     #[inline(always)]
     pub fn of<B: Scattering>(scene: &Scene, u: impl FnOnce() -> f64) -> Self {
         let u = if B::Media::PRESENT && scene.media().is_some() { u() } else { 0.0 };
-        Self { optical_depth: -(-u).ln_1p(), random: Random(mix(u.to_bits())) }
+        let random = Random(mix(u.to_bits()));
+        Self { optical_depth: -(-u).ln_1p(), random, emitted: SampledSpectrum::ZERO }
+    }
+
+    /// The light of media that it has found since this was asked last.
+    #[inline(always)]
+    pub fn take_emitted(&mut self) -> SampledSpectrum {
+        std::mem::replace(&mut self.emitted, SampledSpectrum::ZERO)
     }
 }
 
@@ -105,8 +115,11 @@ impl Medium {
     #[inline]
     fn reach(&self, ray: &Ray, flight: &FreeFlight, lambda: &SampledWavelengths) -> f32 {
         match &self.kind {
+            // What it emits up to the surface counts.
+            _ if self.emission.is_some() => f32::INFINITY,
             MediumKind::Homogeneous(medium) if !medium.only_absorbs() => {
-                let free = (flight.optical_depth / f64::from(medium.at(lambda).extinction.x)) as f32;
+                let area = self.phase.along(ray.direction).most();
+                let free = (flight.optical_depth / f64::from(medium.at(lambda, area).extinction.x)) as f32;
                 1.001 * free + 1e-3 * ray.origin.abs().max_element()
             }
             MediumKind::Homogeneous(_) | MediumKind::Grid(_) => f32::INFINITY,
@@ -118,23 +131,33 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     /// Flies through a medium for at most the distance `end`, and takes the weight of that.
     #[inline]
     fn fly_through(&mut self, medium: &Medium, flight: &mut FreeFlight, ray: &Ray, end: f32) -> FlightPiece {
+        let area = medium.phase.along(ray.direction);
         let piece = FlightPiece {
             medium: self.medium,
             origin: ray.origin,
             direction: ray.direction,
+            area: area.most(),
             length: end,
             scatters: false,
             relative: WavelengthMis::ALL,
             ln_most: 0.0,
         };
-        match &medium.kind {
-            MediumKind::Homogeneous(medium) if medium.only_absorbs() => {
-                let (ln_transmittance, _) = piece.density(&medium.at(&self.lambda));
-                self.throughput *= SampledSpectrum(ln_transmittance.exp());
-                piece
-            }
+        let Medium { kind, emission, .. } = medium;
+        match kind {
             MediumKind::Homogeneous(medium) => {
-                let coefficients = medium.at(&self.lambda);
+                let coefficients = medium.at(&self.lambda, piece.area);
+                if !FROM_LIGHT && let Some(emission) = emission {
+                    let Coefficients { extinction, albedo } = coefficients;
+                    let depth = Vec4::select(extinction.cmpgt(Vec4::ZERO), extinction * end, Vec4::ZERO);
+                    let met = Vec4::from_array(depth.to_array().map(|depth| -(-depth).exp_m1()));
+                    let emitted = met * (1.0 - albedo) * emission.at(ray.origin, &self.lambda);
+                    flight.emitted += self.carried_light(emitted);
+                }
+                if medium.only_absorbs() {
+                    let (ln_transmittance, _) = piece.density(&coefficients);
+                    self.throughput *= SampledSpectrum(ln_transmittance.exp());
+                    return piece;
+                }
                 let hero = f64::from(coefficients.extinction.x);
                 // Infinite where the extinction of the hero is 0.
                 let free = (flight.optical_depth / hero) as f32;
@@ -148,21 +171,38 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
                 let (relative, ln_most) = self.weigh(density, kept);
                 FlightPiece { relative, ln_most, ..piece }
             }
-            MediumKind::Grid(grid) => self.track_through(grid, flight, ray, piece),
+            MediumKind::Grid(grid) => {
+                let lambda = self.lambda;
+                let tracked = TrackedRay { ray: *ray, end, area, lambda: &lambda };
+                self.track_through(grid, emission.as_ref(), &tracked, flight, piece)
+            }
         }
+    }
+
+    /// The light that is emitted where this walk is, as the path counts it.
+    #[inline]
+    fn carried_light(&self, emitted: Vec4) -> SampledSpectrum {
+        self.throughput * SampledSpectrum(emitted) * self.wavelength_weight()
     }
 
     /// Flies through a medium on a grid.
     fn track_through(
         &mut self,
         grid: &GridMedium,
+        emission: Option<&EmissionField>,
+        tracked: &TrackedRay<'_>,
         flight: &mut FreeFlight,
-        ray: &Ray,
         piece: FlightPiece,
     ) -> FlightPiece {
-        let (lambda, mut length) = (self.lambda, piece.length);
-        let FreeFlight { optical_depth, random } = flight;
-        let scatters = grid.track(ray, piece.length, &lambda, optical_depth, random, |collision| {
+        let TrackedRay { lambda, .. } = tracked;
+        let mut length = piece.length;
+        let FreeFlight { optical_depth, random, emitted } = flight;
+        let scatters = grid.track(tracked, optical_depth, random, |collision| {
+            if !FROM_LIGHT && let Some(emission) = emission {
+                let albedo = collision.albedo.unwrap_or_else(|| grid.albedo_at(collision.p, lambda));
+                let absorbed = collision.real * (1.0 - albedo);
+                *emitted += self.carried_light(absorbed * emission.at(collision.p, lambda));
+            }
             if collision.albedo.is_some() {
                 length = collision.t;
             }
@@ -207,6 +247,8 @@ pub(in crate::tracer) struct FlightPiece {
     pub(in crate::tracer) origin: Vec3,
     /// Its unit direction.
     pub(in crate::tracer) direction: Vec3,
+    /// The projected area of the particles in its direction; a bound of that on a grid.
+    area: f32,
     /// How long it is.
     pub(in crate::tracer) length: f32,
     /// It ends with a scattering.
@@ -239,7 +281,7 @@ impl FlightPiece {
         let piece = Self { length, scatters: false, ..*self };
         match media.get(self.medium).map(|medium| &medium.kind) {
             Some(MediumKind::Homogeneous(medium)) => {
-                let (density, _) = piece.density(&medium.at(lambda));
+                let (density, _) = piece.density(&medium.at(lambda, self.area));
                 let (relative, ln_most) = relative_densities(density, carried);
                 Self { relative: WavelengthMis::relative(relative), ln_most, ..piece }
             }
@@ -259,7 +301,7 @@ impl FlightPiece {
         match media.get(self.medium).map(|medium| &medium.kind) {
             None => SampledSpectrum::ONE,
             Some(MediumKind::Homogeneous(medium)) => {
-                let (density, kept) = self.density(&medium.at(lambda));
+                let (density, kept) = self.density(&medium.at(lambda, self.area));
                 SampledSpectrum((density - self.ln_most).exp() * kept)
             }
             Some(MediumKind::Grid(grid)) if self.scatters => {
@@ -348,18 +390,20 @@ impl Scene {
         loop {
             let at = if meets_surfaces { self.first(&ray) } else { None };
             let end = at.map_or(ray.t_max + beyond, |at| at.hit.t);
-            match media.get(medium).map(|medium| &medium.kind) {
+            let direction = ray.direction / unit;
+            match media.get(medium) {
                 None => {}
-                Some(MediumKind::Homogeneous(medium)) => {
-                    let extinction = medium.at(lambda).extinction;
+                Some(Medium { kind: MediumKind::Homogeneous(medium), phase, .. }) => {
+                    let extinction = medium.at(lambda, phase.along(direction).most()).extinction;
                     let met = extinction.cmpgt(Vec4::ZERO);
                     let depth = if medium.only_absorbs() { &mut absorbed } else { &mut depth };
                     *depth += Vec4::select(met, extinction * (end * unit), Vec4::ZERO);
                 }
-                Some(MediumKind::Grid(grid)) => {
-                    let ray = Ray::new(ray.origin, ray.direction / unit);
+                Some(Medium { kind: MediumKind::Grid(grid), phase, .. }) => {
+                    let ray = Ray::new(ray.origin, direction);
                     let random = random.get_or_insert_with(|| Random(hash(&ray)));
-                    tracked *= grid.transmittance(&ray, end * unit, lambda, random);
+                    let area = phase.along(direction);
+                    tracked *= grid.transmittance(&TrackedRay { ray, end: end * unit, area, lambda }, random);
                 }
             }
             let Some(at) = at else { break };

@@ -15,6 +15,7 @@ use crate::spectrum::{SampledWavelengths, Spectrum};
 use crate::tracer::accel::Ray;
 
 use super::Coefficients;
+use super::phase_field::AreaAlong;
 
 /// Points of a grid along each side of a box with one bound.
 const POINTS_PER_BOX: usize = 8;
@@ -78,11 +79,26 @@ struct BoundedPiece {
     bound: f32,
 }
 
+/// A ray through a medium, of unit direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TrackedRay<'a> {
+    pub(super) ray: Ray,
+    /// The distance up to which it is in the medium.
+    pub(super) end: f32,
+    /// The projected area of the particles, seen along it.
+    pub(super) area: AreaAlong<'a>,
+    pub(super) lambda: &'a SampledWavelengths,
+}
+
 /// What a tentative collision was.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Collision {
     /// Distance from the beginning of the flight.
     pub(super) t: f32,
+    /// Where it is.
+    pub(super) p: Vec3,
+    /// The probability with which each lane meets a particle.
+    pub(super) real: Vec4,
     /// The logarithms of the densities with which each lane would have decided so; 0 where all have the same.
     pub(super) density: Vec4,
     /// The albedo, where the path scatters.
@@ -146,24 +162,23 @@ impl GridMedium {
         self.albedo.sample(&point, lambda).0.clamp(Vec4::ZERO, Vec4::ONE)
     }
 
-    /// Tracks `ray`, of unit direction, up to the distance `end`: takes tentative collisions at the optical depth `depth` of the bound, and
-    /// after each at a new one by `random`, until `take` says that the flight ends.
+    /// Tracks a ray: takes tentative collisions at the optical depth `depth` of the bound, and after each at a new one by `random`, until one
+    /// scatters.
     pub(super) fn track(
         &self,
-        ray: &Ray,
-        end: f32,
-        lambda: &SampledWavelengths,
+        tracked: &TrackedRay<'_>,
         depth: &mut f64,
         random: &mut Random,
         mut take: impl FnMut(Collision),
     ) -> bool {
+        let TrackedRay { ray, end, area, lambda } = tracked;
         let (chromatic, mut collisions) = (self.is_chromatic(), 0);
         let most = match &self.extinction {
             Extinction::Uniform(spectrum) => spectrum.sample(lambda).max_element() * self.scale,
             Extinction::Grid(_) => f32::INFINITY,
         };
-        self.bounds.walk(ray, end, |piece| {
-            let piece = BoundedPiece { bound: piece.bound.min(most), ..piece };
+        self.bounds.walk(ray, *end, |piece| {
+            let piece = BoundedPiece { bound: piece.bound.min(most) * area.most(), ..piece };
             if piece.bound <= 0.0 {
                 return false;
             }
@@ -179,7 +194,8 @@ impl GridMedium {
                 t = next;
                 *depth = -(-random.f64()).ln_1p();
                 let p = ray.origin + ray.direction * t as f32;
-                let extinction = self.extinction_at(p, lambda).min(Vec4::splat(piece.bound));
+                let extinction = self.extinction_at(p, lambda) * area.at(p);
+                let extinction = extinction.min(Vec4::splat(piece.bound));
                 let scatters = random.f32() * piece.bound < extinction.x;
                 let density = match chromatic {
                     true if scatters => extinction.ln(),
@@ -187,7 +203,8 @@ impl GridMedium {
                     false => Vec4::ZERO,
                 };
                 let albedo = scatters.then(|| self.albedo_at(p, lambda));
-                take(Collision { t: t as f32, density, albedo });
+                let real = extinction / piece.bound;
+                take(Collision { t: t as f32, p, real, density, albedo });
                 if scatters {
                     return true;
                 }
@@ -195,30 +212,31 @@ impl GridMedium {
         })
     }
 
-    /// An estimate of the transmittance of `ray`, of unit direction, up to the distance `end`.
-    pub(super) fn transmittance(
-        &self,
-        ray: &Ray,
-        end: f32,
-        lambda: &SampledWavelengths,
-        random: &mut Random,
-    ) -> Vec4 {
-        if let Extinction::Uniform(spectrum) = &self.extinction {
-            let extinction = spectrum.sample(lambda).0 * self.scale;
+    /// An estimate of the transmittance of a ray.
+    pub(super) fn transmittance(&self, tracked: &TrackedRay<'_>, random: &mut Random) -> Vec4 {
+        let TrackedRay { ray, end, area, lambda } = tracked;
+        if let Extinction::Uniform(spectrum) = &self.extinction
+            && !area.varies()
+        {
+            let extinction = spectrum.sample(lambda).0 * (self.scale * area.most());
             // ∞ · 0 would be NaN.
-            return Vec4::select(extinction.cmpgt(Vec4::ZERO), (-extinction * end).exp(), Vec4::ONE);
+            return Vec4::select(extinction.cmpgt(Vec4::ZERO), (-extinction * *end).exp(), Vec4::ONE);
         }
         let (mut transmittance, mut collisions) = (Vec4::ONE, 0);
-        self.bounds.walk(ray, end, |piece| {
-            let mut t = piece.start;
+        self.bounds.walk(ray, *end, |piece| {
+            let (mut t, bound) = (piece.start, piece.bound * area.most());
+            if bound <= 0.0 {
+                return false;
+            }
             loop {
-                t += -(-random.f32()).ln_1p() / piece.bound;
+                t += -(-random.f32()).ln_1p() / bound;
                 if t >= piece.end || collisions == MOST_COLLISIONS {
                     return false;
                 }
                 collisions += 1;
-                let extinction = self.extinction_at(ray.origin + ray.direction * t, lambda);
-                transmittance *= (1.0 - extinction / piece.bound).max(Vec4::ZERO);
+                let p = ray.origin + ray.direction * t;
+                let extinction = self.extinction_at(p, lambda) * area.at(p);
+                transmittance *= (1.0 - extinction / bound).max(Vec4::ZERO);
                 let most = transmittance.max_element();
                 if most < SMALL_TRANSMITTANCE {
                     let survives = random.f32() < 0.1;
@@ -239,15 +257,15 @@ impl GridMedium {
     /// as trilinear interpolation is along a line.
     pub(super) fn march(
         &self,
-        ray: &Ray,
-        end: f32,
-        lambda: &SampledWavelengths,
+        tracked: &TrackedRay<'_>,
         steps: MarchSteps,
         mut visit: impl FnMut([f32; 2], Coefficients) -> bool,
     ) {
+        let TrackedRay { ray, end, area, lambda } = tracked;
         let at = |t: f32| {
             let p = ray.origin + ray.direction * t;
-            Coefficients { extinction: self.extinction_at(p, lambda), albedo: self.albedo_at(p, lambda) }
+            let extinction = self.extinction_at(p, lambda) * area.at(p);
+            Coefficients { extinction, albedo: self.albedo_at(p, lambda) }
         };
         let mut step = |start: f32, end: f32| {
             if end == f32::INFINITY {
@@ -257,7 +275,7 @@ impl GridMedium {
             visit([start, middle], at(middle - node)) || visit([middle, end], at(middle + node))
         };
         let mut ends = Vec::new();
-        self.bounds.walk(ray, end, |piece| {
+        self.bounds.walk(ray, *end, |piece| {
             ends.clear();
             self.step_ends(ray, piece, steps, &mut ends);
             ends.retain(|t| *t > piece.start && *t < piece.end);

@@ -23,6 +23,9 @@ pub(super) struct HomogeneousMedium {
 impl HomogeneousMedium {
     /// `None` for a medium that varies in space.
     pub(super) fn new(desc: &MediumDesc) -> Option<Self> {
+        if !desc.is_homogeneous() {
+            return None;
+        }
         let (SpectrumTexture::Uniform(extinction), SpectrumTexture::Uniform(albedo)) =
             (&desc.sigma_t, &desc.albedo)
         else {
@@ -44,10 +47,11 @@ impl HomogeneousMedium {
         self.extinction.max() * self.scale
     }
 
-    /// The coefficients at the wavelengths of a path: finite, not negative, and no more scattered than met.
+    /// The coefficients at the wavelengths of a path, along which particles have this projected area: finite, not negative, and no more
+    /// scattered than met.
     #[inline]
-    pub(super) fn at(&self, lambda: &SampledWavelengths) -> Coefficients {
-        let extinction = self.extinction.sample(lambda).0 * self.scale;
+    pub(super) fn at(&self, lambda: &SampledWavelengths, area: f32) -> Coefficients {
+        let extinction = self.extinction.sample(lambda).0 * (self.scale * area);
         Coefficients {
             extinction: extinction.clamp(Vec4::ZERO, Vec4::splat(f32::MAX)),
             albedo: self.albedo.sample(lambda).0.clamp(Vec4::ZERO, Vec4::ONE),

@@ -9,8 +9,8 @@ use crate::tracer::accel::Ray;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::opacity::{MOST_PASSED, past};
 
-use super::grid::MarchSteps;
-use super::{Coefficients, Media, MediumIndex, MediumKind};
+use super::grid::{MarchSteps, TrackedRay};
+use super::{Coefficients, Media, Medium, MediumIndex, MediumKind};
 
 /// Where no more light than this comes through, nothing further on is looked at.
 const OPAQUE: f64 = 1e-6;
@@ -95,12 +95,17 @@ impl LineOfSight<'_> {
     pub(in crate::tracer) fn media(&self, lambda: &SampledWavelengths, steps: MarchSteps) -> LineMedia {
         let mut seen = LineMedia { transmittance: DVec4::ONE, scattered: DVec4::ZERO, moment: DVec4::ZERO };
         for LinePiece { medium, ray, start, length } in &self.pieces {
-            let medium = self.media.and_then(|media| media.get(*medium));
-            match medium.map(|medium| &medium.kind) {
-                None => {}
-                Some(MediumKind::Homogeneous(medium)) => seen.add(*start, *length, &medium.at(lambda)),
-                Some(MediumKind::Grid(grid)) => {
-                    grid.march(ray, *length, lambda, steps, |[from, to], coefficients| {
+            let Some(Medium { kind, phase, .. }) = self.media.and_then(|media| media.get(*medium)) else {
+                continue;
+            };
+            let area = phase.along(ray.direction);
+            match kind {
+                MediumKind::Homogeneous(medium) => {
+                    seen.add(*start, *length, &medium.at(lambda, area.most()));
+                }
+                MediumKind::Grid(grid) => {
+                    let tracked = TrackedRay { ray: *ray, end: *length, area, lambda };
+                    grid.march(&tracked, steps, |[from, to], coefficients| {
                         seen.add(start + from, to - from, &coefficients);
                         seen.transmittance.max_element() < OPAQUE
                     });

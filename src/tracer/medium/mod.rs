@@ -2,6 +2,10 @@
 //!
 //! ```text
 //! phase        phase functions: the bsdf of a vertex in a medium
+//! phase_table  those by a table
+//! microflakes  those of mirrors that lie in space
+//! phase_field  the phase function at each point of a medium, and what it hides in each direction
+//! emission     the light that a medium emits
 //! homogeneous  coefficients that are the same everywhere
 //! grid         coefficients that vary: delta and ratio tracking
 //! flight       the free flight of a path to its next vertex, and the transmittance of an edge between two vertices
@@ -28,23 +32,34 @@
 //! In a homogeneous medium that only absorbs no distance is sampled: every wavelength goes on, with its transmittance as a weight, and g has no
 //! part of it, neither along flights nor along edges.
 //!
+//! # Emission
+//!
+//! Each piece of a flight of a camera path adds the light that the medium emits along it: in closed form where nothing varies, and on a grid at
+//! each tentative collision (the absorption and emission estimator of Fong, Wrenninge, Kulla and Habel, *Production Volume Rendering*, SIGGRAPH
+//! 2017 course, §5.4, before it is known whether the collision is one). No other strategy samples it, so that it has no MIS weight. Lights
+//! that are chosen are shapes, environments and points; paths from lights do not begin in a medium.
+//!
 //! # MIS weights
 //!
-//! Densities of vertices in media have no cosine. Extinction appears in the density of every strategy and cancels; the transmittance of edges is
-//! left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
+//! Densities of vertices in media have no cosine, but the projected area of microflakes. Extinction, but for that, appears in the density
+//! of every strategy and cancels; the transmittance of edges is left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
 //! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
 
 mod boundaries;
 mod crossing;
+mod emission;
 mod flight;
 mod grid;
 mod homogeneous;
 mod interface;
 mod line;
+mod microflakes;
 mod phase;
+mod phase_field;
+mod phase_table;
 mod place;
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::{MediumDesc, MediumId, MediumInterface, Name};
@@ -52,8 +67,10 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 
 use super::prepare::PrepareError;
 use boundaries::Boundaries;
+use emission::EmissionField;
 use grid::GridMedium;
 use homogeneous::HomogeneousMedium;
+use phase_field::PhaseField;
 
 pub use flight::FreeFlight;
 pub(super) use flight::{EdgeWavelengths, FlightPiece};
@@ -67,7 +84,8 @@ pub use place::CameraMedium;
 #[derive(Clone, Debug)]
 struct Medium {
     kind: MediumKind,
-    phase: PhaseFunction,
+    phase: PhaseField,
+    emission: Option<EmissionField>,
     /// Neither of its coefficients depends on the wavelength.
     is_grey: bool,
     /// The mean free path where, and for the wavelengths for which, it is shortest.
@@ -168,6 +186,11 @@ impl Media {
         self.media.iter().flatten().any(is)
     }
 
+    /// True where some medium emits light.
+    pub(super) fn shine(&self) -> bool {
+        self.media.iter().flatten().any(|medium| medium.emission.is_some())
+    }
+
     /// The medium that a source of light shines into; `None` where that depends on the ray.
     #[inline]
     pub(super) fn of_source(&self, source: u32) -> Option<MediumIndex> {
@@ -182,7 +205,7 @@ impl Media {
     ) -> SampledSpectrum {
         let extinction = match self.get(medium).map(|medium| &medium.kind) {
             None => Vec4::ZERO,
-            Some(MediumKind::Homogeneous(medium)) => medium.at(lambda).extinction,
+            Some(MediumKind::Homogeneous(medium)) => medium.at(lambda, 1.0).extinction,
             Some(MediumKind::Grid(grid)) => grid.extinction_at_infinity(lambda),
         };
         SampledSpectrum(Vec4::select(extinction.cmpgt(Vec4::ZERO), Vec4::ZERO, Vec4::ONE))
@@ -194,10 +217,15 @@ impl Media {
         self.get(index).filter(scatters).map(|medium| medium.free_path)
     }
 
-    /// The phase function of a medium; `None` for vacuum.
+    /// True where the phase function of a medium depends on the position.
+    pub(super) fn phase_varies(&self, index: MediumIndex) -> bool {
+        self.get(index).is_some_and(|medium| medium.phase.varies())
+    }
+
+    /// The phase function of a medium at the point `p`; `None` for vacuum.
     #[inline]
-    pub(super) fn phase(&self, index: MediumIndex) -> Option<PhaseFunction> {
-        self.get(index).map(|medium| medium.phase)
+    pub(super) fn phase(&self, index: MediumIndex, p: Vec3) -> Option<PhaseFunction> {
+        self.get(index).map(|medium| medium.phase.at(p))
     }
 }
 
@@ -208,12 +236,15 @@ impl Medium {
             None => MediumKind::Grid(Box::new(GridMedium::new(desc))),
         };
         let other = || PrepareError::PhaseFunction { named: named() };
-        let phase = PhaseFunction::new(&desc.phase).ok_or_else(other)?;
-        let free_path = match &kind {
-            MediumKind::Homogeneous(medium) => 1.0 / medium.largest_extinction(),
-            MediumKind::Grid(grid) => 1.0 / grid.largest_extinction(),
+        let phase = PhaseField::new(&desc.phase).ok_or_else(other)?;
+        let emission = desc.emission.as_ref().filter(|light| !light.is_black()).map(EmissionField::new);
+        let extinction = match &kind {
+            MediumKind::Homogeneous(medium) => medium.largest_extinction(),
+            MediumKind::Grid(grid) => grid.largest_extinction(),
         };
-        Ok(Self { kind, phase, is_grey: desc.sigma_t.is_grey() && desc.albedo.is_grey(), free_path })
+        let free_path = 1.0 / (extinction * phase.most_area());
+        let is_grey = desc.sigma_t.is_grey() && desc.albedo.is_grey();
+        Ok(Self { kind, phase, emission, is_grey, free_path })
     }
 }
 

@@ -31,7 +31,7 @@ pub enum PrepareError {
     },
     /// A phase function that is not traced.
     #[error(
-        "the phase function of the medium{named} is a blend of more than {MOST_LOBES} others: leave some out"
+        "the phase function of the medium{named} is a blend of more than {MOST_LOBES} others, or a table without a density: leave it out"
     )]
     PhaseFunction {
         /// Name and place of the medium.

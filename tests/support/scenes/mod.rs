@@ -100,7 +100,7 @@ pub fn shape(desc: &mut SceneDesc, kind: ShapeKind, to_world: DAffine3, bsdf: Bs
 /// Adds a grey homogeneous medium.
 pub fn medium(desc: &mut SceneDesc, sigma_t: f32, albedo: f32, phase: PhaseDesc) -> MediumId {
     let [sigma_t, albedo] = [sigma_t, albedo].map(|value| Spectrum::Constant(value).into());
-    desc.media.push(MediumDesc { sigma_t, albedo, scale: 1.0, phase });
+    desc.media.push(MediumDesc { sigma_t, albedo, scale: 1.0, phase, emission: None });
     MediumId(desc.media.len() as u32 - 1)
 }
 

@@ -115,15 +115,28 @@ pub const NOTES: &[(&str, &str, &str)] = &[
          scene, times `scale`. They are `sigma_t` and `albedo`, or `sigma_s` and `sigma_a`, or those of a `material` of Jensen et al. 2001 \
          (`apple`, `chicken1`, `chicken2`, `cream`, `ketchup`, `marble`, `potato`, `skimmilk`, `skin1`, `skin2`, `spectralon`, \
          `wholemilk`) in 1/mm; Mitsuba 3 knows `sigma_t` and `albedo` only. An `<rgb>` as `sigma_t` may be above 1, which Mitsuba's \
-         spectral mode refuses.",
+         spectral mode refuses. Mitsuba's media do not shine: `radiance` is that of an opaque layer, so that per unit of length a medium \
+         emits its absorption coefficient times that.",
     ),
     ("medium", "homogeneous", "the same everywhere"),
     (
         "medium",
         "heterogeneous",
-        "`sigma_t` and `albedo` may be a `gridvolume`; of version 0.6 `density` is `sigma_t`",
+        "`sigma_t`, `albedo` and `radiance`, under D65, may be a `gridvolume`; of version 0.6 `density` is `sigma_t`",
     ),
     ("phase", "hg", "Henyey and Greenstein's; `g` above 0 is forwards"),
+    (
+        "phase",
+        "tabphase",
+        "a table over the cosine of the scattering angle, from -1, which is backwards, to 1 at equal steps; it is normalised",
+    ),
+    (
+        "phase",
+        "sggx",
+        "microflakes in world space: a `gridvolume` of six channels, Sxx, Syy, Szz, Sxy, Sxz and Syz, or a `constvolume` whose \
+         `value` is a `<string>` of six numbers, which Mitsuba 3.9.1 refuses; `sigma_t` is multiplied by the area that they \
+         have seen along a ray, in a `blendphase`, too, where Mitsuba leaves it out",
+    ),
     ("phase", "blendphase", "`weight` is the share of the second, one number; at most eight make one"),
     (
         "emitter",

@@ -213,6 +213,10 @@ fn candidates(name: &'static str, question: &Question) -> Vec<GivenParameter> {
             "point" | "vector" => vec![value("point", "0, 0, 2")],
             "transform" => vec![format!("<transform name='{name}'/>")],
             "medium" => vec![format!("<medium name='{name}' type='homogeneous'/>")],
+            "volume" => {
+                let six = "<string name='value' value='1, 1, 1, 0, 0, 0'/>";
+                vec![format!("<volume name='{name}' type='constvolume'>{six}</volume>")]
+            }
             "texture" => [vec![value("rgb", "0.5")], textures].concat(),
             _ => Vec::new(),
         },

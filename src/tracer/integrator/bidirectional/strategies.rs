@@ -45,6 +45,15 @@ impl<C: LightCredits> PathContribution<C> {
         Self { lambda, radiance, credits, emission: EmissionCache::default() }
     }
 
+    /// Adds what media emit along a flight, which no other strategy finds.
+    #[inline]
+    pub(super) fn add_emitted_by_media(&mut self, value: SampledSpectrum) {
+        match value.is_within(MAX_VALUE) {
+            true => self.radiance += value,
+            false => faults::raise(FaultyValue::Emission, value.into(), None, None),
+        }
+    }
+
     /// Adds the radiance of a light that was hit by chance, if it is a number.
     #[inline]
     fn add_emission(&mut self, lights: &Lights, value: SampledSpectrum, surface: Option<u32>, light: u32) {

@@ -10,7 +10,7 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Scattering;
-use crate::tracer::integrator::direct_lighting::{PathState, Splitting};
+use crate::tracer::integrator::direct_lighting::{PathState, Splitting, TakenEmission};
 use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
@@ -90,8 +90,10 @@ pub(super) struct CameraPath<'a, C> {
     /// Contribution of photons, and of all that was found before the secondary wavelengths were terminated.
     xyz: Xyz,
     class: PathClass,
-    /// Photons account for all further light except emission hit by the next ray.
+    /// Photons account for all further light except emission hit by the next ray, and that of media.
     gathered: bool,
+    /// Only the emission of media is still to be found.
+    only_media: bool,
     /// The wavelengths that would have chosen the flights through media.
     flights: WavelengthMis,
 }
@@ -114,6 +116,7 @@ impl<'a> PathStart<'a> {
             xyz,
             class,
             gathered: false,
+            only_media: false,
             flights: WavelengthMis::ALL,
         }
     }
@@ -123,16 +126,20 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// Follows the path along `ray` to its end and returns what it found, in all and by groups of lights.
     pub fn trace<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
         let mut from = ray.origin;
+        let media_shine = self.tracer.context.scene.media().is_some_and(Media::shine);
         loop {
             let flight = self.flight_start();
-            let hit = self.arrive::<B>(&mut ray, sampler, self.class != PathClass::Caustic);
-            if self.gathered {
+            let hit = self.arrive::<B>(&mut ray, sampler, self.taken());
+            if self.gathered && !media_shine {
                 break;
             }
+            self.only_media |= self.gathered;
             if B::Media::PRESENT {
-                self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
-                if self.class != PathClass::Mirrored {
-                    self.gather_along::<B>(&flight, PhotonLayer::VolumeGlobal, from);
+                if !self.only_media {
+                    self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
+                    if self.class != PathClass::Mirrored {
+                        self.gather_along::<B>(&flight, PhotonLayer::VolumeGlobal, from);
+                    }
                 }
                 self.drop_parted_companions();
             }
@@ -148,6 +155,14 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.end()
     }
 
+    /// The emission that photons do not account for.
+    fn taken(&self) -> TakenEmission {
+        match self.only_media || self.class == PathClass::Caustic {
+            true => TakenEmission::OfMedia,
+            false => TakenEmission::All,
+        }
+    }
+
     /// Follows the path along `ray` while its light can be found by merging only, and returns the contribution of photons, in all and by groups
     /// of lights.
     pub fn merge<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
@@ -157,7 +172,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.state.chain = SpecularChain::PathAlone;
         loop {
             let (flight, from) = (self.flight_start(), ray.origin);
-            let hit = self.arrive::<B>(&mut ray, sampler, false);
+            let hit = self.arrive::<B>(&mut ray, sampler, TakenEmission::Nothing);
             if B::Media::PRESENT {
                 if prefix.is_specular() {
                     self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
@@ -187,7 +202,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
     pub fn seen<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> Xyz {
         let context = &self.tracer.context;
         let (flight, from) = (self.flight_start(), ray.origin);
-        let hit = self.arrive::<B>(&mut ray, sampler, false);
+        let hit = self.arrive::<B>(&mut ray, sampler, TakenEmission::Nothing);
         if B::Media::PRESENT {
             self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
             self.drop_parted_companions();
@@ -208,14 +223,14 @@ impl<C: LightCredits> CameraPath<'_, C> {
         &mut self,
         ray: &mut Ray,
         sampler: &Sampler,
-        takes_emission: bool,
+        takes: TakenEmission,
     ) -> Option<SurfaceInteraction> {
         let Self { tracer, state, scratch, flights, .. } = self;
         let record = |piece: FlightPiece| {
             *flights = piece.and(*flights);
             scratch.steps.push(RecordedStep::Flight(piece));
         };
-        state.arrive::<B>(&tracer.context, ray, sampler, takes_emission, record)
+        state.arrive::<B>(&tracer.context, ray, sampler, takes, record)
     }
 
     /// The path before its next flight.
@@ -269,6 +284,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda, self.state.walk.medium);
         B::record(|| PathEvent::Meets((&self.state.walk).into(), hit));
         let diffuse = vertex.bsdf.has_diffuse_part();
+        if self.only_media {
+            return self.scatter(&vertex, diffuse, u);
+        }
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
             self.state.add_direct(scene, &vertex, u);
         }
@@ -295,7 +313,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
         u: &VertexNumbers,
     ) -> Option<Ray> {
         let s = Walk::<false>::sample(vertex, u)?;
-        self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
+        if !self.only_media {
+            self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
+        }
         let wi = self.state.scatter(vertex, &s)?;
         if s.hero_only || s.transmitted && vertex.bsdf.is_dispersive() && self.is_dispersed() {
             self.drop_companions();
@@ -399,7 +419,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
             let RecordedStep::Flight(piece) = step else { continue };
             let FlightPiece { origin, direction, length, medium, .. } = *piece;
             let reach = BeamReach::of(&context.scene, &tracer.schedule, lookup, medium, &lambda);
-            let Some((BeamReach { radius, window }, phase)) = reach.zip(media.phase(medium)) else { continue };
+            let phase = media.phase(medium, origin);
+            let Some((BeamReach { radius, window }, phase)) = reach.zip(phase) else { continue };
+            let varies = media.phase_varies(medium);
             let area = (PI * radius * radius).max(f32::MIN_POSITIVE);
             let scale = 1.0 / area / snapshot.light_paths as f32;
             let nearest = if layer == PhotonLayer::VolumeGlobal { radius } else { 0.0 };
@@ -411,7 +433,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
                     return;
                 }
                 photons += 1;
-                let p = phase.density(-direction, photon.direction()) * scale;
+                let there = if varies { media.phase(medium, origin + direction * t) } else { None };
+                let phase = there.as_ref().unwrap_or(&phase);
+                let p = phase.density(photon.direction(), -direction) * scale;
                 match window {
                     None => {
                         let piece = piece.until(t, media, &lambda, start.carried);
