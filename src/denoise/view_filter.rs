@@ -209,7 +209,8 @@ pub fn first_hits(
 ) -> Option<Grid<Features>> {
     let size = [film.width as usize, film.height as usize];
     let [width, height] = size.map(|n| n.div_ceil(rays.step));
-    let (lambda, medium) = (SampledWavelengths::sample(WAVELENGTHS), CameraMedium::of(scene, camera, &UvWindow::PICTURE));
+    let (lambda, medium) =
+        (SampledWavelengths::sample(WAVELENGTHS), CameraMedium::of(scene, camera, &UvWindow::PICTURE));
     let mut grid = Grid::try_filled(width, height, Features::default())?;
     grid.pixels_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         if stop() {

@@ -55,7 +55,7 @@ fn layers(desc: &SceneDesc, list: &str) -> Vec<f32> {
 fn seen(desc: &SceneDesc) -> Features {
     let (scene, camera) = (prepare(desc), Camera::of(desc).expect("the camera is valid"));
     let ray = camera.ray([0.5; 2], [0.5; 2]);
-    let medium = CameraMedium::of(&scene, &camera).along(&scene, &ray);
+    let medium = CameraMedium::of(&scene, &camera, &UvWindow::PICTURE).along(&scene, &ray);
     features(&scene, ray, medium, &SampledWavelengths::sample(0.15))
 }
 

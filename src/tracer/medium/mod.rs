@@ -213,7 +213,8 @@ impl Media {
 
     /// The shortest mean free path of a medium, over which what is scattered in it varies; `None` for one that scatters nothing, and for vacuum.
     pub(super) fn free_path(&self, index: MediumIndex) -> Option<f32> {
-        let scatters = |medium: &&Medium| !matches!(&medium.kind, MediumKind::Homogeneous(m) if m.only_absorbs());
+        let scatters =
+            |medium: &&Medium| !matches!(&medium.kind, MediumKind::Homogeneous(m) if m.only_absorbs());
         self.get(index).filter(scatters).map(|medium| medium.free_path)
     }
 
