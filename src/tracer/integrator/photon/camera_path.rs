@@ -1,8 +1,6 @@
 //! A camera path of photon mapping: emission and next-event estimation as in path tracing, and density estimation from the photons around
 //! its vertices on surfaces, and around its flights in media.
 
-use std::f32::consts::PI;
-
 use glam::{Vec3, Vec4};
 
 use crate::color::Xyz;
@@ -14,8 +12,8 @@ use crate::tracer::integrator::direct_lighting::{PathState, Splitting, TakenEmis
 use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
-use crate::tracer::medium::{FlightPiece, Media, MediumIndex, PathMedia};
-use crate::tracer::photon_map::{Beam, Disc, Lookup, Photon, PhotonLayer, Schedule, Snapshot};
+use crate::tracer::medium::{FlightPiece, Media, PathMedia};
+use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::scene::SurfaceMaterial;
@@ -40,11 +38,8 @@ const SAME_SURFACE: f32 = 0.7;
 /// Least radius of a disc over the largest: where many photons lie in one point the estimate stays finite.
 const SMALLEST: f32 = 1e-4;
 
-/// Largest radius around a flight at the first generation, in free paths.
-const FREE_PATHS: f32 = 0.5;
-
 /// Half of the first window of wavelengths, nm.
-const WINDOW: f32 = 30.0;
+pub(super) const WINDOW: f32 = 30.0;
 
 /// The kinds of scattering so far, which decide whether emission that is hit next counts or is left to photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,19 +50,6 @@ enum PathClass {
     Spread,
     /// Spread, then mirrored: a light found from here is a caustic, which the photons show.
     Caustic,
-}
-
-/// What a camera path was like before a flight.
-struct FlightStart {
-    /// Throughput at the hero, with the weight of its wavelengths.
-    throughput: SampledSpectrum,
-    /// The wavelengths that would have chosen the path up to there, and those that would have chosen its flights.
-    carried: WavelengthMis,
-    flights: WavelengthMis,
-    /// Number of recorded steps.
-    steps: usize,
-    /// Number of segments.
-    depth: u32,
 }
 
 /// The arguments of a camera path.
@@ -82,20 +64,20 @@ pub(super) struct PathStart<'a> {
 
 /// A camera path on its way.
 pub(super) struct CameraPath<'a, C> {
-    tracer: &'a PhotonTracer,
-    snapshot: &'a Snapshot,
-    lookup: Lookup,
-    scratch: &'a mut PhotonScratch,
-    state: PathState<C>,
+    pub(super) tracer: &'a PhotonTracer,
+    pub(super) snapshot: &'a Snapshot,
+    pub(super) lookup: Lookup,
+    pub(super) scratch: &'a mut PhotonScratch,
+    pub(super) state: PathState<C>,
     /// Contribution of photons, and of all that was found before the secondary wavelengths were terminated.
-    xyz: Xyz,
+    pub(super) xyz: Xyz,
     class: PathClass,
     /// Photons account for all further light except emission hit by the next ray, and that of media.
     gathered: bool,
     /// Only the emission of media is still to be found.
     only_media: bool,
     /// The wavelengths that would have chosen the flights through media.
-    flights: WavelengthMis,
+    pub(super) flights: WavelengthMis,
 }
 
 impl<'a> PathStart<'a> {
@@ -231,19 +213,6 @@ impl<C: LightCredits> CameraPath<'_, C> {
             scratch.steps.push(RecordedStep::Flight(piece));
         };
         state.arrive::<B>(&tracer.context, ray, sampler, takes, record)
-    }
-
-    /// The path before its next flight.
-    #[inline]
-    fn flight_start(&self) -> FlightStart {
-        let Self { state, scratch, flights, .. } = self;
-        FlightStart {
-            throughput: state.walk.throughput * state.wavelength_weight,
-            carried: state.walk.carried_wavelengths(),
-            flights: *flights,
-            steps: scratch.steps.len(),
-            depth: state.walk.depth,
-        }
     }
 
     /// Goes on with the hero alone where a flight has parted the wavelengths, or might on grids.
@@ -392,97 +361,12 @@ impl<C: LightCredits> CameraPath<'_, C> {
         B::record(|| PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
     }
 
-    /// Adds the beam radiance estimate (Jarosz, Zwicker and Jensen 2008, *The Beam Radiance Estimate for Volumetric Photon Mapping*) from the
-    /// photons of `layer` around the flight since `start` from the vertex at `from`. The beam ends where the flight does, so that what the medium lets pass is in the
-    /// probability of getting there (short beams, Jarosz et al. 2011).
-    ///
-    /// Global photons nearer to the vertex than the radius are left out: there the path goes on.
-    fn gather_along<B: Scattering<Credits = C>>(
-        &mut self,
-        start: &FlightStart,
-        layer: PhotonLayer,
-        from: Vec3,
-    ) {
-        let forest = self.snapshot.layer(layer);
-        let context = &self.tracer.context;
-        let Some(media) = context.scene.media().filter(|_| !forest.is_empty()) else { return };
-        if start.depth >= context.longest() {
-            return;
-        }
-        let segments = context.longest() - start.depth - 1;
-        let lambda = self.state.walk.lambda;
-        let Self { scratch, state, tracer, snapshot, lookup, .. } = self;
-        let PhotonScratch { steps, query, gathered, .. } = &mut **scratch;
-        let (mut xyz, mut value, mut kish) = (Xyz::BLACK, SampledSpectrum::ZERO, KishSums::default());
-        let mut flights = start.flights;
-        for (i, step) in steps.iter().enumerate().skip(start.steps) {
-            let RecordedStep::Flight(piece) = step else { continue };
-            let FlightPiece { origin, direction, length, medium, .. } = *piece;
-            let reach = BeamReach::of(&context.scene, &tracer.schedule, lookup, medium, &lambda);
-            let phase = media.phase(medium, origin);
-            let Some((BeamReach { radius, window }, phase)) = reach.zip(phase) else { continue };
-            let varies = media.phase_varies(medium);
-            let area = (PI * radius * radius).max(f32::MIN_POSITIVE);
-            let scale = 1.0 / area / snapshot.light_paths as f32;
-            let nearest = if layer == PhotonLayer::VolumeGlobal { radius } else { 0.0 };
-            let mut photons = 0;
-            let passed = origin.distance(from);
-            let path = RecordedFlight { scene: &context.scene, steps: &steps[..i], white: context.white() };
-            forest.along(&Beam { origin, direction, length }, radius, query, |photon, t| {
-                if photon.depth() > segments || !photon.is_in(medium) || passed + t < nearest {
-                    return;
-                }
-                photons += 1;
-                let there = if varies { media.phase(medium, origin + direction * t) } else { None };
-                let phase = there.as_ref().unwrap_or(&phase);
-                let p = phase.density(photon.direction(), -direction) * scale;
-                match window {
-                    None => {
-                        let piece = piece.until(t, media, &lambda, start.carried);
-                        let weight = piece.and(flights).weight();
-                        let found = path.at_wavelengths_of::<B>(photon, media, &piece, p * weight);
-                        xyz += found;
-                        kish.add(found.y);
-                        state.credits.add_color(photon.group(), found);
-                    }
-                    Some(w) => {
-                        let flux = lanes_near(photon, lambda.lambda().x, w);
-                        let found = sound(start.throughput * (flux * p), None);
-                        value += found;
-                        kish.add(found.0.x);
-                        state.credits.add_to(photon.group(), found);
-                    }
-                }
-            });
-            flights = piece.and(flights);
-            B::record(|| PathEvent::Gathered { photons, area, xyz: self.xyz + xyz });
-        }
-        *gathered += kish.effective_number();
-        self.xyz += xyz;
-        self.state.radiance += value;
-    }
-
-    /// How far away a vertex is at least at which global photons stand for what a ray sees.
-    fn nearest(&self, hit: &SurfaceInteraction) -> f32 {
-        let Self { tracer, lookup, state, .. } = self;
-        match hit.is_in_medium() {
-            false => self.reach(PhotonLayer::Global).1,
-            true => {
-                let PhotonTracer { context, schedule, .. } = tracer;
-                let walk = &state.walk;
-                let reach = BeamReach::of(&context.scene, schedule, lookup, walk.medium, &walk.lambda);
-                reach.map_or(0.0, |reach| reach.radius)
-            }
-        }
-    }
-
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero if the path
     /// carries that alone.
-    fn reach(&self, layer: PhotonLayer) -> (usize, f32, Option<f32>) {
+    pub(super) fn reach(&self, layer: PhotonLayer) -> (usize, f32, Option<f32>) {
         let wanted = match layer {
             PhotonLayer::Global => self.lookup.neighbours,
             PhotonLayer::Caustic => self.lookup.neighbours * CAUSTIC,
-            // All around a beam.
             PhotonLayer::VolumeGlobal | PhotonLayer::VolumeCaustic => usize::MAX,
         };
         if !self.state.walk.lambda.is_hero_only() {
@@ -495,76 +379,26 @@ impl<C: LightCredits> CameraPath<'_, C> {
 }
 
 /// What the two radii of a path that carries the hero alone, and its window of wavelengths, are multiplied by.
-fn shrink(lookup: &Lookup) -> f32 {
+pub(super) fn shrink(lookup: &Lookup) -> f32 {
     1.0 / (lookup.generations.max(1) as f32).cbrt()
-}
-
-/// Which photons count around a flight.
-#[derive(Clone, Copy, Debug)]
-struct BeamReach {
-    radius: f32,
-    /// Largest distance (nm) from the hero if the path carries that alone.
-    window: Option<f32>,
-}
-
-impl BeamReach {
-    /// Around a flight in `medium`; `None` where nothing is scattered. Light varies within a free path, so that no photon from much farther counts.
-    fn of(
-        scene: &Scene,
-        schedule: &Schedule,
-        lookup: &Lookup,
-        medium: MediumIndex,
-        lambda: &SampledWavelengths,
-    ) -> Option<Self> {
-        let first = schedule.beam_radius.min(FREE_PATHS * scene.media()?.free_path(medium)?);
-        Some(match lambda.is_hero_only() {
-            false => Self { radius: first * lookup.beam_share, window: None },
-            true => Self { radius: first * shrink(lookup), window: Some(WINDOW * shrink(lookup)) },
-        })
-    }
 }
 
 /// Sums of single contributions and of their squares: luminances, or values at the hero alone.
 #[derive(Clone, Copy, Debug, Default)]
-struct KishSums {
+pub(super) struct KishSums {
     sum: f32,
     squares: f32,
 }
 
 impl KishSums {
     #[inline]
-    fn add(&mut self, y: f32) {
+    pub(super) fn add(&mut self, y: f32) {
         (self.sum, self.squares) = (self.sum + y, self.squares + y * y);
     }
 
     /// (Σ x)² / Σ x² (Kish 1965).
-    fn effective_number(&self) -> f32 {
+    pub(super) fn effective_number(&self) -> f32 {
         if self.squares > 0.0 { self.sum * self.sum / self.squares } else { 0.0 }
-    }
-}
-
-/// A path before one of its flights, to be evaluated again at the wavelengths of photons around that.
-struct RecordedFlight<'a> {
-    scene: &'a Scene,
-    steps: &'a [RecordedStep],
-    /// The wavelengths of every photon, where nothing has a colour.
-    white: Option<SampledWavelengths>,
-}
-
-impl RecordedFlight<'_> {
-    /// Contribution of a photon beside the end of `piece`, the flight up to there.
-    #[inline]
-    fn at_wavelengths_of<B: Scattering>(
-        &self,
-        photon: &Photon,
-        media: &Media,
-        piece: &FlightPiece,
-        scale: f32,
-    ) -> Xyz {
-        let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
-        let weight = |t: SampledSpectrum, s: &RecordedStep| t * s.weight::<B>(self.scene, &lambda);
-        let throughput = self.steps.iter().fold(piece.weight(media, &lambda), weight);
-        lambda.to_xyz(sound(photon.flux() * throughput * scale, None))
     }
 }
 
@@ -610,7 +444,7 @@ fn at_the_hero<B: Scattering>(
 
 /// `value`, the contribution of a photon on a surface or in a medium, or zero if it is not finite, which is a fault.
 #[inline]
-fn sound(value: SampledSpectrum, surface: Option<u32>) -> SampledSpectrum {
+pub(super) fn sound(value: SampledSpectrum, surface: Option<u32>) -> SampledSpectrum {
     if value.is_within(MAX_VALUE) {
         return value;
     }
@@ -632,7 +466,7 @@ fn scattered<B: Scattering>(vertex: &SurfaceVertex<B>, bsdf: &B, wi: Vec3) -> Op
 
 /// The photon's flux per nm at `hero`, estimated from its lanes nearer than `window` nm (Epanechnikov's kernel).
 #[inline]
-fn lanes_near(photon: &Photon, hero: f32, window: f32) -> f32 {
+pub(super) fn lanes_near(photon: &Photon, hero: f32, window: f32) -> f32 {
     let lambda = photon.wavelengths();
     let pdf = lambda.pdf();
     let x = (lambda.lambda() - hero) / window;

@@ -30,6 +30,7 @@
 //! **Wavelengths.** A photon counts at its own wavelengths ([`photon_map`](crate::tracer::photon_map)): the steps of
 //! the camera path are recorded (`camera_path`) and evaluated again for each photon.
 
+mod beams;
 mod camera_path;
 mod extent;
 mod light_paths;
