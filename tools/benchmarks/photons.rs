@@ -10,7 +10,9 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use pointillist::math::bits::mix;
 use pointillist::spectrum::SampledSpectrum;
-use pointillist::tracer::photon_map::{Arrival, Photon, PhotonBatch, PhotonLayer, PhotonMap, QueryScratch};
+use pointillist::tracer::photon_map::{
+    Arrival, ArrivalSite, Photon, PhotonBatch, PhotonLayer, PhotonMap, QueryScratch,
+};
 
 use super::common::{Outcome, line};
 
@@ -54,7 +56,7 @@ fn arrival(number: u64) -> Arrival {
     Arrival {
         position: position(number),
         direction: Vec3::Y,
-        normal: Vec3::Y,
+        site: ArrivalSite::Surface(Vec3::Y),
         flux: SampledSpectrum::ONE,
         wavelengths: number as u16,
         hero_only: false,
