@@ -1,6 +1,6 @@
 //! Mathematics that knows nothing of rendering: frames, warps of the unit square with their densities, discrete distributions,
-//! probability densities with their measures, least squares without negative factors, the error function, sums in any order, bounds on rounding errors, bit mixing, quantiles, and random
-//! numbers for tests.
+//! probability densities with their measures, least squares without negative factors, the error function, sums in any order, bounds on rounding errors, bit mixing, quantiles, lines cut by boxes, and
+//! random numbers for tests.
 
 pub mod bits;
 pub mod distribution;
@@ -13,5 +13,6 @@ pub mod nnls;
 pub mod pdf;
 pub mod quantile;
 pub mod random;
+pub mod slab;
 pub mod trigonometry;
 pub mod warp;

@@ -57,7 +57,7 @@ pub fn features(scene: &Scene, mut ray: Ray, medium: MediumIndex, lambda: &Sampl
             Some(fog) => fog.look(scene, &mut ray, throughput, distance),
         };
         let Some(hit) = hit else {
-            return Fog::through(fog, Features { is_detached, ..Features::default() });
+            return Features { is_detached, ..Features::default() }.seen_through(fog);
         };
         distance += hit.point.p.distance(origin);
         let vertex = SurfaceVertex::<Bsdf>::new(scene, hit, &lambda, MediumIndex::VACUUM);
@@ -68,7 +68,7 @@ pub fn features(scene: &Scene, mut ray: Ray, medium: MediumIndex, lambda: &Sampl
         let Some(sample) = sample.filter(|s| s.delta) else {
             let emits = vertex.hit.emitter().is_some();
             let (albedo, normal) = (throughput, vertex.hit.n);
-            return Fog::through(fog, Features { albedo, normal, distance, is_detached, emits });
+            return Features { albedo, normal, distance, is_detached, emits }.seen_through(fog);
         };
         if sample.hero_only {
             lambda.terminate_companions();
@@ -79,7 +79,28 @@ pub fn features(scene: &Scene, mut ray: Ray, medium: MediumIndex, lambda: &Sampl
         }
         ray = vertex.hit.spawn(d);
     }
-    Fog::through(fog, Features { distance, is_detached: true, ..Features::default() })
+    Features { distance, is_detached: true, ..Features::default() }.seen_through(fog)
+}
+
+impl Features {
+    /// These features of a surface, seen through `fog` if there is any.
+    fn seen_through(self, fog: Option<Fog>) -> Self {
+        let Some(Fog { transmittance, behind, scattered, moment, .. }) = fog else { return self };
+        let (behind, all) = (mean(behind), mean(behind + scattered));
+        // Where all is dark, it is as if there were no media.
+        let (share, distance) = match all > 0.0 {
+            true => (behind / all, (moment + behind * self.distance) / all),
+            false => (1.0, self.distance),
+        };
+        let clear = if self.distance > 0.0 { CLEAR } else { CLEAR_SKY };
+        Self {
+            albedo: self.albedo * transmittance + scattered,
+            normal: self.normal * share,
+            distance,
+            is_detached: self.is_detached || share < clear,
+            emits: self.emits && share >= LIGHT_SHARE,
+        }
+    }
 }
 
 /// What media on the way do.
@@ -121,25 +142,6 @@ impl Fog {
         self.transmittance *= transmittance;
         self.behind = reaching * transmittance;
         hit
-    }
-
-    /// The features of `surface` seen through `fog`, if there is any.
-    fn through(fog: Option<Self>, surface: Features) -> Features {
-        let Some(Self { transmittance, behind, scattered, moment, .. }) = fog else { return surface };
-        let (behind, all) = (mean(behind), mean(behind + scattered));
-        // Where all is dark, it is as if there were no media.
-        let (share, distance) = match all > 0.0 {
-            true => (behind / all, (moment + behind * surface.distance) / all),
-            false => (1.0, surface.distance),
-        };
-        let clear = if surface.distance > 0.0 { CLEAR } else { CLEAR_SKY };
-        Features {
-            albedo: surface.albedo * transmittance + scattered,
-            normal: surface.normal * share,
-            distance,
-            is_detached: surface.is_detached || share < clear,
-            emits: surface.emits && share >= LIGHT_SHARE,
-        }
     }
 }
 

@@ -65,7 +65,8 @@ impl SceneDesc {
 
     /// True where media are traced and one of them emits light.
     pub fn has_emissive_media(&self) -> bool {
-        self.has_media() && self.media.iter().any(MediumDesc::shines)
+        self.has_media()
+            && self.used_media().into_iter().filter_map(|i| self.media.get(i)).any(MediumDesc::shines)
     }
 
     /// True where a surface that is shown, or the camera, names a medium.

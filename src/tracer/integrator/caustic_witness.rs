@@ -55,9 +55,15 @@ impl CausticWitness {
         let photons = makes_caustics.then(|| {
             let tracer = PhotonTracer::for_merging(context.clone(), true);
             let (paths_per_generation, samples_per_generation) = (GENERATION, GENERATION);
-            let radius = RADIUS * tracer.schedule.radius;
-            let schedule =
-                Schedule { paths_per_generation, samples_per_generation, radius, ..tracer.schedule };
+            let [radius, beam_radius] =
+                [tracer.schedule.radius, tracer.schedule.beam_radius].map(|radius| RADIUS * radius);
+            let schedule = Schedule {
+                paths_per_generation,
+                samples_per_generation,
+                radius,
+                beam_radius,
+                ..tracer.schedule
+            };
             tracer.with_schedule(schedule, super::photon::LIMIT)
         });
         Self { bidirectional: BidirectionalTracer { context: context.clone() }, photons, all }

@@ -111,7 +111,7 @@ impl Scene {
 }
 
 impl Medium {
-    /// A distance within which this flight ends, and within which a surface lies by which rounding might put its end on the wrong side of it.
+    /// An upper bound of the distance at which this flight can end, with a margin for rounding: nothing farther need be intersected.
     #[inline]
     fn reach(&self, ray: &Ray, flight: &FreeFlight, lambda: &SampledWavelengths) -> f32 {
         match &self.kind {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::{Affine3A, DAffine3, DVec3, Vec3, Vec3A, Vec4};
 
 use crate::math::random::Random;
+use crate::math::slab::clip;
 use crate::scene::desc::MediumDesc;
 use crate::scene::desc::texture::{SpectrumTexture, TexturePoint};
 use crate::scene::desc::volume::VolumeTexture;
@@ -347,10 +348,7 @@ impl BoundGrid {
         let origin = to_unit.transform_point3(ray.origin) * count;
         let direction = to_unit.transform_vector3(ray.direction) * count;
         let inverse = direction.recip();
-        let (near, far) = ((Vec3::ZERO - origin) * inverse, (count - origin) * inverse);
-        // 0 · ∞ is NaN for a ray within a plane between boxes: that axis does not clip it.
-        let enter = near.min(far).to_array().into_iter().filter(|t| !t.is_nan()).fold(0.0, f32::max);
-        let leave = near.max(far).to_array().into_iter().filter(|t| !t.is_nan()).fold(end, f32::min);
+        let [enter, leave] = clip(origin, inverse, [Vec3::ZERO, count], [0.0, end]);
         if enter >= leave {
             return false;
         }

@@ -41,9 +41,10 @@
 //!
 //! # MIS weights
 //!
-//! Densities of vertices in media have no cosine, but the projected area of microflakes. Extinction, but for that, appears in the density
-//! of every strategy and cancels; the transmittance of edges is left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are those of the tentative collisions of a
-//! flight and of the estimate of an edge, so that the partition over wavelengths holds for each strategy and not for all of them together.
+//! Extinction appears in the density of every strategy and cancels, except for the projected area of microflakes, which stands in for the cosine at
+//! a surface. The transmittance of edges is left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are
+//! those of the tentative collisions of a flight and of the estimate of an edge, so that the partition over wavelengths holds for each
+//! strategy and not for all of them together.
 
 mod boundaries;
 mod crossing;
@@ -88,7 +89,7 @@ struct Medium {
     emission: Option<EmissionField>,
     /// Neither of its coefficients depends on the wavelength.
     is_grey: bool,
-    /// The mean free path where, and for the wavelengths for which, it is shortest.
+    /// A lower bound of the mean free path, over places and wavelengths.
     free_path: f32,
 }
 
@@ -211,7 +212,7 @@ impl Media {
         SampledSpectrum(Vec4::select(extinction.cmpgt(Vec4::ZERO), Vec4::ZERO, Vec4::ONE))
     }
 
-    /// The shortest mean free path of a medium, over which what is scattered in it varies; `None` for one that scatters nothing, and for vacuum.
+    /// A lower bound of the mean free path of a medium; `None` for one that scatters nothing, and for vacuum.
     pub(super) fn free_path(&self, index: MediumIndex) -> Option<f32> {
         let scatters =
             |medium: &&Medium| !matches!(&medium.kind, MediumKind::Homogeneous(m) if m.only_absorbs());

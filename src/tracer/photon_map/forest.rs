@@ -16,6 +16,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::math::slab::clip;
+
 use super::morton::MortonGrid;
 use super::photon::Photon;
 use super::tree::{LEAF, PhotonNode, PhotonTree, SortedPhotons, Wanted};
@@ -245,10 +247,7 @@ impl PhotonTree {
         // Rounding must not part a box from a photon at the rim.
         let around = radius * 1.001 + 1e-6 * self.min.abs().max(self.max.abs()).max_element();
         let meets = |min: Vec3, max: Vec3| {
-            let (near, far) = ((min - around - origin) * inverse, (max + around - origin) * inverse);
-            // 0 · ∞ is NaN for a beam within a face: that axis does not cut it.
-            let enter = near.min(far).to_array().into_iter().filter(|t| !t.is_nan()).fold(0.0, f32::max);
-            let leave = near.max(far).to_array().into_iter().filter(|t| !t.is_nan()).fold(length, f32::min);
+            let [enter, leave] = clip(origin, inverse, [min - around, max + around], [0.0, length]);
             enter <= leave
         };
         stack.clear();

@@ -137,7 +137,7 @@ pub const NOTES: &[(&str, &str, &str)] = &[
          `value` is a `<string>` of six numbers, which Mitsuba 3.9.1 refuses; `sigma_t` is multiplied by the area that they \
          have seen along a ray, in a `blendphase`, too, where Mitsuba leaves it out",
     ),
-    ("phase", "blendphase", "`weight` is the share of the second, one number; at most eight make one"),
+    ("phase", "blendphase", "`weight` is the share of the second, one number; at most four make one"),
     (
         "emitter",
         "",

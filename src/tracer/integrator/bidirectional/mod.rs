@@ -134,7 +134,7 @@ impl BidirectionalTracer {
         while subpath.walk.depth < longest {
             let next = context.next_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight, |_| ());
             if B::Media::PRESENT {
-                path.add_emitted_by_media(flight.take_emitted());
+                path.add_emitted_by_media::<B>(flight.take_emitted());
             }
             let Some(hit) = next else {
                 if !(merging && prefix.is_merged())

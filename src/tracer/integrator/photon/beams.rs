@@ -8,7 +8,6 @@ use crate::color::Xyz;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
 use crate::tracer::bsdf::Scattering;
-use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::medium::{FlightPiece, Media, MediumIndex};
 use crate::tracer::photon_map::{Beam, Lookup, Photon, PhotonLayer, Schedule};
@@ -54,7 +53,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// pass is in the probability of getting there (a short beam: Jarosz, Nowrouzezahrai, Sadeghi and Jensen 2011, *A Comprehensive Theory of
     /// Volumetric Radiance Estimation Using Photon Points and Beams*).
     ///
-    /// Global photons nearer to the vertex than the radius are left out: there the path goes on.
+    /// Global photons nearer to the vertex than the radius are left out: a path that is scattered there goes on.
     pub(super) fn gather_along<B: Scattering<Credits = C>>(
         &mut self,
         start: &FlightStart,
@@ -77,6 +76,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
             let RecordedStep::Flight(piece) = step else { continue };
             let FlightPiece { origin, direction, length, medium, .. } = *piece;
             let reach = BeamReach::of(&context.scene, &tracer.schedule, lookup, medium, &lambda);
+            let (before, flights_before) = (throughput, flights);
+            throughput *= piece.weight(media, &lambda);
+            flights = piece.and(flights);
             let phase = media.phase(medium, origin);
             let Some((BeamReach { radius, window }, phase)) = reach.zip(phase) else { continue };
             let varies = media.phase_varies(medium);
@@ -97,7 +99,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
                 match window {
                     None => {
                         let piece = piece.until(t, media, &lambda, start.carried);
-                        let weight = piece.and(flights).weight();
+                        let weight = piece.and(flights_before).weight();
                         let found = path.at_wavelengths_of::<B>(photon, media, &piece, p * weight);
                         xyz += found;
                         kish.add(found.y);
@@ -105,15 +107,13 @@ impl<C: LightCredits> CameraPath<'_, C> {
                     }
                     Some(w) => {
                         let flux = lanes_near(photon, lambda.lambda().x, w);
-                        let found = sound(throughput * (flux * p), None);
+                        let found = sound(before * (flux * p), None);
                         value += found;
                         kish.add(found.0.x);
                         state.credits.add_to(photon.group(), found);
                     }
                 }
             });
-            throughput *= piece.weight(media, &lambda);
-            flights = piece.and(flights);
             B::record(|| PathEvent::Gathered { photons, area, xyz: self.xyz + xyz });
         }
         *gathered += kish.effective_number();
@@ -121,18 +121,12 @@ impl<C: LightCredits> CameraPath<'_, C> {
         self.state.radiance += value;
     }
 
-    /// How far away a vertex is at least at which global photons stand for what a ray sees.
-    pub(super) fn nearest(&self, hit: &SurfaceInteraction) -> f32 {
-        let Self { tracer, lookup, state, .. } = self;
-        match hit.is_in_medium() {
-            false => self.reach(PhotonLayer::Global).1,
-            true => {
-                let PhotonTracer { context, schedule, .. } = tracer;
-                let walk = &state.walk;
-                let reach = BeamReach::of(&context.scene, schedule, lookup, walk.medium, &walk.lambda);
-                reach.map_or(0.0, |reach| reach.radius)
-            }
-        }
+    /// How far away a vertex in a medium is at least at which global photons stand for what the flight to it has seen.
+    pub(super) fn beam_radius(&self) -> f32 {
+        let Self { tracer: PhotonTracer { context, schedule, .. }, lookup, state, .. } = self;
+        let walk = &state.walk;
+        let reach = BeamReach::of(&context.scene, schedule, lookup, walk.medium, &walk.lambda);
+        reach.map_or(0.0, |reach| reach.radius)
     }
 }
 

@@ -89,7 +89,8 @@ impl<'a> PathStart<'a> {
         let state =
             PathState::new(tracer.context.wavelengths(wavelength), Splitting::Never, tracer.context.medium);
         let (xyz, class) = (Xyz::BLACK, PathClass::Mirrored);
-        CameraPath {
+        let chromatic_grids = tracer.context.scene.media().is_some_and(Media::has_chromatic_grids);
+        let mut path = CameraPath {
             tracer,
             snapshot,
             lookup,
@@ -100,7 +101,12 @@ impl<'a> PathStart<'a> {
             gathered: false,
             only_media: false,
             flights: WavelengthMis::ALL,
+        };
+        // Where photons are gathered along a flight, it has the same extinction for all wavelengths that the path carries.
+        if chromatic_grids {
+            path.drop_companions();
         }
+        path
     }
 }
 
@@ -116,18 +122,20 @@ impl<C: LightCredits> CameraPath<'_, C> {
                 break;
             }
             self.only_media |= self.gathered;
+            let mut beam_radius = 0.0;
             if B::Media::PRESENT {
                 if !self.only_media {
                     self.gather_along::<B>(&flight, PhotonLayer::VolumeCaustic, from);
                     if self.class != PathClass::Mirrored {
                         self.gather_along::<B>(&flight, PhotonLayer::VolumeGlobal, from);
+                        beam_radius = self.beam_radius();
                     }
                 }
                 self.drop_parted_companions();
             }
             let Some(hit) = hit else { break };
             // The last ray was too short for the photons at its end to stand for what it saw.
-            let radius = self.nearest(&hit);
+            let radius = if hit.is_in_medium() { beam_radius } else { self.reach(PhotonLayer::Global).1 };
             let near = from.distance_squared(hit.point.p) < radius * radius;
             let Some(next) = self.shade::<B>(hit, near, &sampler.vertex(self.state.walk.depth - 1)) else {
                 break;
@@ -215,11 +223,9 @@ impl<C: LightCredits> CameraPath<'_, C> {
         state.arrive::<B>(&tracer.context, ray, sampler, takes, record)
     }
 
-    /// Goes on with the hero alone where a flight has parted the wavelengths, or might on grids.
+    /// Goes on with the hero alone where a flight has parted the wavelengths.
     fn drop_parted_companions(&mut self) {
-        let media = self.tracer.context.scene.media();
-        let parted = || self.is_dispersed() || media.is_some_and(Media::has_chromatic_grids);
-        if !self.state.walk.lambda.is_hero_only() && parted() {
+        if !self.state.walk.lambda.is_hero_only() && self.is_dispersed() {
             self.drop_companions();
         }
     }
@@ -364,11 +370,8 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// How many photons a lookup asks for, within which radius, and within which distance (nm) of the hero if the path
     /// carries that alone.
     pub(super) fn reach(&self, layer: PhotonLayer) -> (usize, f32, Option<f32>) {
-        let wanted = match layer {
-            PhotonLayer::Global => self.lookup.neighbours,
-            PhotonLayer::Caustic => self.lookup.neighbours * CAUSTIC,
-            PhotonLayer::VolumeGlobal | PhotonLayer::VolumeCaustic => usize::MAX,
-        };
+        let more = if layer == PhotonLayer::Caustic { CAUSTIC } else { 1 };
+        let wanted = self.lookup.neighbours * more;
         if !self.state.walk.lambda.is_hero_only() {
             return (wanted, self.lookup.radius, None);
         }

@@ -26,7 +26,7 @@ const ASKED: usize = 64;
 /// What a few light paths tell about a scene.
 #[derive(Debug)]
 pub(super) struct Extent {
-    /// The box of the photons: that of the scene, or where it is far larger than that of most photons, the latter.
+    /// The box of the photons: that of the scene and of most photons in media, or where it is far larger than that of most photons, the latter.
     pub(super) bounds: [Vec3; 2],
     /// Photons in media, of [`SCOUTS`] light paths.
     in_media: Vec<Vec3>,
@@ -41,8 +41,15 @@ impl Extent {
         faults::take();
         let positions: Vec<Vec3> = batch.positions().collect();
         let layers = [PhotonLayer::VolumeGlobal, PhotonLayer::VolumeCaustic];
-        let in_media = layers.into_iter().flat_map(|layer| batch.positions_of(layer)).copied().collect();
-        Self { bounds: photon_box(context.scene.accel().bounds(), &positions), in_media }
+        let in_media: Vec<Vec3> =
+            layers.into_iter().flat_map(|layer| batch.positions_of(layer)).copied().collect();
+        let (mut lo, mut hi) = context.scene.accel().bounds();
+        // A medium without a boundary goes on where the shapes end.
+        if let Some([low, high]) = middle(&in_media) {
+            let rest = 0.125 * (high - low).max_element();
+            (lo, hi) = (lo.min(low - rest), hi.max(high + rest));
+        }
+        Self { bounds: photon_box((lo, hi), &positions), in_media }
     }
 
     /// The median radius of the balls in which `count` photons of `paths` light paths lie around a photon in a medium; `None` where the few
@@ -69,7 +76,7 @@ impl Extent {
     }
 }
 
-/// The box of these photons in a scene of this box.
+/// The box of these photons, which lie in this box.
 fn photon_box((lo, hi): (Vec3, Vec3), positions: &[Vec3]) -> [Vec3; 2] {
     // Between these lie 80 % of the photons along each axis.
     let Some([low, high]) = middle(positions) else { return [lo, hi] };

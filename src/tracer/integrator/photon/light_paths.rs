@@ -20,7 +20,7 @@ use crate::tracer::photon_map::{
 };
 use crate::tracer::record::PathEvent;
 use crate::tracer::subpath::SubpathVertex;
-use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
+use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::tracer::{PhotonPaths, PhotonScratch, PhotonTracer};
 
@@ -144,7 +144,7 @@ fn trace_light_path<B: Scattering>(
                 true => (PhotonLayer::Global, context.photons.gather),
                 false => (PhotonLayer::Caustic, context.photons.caustics),
             };
-            if wanted && let Some(arrival) = arrival(scene, &vertex, number, path) {
+            if wanted && let Some(arrival) = arrival(context, &vertex, number, path) {
                 let layer = layer.of_media(vertex.surface.hit.is_in_medium());
                 let arrival = Arrival { group, ..arrival };
                 if !batch.push(layer, &arrival) && !arrival.flux.is_finite() {
@@ -178,7 +178,7 @@ fn reflects<B: Scattering>(vertex: &SubpathVertex<B>) -> bool {
 
 /// What the light path of this number leaves at `vertex`; `None` where it is chosen to leave nothing.
 fn arrival<B: Scattering>(
-    scene: &Scene,
+    context: &RenderContext,
     vertex: &SubpathVertex<B>,
     wavelengths: u16,
     path: u64,
@@ -190,10 +190,10 @@ fn arrival<B: Scattering>(
     let weight = if hero_only { 0.25 * weight } else { weight };
     let (site, scale) = match B::Media::PRESENT && hit.is_in_medium() {
         // Both the photon and the path that gathers it meet the surface by chance; one chance is enough.
-        false => (ArrivalSite::Surface(hit.facing_normal()), weight / scene.opacity(hit)),
+        false => (ArrivalSite::Surface(hit.facing_normal()), weight / context.scene.opacity(hit)),
         true => {
             let kept = (ALWAYS_KEPT as f32 / *depth as f32).min(1.0);
-            if Random(mix(path) ^ u64::from(*depth)).f32() >= kept {
+            if Random(mix(path ^ u64::from(context.seed) << 32) ^ u64::from(*depth)).f32() >= kept {
                 return None;
             }
             (ArrivalSite::Medium(surface.medium_towards(hit.wo)), weight / kept)

@@ -15,7 +15,8 @@
 //! So a photon is stored from the second surface of a light path on: in the caustic layer if nothing has spread the light
 //! yet, else in the global one. A gather ray that ends nearer than the lookup radius would show the blur of the map
 //! where it lies next to what is looked at; such a path goes on as a path (light and caustics are looked up, the next
-//! ray gathers). The same vertex is never both: where global photons are taken, the spread path ends.
+//! ray gathers). The same vertex is never both: where global photons are taken, the spread path ends, but for the light of media
+//! that emit, which no photon carries.
 //!
 //! **In media** photons lie where light paths are scattered. They are gathered around the flights of a camera path instead of at its vertices
 //! (beam radiance estimate, Jarosz et al. 2008): within a fixed radius of the flight up to where it ends. Of the later scatterings of a
@@ -67,8 +68,8 @@ pub const SAMPLES_PER_GENERATION: u64 = 16_384;
 /// Radius around the first beams in media over the distance to which four times the photons of a lookup lie.
 const BEAM: f32 = 1.0 / 3.0;
 
-/// Largest such radius over the largest side of the box of the photons.
-const LARGEST_BEAM: f32 = 0.02;
+/// Such a radius over the largest side of the box of the photons, where too few of them lie in media to tell.
+const SPARSE_BEAM: f32 = 0.02;
 
 /// Number of photons of a lookup in the global layer.
 const NEIGHBOURS: usize = 12;
@@ -210,8 +211,8 @@ fn schedule(extent: &Extent, desc: &PhotonDesc) -> Schedule {
     let radius = (4.0 * neighbours as f32 * area / (PI * photons)).sqrt();
     // A scene that is a line or a point has photons in no area at all.
     let radius = radius.max(1e-3 * side.max_element()).max(f32::MIN_POSITIVE);
-    let largest = LARGEST_BEAM * side.max_element();
-    let beam_radius = extent.spacing(4 * neighbours, PATHS).map_or(largest, |s| (BEAM * s).min(largest));
+    let sparse = SPARSE_BEAM * side.max_element();
+    let beam_radius = extent.spacing(4 * neighbours, PATHS).map_or(sparse, |spacing| BEAM * spacing);
     Schedule {
         paths_per_generation: PATHS,
         samples_per_generation: SAMPLES_PER_GENERATION,
