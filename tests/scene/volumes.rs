@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
+use miette::Diagnostic;
 
 use pointillist::scene::desc::BsdfDesc;
 use pointillist::scene::desc::texture::{SpectrumTexture, TexturePoint};
@@ -317,4 +318,33 @@ fn what_is_refused() {
         let error = try_read(&folder, &body).expect_err(what);
         assert!(error.location().1 == 2 && error.to_string().contains(what), "{what}: {error:?}");
     }
+}
+
+/// Files of OpenVDB and NanoVDB, there or not: one error with its line that names the format, and what makes a `.vol` of them.
+#[test]
+fn sparse_grids_are_refused_by_name() {
+    let folder = folder("sparse");
+    std::fs::write(folder.join("smoke.vdb"), b" BDV\0\0\0\0\xe0\0\0\0").unwrap();
+    std::fs::write(folder.join("smoke.nvdb"), b"NanoVDB2").unwrap();
+    let smoke = |file: &str| {
+        let grid = "<string name='grid' value='density'/>";
+        let sigma_t = of_file(file, grid).replace("<volume", "<volume name='sigma_t'");
+        format!("<shape type='cube'><medium type='heterogeneous' name='interior'>{sigma_t}</medium></shape>")
+    };
+    for (file, format, program) in [
+        ("smoke.vdb", "OpenVDB", "tools/vdb_to_vol"),
+        ("SMOKE.VDB", "OpenVDB", "tools/vdb_to_vol"),
+        ("smoke.nvdb", "NanoVDB", "nanovdb_convert"),
+        ("missing.nvdb", "NanoVDB", "nanovdb_convert"),
+    ] {
+        for body in [matt(&of_file(file, "")), smoke(file)] {
+            let error = try_read(&folder, &body).expect_err(file);
+            assert_eq!((error.kind(), error.location().1), (FindingKind::File, 2), "{file}: {error:?}");
+            assert!(error.to_string().contains(file) && error.to_string().contains(format), "{error}");
+            let help = Diagnostic::help(&error).map(|help| help.to_string()).unwrap_or_default();
+            assert!(help.contains(program) && help.contains("`.vol`"), "{file}: {help}");
+        }
+    }
+    // The program that the help names is there.
+    assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/vdb_to_vol").is_file());
 }

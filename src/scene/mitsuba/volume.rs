@@ -85,12 +85,16 @@ fn placed(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PlacedGrid, Sc
     let name = params.filename("a gridvolume", "vol")?;
     let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
     let path = reader.document.resolve(&name, span);
+    let at = |message: String| reader.document.finding(FindingKind::File, span, message);
+    if let Some((format, help)) = sparse_format(&path) {
+        let message = format!("{}: grids of {format} are not read", path.display());
+        return Err(at(message).help(help).error());
+    }
     params.without_effect(&["accel", "max_value", "raw"]);
     let nearest = choice(params, "filter_type", &["trilinear", "nearest"])? == 1;
     let wrap = wrap(params, WrapMode::Clamp)?;
     let to_world = params.to_world()?;
     let use_box = params.boolean("use_grid_bbox", false)?;
-    let at = |message: String| reader.document.finding(FindingKind::File, span, message);
     let file = match reader.known.grids.get(&path) {
         Some(known) => known.clone(),
         None => {
@@ -126,6 +130,21 @@ fn placed(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PlacedGrid, Sc
         return Err(params.error("to_world", "the transform of a grid can be inverted").error());
     }
     Ok(PlacedGrid { file, to_grid, wrap, nearest })
+}
+
+/// The name of the sparse format that the ending of a file stands for, and how such a file becomes a `.vol`.
+fn sparse_format(path: &Path) -> Option<(&'static str, &'static str)> {
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "vdb" => Some((
+            "OpenVDB",
+            "`tools/vdb_to_vol FILE.vdb` writes each grid of it as a `.vol`, and prints the <volume> that lies where the grid does",
+        )),
+        "nvdb" => Some((
+            "NanoVDB",
+            "`nanovdb_convert FILE.nvdb FILE.vdb`, a program of OpenVDB, makes a `.vdb` of it, of which `tools/vdb_to_vol FILE.vdb` makes a `.vol`",
+        )),
+        _ => None,
+    }
 }
 
 /// Tells what of a file is not used.

@@ -106,7 +106,7 @@ pub const NOTES: &[(&str, &str, &str)] = &[
         "volume",
         "gridvolume",
         "a `.vol` of version 3 of 32-bit or 16-bit floats or bytes (Mitsuba reads the first only); with one channel a number, with three a \
-         colour, with others their mean counts",
+         colour, with others their mean counts; `tools/vdb_to_vol` makes one of a grid of OpenVDB",
     ),
     (
         "medium",
