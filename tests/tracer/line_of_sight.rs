@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::support::scenes::*;
+use pointillist::color::Xyz;
 use pointillist::math::random::Random;
 use pointillist::scene;
 use pointillist::scene::desc::aov::{channel_count, parse};
@@ -13,7 +14,7 @@ use pointillist::scene::desc::texture::WrapMode;
 use pointillist::scene::desc::volume::{VolumeGrid, VolumeTexture};
 use pointillist::scene::desc::*;
 use pointillist::spectrum::{SampledWavelengths, Spectrum};
-use pointillist::stream::UvWindow;
+use pointillist::stream::{SampleSink, UvWindow};
 use pointillist::tracer::aov::AovTracer;
 use pointillist::tracer::features::{Features, features};
 use pointillist::tracer::integrator::{BidirectionalTracer, RenderContext};
@@ -251,13 +252,21 @@ fn features_of_lamps_and_mirrors_in_fog() {
     assert!(found.is_detached && clear.is_detached && found.normal.dot(Vec3::NEG_Z) > 0.0, "{found:?}");
 }
 
+/// Takes no samples: only the record of paths counts.
+struct Ignored;
+
+impl SampleSink for Ignored {
+    fn camera(&mut self, _: [f32; 2], _: Xyz, _: f32) {}
+    fn light(&mut self, _: [f32; 2], _: Xyz) {}
+}
+
 /// Counts the segments of recorded paths that boundaries interrupt, and asserts that each leads from the vertex before straight to its end.
 fn interrupted<I: Integrator + From<RenderContext>>(context: &RenderContext) -> usize {
     let (tracer, mut scratch, mut trail, mut count) =
         (I::from(context.clone()), I::Scratch::default(), Trail::default(), 0);
     // Paths split into branches from the index 8192 on.
     for index in (0..200).chain(1 << 14..(1 << 14) + 200) {
-        for event in recorded(|| tracer.trace(index, &mut scratch, &mut Luminances::default())) {
+        for event in recorded(|| tracer.trace(index, &mut scratch, &mut Ignored)) {
             match event {
                 PathEvent::Begins(_) => trail.clear(),
                 PathEvent::Meets(carried, hit) => {

@@ -246,10 +246,10 @@ fn a_medium_without_loss_is_invisible_in_even_light() {
         boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, cloud);
         environment(&mut desc);
         let what = format!("furnace {sigma_t}");
-        assert_means(&desc, &[Method::Path, Method::Photon], plan, 1.0, 1e-3, &what);
+        assert_means(&desc, &[Method::Path], plan, 1.0, 1e-3, &what);
         // Noisier methods come as near as so many paths let them.
         assert_means(&desc, &[Method::Bidirectional, Method::Vcm], plan, 1.0, 1e-2, &what);
-        assert_means(&desc, &[Method::Particle], plan, 1.0, 3e-2, &what);
+        assert_means(&desc, &[Method::Particle, Method::Photon], plan, 1.0, 3e-2, &what);
     }
 }
 
@@ -386,11 +386,11 @@ fn a_medium_without_loss_in_principled_glass_is_invisible_in_even_light() {
         desc.shapes[0].medium_interface = MediumInterface { interior: Some(milk), exterior: None };
         environment(&mut desc);
         // Light subpaths do not show what lobes as narrow as these show to the camera.
-        for method in [Method::Path, Method::Photon] {
+        for (method, least) in [(Method::Path, 0.01), (Method::Photon, 0.03)] {
             let (mean, error) = mean_of(&desc, method, plan);
             println!("index {eta}, {method:?}: {mean:.6} ± {error:.6}");
             assert!((mean - 1.0).abs() < 4.0 * error + 1e-3, "index {eta}, {method:?}: {mean} ± {error}");
-            assert!(error < 0.01, "too much noise to tell: {error}");
+            assert!(error < least, "too much noise to tell: {error}");
         }
     }
 }
@@ -483,7 +483,7 @@ fn fog_hides_no_floor_of_its_size() {
         }
         desc.camera = look(DVec3::ZERO, DVec3::Z, 0.01);
         let (found, error) = mean(&desc, 1 << 14);
-        assert!((found - (-1f64).exp()).abs() <= 4.0 * error, "upwards: {found} ± {error}");
+        assert!((found - (-1f64).exp()).abs() <= 4.0 * error + 1e-6, "upwards: {found} ± {error}");
     }
 }
 
