@@ -38,7 +38,7 @@ pub enum Spectrum {
 }
 
 /// Larger components are cut: sums over a picture must stay finite in single precision.
-pub(super) const BRIGHTEST: f32 = 1e30;
+pub(crate) const BRIGHTEST: f32 = 1e30;
 
 impl Spectrum {
     /// The values at the wavelengths of a path.
@@ -209,7 +209,7 @@ impl Spectrum {
 }
 
 /// Linear Rec.709 of a spectrum of radiance over wavelength in nm.
-fn rgb_of(radiance: impl Fn(f32) -> f32) -> [f32; 3] {
+pub(super) fn rgb_of(radiance: impl Fn(f32) -> f32) -> [f32; 3] {
     let xyz = cie::integrate(|lambda, _| f64::from(radiance(lambda)));
     (Profile::srgb().from_xyz * Vec3::new(xyz.x as f32, xyz.y as f32, xyz.z as f32)).to_array()
 }

@@ -25,6 +25,9 @@ const PIECES: &[&str] = &[
     "<string name=\"material\" value=\"skimmilk\"/>",
     "<float name=\"scale\" value=\"1e30\"/>",
     "<rgb name=\"radiance\" value=\"1e38, -1, inf\"/>",
+    "<float name=\"temperature\" value=\"1e10\"/>",
+    "<volume name=\"temperature\" type=\"gridvolume\"><string name=\"filename\" value=\"grid.vol\"/></volume>",
+    "<float name=\"temperature_scale\" value=\"nan\"/>",
 ];
 
 const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
@@ -36,6 +39,8 @@ const SCENE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
   <medium type="heterogeneous" id="smoke"><volume name="sigma_t" type="gridvolume"><string name="filename" value="grid.vol"/>
       <transform name="to_world"><scale x="1" y="2" z="3"/><rotate y="1" angle="30"/></transform></volume>
     <volume name="albedo" type="constvolume"><rgb name="value" value="0.5, 0.6, 0.7"/></volume>
+    <volume name="temperature" type="gridvolume"><string name="filename" value="grid.vol"/></volume>
+    <float name="temperature_scale" value="1800"/><float name="emission_scale" value="0.5"/>
     <phase type="sggx"><volume name="S" type="constvolume"><string name="value" value="0.9, 0.5, 0.2, 0.1, -0.2, 0.05"/></volume></phase></medium>
   <medium type="homogeneous" id="spectral"><phase type="tabphase"><string name="values" value="0.5, 1, 0, 3"/></phase><spectrum name="sigma_s" value="400:0.1, 700:9"/><spectrum name="sigma_a" value="1"/></medium>
   <sensor type="perspective"><ref name="medium" id="milk"/><transform name="to_world"><lookat origin="0, 1, -5" target="0, 1, 0" up="0, 1, 0"/></transform></sensor>
@@ -111,6 +116,14 @@ fn hostile_numbers_of_media() {
             format!("<float name='sigma_t' value='{number}'/>"),
             format!("<float name='albedo' value='{number}'/>"),
             format!("<float name='radiance' value='{number}'/>"),
+            format!("<float name='temperature' value='{number}'/>"),
+            format!(
+                "<float name='temperature' value='1'/><float name='temperature_scale' value='{number}'/>"
+            ),
+            format!("<float name='temperature' value='2e3'/><float name='emission_scale' value='{number}'/>"),
+            format!(
+                "<volume name='temperature' type='constvolume'><float name='value' value='{number}'/></volume>"
+            ),
             format!("<float name='scale' value='{number}'/>"),
             format!("<float name='sigma_s' value='{number}'/><float name='sigma_a' value='1'/>"),
             format!("<rgb name='sigma_t' value='1, {number}, 1'/>"),
@@ -144,6 +157,18 @@ fn hostile_numbers_of_media() {
         (milk("<float name='sigma_t' value='-1'/>"), ""),
         (milk("<float name='sigma_t' value='1e39'/>"), ""),
         (milk("<float name='albedo' value='2'/>"), ""),
+        (milk("<float name='temperature' value='0'/>"), "above 0 K"),
+        (milk("<float name='temperature' value='-1'/>"), "above 0 K"),
+        (milk("<float name='temperature' value='2e9'/>"), "1e9 K"),
+        (milk("<float name='temperature' value='inf'/>"), "number"),
+        (
+            milk("<float name='temperature' value='9'/><float name='temperature_scale' value='-1'/>"),
+            "`temperature`",
+        ),
+        (
+            milk("<float name='temperature' value='9'/><float name='emission_scale' value='1e13'/>"),
+            "emission",
+        ),
         (milk("<phase type='hg'><float name='g' value='1'/></phase>"), "mean cosine"),
         (milk("<phase type='tabphase'><string name='values' value='nan, -1, 1e39'/></phase>"), "number"),
         (milk("<phase type='sggx'/>"), "needs `S`"),
@@ -208,22 +233,26 @@ fn nested_and_circular_media() {
 #[test]
 fn hostile_grids_of_media() {
     let folder = folder("hostile_media");
-    let scene = |file: &str| {
+    let scene = |name: &str, file: &str| {
         format!(
             "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/><shape type=\"cube\"><bsdf type=\"null\"/>\
-             <medium name=\"interior\" type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"gridvolume\">\
+             <medium name=\"interior\" type=\"heterogeneous\"><volume name=\"{name}\" type=\"gridvolume\">\
              <string name=\"filename\" value=\"{file}\"/></volume></medium></shape></scene>"
         )
     };
     for file in ["nothing.vol", ".", "/dev/zero", "/dev/null", "scene.xml", ""] {
-        write(&folder, "scene.xml", scene(file).as_bytes());
-        let shown = outcome(&folder, file).expect_err(file);
-        assert_has_place(file, &shown, &["scene.xml"]);
+        for name in ["sigma_t", "temperature"] {
+            write(&folder, "scene.xml", scene(name, file).as_bytes());
+            let shown = outcome(&folder, file).expect_err(file);
+            assert_has_place(file, &shown, &["scene.xml"]);
+        }
     }
-    write(&folder, "scene.xml", scene("grid.vol").as_bytes());
     let hostile = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, f32::MAX, f32::MIN, 1e-45, -0.0];
     write(&folder, "grid.vol", &grid(hostile));
-    assert_eq!(outcome(&folder, "hostile values"), Ok(()));
+    for name in ["temperature", "sigma_t"] {
+        write(&folder, "scene.xml", scene(name, "grid.vol").as_bytes());
+        assert_eq!(outcome(&folder, "hostile values"), Ok(()));
+    }
     // Numbers of points without values: refused by what they need, before that is taken.
     for (size, encoding, words) in [
         ([1024; 3], 1, "4.0 GiB"),

@@ -17,6 +17,51 @@ const FOGGY: &str = "<scene version='3.0.0'><emitter type='constant'/>
         <float name='scale' value='5'/><float name='radiance' value='2'/></medium></shape>
 </scene>";
 
+/// A scene with a fire, a black body of these temperatures.
+fn fire(temperature: &str) -> String {
+    format!(
+        "<scene version='3.0.0'><sensor type='perspective'/><shape type='cube'><bsdf type='null'/>
+    <medium type='heterogeneous' id='fire' name='interior'>{temperature}<float name='emission_scale' value='0.5'/></medium></shape></scene>"
+    )
+}
+
+/// The emission of a fire is edited by a factor, which is saved and read back; its temperature stays.
+#[test]
+fn fires_can_be_edited() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fire_saved");
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut grid = b"VOL\x03".to_vec();
+    [1, 2, 1, 1, 1_i32].iter().for_each(|n| grid.extend(n.to_le_bytes()));
+    [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.5, 1.0_f32].iter().for_each(|v| grid.extend(v.to_le_bytes()));
+    std::fs::write(folder.join("kelvin.vol"), grid).unwrap();
+    let on_grid =
+        "<volume name='temperature' type='gridvolume'><string name='filename' value='kelvin.vol'/></volume>
+        <float name='temperature_scale' value='2000'/>";
+    let (original, saved) = (folder.join("fire.xml"), folder.join("saved.xml"));
+    for temperature in [on_grid, "<float name='temperature' value='1500'/>"] {
+        std::fs::write(&original, fire(temperature)).unwrap();
+        let desc = load(&original, &[]).unwrap().desc;
+        let emission = Target::MediumEmission(MediumId(0));
+        assert_eq!(emission.get(&desc), Ok(NewValue::Scale(1.0)));
+        let mut edits = Edits::default();
+        edits.set(emission, NewValue::Scale(2.5)).unwrap();
+        let applied = edits.apply(&desc).unwrap();
+        let [before, after] = [&desc, &applied].map(|desc| desc.media[0].emission.as_ref().unwrap());
+        assert_eq!(after.radiance, before.radiance.scaled(2.5));
+        let means = [before, after].map(|light| light.grid.as_ref().map(|grid| grid.volume().mean()));
+        assert_eq!(means[0], means[1]);
+        if temperature == on_grid {
+            assert_eq!((means[0], &after.radiance), (Some([1500.0; 3]), &Spectrum::Constant(1.25)));
+        }
+        edits.write(&saved, &original, &[], &desc).unwrap();
+        let text = std::fs::read_to_string(&saved).unwrap();
+        let line = "<edit object=\"medium\" id=\"fire\" name=\"emission_scale\" value=\"2.5\"/>";
+        assert!(text.contains(line), "{text}");
+        let read = load(&saved, &[]).unwrap().desc;
+        assert_eq!(read.media[0].emission.as_ref().unwrap().radiance, after.radiance);
+    }
+}
+
 #[test]
 fn media_can_be_edited() {
     let desc = load_str("fog.xml", FOGGY, &[]).unwrap().desc;

@@ -30,6 +30,7 @@ mod light_groups;
 mod lights;
 mod line_of_sight;
 mod media;
+mod media_temperature;
 mod microfacet;
 mod path;
 mod photon;

@@ -22,7 +22,7 @@ use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
 const HG: fn(f64) -> PhaseDesc = |g| PhaseDesc::HenyeyGreenstein { g };
 
 /// Mean over pictures and pixels, and its standard error by the pictures.
-fn mean_of(desc: &SceneDesc, method: Method, plan: Plan) -> (f64, f64) {
+pub(crate) fn mean_of(desc: &SceneDesc, method: Method, plan: Plan) -> (f64, f64) {
     let pictures = repeat(desc, method, plan);
     let (mean, variance) =
         welch::moments(pictures.iter().map(|picture| picture.iter().sum::<f64>() / picture.len() as f64));
@@ -30,7 +30,14 @@ fn mean_of(desc: &SceneDesc, method: Method, plan: Plan) -> (f64, f64) {
 }
 
 /// Asserts the mean that each of these methods finds, within four standard errors and within `within` of it.
-fn assert_means(desc: &SceneDesc, methods: &[Method], plan: Plan, expected: f64, within: f64, what: &str) {
+pub(crate) fn assert_means(
+    desc: &SceneDesc,
+    methods: &[Method],
+    plan: Plan,
+    expected: f64,
+    within: f64,
+    what: &str,
+) {
     for &method in methods {
         let (mean, error) = mean_of(desc, method, plan);
         println!("{what}, {method:?}: {mean:.6} ± {error:.6}, expected {expected:.6}");
@@ -83,7 +90,7 @@ fn shine(desc: &mut SceneDesc, medium: MediumId) {
 }
 
 /// One number in the unit cube of `to_grid`, under D65 where it is light.
-fn one_number(value: f32, to_grid: DAffine3) -> Arc<VolumeTexture> {
+pub(crate) fn one_number(value: f32, to_grid: DAffine3) -> Arc<VolumeTexture> {
     let grid = Arc::new(VolumeGrid::new([1; 3], 1, vec![value]));
     Arc::new(VolumeTexture::new(grid, to_grid, WrapMode::Clamp, false))
 }
@@ -116,8 +123,10 @@ fn an_emissive_slab_has_its_closed_form() {
         // On a grid it is found where light would be absorbed, and under D65.
         let box_of_slab =
             DAffine3::from_scale(DVec3::splat(0.5)) * DAffine3::from_translation(DVec3::new(1.0, 1.0, -2.0));
-        let radiance =
-            MediumEmission { radiance: Spectrum::Constant(0.5), grid: Some(one_number(2.0, box_of_slab)) };
+        let radiance = MediumEmission {
+            radiance: Spectrum::Constant(0.5),
+            grid: Some(EmissionGrid::Colors(one_number(2.0, box_of_slab))),
+        };
         desc.media[0].emission = Some(radiance);
         desc.media[0].sigma_t = SpectrumTexture::Volume(one_number(sigma_t, box_of_slab));
         let plan = Plan { side: 1, paths_per_pixel: 1 << 14, seeds: 16, window: UvWindow::PICTURE };

@@ -53,6 +53,7 @@ mod math {
     mod warp;
 }
 mod spectrum {
+    mod blackbody;
     mod emission_map;
     mod metals;
     #[allow(clippy::module_inception, reason = "it is named after the module that it tests")]

@@ -7,7 +7,7 @@ use super::phase::PhaseDesc;
 use super::rendering_space::RenderingSpace;
 use super::texture::SpectrumTexture;
 use super::volume::VolumeTexture;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, blackbody};
 
 /// A participating medium, Mitsuba's `homogeneous` or `heterogeneous`: it absorbs and scatters light between surfaces.
 #[derive(Clone, Debug)]
@@ -30,28 +30,63 @@ pub struct MediumDesc {
 pub struct MediumEmission {
     /// The radiance in W m⁻² sr⁻¹ nm⁻¹, or the factor on `grid`.
     pub radiance: Spectrum,
-    /// A grid of colours under D65.
-    pub grid: Option<Arc<VolumeTexture>>,
+    /// Where it varies in space.
+    pub grid: Option<EmissionGrid>,
+}
+
+/// The light that a medium emits, at the points of a grid.
+#[derive(Clone, Debug)]
+pub enum EmissionGrid {
+    /// Colours under D65.
+    Colors(Arc<VolumeTexture>),
+    /// Temperatures in K, one number at each point, up to [`blackbody::HOTTEST`]: the radiance is that of a black body of the temperature that is
+    /// interpolated.
+    Temperatures(Arc<VolumeTexture>),
+}
+
+impl EmissionGrid {
+    /// The numbers and where they lie.
+    pub fn volume(&self) -> &Arc<VolumeTexture> {
+        match self {
+            Self::Colors(volume) | Self::Temperatures(volume) => volume,
+        }
+    }
+
+    /// Its colours under D65; those of temperatures are exact at the points of the grid, and without negative components.
+    fn colors(&self) -> Arc<VolumeTexture> {
+        match self {
+            Self::Colors(colors) => colors.clone(),
+            Self::Temperatures(kelvin) => Arc::new(kelvin.colored(blackbody::colors(kelvin.largest()))),
+        }
+    }
+
+    /// The same with its numbers elsewhere in space.
+    fn placed(&self, space: &RenderingSpace) -> Self {
+        match self {
+            Self::Colors(colors) => Self::Colors(Arc::new(colors.placed(space))),
+            Self::Temperatures(kelvin) => Self::Temperatures(Arc::new(kelvin.placed(space))),
+        }
+    }
 }
 
 impl MediumEmission {
     /// True where there is no light.
     pub fn is_black(&self) -> bool {
-        self.radiance.is_black() || self.grid.as_ref().is_some_and(|grid| grid.mean() == [0.0; 3])
+        self.radiance.is_black() || self.grid.as_ref().is_some_and(|grid| grid.volume().mean() == [0.0; 3])
     }
 
-    /// Replaces a grid by its mean.
+    /// Replaces a grid by its mean colour.
     pub fn make_uniform(&mut self) {
         if let Some(grid) = self.grid.take() {
             let factor = self.radiance.max();
-            self.radiance = Spectrum::emission_rgb(grid.mean().map(|v| v * factor));
+            self.radiance = Spectrum::emission_rgb(grid.colors().mean().map(|v| v * factor));
         }
     }
 
     /// Light of D65 as bright as the colours are.
     pub fn make_grey(&mut self) {
         match &mut self.grid {
-            Some(grid) => *grid = Arc::new(grid.grey()),
+            Some(grid) => *grid = EmissionGrid::Colors(Arc::new(grid.colors().grey())),
             None => self.radiance = Spectrum::d65(self.radiance.luminance()),
         }
     }
@@ -87,7 +122,7 @@ impl MediumDesc {
             *volume = Arc::new(volume.placed(space));
         }
         let grid = self.emission.as_mut().and_then(|light| light.grid.as_mut());
-        grid.into_iter().for_each(|grid| *grid = Arc::new(grid.placed(space)));
+        grid.into_iter().for_each(|grid| *grid = grid.placed(space));
         self.phase.place(space);
     }
 }

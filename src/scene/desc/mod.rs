@@ -48,7 +48,7 @@ pub use ids::{BsdfId, GroupId, MediumId, MeshId, Name, Names, Place};
 pub use integrator::{IntegratorDesc, PhotonDesc};
 pub use integrator_kind::{IntegratorKind, IntegratorTraits, LateFind, NoLight, PhotonUse};
 pub use light::{LightDesc, ProjectorDesc, SpotDesc, SpotTextureDesc, SunSkyDesc};
-pub use medium::{MediumDesc, MediumEmission, MediumInterface, single_scattering_albedo};
+pub use medium::{EmissionGrid, MediumDesc, MediumEmission, MediumInterface, single_scattering_albedo};
 pub use mesh::{Mesh, MeshAttribute};
 pub use phase::{MicroflakeDesc, MicroflakeGrid, PhaseDesc};
 pub use rendering_space::RenderingSpace;

@@ -40,6 +40,11 @@ impl VolumeGrid {
         Self { size, channels, values, mean: sum.map(|v| (v / points as f64) as f32) }
     }
 
+    /// The grid of which `f` makes the values from those of this one, which has a single channel: `N` at each point.
+    pub(crate) fn mapped<const N: usize>(&self, f: impl FnMut(f32) -> [f32; N]) -> Self {
+        Self::new(self.size, N, self.values.iter().copied().flat_map(f).collect())
+    }
+
     /// Number of values.
     pub(crate) fn len(&self) -> usize {
         self.values.len()
@@ -223,6 +228,16 @@ impl VolumeTexture {
     /// The mean of the values of the grid.
     pub fn mean(&self) -> [f32; 3] {
         if self.grey { [Vec3A::from(self.grid.mean).dot(LUMINANCE); 3] } else { self.grid.mean }
+    }
+
+    /// The largest value of the grid that is a number, at least 0.
+    pub(super) fn largest(&self) -> f32 {
+        self.grid.values.iter().copied().fold(0.0, f32::max)
+    }
+
+    /// The texture with the colours that `color` makes of the values of its grid, which has a single channel.
+    pub(super) fn colored(&self, color: impl Fn(f32) -> [f32; 3]) -> Self {
+        Self { grid: Arc::new(self.grid.mapped(color)), ..self.clone() }
     }
 
     /// True when the values have no colour.

@@ -12,10 +12,11 @@ use super::reader::{PluginTable, Reader, Role};
 use super::{spectrum, volume};
 use crate::scene::desc::texture::SpectrumTexture;
 use crate::scene::desc::{
-    IntegratorDesc, MediumDesc, MediumEmission, MediumId, MediumInterface, PhaseDesc, ShapeDesc,
+    EmissionGrid, IntegratorDesc, MediumDesc, MediumEmission, MediumId, MediumInterface, PhaseDesc, ShapeDesc,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::suggest;
+use crate::spectrum::blackbody::HOTTEST;
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
 use glam::Vec4;
 
@@ -121,9 +122,15 @@ pub(crate) fn unused(reader: &mut Reader<'_>, of_camera: Option<MediumId>, integ
 
 fn homogeneous(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<MediumDesc, SceneError> {
     let medium = read(reader, params)?;
-    let shines = medium.emission.as_ref().is_some_and(|light| light.grid.is_some());
     let [sigma_t, albedo] = [&medium.sigma_t, &medium.albedo].map(SpectrumTexture::varies);
-    for (name, varies) in [("sigma_t", sigma_t), ("albedo", albedo), ("radiance", shines)] {
+    let (radiance, temperature) = match medium.emission.as_ref().and_then(|light| light.grid.as_ref()) {
+        None => (false, false),
+        Some(EmissionGrid::Colors(_)) => (true, false),
+        Some(EmissionGrid::Temperatures(_)) => (false, true),
+    };
+    let grids =
+        [("sigma_t", sigma_t), ("albedo", albedo), ("radiance", radiance), ("temperature", temperature)];
+    for (name, varies) in grids {
         if varies {
             let message = format!("`{name}` is a grid, and a `homogeneous` medium is the same everywhere");
             let found = params.error(name, message);
@@ -164,24 +171,69 @@ fn read(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<MediumDesc, Scen
     Ok(MediumDesc { sigma_t, albedo, scale, phase, emission })
 }
 
-/// The light that a medium emits, which Mitsuba does not know.
+/// The light that a medium emits, which Mitsuba does not know: its radiance, or that of black bodies.
 fn emission(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Option<MediumEmission>, SceneError> {
-    let Some(read) = coefficient(reader, params, "radiance", Role::Emission)? else { return Ok(None) };
-    Ok(Some(match read {
+    let (radiance, temperature) = (params.has("radiance"), params.has("temperature"));
+    if radiance && temperature {
+        let message = "a medium has either `radiance` or `temperature`, not both";
+        let help = "leave out one of them: `temperature` gives the radiance by Planck's law";
+        return Err(params.error("temperature", message).help(help).error());
+    }
+    let of_radiance = coefficient(reader, params, "radiance", Role::Emission)?.map(|read| match read {
         SpectrumTexture::Volume(grid) => {
-            MediumEmission { radiance: Spectrum::Constant(1.0), grid: Some(grid) }
+            MediumEmission { radiance: Spectrum::Constant(1.0), grid: Some(EmissionGrid::Colors(grid)) }
         }
         other => MediumEmission { radiance: other.mean(), grid: None },
-    }))
+    });
+    let of_temperature = black_bodies(reader, params)?;
+    let factor = factor(params, "emission_scale", "the emission")?;
+    for (name, given, what) in [
+        ("temperature_scale", temperature, "`temperature`"),
+        ("emission_scale", radiance || temperature, "`radiance` or `temperature`"),
+    ] {
+        if params.has(name) && !given {
+            let message = format!("`{name}` has no effect: this medium has no {what}");
+            params.note(params.error(name, message).warning());
+        }
+    }
+    let scaled =
+        |light: MediumEmission| MediumEmission { radiance: light.radiance.scaled(factor as f32), ..light };
+    Ok(of_radiance.or(of_temperature).map(scaled))
+}
+
+/// The light of a medium that is a black body at each point.
+fn black_bodies(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Option<MediumEmission>, SceneError> {
+    params.ask("temperature", || Question::Value(&["float", "volume"]));
+    let scale = params.float_or("temperature_scale", 1.0)?;
+    if !(scale > 0.0 && scale <= HOTTEST) {
+        let message = format!("the factor on `temperature` is above 0 and not above {HOTTEST:e}");
+        return Err(params.error("temperature_scale", message).error());
+    }
+    let Some(id) = params.get_id("temperature") else { return Ok(None) };
+    let element = reader.document.element(id);
+    match element.tag.name {
+        "volume" => volume::black_bodies(reader, id, scale).map(Some),
+        "float" | "integer" => volume::black_body(params, "temperature", scale).map(Some),
+        other => {
+            let message = format!("`temperature` is a <float> or a <volume>, not a <{other}>");
+            let found = reader.document.finding(FindingKind::Parameter, element.span, message);
+            Err(found.help("write <float name=\"temperature\" value=\"…\"/>, in K").error())
+        }
+    }
 }
 
 /// The factor on σₜ.
 pub(super) fn scale(params: &Params<'_>) -> Result<f64, SceneError> {
-    let scale = params.float_or("scale", 1.0)?;
-    if !(0.0..=MediumDesc::LARGEST).contains(&scale) {
-        return Err(params.error("scale", "the factor on `sigma_t` is from 0 to 1e12").error());
+    factor(params, "scale", "`sigma_t`")
+}
+
+/// The factor `name` on `what`, 1 unless given.
+fn factor(params: &Params<'_>, name: &'static str, what: &str) -> Result<f64, SceneError> {
+    let factor = params.float_or(name, 1.0)?;
+    if !(0.0..=MediumDesc::LARGEST).contains(&factor) {
+        return Err(params.error(name, format!("the factor on {what} is from 0 to 1e12")).error());
     }
-    Ok(scale)
+    Ok(factor)
 }
 
 /// σₜ and the albedo, in whichever of the three ways they are given.

@@ -12,6 +12,7 @@ use super::source::Span;
 use super::value;
 use crate::scene::diagnostic::{Finding, FindingKind, LineAt, SceneError};
 use crate::scene::limits;
+use crate::spectrum::blackbody::{self, HOTTEST};
 use crate::spectrum::{LAMBDA_MAX, LAMBDA_MIN, Spectrum};
 
 /// Every `<spectrum type="…">`.
@@ -29,9 +30,6 @@ pub(super) const PLUGINS: PluginTable<Spectrum> = &[
 pub(super) fn is_plugin(element: &Element) -> bool {
     PLUGINS.iter().any(|(name, _)| Some(*name) == element.value("type"))
 }
-
-/// The hottest black body, K.
-const HOTTEST: f64 = 1e9;
 
 /// The parameter `name` as a spectrum, or nothing if it is not given.
 pub(crate) fn read(
@@ -66,7 +64,7 @@ pub(crate) fn read(
             let at = |name| move |m: String| document.error(FindingKind::Value, element.span_of(name), m);
             let factor = factor.and_then(non_negative).map_err(at("scale"))?;
             let temperature = value::kelvin(element.value("temperature").unwrap_or_default());
-            let body = temperature.and_then(|t| planck(t, SEEN)).map_err(at("temperature"))?;
+            let body = temperature.and_then(of_temperature).map_err(at("temperature"))?;
             body.scaled(factor)
         }
         "spectrum" if !text.contains(':') && value::numbers(text).is_ok_and(|v| v.len() == 3) => {
@@ -235,20 +233,20 @@ fn blackbody(_: &mut Reader<'_>, params: &Params<'_>) -> Result<Spectrum, SceneE
     planck(temperature, [low, high]).map_err(|e| params.error("temperature", e).error())
 }
 
+/// Radiance of a black body in W m⁻² sr⁻¹ nm⁻¹ at all wavelengths that are simulated.
+pub(super) fn of_temperature(temperature: f64) -> Result<Spectrum, String> {
+    planck(temperature, SEEN)
+}
+
 /// Radiance of a black body in W m⁻² sr⁻¹ nm⁻¹, by Planck's law; a point for each nm.
 fn planck(temperature: f64, [low, high]: [f64; 2]) -> Result<Spectrum, String> {
-    /// Planck's constant J s, the speed of light m/s, Boltzmann's constant J/K (exact since 2019).
-    const H: f64 = 6.626_070_15e-34;
-    const C: f64 = 299_792_458.0;
-    const K: f64 = 1.380_649e-23;
     if !(temperature > 0.0 && temperature <= HOTTEST) {
         return Err(format!("a temperature is above 0 K and not above {HOTTEST:e} K"));
     }
     let steps = (high - low).ceil().max(1.0);
     let point = |i: usize| {
         let nm = low + (high - low) * i as f64 / steps;
-        let m = nm * 1e-9;
-        (nm, 1e-9 * 2.0 * H * C * C / (m.powi(5) * (H * C / (m * K * temperature)).exp_m1()))
+        (nm, blackbody::radiance(nm, temperature))
     };
     table(&(0..=steps as usize).map(point).collect::<Vec<_>>())
 }

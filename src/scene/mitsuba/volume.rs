@@ -7,14 +7,16 @@ use super::document::ElementId;
 use super::grid_file::{GridFile, parse};
 use super::params::Params;
 use super::reader::{PluginTable, Reader, Role};
+use super::source::Span;
 use super::texture::{choice, wrap};
 use super::{spectrum, value};
 use crate::scene::desc::texture::{SpectrumTexture, WrapMode};
 use crate::scene::desc::volume::VolumeTexture;
-use crate::scene::desc::{MicroflakeDesc, MicroflakeGrid};
+use crate::scene::desc::{EmissionGrid, MediumEmission, MicroflakeDesc, MicroflakeGrid};
 use crate::scene::diagnostic::{FindingKind, SceneError};
 use crate::scene::limits;
 use crate::spectrum::Spectrum;
+use crate::spectrum::blackbody::HOTTEST;
 use glam::{DAffine3, DVec3};
 
 /// Every `<volume type="…">`.
@@ -104,12 +106,7 @@ fn placed(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<PlacedGrid, Sc
                 let found = at(format!("{}: {message}", path.display()));
                 found.help("a gridvolume is a `.vol` of version 3, as Mitsuba writes it").error()
             })?;
-            reader.known.texels += file.grid.len();
-            if reader.known.texels > limits::TOTAL_TEXELS {
-                let message =
-                    format!("the textures of this scene have more than {} texels", limits::TOTAL_TEXELS);
-                return Err(reader.document.finding(FindingKind::Limit, span, message).error());
-            }
+            count_texels(reader, span, file.grid.len())?;
             let file = Arc::new(file);
             tell(params, &path, &file);
             reader.known.grids.insert(path, file.clone());
@@ -147,6 +144,16 @@ fn sparse_format(path: &Path) -> Option<(&'static str, &'static str)> {
     }
 }
 
+/// Counts the texels of another grid, which is named at `span`, against the limit for a scene.
+fn count_texels(reader: &mut Reader<'_>, span: Span, texels: usize) -> Result<(), SceneError> {
+    reader.known.texels += texels;
+    if reader.known.texels <= limits::TOTAL_TEXELS {
+        return Ok(());
+    }
+    let message = format!("the textures of this scene have more than {} texels", limits::TOTAL_TEXELS);
+    Err(reader.document.finding(FindingKind::Limit, span, message).error())
+}
+
 /// Tells what of a file is not used.
 fn tell(params: &Params<'_>, path: &Path, file: &GridFile) {
     if file.rest > 0 {
@@ -154,6 +161,79 @@ fn tell(params: &Params<'_>, path: &Path, file: &GridFile) {
         let message = format!("{path} has {rest} bytes behind its values, which are not used");
         params.note(params.error("filename", message).advice());
     }
+}
+
+/// The light of black bodies whose temperatures a `<volume>` holds, in units of `scale` K.
+pub(super) fn black_bodies(
+    reader: &mut Reader<'_>,
+    id: ElementId,
+    scale: f64,
+) -> Result<MediumEmission, SceneError> {
+    let params = Params::new(reader.document, id)?;
+    reader.plugin(&params, PLUGINS, &[])?;
+    let read = match params.plugin() {
+        CONSTANT => black_body(&params, "value", scale)?,
+        _ => black_bodies_on_grid(reader, &params, scale)?,
+    };
+    reader.finish(params);
+    Ok(read)
+}
+
+/// The light of a black body of the temperature that the parameter `name` gives, in units of `scale` K.
+pub(super) fn black_body(
+    params: &Params<'_>,
+    name: &'static str,
+    scale: f64,
+) -> Result<MediumEmission, SceneError> {
+    let Some(temperature) = params.float(name)? else {
+        let found = params.fault(FindingKind::Missing, format!("a temperature needs `{name}`"));
+        return Err(found.help(format!("add <float name=\"{name}\" value=\"…\"/>, in K")).error());
+    };
+    let radiance =
+        spectrum::of_temperature(temperature * scale).map_err(|e| params.error(name, e).error())?;
+    Ok(MediumEmission { radiance, grid: None })
+}
+
+/// Hotter bodies emit light that is seen, K.
+const GLOWING: f32 = 500.0;
+
+fn black_bodies_on_grid(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    scale: f64,
+) -> Result<MediumEmission, SceneError> {
+    let PlacedGrid { file, to_grid, wrap, nearest } = placed(reader, params)?;
+    if file.channels != 1 {
+        let message = format!("a temperature is one number, and this grid has {} channels", file.channels);
+        return Err(params.error("filename", message).help("give a grid of one channel").error());
+    }
+    let span = params.get("filename").map_or(params.span(), |e| e.span_of("value"));
+    count_texels(reader, span, file.grid.len())?;
+    let (mut dark, mut hottest) = (0, 0.0f32);
+    let grid = file.grid.mapped(|value| {
+        let kelvin = f64::from(value) * scale;
+        let counts = (0.0..=HOTTEST).contains(&kelvin);
+        dark += usize::from(!counts);
+        let kelvin = if counts { kelvin as f32 } else { 0.0 };
+        hottest = hottest.max(kelvin);
+        [kelvin]
+    });
+    if dark > 0 {
+        let all = grid.len();
+        let message = format!(
+            "{dark} of the {all} temperatures of this grid are negative, above {HOTTEST:e} K or no numbers: they count as 0 K"
+        );
+        params.note(params.error("filename", message).warning());
+    }
+    if hottest < GLOWING {
+        let message =
+            format!("no temperature of this grid is above {hottest} K: it emits no light that is seen");
+        let help = "temperatures are in K: `temperature_scale` of the medium is a factor on them";
+        params.note(params.error("filename", message).help(help).warning());
+    }
+    let kelvin = Arc::new(VolumeTexture::new(Arc::new(grid), to_grid, wrap, nearest));
+    let grid = Some(EmissionGrid::Temperatures(kelvin));
+    Ok(MediumEmission { radiance: Spectrum::Constant(1.0), grid })
 }
 
 /// The matrices of microflakes that a `<volume>` holds, six numbers at each of its points.

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::scene::desc::{
-    BsdfDesc, LightDesc, MediumDesc, Name, Place, ProjectorDesc, SceneDesc, ShapeDesc, SpotDesc, SunSkyDesc,
+    BsdfDesc, EmissionGrid, LightDesc, MediumDesc, Name, Place, ProjectorDesc, SceneDesc, ShapeDesc,
+    SpotDesc, SunSkyDesc,
 };
 use crate::spectrum::{Spectrum, White};
 
@@ -99,7 +100,8 @@ impl<'a> Used<'a> {
         let shining = self.media().filter_map(|i| Some((i, self.desc.media.get(i)?.emission.as_ref()?)));
         shining.filter(|(_, light)| !light.is_black()).map(|(i, light)| {
             let white = match &light.grid {
-                Some(grid) => of_picture(grid.is_grey(), &light.radiance),
+                Some(EmissionGrid::Colors(grid)) => of_picture(grid.is_grey(), &light.radiance),
+                Some(EmissionGrid::Temperatures(_)) => None,
                 None => White::of(&light.radiance),
             };
             (white, self.desc.names.media.get(i).and_then(|name| known(name.place)))

@@ -1,18 +1,15 @@
 //! The light that a medium emits.
 
-use std::sync::Arc;
-
 use glam::{Vec3, Vec3A, Vec4};
 
-use crate::scene::desc::MediumEmission;
-use crate::scene::desc::volume::VolumeTexture;
-use crate::spectrum::{SampledWavelengths, Spectrum};
+use crate::scene::desc::{EmissionGrid, MediumEmission};
+use crate::spectrum::{BRIGHTEST, SampledWavelengths, Spectrum, blackbody};
 
 /// The radiance of an opaque layer that scatters nothing, at each point of a medium.
 #[derive(Clone, Debug)]
 pub(super) struct EmissionField {
     radiance: Spectrum,
-    grid: Option<Arc<VolumeTexture>>,
+    grid: Option<EmissionGrid>,
 }
 
 impl EmissionField {
@@ -24,17 +21,22 @@ impl EmissionField {
     #[inline]
     pub(super) fn at(&self, p: Vec3, lambda: &SampledWavelengths) -> Vec4 {
         let radiance = self.radiance.sample(lambda).0;
-        match &self.grid {
-            None => radiance,
-            Some(grid) => {
+        let of_grid = match &self.grid {
+            None => return radiance,
+            Some(EmissionGrid::Temperatures(grid)) => {
+                let [kelvin, ..] = grid.coefficient_at(p);
+                blackbody::radiance_at(lambda.lambda(), kelvin)
+            }
+            Some(EmissionGrid::Colors(grid)) => {
                 let rgb = Vec3A::from_array(grid.coefficient_at(p));
                 let most = rgb.max_element();
                 if most <= 0.0 {
                     return Vec4::ZERO;
                 }
                 let color = Spectrum::textured_rgb(rgb / most, lambda).0 * most;
-                radiance * color * Spectrum::d65(1.0).sample(lambda).0
+                color * Spectrum::d65(1.0).sample(lambda).0
             }
-        }
+        };
+        (radiance * of_grid).min(Vec4::splat(BRIGHTEST))
     }
 }

@@ -116,13 +116,15 @@ pub const NOTES: &[(&str, &str, &str)] = &[
          (`apple`, `chicken1`, `chicken2`, `cream`, `ketchup`, `marble`, `potato`, `skimmilk`, `skin1`, `skin2`, `spectralon`, \
          `wholemilk`) in 1/mm; Mitsuba 3 knows `sigma_t` and `albedo` only. An `<rgb>` as `sigma_t` may be above 1, which Mitsuba's \
          spectral mode refuses. Mitsuba's media do not shine: `radiance` is that of an opaque layer, so that per unit of length a medium \
-         emits its absorption coefficient times that.",
+         emits its absorption coefficient times that, or that of a black body of `temperature` in K, in W m⁻² sr⁻¹ nm⁻¹ as \
+         `blackbody` has it: one number, or a grid of them, in units of `temperature_scale`. `emission_scale` is a factor on either.",
     ),
     ("medium", "homogeneous", "the same everywhere"),
     (
         "medium",
         "heterogeneous",
-        "`sigma_t`, `albedo` and `radiance`, under D65, may be a `gridvolume`; of version 0.6 `density` is `sigma_t`",
+        "`sigma_t`, `albedo`, `radiance`, under D65, and `temperature`, of one channel, may be a `gridvolume`; of version 0.6 \
+         `density` is `sigma_t`",
     ),
     ("phase", "hg", "Henyey and Greenstein's; `g` above 0 is forwards"),
     (

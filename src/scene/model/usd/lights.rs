@@ -26,6 +26,7 @@ use crate::scene::model::picture_changes::{Change, ChannelUse, ScaledChannels};
 use crate::scene::model::stage::looking;
 use crate::scene::model::surface::{is_grey, luminance};
 use crate::scene::model::text::SceneText;
+use crate::spectrum::blackbody;
 
 /// The types of prims that [`StageLight::read`] knows.
 pub(super) const KINDS: &[&str] =
@@ -47,7 +48,7 @@ impl EmittedLight {
         let mut rgb = prim.rgb("inputs:color").unwrap_or([1.0; 3]);
         let kelvin = number("inputs:colorTemperature", 6500.0);
         if prim.truth("inputs:enableColorTemperature") == Some(true) {
-            let tint = blackbody(kelvin);
+            let tint = color_of_temperature(kelvin);
             rgb = std::array::from_fn(|i| rgb[i] * tint[i]);
         }
         for (name, default) in [("inputs:diffuse", 1.0), ("inputs:specular", 1.0)] {
@@ -69,12 +70,10 @@ impl EmittedLight {
     }
 }
 
-/// Linear colour of a black body of this temperature in kelvin, of luminance 1 (Planck).
-fn blackbody(kelvin: f64) -> [f32; 3] {
+/// Linear colour of a black body of this temperature in kelvin, of luminance 1.
+fn color_of_temperature(kelvin: f64) -> [f32; 3] {
     let kelvin = kelvin.clamp(1000.0, 10_000.0);
-    // hc / k in nm K.
-    let planck = |nm: f64| (nm / 500.0).powi(-5) / ((1.438_776_877e7 / (nm * kelvin)).exp() - 1.0);
-    let xyz = cie::integrate(|nm, _| planck(f64::from(nm)));
+    let xyz = cie::integrate(|nm, _| blackbody::radiance(f64::from(nm), kelvin));
     let rgb = profile::rec709_from_xyz() * (xyz / xyz.y).as_vec3();
     rgb.max(glam::Vec3::ZERO).to_array()
 }
