@@ -52,7 +52,7 @@ impl<B: Scattering> SurfaceVertex<B> {
             // A copy, so that the compiler keeps the hit in registers.
             true => Self::parametrized(scene, &{ hit }, lambda),
         };
-        let media = B::Media::at(medium, || scene.media_at(&hit, medium, bsdf.transmits()));
+        let media = B::Media::at(medium, || scene.media_at(&hit, medium));
         Self { frame, bsdf, wo: frame.to_local(hit.wo), hit, media }
     }
 

@@ -347,7 +347,8 @@ fn far_scene(at: DVec3) -> SceneDesc {
 fn m11_media_far_away() {
     let plan = Plan { side: 4, paths_per_pixel: 4096, ..PLAN };
     let by = DVec3::new(1e6, -3e5, 1e5);
-    for method in METHODS {
+    // Photons are too noisy for the naive method to fail by.
+    for method in METHODS.into_iter().filter(|method| *method != Method::Photon) {
         let here = found(&far_scene(DVec3::ZERO), method, plan);
         let mut there = far_scene(by);
         let naive = found(&there, method, plan);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::{ShapeDesc, ShapeKind};
+use crate::scene::desc::{BsdfId, ShapeDesc, ShapeKind};
 
 /// Most triangles that are kept. A boundary of more counts as if it filled its bounding box.
 const MOST_FACES: usize = 1 << 18;
@@ -27,7 +27,7 @@ type Bounds = [Vec3; 2];
 #[derive(Clone, Debug, Default)]
 pub(super) struct Boundaries {
     all: Arc<[Boundary]>,
-    /// For each surface, whether another shape that is a boundary may touch it.
+    /// For each surface, whether it lets light through and another shape that is a boundary may touch it.
     touched: Arc<[bool]>,
 }
 
@@ -67,12 +67,16 @@ impl Boundaries {
             }
         }
         let touch = |(i, shape): (usize, &ShapeDesc)| {
+            if !transmits(desc, shape.bsdf) {
+                return false;
+            }
             let bounds = bounds_of(desc, shape, DAffine3::IDENTITY);
             bounds.is_some_and(|bounds| all.iter().any(|other| other.shape != i && other.may_touch(bounds)))
         };
         let of_shapes = desc.shapes.iter().enumerate().map(touch);
         // Wherever instances show them.
-        let of_groups = desc.groups.iter().flat_map(|group| &group.shapes).map(|_| !all.is_empty());
+        let of_groups = desc.groups.iter().flat_map(|group| &group.shapes);
+        let of_groups = of_groups.map(|shape| !all.is_empty() && transmits(desc, shape.bsdf));
         let touched = of_shapes.chain(of_groups).collect();
         Self { all: all.into(), touched }
     }
@@ -82,7 +86,7 @@ impl Boundaries {
         self.all.iter().any(|boundary| boundary.cuts(area))
     }
 
-    /// True where another shape that is a boundary may touch this surface.
+    /// True where this surface lets light through and another shape that is a boundary may touch it.
     #[inline]
     pub(super) fn touched(&self, surface: u32) -> bool {
         self.touched.get(surface as usize).is_some_and(|touched| *touched)
@@ -117,6 +121,12 @@ impl Boundary {
                 Extent::Unknown => true,
             }
     }
+}
+
+/// True for a material that lets light through, or a part of which does.
+fn transmits(desc: &SceneDesc, id: BsdfId) -> bool {
+    let Some(bsdf) = desc.bsdfs.get(id.0 as usize) else { return false };
+    bsdf.transmits() || bsdf.nested().into_iter().any(|id| transmits(desc, id))
 }
 
 /// A length that rounding may add or take, of what lies in these boxes.

@@ -146,7 +146,7 @@ impl Scene {
         d: Vec3,
         medium: MediumIndex,
     ) -> MediumIndex {
-        let sides = self.media_at(hit, medium, true);
+        let sides = self.media_at(hit, medium);
         sides.map_or(medium, |sides| MediumSides(sides).towards(hit.point.ng, d))
     }
 
@@ -156,10 +156,9 @@ impl Scene {
         &self,
         hit: &SurfaceInteraction,
         medium: MediumIndex,
-        transmits: bool,
     ) -> Option<[MediumIndex; 2]> {
         let media = self.media()?;
-        if !(transmits && media.may_touch_boundary(hit.surface)) {
+        if !media.may_touch_boundary(hit.surface) {
             return media.interface(hit.surface);
         }
         let d = -hit.wo;

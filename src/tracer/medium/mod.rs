@@ -175,7 +175,7 @@ impl Media {
         *self.interfaces.get(surface as usize)?
     }
 
-    /// True where another shape that is a boundary may lie upon a surface.
+    /// True where a surface lets light through and another shape that is a boundary may lie upon it.
     #[inline]
     fn may_touch_boundary(&self, surface: u32) -> bool {
         self.boundaries.touched(surface)
