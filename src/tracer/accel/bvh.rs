@@ -6,7 +6,7 @@ use crate::tracer::curve::CurvePiece;
 use crate::tracer::shape::{Cylinder, Disk, Sphere};
 
 use super::layout::{Arena, NodeRef};
-use super::ray::{Hit, PrimRange, Ray};
+use super::ray::{Hit, HitId, PrimRange, Ray};
 use super::shapes::PrimitiveGroup;
 use super::simd_kernel::{AvailableKernel, SimdKernel};
 
@@ -58,7 +58,7 @@ pub(super) struct TraversalFns {
     /// Replaces the given hit by the closest one of a BVH, seen through an instance, if that is closer.
     pub(super) closest: unsafe fn(&Accel, &BvhRoot, &Ray, u32, &mut Hit),
     /// The same, of anything but some primitives.
-    pub(super) closest_except: unsafe fn(&Accel, &BvhRoot, &Ray, &[(u32, u32)], u32, &mut Hit),
+    pub(super) closest_except: unsafe fn(&Accel, &BvhRoot, &Ray, &[HitId], u32, &mut Hit),
     /// True if anything of a BVH is hit, except for some primitives.
     pub(super) occluded: unsafe fn(&Accel, &BvhRoot, &Ray, PrimRange) -> bool,
 }
@@ -121,7 +121,7 @@ impl Accel {
     }
 
     /// As [`closest`](Self::closest), of anything but what has these [ids](Hit::id).
-    pub fn closest_except(&self, ray: &Ray, skip: &[(u32, u32)]) -> Option<Hit> {
+    pub fn closest_except(&self, ray: &Ray, skip: &[HitId]) -> Option<Hit> {
         let mut best = Hit { t: ray.t_max, prim: 0, uv: [0.0; 2], instance: 0 };
         // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.
         unsafe { (self.traversal.closest_except)(self, &self.world, ray, skip, Hit::DIRECT, &mut best) };
@@ -175,13 +175,7 @@ impl Accel {
     /// Replaces `best` by a closer hit in an instance, of anything but what has the ids of `skip`.
     #[cold]
     #[inline(never)]
-    pub(super) fn closest_except_in_instance(
-        &self,
-        index: u32,
-        ray: &Ray,
-        skip: &[(u32, u32)],
-        best: &mut Hit,
-    ) {
+    pub(super) fn closest_except_in_instance(&self, index: u32, ray: &Ray, skip: &[HitId], best: &mut Hit) {
         let instance = &self.instances[index as usize];
         let (group, ray) = (&self.groups[instance.group as usize], instance.transform_ray(ray));
         // SAFETY: the functions are those of an `AvailableKernel`, which this processor can run.

@@ -35,7 +35,7 @@ mod simd_kernel;
 mod write;
 
 pub use bvh::Accel;
-pub use ray::{Hit, PrimRange, Ray};
+pub use ray::{Hit, HitId, PrimRange, Ray};
 pub use shapes::{Instance, PrimitiveGroup, Shapes, TriangleSource};
 pub use simd_kernel::SimdKernel;
 pub(in crate::tracer) use simd_kernel::{AvailableKernel, for_kernel};

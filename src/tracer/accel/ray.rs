@@ -71,12 +71,15 @@ pub struct Hit {
     pub instance: u32,
 }
 
+/// What a ray has hit: the primitive and the instance.
+pub type HitId = (u32, u32);
+
 impl Hit {
     /// The primitive is in world space, in no instance.
     pub const DIRECT: u32 = u32::MAX;
 
-    /// What was hit, wherever: primitive and instance.
-    pub fn id(&self) -> (u32, u32) {
+    /// What was hit, wherever.
+    pub fn id(&self) -> HitId {
         (self.prim, self.instance)
     }
 

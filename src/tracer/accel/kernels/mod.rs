@@ -16,7 +16,7 @@ mod traverse;
 mod x86;
 
 use super::bvh::{Accel, BvhRoot, TraversalFns};
-use super::ray::{Hit, PrimRange, Ray};
+use super::ray::{Hit, HitId, PrimRange, Ray};
 use super::simd_kernel::{AvailableKernel, SimdKernel};
 
 pub(super) use stack::MAX_DEPTH;
@@ -50,7 +50,7 @@ macro_rules! compile {
                 accel: &Accel,
                 bvh: &BvhRoot,
                 ray: &Ray,
-                skip: &[(u32, u32)],
+                skip: &[HitId],
                 instance: u32,
                 best: &mut Hit,
             ) {

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::tracer::accel::bvh::{Accel, BvhRoot};
 use crate::tracer::accel::layout::{CHILD_ROW, F32x8, Leaf, NodeRef, SHARED_ROWS, block_rows};
-use crate::tracer::accel::ray::{Hit, PrimRange, Ray};
+use crate::tracer::accel::ray::{Hit, HitId, PrimRange, Ray};
 
 use super::polygon::{BlockHits, corners, exact_distance, quads, shared, shared_corners, triangles};
 use super::ray::{ShearedRay, prepare_ray};
@@ -28,7 +28,7 @@ pub fn closest<S: Simd8, const SKIP: bool>(
     accel: &Accel,
     bvh: &BvhRoot,
     ray: &Ray,
-    skip: &[(u32, u32)],
+    skip: &[HitId],
     instance: u32,
     best: &mut Hit,
 ) {
@@ -81,7 +81,7 @@ fn closest_in_leaf<S: Simd8, const SKIP: bool>(
     leaf: NodeRef,
     ray: &Ray,
     sheared: &ShearedRay,
-    skip: &[(u32, u32)],
+    skip: &[HitId],
     instance: u32,
     best: &mut Hit,
 ) {
@@ -123,7 +123,7 @@ fn closest_of<S: Simd8, const SKIP: bool>(
     corners: Corners,
     hits: &BlockHits<S>,
     ray: &Ray,
-    skip: &[(u32, u32)],
+    skip: &[HitId],
     instance: u32,
     best: &mut Hit,
 ) {
