@@ -82,7 +82,8 @@ fn tea_in_rough_glass() {
     let fog = format!(
         "<shape type='cube'><transform name='to_world'><scale x='.6' y='.6' z='.6'/><translate x='-1.4' z='.8'/></transform>{NULL}{fog}</shape>"
     );
-    assert_all_pairs("tea", &floor_and("", &(ball(glass, &tea) + &fog + LAMP + SKY)), PLAN, PHOTONS);
+    // Photons blur the caustic below such a ball by a seventh, without media as well.
+    assert_all_pairs("tea", &floor_and("", &(ball(glass, &tea) + &fog + LAMP + SKY)), PLAN, 0.2);
 }
 
 /// Milk in rough glass of `principled`, which also has a diffuse part that is seen from outside only.

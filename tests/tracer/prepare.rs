@@ -58,6 +58,7 @@ fn media_that_are_named_exist_and_others_do_not_count() {
     shape(&mut desc, ShapeKind::Instance(GroupId(0)), DAffine3::IDENTITY, BsdfId::NONE, 0.0);
     assert!(is_refused(&desc));
     desc.shapes.clear();
+    boundary(&mut desc, sphere(DVec3::ZERO, 1.0), DAffine3::IDENTITY, haze);
     let id = MediumId(7);
     desc.camera.medium = Some(id);
     assert_eq!(Scene::prepare(&desc).err(), Some(PrepareError::UnknownMedium { id }));

@@ -37,12 +37,12 @@ struct Boundary {
     /// Index of the shape; of the instance that shows it.
     shape: usize,
     bounds: Bounds,
-    extent: Extent,
+    extent: BoundaryExtent,
 }
 
 /// Where a boundary is within its bounds.
 #[derive(Debug)]
-enum Extent {
+enum BoundaryExtent {
     Triangles(Box<[[Vec3; 3]]>),
     Sphere {
         center: Vec3,
@@ -102,7 +102,7 @@ impl Boundary {
     /// As [`cuts`](Self::cuts), which takes too long for all surfaces where triangles are many: then by the bounds alone.
     fn may_touch(&self, area: Bounds) -> bool {
         match &self.extent {
-            Extent::Triangles(triangles) if triangles.len() > FEW_FACES => meet(self.bounds, area),
+            BoundaryExtent::Triangles(triangles) if triangles.len() > FEW_FACES => meet(self.bounds, area),
             _ => self.cuts(area),
         }
     }
@@ -110,15 +110,17 @@ impl Boundary {
     fn cuts(&self, area: Bounds) -> bool {
         meet(self.bounds, area)
             && match &self.extent {
-                Extent::Triangles(triangles) => triangles.iter().any(|corners| triangle_cuts(corners, area)),
-                Extent::Sphere { center, radius } => {
+                BoundaryExtent::Triangles(triangles) => {
+                    triangles.iter().any(|corners| triangle_cuts(corners, area))
+                }
+                BoundaryExtent::Sphere { center, radius } => {
                     let [low, high] = area;
                     let near = rounding([self.bounds, area]);
                     let nearest = center.clamp(low, high).distance(*center);
                     let farthest = (*center - low).abs().max((high - *center).abs()).length();
                     nearest <= radius + near && farthest >= radius - near
                 }
-                Extent::Unknown => true,
+                BoundaryExtent::Unknown => true,
             }
     }
 }
@@ -184,7 +186,7 @@ pub(super) fn bounds_of(desc: &SceneDesc, shape: &ShapeDesc, around: DAffine3) -
 }
 
 /// Where a shape is within its bounds, with `left` triangles at most, which are taken from that.
-fn extent_of(desc: &SceneDesc, shape: &ShapeDesc, around: DAffine3, left: &mut usize) -> Extent {
+fn extent_of(desc: &SceneDesc, shape: &ShapeDesc, around: DAffine3, left: &mut usize) -> BoundaryExtent {
     let place = around * shape.to_world;
     let placed = |p: DVec3| place.transform_point3(p).as_vec3();
     let triangles: Box<[[Vec3; 3]]> = match &shape.kind {
@@ -199,18 +201,17 @@ fn extent_of(desc: &SceneDesc, shape: &ShapeDesc, around: DAffine3, left: &mut u
                 let corners = |[a, b, c]: &[u32; 3]| Some([position(*a)?, position(*b)?, position(*c)?]);
                 mesh.triangles.iter().filter_map(corners).collect()
             }
-            _ => return Extent::Unknown,
+            _ => return BoundaryExtent::Unknown,
         },
         ShapeKind::Sphere { .. } if around == DAffine3::IDENTITY => {
-            return sphere(shape).map_or(Extent::Unknown, |(center, radius)| Extent::Sphere {
-                center: center.as_vec3(),
-                radius: radius as f32,
+            return sphere(shape).map_or(BoundaryExtent::Unknown, |(center, radius)| {
+                BoundaryExtent::Sphere { center: center.as_vec3(), radius: radius as f32 }
             });
         }
-        _ => return Extent::Unknown,
+        _ => return BoundaryExtent::Unknown,
     };
     *left = left.saturating_sub(triangles.len());
-    Extent::Triangles(triangles)
+    BoundaryExtent::Triangles(triangles)
 }
 
 /// Centre and radius of a sphere in the space that it is placed in. It stays one: the mean scale is used.

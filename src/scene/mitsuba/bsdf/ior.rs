@@ -6,11 +6,7 @@ use crate::scene::mitsuba::question::Question;
 use crate::spectrum::dispersion::Ior;
 
 /// An index of refraction: a number, or the name of a medium.
-pub(in crate::scene::mitsuba) fn ior(
-    params: &Params<'_>,
-    name: &'static str,
-    default: &str,
-) -> Result<Ior, SceneError> {
+pub(crate) fn ior(params: &Params<'_>, name: &'static str, default: &str) -> Result<Ior, SceneError> {
     let by_name = |medium: &str| {
         Ior::named(medium).ok_or_else(|| {
             let message = format!("no index of refraction is known for `{}`", shorten(medium));

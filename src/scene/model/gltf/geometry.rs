@@ -10,7 +10,7 @@ use super::buffers::Buffers;
 use super::cutout::CutVertices;
 use super::json;
 use super::material_reader::VertexColors;
-use super::materials::{Materials, WrittenMaterial};
+use super::materials::{GltfMaterial, Materials};
 use super::pose::{MeshPose, PoseKey};
 use crate::scene::model::mesh_shape::MeshShape;
 use crate::scene::model::text::{PlyVertices, SceneText, ply_with_opacities};
@@ -123,7 +123,7 @@ impl<'r> PrimitiveReader<'_, 'r, '_> {
             return Ok(None);
         }
         let given = VertexColors { rgb: !colors.is_empty(), opacity: !opacities.is_empty() };
-        let WrittenMaterial { bsdf, emission, interior } =
+        let GltfMaterial { bsdf, emission, interior } =
             materials.of(material, given, self.text, self.buffers)?;
         let vertices = PlyVertices { positions: &positions, normals: &normals, uvs: &uvs, colors: &colors };
         self.buffers.spend(48 * positions.len() + 13 * triangles.len())?;

@@ -37,7 +37,7 @@ type Key = (Option<usize>, VertexColors);
 
 /// A material that is written, as shapes need it.
 #[derive(Clone)]
-pub(super) struct WrittenMaterial {
+pub(super) struct GltfMaterial {
     pub(super) bsdf: String,
     pub(super) emission: Option<EmittedRadiance>,
     /// The id of the medium within.
@@ -47,7 +47,7 @@ pub(super) struct WrittenMaterial {
 /// The materials that are written already.
 pub(super) struct Materials<'r> {
     root: &'r Value,
-    known: BTreeMap<Key, WrittenMaterial>,
+    known: BTreeMap<Key, GltfMaterial>,
     pictures: MaterialPictures,
 }
 
@@ -123,7 +123,7 @@ impl<'r> Materials<'r> {
         colors: VertexColors,
         text: &mut SceneText<'_>,
         buffers: &mut Buffers<'r>,
-    ) -> Result<WrittenMaterial, String> {
+    ) -> Result<GltfMaterial, String> {
         if let Some(known) = self.known.get(&(index, colors)) {
             return Ok(known.clone());
         }
@@ -148,7 +148,7 @@ impl<'r> Materials<'r> {
         reader.write(&bsdf)?;
         let emission = reader.emission()?;
         let interior = volume::interior(&mut reader, &bsdf);
-        let written = WrittenMaterial { bsdf, emission, interior };
+        let written = GltfMaterial { bsdf, emission, interior };
         self.known.insert((index, colors), written.clone());
         Ok(written)
     }
