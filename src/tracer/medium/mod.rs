@@ -219,6 +219,11 @@ impl Media {
         self.get(index).filter(scatters).map(|medium| medium.free_path)
     }
 
+    /// The lower bounds of the mean free paths of all media that scatter.
+    pub(super) fn free_paths(&self) -> impl Iterator<Item = f32> {
+        (0..self.media.len() as u32).filter_map(|i| self.free_path(MediumIndex(i)))
+    }
+
     /// True where the phase function of a medium depends on the position.
     pub(super) fn phase_varies(&self, index: MediumIndex) -> bool {
         self.get(index).is_some_and(|medium| medium.phase.varies())

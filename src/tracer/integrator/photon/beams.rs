@@ -19,7 +19,7 @@ use super::recorded_step::RecordedStep;
 use super::tracer::{PhotonScratch, PhotonTracer};
 
 /// Largest radius around a flight at the first generation, in free paths.
-const FREE_PATHS: f32 = 0.5;
+pub(super) const FREE_PATHS: f32 = 0.5;
 
 /// What a camera path was like before a flight.
 pub(super) struct FlightStart {

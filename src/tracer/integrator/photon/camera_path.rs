@@ -172,7 +172,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
             let Some(hit) = hit else { break };
             let vertex =
                 SurfaceVertex::<B>::new(&context.scene, hit, &self.state.walk.lambda, self.state.walk.medium);
-            let diffuse = vertex.bsdf.has_diffuse_part();
+            let diffuse = self.tracer.photon_paths.spread_at(&vertex);
             if diffuse && prefix.is_specular() && !hit.is_in_medium() {
                 self.gather(&vertex, PhotonLayer::Caustic);
             }
@@ -258,7 +258,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let scene = &self.tracer.context.scene;
         let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda, self.state.walk.medium);
         B::record(|| PathEvent::Meets((&self.state.walk).into(), hit));
-        let diffuse = vertex.bsdf.has_diffuse_part();
+        let diffuse = self.tracer.photon_paths.spread_at(&vertex);
         if self.only_media {
             return self.scatter(&vertex, diffuse, u);
         }

@@ -4,6 +4,8 @@
 //! the box of the scene. But a backdrop, a ground or a sky of shapes that is a million times as large as what stands in it
 //! would make the radius as large as all of that, and its last cells too large to tell photons apart.
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
 
 use crate::stream::faults;
@@ -22,6 +24,9 @@ const TOO_LARGE: f32 = 1024.0;
 
 /// Photons in media from which others lie about as far away as around all of them.
 const ASKED: usize = 64;
+
+/// Photons in whose ball the density around a photon is taken.
+const NEAR: usize = 16;
 
 /// What a few light paths tell about a scene.
 #[derive(Debug)]
@@ -50,6 +55,13 @@ impl Extent {
             (lo, hi) = (lo.min(low - rest), hi.max(high + rest));
         }
         Self { bounds: photon_box((lo, hi), &positions), in_media }
+    }
+
+    /// How many photons of `paths` light paths lie within `radius` of a flight of this length in a medium, about.
+    pub(super) fn photons_around(&self, length: f32, radius: f32, paths: u64) -> f32 {
+        let Some(near) = self.spacing(NEAR, paths) else { return 0.0 };
+        let density = 0.75 * NEAR as f32 / (PI * near * near * near);
+        density * PI * radius * radius * length
     }
 
     /// The median radius of the balls in which `count` photons of `paths` light paths lie around a photon in a medium; `None` where the few

@@ -137,7 +137,7 @@ fn trace_light_path<B: Scattering>(
         let Some(hit) = next else { break };
         let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
         B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
-        let here = vertex.surface.bsdf.has_diffuse_part();
+        let here = photon_paths.spread_at(&vertex.surface);
         // Next-event estimation finds what arrives straight from a light, but from a beam.
         if here && (vertex.depth > 1 || beam) && reflects(&vertex) {
             let (layer, wanted) = match spread {

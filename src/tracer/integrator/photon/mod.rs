@@ -20,7 +20,8 @@
 //!
 //! **In media** photons lie where light paths are scattered. They are gathered around the flights of a camera path instead of at its vertices
 //! (beam radiance estimate, Jarosz et al. 2008): within a fixed radius of the flight up to where it ends. Of the later scatterings of a
-//! light path in media only some leave a photon, with more weight.
+//! light path in media only some leave a photon, with more weight. Where few light paths come into media, as into a glass of milk on a large
+//! table, no photons lie in them, and they scatter as rough mirrors do.
 //!
 //! **Bias.** Everything in the first two rows is unbiased. The two others are density estimates: blurred over the lookup
 //! disc, or across the beam in a medium, and too dark within a radius of an edge, whose other side holds no photons. The disc's area falls as 1/n with the
@@ -54,6 +55,7 @@ use crate::tracer::photon_map::{PhotonMap, Schedule, Snapshot};
 use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::{Integrator, RenderContext};
+use beams::FREE_PATHS;
 use camera_path::PathStart;
 use extent::Extent;
 use tracer::PhotonPaths;
@@ -70,6 +72,9 @@ const BEAM: f32 = 1.0 / 3.0;
 
 /// Such a radius over the largest side of the box of the photons, where too few of them lie in media to tell.
 const SPARSE_BEAM: f32 = 0.02;
+
+/// Photons that lie around a flight at the first generation, at least, for photons in media to be of use.
+const FEWEST: f32 = 4.0;
 
 /// Number of photons of a lookup in the global layer.
 const NEIGHBOURS: usize = 12;
@@ -97,6 +102,16 @@ impl PhotonTracer {
         let extent = Extent::of(&context);
         let bounds @ [min, max] = extent.bounds;
         let schedule = schedule(&extent, &context.photons);
+        // Where few light paths come into media, camera paths find better what is scattered there.
+        let in_media = context.scene.media().is_none_or(|media| {
+            let flight = media.free_paths().fold(f32::INFINITY, f32::min).min((max - min).max_element());
+            let radius = schedule.beam_radius.min(FREE_PATHS * flight);
+            extent.photons_around(flight, radius, PATHS) >= FEWEST
+        });
+        let photon_paths = match photon_paths {
+            PhotonPaths::Whole if !in_media => PhotonPaths::OnSurfaces,
+            other => other,
+        };
         let map = PhotonMap::new(min, max, schedule.paths_per_generation, LIMIT);
         Self { context, map: Arc::new(map), schedule, bounds, photon_paths, deterministic, generations: None }
     }

@@ -4,18 +4,32 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::tracer::bsdf::Scattering;
 use crate::tracer::integrator::RenderContext;
+use crate::tracer::medium::PathMedia;
 use crate::tracer::photon_map::{PhotonMap, QueryScratch, Schedule, Snapshot};
+use crate::tracer::vertex::SurfaceVertex;
 
 use super::recorded_step::RecordedStep;
 
-/// How far light paths go.
+/// How far light paths go, and where they leave photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PhotonPaths {
     /// To their end.
     Whole,
+    /// To their end; media scatter as rough mirrors do, and have no photons.
+    OnSurfaces,
     /// While they scatter from deltas: their photons are those that merging needs.
     Specular,
+}
+
+impl PhotonPaths {
+    /// True where `vertex` spreads light: photons lie and are gathered there.
+    #[inline(always)]
+    pub(super) fn spread_at<B: Scattering>(self, vertex: &SurfaceVertex<B>) -> bool {
+        let counts = self != Self::OnSurfaces || !(B::Media::PRESENT && vertex.hit.is_in_medium());
+        counts && vertex.bsdf.has_diffuse_part()
+    }
 }
 
 /// Traces paths from the camera and light paths into a map of photons that both share.
