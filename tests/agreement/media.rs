@@ -33,6 +33,10 @@ fn ball(bsdf: &str, inside: &str) -> String {
     )
 }
 
+/// The bias of photons that is let pass below a ball of clear glass: they blur the caustic there by a seventh with so few samples, without media
+/// as well.
+const BELOW_A_BALL: f64 = 0.2;
+
 /// A medium that a shape holds.
 fn medium(side: &str, inside: &str) -> String {
     format!("<medium type='homogeneous' name='{side}'>{inside}</medium>")
@@ -70,7 +74,7 @@ fn fog_in_smooth_glass() {
          <phase type='hg'><float name='g' value='.4'/></phase>",
     );
     let glass = "<bsdf type='dielectric'><float name='int_ior' value='1.3'/></bsdf>";
-    assert_all_pairs("fog in glass", &floor_and("", &(ball(glass, &fog) + LAMP + SKY)), PLAN, PHOTONS);
+    assert_all_pairs("fog in glass", &floor_and("", &(ball(glass, &fog) + LAMP + SKY)), PLAN, BELOW_A_BALL);
 }
 
 /// Tea, which only absorbs, red the least, in rough glass, next to a fog that scatters.
@@ -82,8 +86,7 @@ fn tea_in_rough_glass() {
     let fog = format!(
         "<shape type='cube'><transform name='to_world'><scale x='.6' y='.6' z='.6'/><translate x='-1.4' z='.8'/></transform>{NULL}{fog}</shape>"
     );
-    // Photons blur the caustic below such a ball by a seventh, without media as well.
-    assert_all_pairs("tea", &floor_and("", &(ball(glass, &tea) + &fog + LAMP + SKY)), PLAN, 0.2);
+    assert_all_pairs("tea", &floor_and("", &(ball(glass, &tea) + &fog + LAMP + SKY)), PLAN, BELOW_A_BALL);
 }
 
 /// Milk in rough glass of `principled`, which also has a diffuse part that is seen from outside only.
