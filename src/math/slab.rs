@@ -7,10 +7,13 @@ use glam::Vec3;
 #[inline]
 pub fn clip(origin: Vec3, inverse: Vec3, [min, max]: [Vec3; 2], [start, end]: [f32; 2]) -> [f32; 2] {
     let (near, far) = ((min - origin) * inverse, (max - origin) * inverse);
-    // 0 · ∞ is NaN.
-    let number = |t: &f32| !t.is_nan();
-    let enter = near.min(far).to_array().into_iter().filter(number).fold(start, f32::max);
-    let leave = near.max(far).to_array().into_iter().filter(number).fold(end, f32::min);
+    let (mut enter, mut leave) = (start, end);
+    for (a, b) in near.to_array().into_iter().zip(far.to_array()) {
+        // 0 · ∞ within a side.
+        if !(a.is_nan() || b.is_nan()) {
+            (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+        }
+    }
     [enter, leave]
 }
 
