@@ -199,8 +199,7 @@ fn m1_halves_of_a_medium() {
     for method in METHODS {
         // From the light the camera is seldom found, and photons have noise of their own.
         let paths_per_pixel = match method {
-            Method::Particle => 16384,
-            Method::Photon => 4096,
+            Method::Particle | Method::Photon => 16384,
             _ => 512,
         };
         let plan = Plan { side: 4, paths_per_pixel, ..PLAN };
