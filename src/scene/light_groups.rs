@@ -15,12 +15,12 @@ const RESERVED: &[&str] = &["camera", "light", "variance", "denoised"];
 /// Longest name of an emitter or of a group, in characters.
 const LONGEST_NAME: usize = 60;
 
-/// Something that emits: a shape, or a light that is no shape.
+/// Something that emits: a shape, a light that is no shape, or a medium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emitter {
     /// Its `id`, with `_` for the signs that part names; without one the name of its plugin, with a number if there are several such.
     pub name: String,
-    /// Its number: emitting shapes first, then the other lights, each in the order of the description.
+    /// Its number: emitting shapes first, then the other lights, then all media, each in the order of the description.
     pub source: usize,
 }
 
@@ -85,6 +85,15 @@ pub fn emitters(desc: &SceneDesc) -> Vec<Emitter> {
         (light.place(), id, light.plugin())
     });
     let mut all: Vec<_> = shapes.chain(lights).enumerate().collect();
+    if desc.has_emissive_media() {
+        let first = all.len();
+        for i in desc.used_media() {
+            let (Some(medium), Some(name)) = (desc.media.get(i), desc.names.media.get(i)) else { continue };
+            if medium.shines() {
+                all.push((first + i, (name.place, name.id.clone(), medium.plugin())));
+            }
+        }
+    }
     all.sort_by_key(|(_, (Place { file, line, column }, ..))| (*file, *line, *column));
     let mut named = Vec::<Emitter>::new();
     let (mut taken, mut numbers) = (HashSet::<String>::new(), HashMap::<String, u32>::new());
@@ -106,7 +115,7 @@ pub fn emitters(desc: &SceneDesc) -> Vec<Emitter> {
 
 /// The groups that are formed without being told: each emitter is one, in the order of the file. Where these are too many, emitters whose names
 /// differ in a number at their end are one group; where groups are still too many, the strongest stay by themselves and all others are one.
-/// `power` has the share of each emitter's light by its number.
+/// `power` has the share of each emitter's light by its number; emitters that it does not tell of, which are media, count as strong.
 pub fn each(emitters: Vec<Emitter>, power: &[f32]) -> Vec<LightGroup> {
     let too_many = emitters.len() > MOST_GROUPS;
     let mut groups = Vec::<LightGroup>::new();
@@ -124,7 +133,11 @@ pub fn each(emitters: Vec<Emitter>, power: &[f32]) -> Vec<LightGroup> {
     }
     if groups.len() > MOST_GROUPS {
         let power_of = |group: &LightGroup| -> f32 {
-            group.emitters.iter().map(|emitter| power.get(emitter.source).copied().unwrap_or_default()).sum()
+            group
+                .emitters
+                .iter()
+                .map(|emitter| power.get(emitter.source).copied().unwrap_or(f32::INFINITY))
+                .sum()
         };
         // Of equals the first ones.
         let mut by_power: Vec<usize> = (0..groups.len()).collect();

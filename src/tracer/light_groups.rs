@@ -15,24 +15,27 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::MOST_GROUPS;
 
 use super::light::Lights;
+use super::medium::MediumIndex;
 
 const _: () = assert!(LIGHT_GROUPS == MOST_GROUPS);
 
 /// A colour for each group.
 pub type GroupColors = [Xyz; MOST_GROUPS];
 
-/// The group of each light of a scene.
+/// The group of each light and each medium of a scene.
 #[derive(Clone, Debug)]
 pub struct LightGroups {
     /// Numbers of groups, in the order of the lights.
     of_lights: Arc<[u8]>,
+    /// Numbers of groups, in the order of the media.
+    of_media: Arc<[u8]>,
     count: usize,
 }
 
 impl LightGroups {
-    /// `count` groups, at most [`MOST_GROUPS`], and the number of each light's.
-    pub(super) fn new(of_lights: Arc<[u8]>, count: usize) -> Self {
-        Self { of_lights, count: count.min(MOST_GROUPS) }
+    /// `count` groups, at most [`MOST_GROUPS`], and the number of each light's and of each medium's; of media without a number it is 0.
+    pub(super) fn new(of_lights: Arc<[u8]>, of_media: Arc<[u8]>, count: usize) -> Self {
+        Self { of_lights, of_media, count: count.min(MOST_GROUPS) }
     }
 
     /// Number of groups.
@@ -45,6 +48,12 @@ impl LightGroups {
     pub(super) fn of(&self, light: u32) -> Option<u8> {
         self.of_lights.get(light as usize).copied()
     }
+
+    /// The group of a medium.
+    #[inline]
+    fn of_medium(&self, medium: MediumIndex) -> u8 {
+        self.of_media.get(medium.number() as usize).copied().unwrap_or_default()
+    }
 }
 
 /// The radiance that a path has found, by groups of lights; `()` in a render without groups.
@@ -54,6 +63,9 @@ pub trait LightCredits: Copy + Default {
 
     /// Credits radiance at the wavelengths of the path to the group of `light`.
     fn add(&mut self, lights: &Lights, light: u32, radiance: SampledSpectrum);
+
+    /// Credits radiance at the wavelengths of the path, which `medium` emits, to its group.
+    fn add_of_medium(&mut self, lights: &Lights, medium: MediumIndex, radiance: SampledSpectrum);
 
     /// Credits radiance at the wavelengths of the path to a group.
     fn add_to(&mut self, group: u8, radiance: SampledSpectrum);
@@ -79,6 +91,9 @@ impl LightCredits for () {
 
     #[inline(always)]
     fn add(&mut self, _: &Lights, _: u32, _: SampledSpectrum) {}
+
+    #[inline(always)]
+    fn add_of_medium(&mut self, _: &Lights, _: MediumIndex, _: SampledSpectrum) {}
 
     #[inline(always)]
     fn add_to(&mut self, _: u8, _: SampledSpectrum) {}
@@ -116,6 +131,12 @@ impl LightCredits for GroupCredits {
     fn add(&mut self, lights: &Lights, light: u32, radiance: SampledSpectrum) {
         if let Some(group) = lights.group(light) {
             self.add_to(group, radiance);
+        }
+    }
+
+    fn add_of_medium(&mut self, lights: &Lights, medium: MediumIndex, radiance: SampledSpectrum) {
+        if let Some(groups) = lights.groups() {
+            self.add_to(groups.of_medium(medium), radiance);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use crate::math::frame::Frame;
 use crate::scene::desc::RenderingSpace;
@@ -17,17 +17,6 @@ use super::opacity::Opacity;
 use super::prepare::{SceneStructure, SpecularUse};
 use super::primitives::Primitives;
 use super::specular_chain::ChainBounds;
-
-/// The object that is seen at a point of the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pick {
-    /// Index into [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes).
-    pub shape: u32,
-    /// Where the ray hits it, world space.
-    pub position: DVec3,
-    /// Distance from the origin of the ray, which for a camera lies on its near plane.
-    pub distance: f32,
-}
 
 /// The material that a surface shows at a point to the side that it is seen from.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +108,8 @@ impl Scene {
     }
 
     /// This scene, whose paths tell which group of lights their light comes from: of `count` groups, at most
-    /// [`MOST_GROUPS`](crate::stream::MOST_GROUPS). `of_sources` has the group of each [source](Lights::source).
+    /// [`MOST_GROUPS`](crate::stream::MOST_GROUPS). `of_sources` has the group of each [source](Lights::source), and then of each medium of the
+    /// description.
     pub fn with_light_groups(&self, of_sources: &[u8], count: usize) -> Scene {
         let lights = self.lights.clone().grouped(of_sources, count);
         Scene { tracing_mode: TracingMode::LightGroups, lights, ..self.clone() }
@@ -209,16 +199,6 @@ impl Scene {
     #[inline(always)]
     pub fn first(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         self.primitives.accel.closest(ray).map(|hit| self.interaction(ray, &hit))
-    }
-
-    /// The shape that is seen along `ray`; `None` where only the environment is. Of two shapes back to back in
-    /// one place it is the one whose side is seen; of what a group holds, the instance that shows it. What is mostly holes is looked through.
-    pub fn pick(&self, ray: &Ray) -> Option<Pick> {
-        let found = self.walk(&mut ray.clone(), |_, _, opacity| opacity >= 0.5)?;
-        let p = found.point.p;
-        let (position, distance) =
-            (self.space.world_point(p), self.space.world_length(p.distance(ray.origin)));
-        Some(Pick { shape: self.shape(&found), position, distance })
     }
 
     /// The space that it is traced in.

@@ -24,8 +24,11 @@ use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{CameraDesc, FovAxis};
 use crate::scene::edit::{Edits, shape_name};
+use crate::stream::UvWindow;
+use crate::tracer::accel::Ray;
 use crate::tracer::effects::{Effect, decide};
-use crate::tracer::{Camera, Pick, Scene};
+use crate::tracer::medium::CameraMedium;
+use crate::tracer::{Camera, MediumPick, Pick, Scene};
 use crate::viewer::saves::free_path;
 
 use transform::TransformDrag;
@@ -232,10 +235,26 @@ impl SceneEditor {
 
     /// Surface visible at a position of a picture of this size, both in pixels.
     pub fn pick(&self, at: [f64; 2], size: [u32; 2]) -> Option<Pick> {
+        let (_, ray) = self.ray_through(at, size)?;
+        self.scene().pick(&ray)
+    }
+
+    /// Medium that hides what is behind it at a position of a picture of this size, both in pixels.
+    pub fn pick_medium(&self, at: [f64; 2], size: [u32; 2]) -> Option<MediumPick> {
+        let (camera, ray) = self.ray_through(at, size)?;
+        let (scene, direction) = (self.scene(), ray.direction.normalize());
+        let ray = Ray { direction, ..ray };
+        let medium = CameraMedium::of(&scene, &camera, &UvWindow::PICTURE).along(&scene, &ray);
+        scene.pick_medium(&ray, medium)
+    }
+
+    /// Ray through the lens centre and a position of a picture of this size, both in pixels; `None` beside the picture.
+    fn ray_through(&self, at: [f64; 2], size: [u32; 2]) -> Option<(Camera, Ray)> {
         let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
         let camera = self.camera(size).ok().filter(|_| inside)?;
-        self.scene().pick(&camera.ray(uv, CENTER))
+        let ray = camera.ray(uv, CENTER);
+        Some((camera, ray))
     }
 
     /// The selected shape.

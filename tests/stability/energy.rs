@@ -1,16 +1,17 @@
 //! The energy audit: what is emitted is absorbed or escapes.
 
 use std::f64::consts::PI;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use pointillist::scene::desc::{SceneDesc, ShapeKind};
-use pointillist::scene::load;
+use pointillist::scene::{load, load_str};
+use pointillist::spectrum::Spectrum;
 use pointillist::spectrum::dispersion::Ior;
 use pointillist::stream::UvWindow;
-use pointillist::tracer::bsdf::{Bsdf, ScatteringModel};
+use pointillist::tracer::bsdf::{InMedia, ScatteringModel};
 use pointillist::tracer::integrator::RenderContext;
 use pointillist::tracer::medium::MediumIndex;
 use pointillist::tracer::subpath::{Subpath, SubpathVertex};
@@ -18,14 +19,17 @@ use pointillist::tracer::{Camera, Sampler, Scene};
 
 use crate::Row;
 use crate::support::agreement::Method;
-use crate::support::audit::{Audit, AuditPlan, Balance, audit};
+use crate::support::audit::{Audit, AuditPlan, Balance, audit, audit_of_media};
 use crate::support::scenes::{empty, glass, grey, look, material, shape, sphere};
 
 const PLAN: AuditPlan = AuditPlan { indices: 8192, seeds: 32, clear: true };
 
+fn cornell_spheres_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_spheres.xml")
+}
+
 fn cornell_spheres() -> SceneDesc {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_spheres.xml");
-    load(&file, &[]).unwrap().desc
+    load(&cornell_spheres_file(), &[]).unwrap().desc
 }
 
 /// What a walk forgets.
@@ -90,7 +94,7 @@ fn naive_walk<const FROM_LIGHT: bool>(
 ) {
     audit.begins((&subpath.walk).into());
     while let Some(hit) = scene.closest(&ray) {
-        let vertex: SubpathVertex<Bsdf> = subpath.arrive(scene, hit);
+        let vertex: SubpathVertex<InMedia> = subpath.arrive(scene, hit);
         audit.meets((&subpath.walk).into(), &vertex.surface);
         let u = numbers(subpath.walk.depth - 1);
         // No roulette arms before the first segment.
@@ -161,6 +165,36 @@ fn n24_energy_audit_of_a_lamp_in_glass() {
     let adjoint = naive::<true>(&desc, Forgotten::Adjoint);
     let methods = [Method::Particle, Method::Photon];
     check("lamp in a glass ball", &desc, &methods, |_| ("weights of radiance for flux", adjoint));
+}
+
+/// The room full of a fog that absorbs blue most, in which the clear ball holds milk: what flights through media, and boundaries between them,
+/// take from a path is what media absorb.
+#[test]
+fn n24_energy_audit_of_a_room_full_of_fog() {
+    let text = std::fs::read_to_string(cornell_spheres_file()).unwrap();
+    let media = "<medium type='homogeneous' id='fog'><rgb name='sigma_t' value='.08 .1 .12'/><rgb name='albedo' value='.9 .8 .5'/>\
+                 <phase type='hg'><float name='g' value='.6'/></phase></medium>\
+                 <medium type='homogeneous' id='milk'><float name='sigma_t' value='2'/><float name='albedo' value='.95'/></medium>\
+                 <shape type='cube'><transform name='to_world'><scale x='3' y='3' z='3'/><translate y='2.75'/></transform>\
+                 <bsdf type='null'/><ref name='interior' id='fog'/></shape>";
+    let sides = "<ref name='interior' id='milk'/><ref name='exterior' id='fog'/>";
+    let glass = "<float name=\"ext_ior\" value=\"1\"/>\n    </bsdf>";
+    let floor = "<shape type=\"rectangle\" id=\"floor\">";
+    let path = "<integrator type=\"path\">";
+    assert!([glass, floor, path].iter().all(|part| text.contains(part)));
+    let text = text.replace(glass, &format!("{glass}{sides}")).replace(floor, &format!("{media}{floor}"));
+    let text = text.replace(path, "<integrator type=\"volpath\">");
+    let desc = load_str("fog.xml", &text, &[]).unwrap().desc;
+    // As if what a medium scatters were all that came there.
+    let mut without_loss = desc.clone();
+    without_loss.media.iter_mut().for_each(|medium| medium.albedo = Spectrum::Constant(1.0).into());
+    for method in [Method::Path, Method::Particle, Method::Bidirectional, Method::Photon] {
+        let naive =
+            audit_of_media(&desc, &without_loss, method, PLAN).map(|b| b.map_or(0.0, |b| b.distance()));
+        check("room full of fog", &desc, &[method], |from_light| {
+            ("a weight without the albedo", naive[usize::from(from_light)])
+        });
+    }
 }
 
 /// What light paths begin with is the power of the light: π times area times radiance. Without the cosine of the way out it would be

@@ -3,7 +3,8 @@
 //! The books of every path that a method traces are kept by its record. What a surface absorbs of what arrives is not taken from how
 //! the path goes on, or the books would always be balanced: it is what remains after light scattered in directions of the audit's own
 //! choice, by the material's value there and not by the weight of a sample. Only what a smooth interface or mirror reflects and
-//! refracts has no value in a direction; a sample of its own stands for it.
+//! refracts has no value in a direction; a sample of its own stands for it. A medium absorbs, where a path is scattered in it, the share
+//! that its albedo leaves of what arrives: all flights together must lose nothing else.
 
 use std::sync::Arc;
 
@@ -12,12 +13,11 @@ use glam::{Vec3, Vec4};
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
 use pointillist::math::warp;
-use pointillist::scene::desc::SceneDesc;
-use pointillist::spectrum::SampledSpectrum;
+use pointillist::scene::desc::{MediumDesc, SceneDesc};
+use pointillist::spectrum::{SampledSpectrum, Spectrum};
 use pointillist::stream::{SampleSink, UvWindow};
-use pointillist::tracer::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringModel};
+use pointillist::tracer::bsdf::{BsdfSample, InMedia, Scattering, ScatteringModel};
 use pointillist::tracer::integrator::{BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext};
-use pointillist::tracer::medium::MediumIndex;
 use pointillist::tracer::record::{CarriedLight, PathEvent, recorded};
 use pointillist::tracer::vertex::SurfaceVertex;
 use pointillist::tracer::wavelength_mis::WavelengthMis;
@@ -31,7 +31,7 @@ use super::welch;
 pub struct Books {
     /// What paths begin with.
     pub emitted: f64,
-    /// What remains at surfaces.
+    /// What remains at surfaces and in media.
     pub absorbed: f64,
     /// What leaves the scene, or was followed as far as the scene allows.
     pub escaped: f64,
@@ -50,12 +50,23 @@ pub struct Audit {
     pub light: Books,
     /// Smooth transparent interfaces are known to absorb nothing of the flux of light paths.
     pub clear: bool,
+    /// The single-scattering albedo of each medium, the same everywhere in it.
+    albedos: Vec<Spectrum>,
     random: Random,
 }
 
 impl Audit {
     pub fn new(seed: u64, clear: bool) -> Self {
-        Self { camera: Books::default(), light: Books::default(), clear, random: Random(seed) }
+        let (camera, light) = (Books::default(), Books::default());
+        Self { camera, light, clear, albedos: Vec::new(), random: Random(seed) }
+    }
+
+    /// The same in a scene with media.
+    fn with_media_of(self, desc: &SceneDesc) -> Self {
+        let albedo = |medium: &MediumDesc| {
+            medium.albedo.uniform().expect("an audited medium has the same albedo everywhere").clone()
+        };
+        Self { albedos: desc.media.iter().map(albedo).collect(), ..self }
     }
 
     fn books(&mut self, from_light: bool) -> &mut Books {
@@ -68,7 +79,7 @@ impl Audit {
 
     /// What goes on from `vertex`, estimated by a direction of the whole sphere and one that the material chooses, with the balance
     /// heuristic between them.
-    fn scattered(&mut self, path: &CarriedLight, vertex: &SurfaceVertex<Bsdf>) -> f64 {
+    fn scattered(&mut self, path: &CarriedLight, vertex: &SurfaceVertex<InMedia>) -> f64 {
         let [over_sphere, by_material, lobe] = [(); 3].map(|()| self.numbers());
         let bsdf = &vertex.bsdf;
         let pdf = |wi: Vec3| match path.from_light {
@@ -104,7 +115,7 @@ fn to_geometric<B: Scattering>(vertex: &SurfaceVertex<B>, wi: Vec3) -> f32 {
 }
 
 /// What goes on in the local direction `wi`.
-fn per_steradian(path: &CarriedLight, vertex: &SurfaceVertex<Bsdf>, wi: Vec3) -> f64 {
+fn per_steradian(path: &CarriedLight, vertex: &SurfaceVertex<InMedia>, wi: Vec3) -> f64 {
     let SurfaceVertex { hit, frame, bsdf, wo, .. } = vertex;
     if !hit.sides_agree(frame.to_world(wi), wo.z * wi.z < 0.0) {
         return 0.0;
@@ -120,7 +131,7 @@ fn per_steradian(path: &CarriedLight, vertex: &SurfaceVertex<Bsdf>, wi: Vec3) ->
 }
 
 /// What goes on in the only direction of `s`.
-fn along_delta(path: &CarriedLight, vertex: &SurfaceVertex<Bsdf>, s: &BsdfSample) -> f64 {
+fn along_delta(path: &CarriedLight, vertex: &SurfaceVertex<InMedia>, s: &BsdfSample) -> f64 {
     let wi = vertex.frame.to_world(s.wi);
     if !vertex.hit.sides_agree(wi, s.transmitted) {
         return 0.0;
@@ -147,8 +158,15 @@ impl Audit {
     }
 
     /// A path meets a surface.
-    pub fn meets(&mut self, path: CarriedLight, vertex: &SurfaceVertex<Bsdf>) {
+    pub fn meets(&mut self, path: CarriedLight, vertex: &SurfaceVertex<InMedia>) {
         let arrives = luminance(&path, path.throughput, path.wavelength_mis);
+        if vertex.hit.is_in_medium()
+            && let Some(medium) = path.medium.id()
+        {
+            let albedo = self.albedos[medium.0 as usize].sample(&path.lambda);
+            let before = luminance(&path, SampledSpectrum(path.throughput.0 / albedo.0), path.wavelength_mis);
+            self.books(path.from_light).absorbed += before - arrives;
+        }
         let known = self.clear && path.from_light && vertex.bsdf.is_delta() && vertex.bsdf.transmits();
         let goes_on = if known { arrives } else { self.scattered(&path, vertex) };
         self.books(path.from_light).absorbed += arrives - goes_on;
@@ -164,8 +182,7 @@ impl Audit {
         match *event {
             PathEvent::Begins(path) => self.begins(path),
             PathEvent::Meets(path, hit) => {
-                // No scene that is audited has media.
-                self.meets(path, &SurfaceVertex::new(scene, hit, &path.lambda, MediumIndex::VACUUM));
+                self.meets(path, &SurfaceVertex::new(scene, hit, &path.lambda, path.medium));
             }
             PathEvent::Leaves(path) => self.leaves(path),
             _ => (),
@@ -231,12 +248,22 @@ pub struct AuditPlan {
 /// The books of a scene by a method: the balance of its paths from the camera and of those from lights. Of photon mapping it is
 /// the light paths.
 pub fn audit(desc: &SceneDesc, method: Method, plan: AuditPlan) -> [Option<Balance>; 2] {
+    audit_of_media(desc, desc, method, plan)
+}
+
+/// The same for books that take the albedos of media from another scene.
+pub fn audit_of_media(
+    desc: &SceneDesc,
+    albedos: &SceneDesc,
+    method: Method,
+    plan: AuditPlan,
+) -> [Option<Balance>; 2] {
     let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid").recorded());
     let camera = Camera::of(desc).expect("the camera is valid");
     let books = |seed: u32| {
         let window = UvWindow::PICTURE;
         let context = RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, window);
-        let mut audit = Audit::new(u64::from(seed), plan.clear);
+        let mut audit = Audit::new(u64::from(seed), plan.clear).with_media_of(albedos);
         match method {
             Method::Path => observe(&PathTracer { context }, &scene, plan.indices, &mut audit),
             Method::Particle => observe(&ParticleTracer { context }, &scene, plan.indices, &mut audit),

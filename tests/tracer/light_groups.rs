@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pointillist::color::Xyz;
+use pointillist::scene::light_groups::{each, emitters, of_sources};
 use pointillist::scene::{SceneDesc, load, load_str};
 use pointillist::stream::{SampleSink, UvWindow, faults};
 use pointillist::tracer::integrator::{
@@ -103,14 +104,15 @@ fn compare_all(
     ]
 }
 
+/// A spectrum that is 0 outside these wavelengths.
+fn band(name: &str, [low, high]: [u32; 2], value: u32) -> String {
+    let steps = format!("{}:0, {low}:{value}, {high}:{value}, {}:0", low - 1, high + 1);
+    format!("<spectrum name='{name}' value='{steps}'/>")
+}
+
 /// Lamps of three bands of the spectrum, blue, green and red, and everything that paths do: dispersion, smooth and rough glass,
 /// mirrors, coats, mixtures, several lights to choose from, lights seen over chains of mirrors.
 fn room(environment: &str, hide_emitters: bool) -> SceneDesc {
-    let band = |name: &str, nm: [u32; 2], value: u32| {
-        let [low, high] = nm;
-        let steps = format!("{}:0, {low}:{value}, {high}:{value}, {}:0", low - 1, high + 1);
-        format!("<spectrum name='{name}' value='{steps}'/>")
-    };
     let ball = |x: f64, bsdf: &str| {
         format!(
             "<shape type='sphere'><transform name='to_world'><scale value='.6'/><translate x='{x}' y='.6'/></transform>{bsdf}</shape>"
@@ -176,6 +178,43 @@ fn parts_have_the_light_of_their_group() {
         for (method, lit) in compare_all(&desc, &[0, 1, 2], 8192, is_of_its_lamp) {
             println!("{method}, environment {environment:?}, hidden {hidden}: {lit:?}");
             assert!(lit.iter().all(|n| *n > 30), "{method}: {lit:?}");
+        }
+    }
+}
+
+/// A ball of a medium that shines red in one that shines blue, before a green sky: media are counted behind all lights.
+#[test]
+fn media_that_shine_are_in_groups() {
+    let medium = |id: &str, nm, albedo: f64| {
+        format!(
+            "<medium type='homogeneous' id='{id}'><float name='sigma_t' value='.5'/><float name='albedo' value='{albedo}'/>{}</medium>",
+            band("radiance", nm, 20)
+        )
+    };
+    let ball = |radius: f64, sides: &str| {
+        format!(
+            "<shape type='sphere'><float name='radius' value='{radius}'/><bsdf type='null'/>{sides}</shape>"
+        )
+    };
+    let text = format!(
+        "<scene version='3.0.0'><integrator type='volpath'/><sensor type='perspective'><transform name='to_world'>\
+         <lookat origin='0, 0, -4' target='0, 0, 0' up='0, 1, 0'/></transform></sensor>{}{}{}{}<emitter type='constant'>{}</emitter></scene>",
+        medium("outer", BLUE, 0.5),
+        medium("inner", RED, 0.5),
+        ball(2.0, "<ref name='interior' id='outer'/>"),
+        ball(1.0, "<ref name='interior' id='inner'/><ref name='exterior' id='outer'/>"),
+        band("radiance", GREEN, 1)
+    );
+    let desc = load_str("balls.xml", &text, &[]).expect("the scene is valid").desc;
+    let groups = each(emitters(&desc), &[]);
+    let names: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
+    assert_eq!(names, ["outer", "inner", "constant"]);
+    for (method, lit) in compare_all(&desc, &of_sources(&groups), 1024, is_of_its_lamp) {
+        println!("{method}: {lit:?}");
+        match method {
+            // Light paths do not begin in media.
+            "light" => assert!(lit[..2] == [0, 0] && lit[2] > 30, "{method}: {lit:?}"),
+            _ => assert!(lit.iter().all(|n| *n > 30), "{method}: {lit:?}"),
         }
     }
 }

@@ -109,3 +109,32 @@ fn shapes_that_were_dropped_keep_their_numbers() {
     assert_eq!(found.map(|p| p.shape), Some(2));
     assert_eq!(prepare(&empty()).pick(&Ray::new(Vec3::ZERO, Vec3::Z)), None);
 }
+
+/// A ball of fog before a wall, in a haze around the camera: what lets less than half of the light through is picked, and the shape that it
+/// is entered by; the wall of the other side if neither does.
+#[test]
+fn media_that_hide_what_is_behind_them() {
+    for (in_ball, in_haze, picked) in [
+        (0.1, 0.0, None),
+        (1.0, 0.0, Some((0, Some(0)))),
+        (0.1, 0.05, Some((1, Some(0)))),
+        (0.1, 0.2, Some((1, None))),
+        // Together they hide the wall, and neither does alone: it is the one in which half is reached.
+        (0.2, 0.05, Some((0, Some(0)))),
+    ] {
+        let mut desc = empty();
+        let fog = medium(&mut desc, in_ball, 0.5, PhaseDesc::Isotropic);
+        let haze = medium(&mut desc, in_haze, 0.5, PhaseDesc::Isotropic);
+        let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
+        boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 7.0), 2.0), DAffine3::IDENTITY, fog);
+        desc.shapes[0].medium_interface.exterior = Some(haze);
+        let wall = material(&mut desc, grey(0.5));
+        shape(&mut desc, ShapeKind::Rectangle, at(15.0), wall, 0.0);
+        desc.camera.medium = Some(haze);
+        let scene = prepare(&desc);
+        let ray = Ray::new(Vec3::ZERO, Vec3::Z);
+        let found = scene.pick_medium(&ray, scene.medium_ahead(&ray));
+        assert_eq!(found.map(|m| (m.medium.0, m.shape)), picked, "σₜ {in_ball} and {in_haze}");
+        assert_eq!(scene.pick(&ray).map(|p| p.shape), Some(1), "σₜ {in_ball} and {in_haze}");
+    }
+}

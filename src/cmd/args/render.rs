@@ -136,8 +136,8 @@ pub struct RenderArgs {
     pub tev: Option<String>,
     /// Make a picture for each group of lights in the same render, as layers of EXR files that add up to the picture.
     ///
-    /// GROUPS is NAME=EMITTER,EMITTER;NAME=EMITTER,…: emitters by their `id` (an area light by that of its shape), or by the name that the
-    /// program gives them if they have none; those that are not named are the group `others`. Without GROUPS each emitter is a group of its
+    /// GROUPS is NAME=EMITTER,EMITTER;NAME=EMITTER,…: emitters by their `id` (an area light by that of its shape, and a medium that shines by
+    /// its own), or by the name that the program gives them if they have none; those that are not named are the group `others`. Without GROUPS each emitter is a group of its
     /// own. If there are more than 8, those whose names differ in a number at their end are one group (lamp_1, lamp_2: lamp), and if there are
     /// still more the 7 strongest groups stay and the rest is `others`. A group is the layer NAME.R, NAME.G, NAME.B. All of a path is
     /// credited to the lights that it comes from: each path is traced once, and the picture is the same as without.

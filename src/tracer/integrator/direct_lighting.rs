@@ -97,6 +97,29 @@ pub(super) enum TakenEmission {
     Nothing,
 }
 
+/// Adds to the radiance of a camera path, and to its parts by groups of lights, what the medium of a piece of its flight emits along that: no
+/// other strategy finds it.
+#[inline]
+pub(super) fn add_emitted_by_medium<B: Scattering, C: LightCredits>(
+    radiance: &mut SampledSpectrum,
+    credits: &mut C,
+    lights: &Lights,
+    piece: &FlightPiece,
+) {
+    let emitted = piece.emitted;
+    if emitted.is_black() {
+        return;
+    }
+    match emitted.is_within(MAX_VALUE) {
+        true => {
+            *radiance += emitted;
+            credits.add_of_medium(lights, piece.medium, emitted);
+        }
+        false => faults::raise(FaultyValue::Emission, emitted.into(), None, None),
+    }
+    B::record(|| PathEvent::Radiance(*radiance));
+}
+
 /// A camera path or one of its branches: its walk, what its MIS weights need, and the radiance found so far.
 #[derive(Clone)]
 pub(super) struct PathState<C> {
@@ -196,12 +219,14 @@ impl<C: LightCredits> PathState<C> {
         }
         let mut flight = FreeFlight::of::<B>(scene, || sampler.flight(self.walk.depth));
         loop {
-            let next = context.next_vertex::<B>(&mut self.walk, ray, &mut flight, &mut record);
+            let next = context.next_vertex::<B>(&mut self.walk, ray, &mut flight, |piece| {
+                if takes != TakenEmission::Nothing {
+                    add_emitted_by_medium::<B, _>(&mut self.radiance, &mut self.credits, lights, &piece);
+                }
+                record(piece);
+            });
             if B::Media::PRESENT {
                 self.wavelength_weight = self.walk.wavelength_weight();
-                if takes != TakenEmission::Nothing {
-                    self.add_emitted_by_media::<B>(flight.take_emitted());
-                }
             }
             let Some(hit) = next else {
                 if takes == TakenEmission::All
@@ -227,19 +252,6 @@ impl<C: LightCredits> PathState<C> {
             self.walk.depth += 1;
             return (self.walk.depth < longest).then_some(hit);
         }
-    }
-
-    /// Adds what media emit along the last flight.
-    #[inline]
-    fn add_emitted_by_media<B: Scattering>(&mut self, value: SampledSpectrum) {
-        if value.is_black() {
-            return;
-        }
-        match value.is_within(MAX_VALUE) {
-            true => self.radiance += value,
-            false => faults::raise(FaultyValue::Emission, value.into(), None, None),
-        }
-        B::record(|| PathEvent::Radiance(self.radiance));
     }
 
     /// Adds the emission of a light that the path hit by chance at `p` along `wi`, times `factor`. `light_pdf` is the density with which

@@ -79,14 +79,15 @@ impl Lights {
         self.selector.set_kernel(kernel);
     }
 
-    /// The same lights in `count` groups: `of_sources` has that of each [source](Lights::source).
+    /// The same lights in `count` groups: `of_sources` has that of each [source](Lights::source), and then that of each medium.
     pub(in crate::tracer) fn grouped(self, of_sources: &[u8], count: usize) -> Self {
         let group = |light: &Light| of_sources.get(light.spectrum as usize).copied().unwrap_or_default();
-        let groups = LightGroups::new(self.lights.iter().map(group).collect(), count);
+        let of_media = of_sources.get(self.spectra.len()..).unwrap_or_default();
+        let groups = LightGroups::new(self.lights.iter().map(group).collect(), of_media.into(), count);
         Self { groups: Some(groups), ..self }
     }
 
-    /// The groups of the lights, if paths tell of them.
+    /// The groups of lights, if paths tell of them.
     #[inline]
     pub fn groups(&self) -> Option<&LightGroups> {
         self.groups.as_ref()

@@ -28,8 +28,6 @@ pub struct FreeFlight {
     optical_depth: f64,
     /// Decides collisions on grids.
     random: Random,
-    /// The light of the media that a camera path has found on it, times what the path carries there.
-    emitted: SampledSpectrum,
 }
 
 impl FreeFlight {
@@ -38,13 +36,7 @@ impl FreeFlight {
     pub fn of<B: Scattering>(scene: &Scene, u: impl FnOnce() -> f64) -> Self {
         let u = if B::Media::PRESENT && scene.media().is_some() { u() } else { 0.0 };
         let random = Random(mix(u.to_bits()));
-        Self { optical_depth: -(-u).ln_1p(), random, emitted: SampledSpectrum::ZERO }
-    }
-
-    /// The light of media that it has found since this was asked last.
-    #[inline(always)]
-    pub fn take_emitted(&mut self) -> SampledSpectrum {
-        std::mem::replace(&mut self.emitted, SampledSpectrum::ZERO)
+        Self { optical_depth: -(-u).ln_1p(), random }
     }
 }
 
@@ -132,7 +124,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     #[inline]
     fn fly_through(&mut self, medium: &Medium, flight: &mut FreeFlight, ray: &Ray, end: f32) -> FlightPiece {
         let area = medium.phase.along(ray.direction);
-        let piece = FlightPiece {
+        let mut piece = FlightPiece {
             medium: self.medium,
             origin: ray.origin,
             direction: ray.direction,
@@ -141,6 +133,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             scatters: false,
             relative: WavelengthMis::ALL,
             ln_most: 0.0,
+            emitted: SampledSpectrum::ZERO,
         };
         let Medium { kind, emission, .. } = medium;
         match kind {
@@ -151,7 +144,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
                     let depth = Vec4::select(extinction.cmpgt(Vec4::ZERO), extinction * end, Vec4::ZERO);
                     let met = Vec4::from_array(depth.to_array().map(|depth| -(-depth).exp_m1()));
                     let emitted = met * (1.0 - albedo) * emission.at(ray.origin, &self.lambda);
-                    flight.emitted += self.carried_light(emitted);
+                    piece.emitted = self.carried_light(emitted);
                 }
                 if medium.only_absorbs() {
                     let (ln_transmittance, _) = piece.density(&coefficients);
@@ -195,20 +188,20 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
         piece: FlightPiece,
     ) -> FlightPiece {
         let TrackedRay { lambda, .. } = tracked;
-        let mut length = piece.length;
-        let FreeFlight { optical_depth, random, emitted } = flight;
+        let FlightPiece { mut length, mut emitted, .. } = piece;
+        let FreeFlight { optical_depth, random } = flight;
         let scatters = grid.track(tracked, optical_depth, random, |collision| {
             if !FROM_LIGHT && let Some(emission) = emission {
                 let albedo = collision.albedo.unwrap_or_else(|| grid.albedo_at(collision.p, lambda));
                 let absorbed = collision.real * (1.0 - albedo);
-                *emitted += self.carried_light(absorbed * emission.at(collision.p, lambda));
+                emitted += self.carried_light(absorbed * emission.at(collision.p, lambda));
             }
             if collision.albedo.is_some() {
                 length = collision.t;
             }
             self.weigh(collision.density, collision.albedo.unwrap_or(Vec4::ONE));
         });
-        FlightPiece { length, scatters, ..piece }
+        FlightPiece { length, scatters, emitted, ..piece }
     }
 
     /// Multiplies the throughput by the weight of a flight for which each lane has a density of this logarithm, times `kept`, the albedo at a
@@ -257,6 +250,8 @@ pub(in crate::tracer) struct FlightPiece {
     relative: WavelengthMis,
     /// The logarithm of that.
     ln_most: f32,
+    /// The light of the medium that a camera path finds on it, times what the path carries there.
+    pub(in crate::tracer) emitted: SampledSpectrum,
 }
 
 impl FlightPiece {

@@ -93,30 +93,55 @@ impl LineOfSight<'_> {
 
     /// What the media on it do at the wavelengths of a path.
     pub(in crate::tracer) fn media(&self, lambda: &SampledWavelengths, steps: MarchSteps) -> LineMedia {
-        let mut seen = LineMedia { transmittance: DVec4::ONE, scattered: DVec4::ZERO, moment: DVec4::ZERO };
-        for LinePiece { medium, ray, start, length } in &self.pieces {
-            let Some(Medium { kind, phase, .. }) = self.media.and_then(|media| media.get(*medium)) else {
-                continue;
-            };
-            let area = phase.along(ray.direction);
-            match kind {
-                MediumKind::Homogeneous(medium) => {
-                    seen.add(*start, *length, &medium.at(lambda, area.most()));
-                }
-                MediumKind::Grid(grid) => {
-                    let tracked = TrackedRay { ray: *ray, end: *length, area, lambda };
-                    grid.march(&tracked, steps, |[from, to], coefficients| {
-                        seen.add(start + from, to - from, &coefficients);
-                        seen.transmittance.max_element() < OPAQUE
-                    });
-                }
+        let mut seen = LineMedia::NONE;
+        self.pieces.iter().for_each(|piece| self.add_piece(piece, lambda, steps, &mut seen));
+        seen
+    }
+
+    /// The medium, and the ray within it, of the piece at whose end less than this `share` of the light is left, on average over the
+    /// wavelengths, and at whose beginning more was; `None` if that much is left in the end.
+    pub(in crate::tracer) fn piece_that_leaves(
+        &self,
+        share: f64,
+        lambda: &SampledWavelengths,
+        steps: MarchSteps,
+    ) -> Option<(MediumIndex, Ray)> {
+        let mut seen = LineMedia::NONE;
+        let ends_there = |piece: &&LinePiece| {
+            self.add_piece(piece, lambda, steps, &mut seen);
+            0.25 * seen.transmittance.element_sum() < share
+        };
+        self.pieces.iter().find(ends_there).map(|piece| (piece.medium, piece.ray))
+    }
+
+    /// Adds to `seen` what the medium of a piece does.
+    fn add_piece(
+        &self,
+        piece: &LinePiece,
+        lambda: &SampledWavelengths,
+        steps: MarchSteps,
+        seen: &mut LineMedia,
+    ) {
+        let LinePiece { medium, ray, start, length } = *piece;
+        let Some(Medium { kind, phase, .. }) = self.media.and_then(|media| media.get(medium)) else { return };
+        let area = phase.along(ray.direction);
+        match kind {
+            MediumKind::Homogeneous(medium) => seen.add(start, length, &medium.at(lambda, area.most())),
+            MediumKind::Grid(grid) => {
+                let tracked = TrackedRay { ray, end: length, area, lambda };
+                grid.march(&tracked, steps, |[from, to], coefficients| {
+                    seen.add(start + from, to - from, &coefficients);
+                    seen.transmittance.max_element() < OPAQUE
+                });
             }
         }
-        seen
     }
 }
 
 impl LineMedia {
+    /// Of a line of length 0.
+    const NONE: Self = Self { transmittance: DVec4::ONE, scattered: DVec4::ZERO, moment: DVec4::ZERO };
+
     /// Adds a part with these coefficients everywhere, which begins at the distance `start`.
     fn add(&mut self, start: f32, length: f32, coefficients: &Coefficients) {
         let (start, length) = (f64::from(start), f64::from(length));

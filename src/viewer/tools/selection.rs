@@ -6,6 +6,8 @@ use miette::Result;
 use crate::client::window::action::ActionQueue;
 use crate::client::window::keys::{ToolKey, Trigger, tool_key};
 use crate::client::window::panel::{PanelData, PanelTab, SectionPlace, style};
+use crate::scene::edit::medium_name;
+use crate::tracer::MediumPick;
 use crate::viewer::editor::parameters::{SceneParameter, Selection};
 use crate::viewer::tools::parameters;
 use crate::viewer::tools::tool::{Tool, ToolContext};
@@ -42,12 +44,24 @@ impl Tool for SelectionTool {
     }
 
     fn click(&mut self, place: [f64; 2], context: &mut ToolContext<'_>) -> Result<()> {
-        let pick = context.editor.pick(place, context.session.size());
-        context.editor.select(pick.map(|pick| pick.shape));
+        let size = context.session.size();
+        let medium = context.editor.pick_medium(place, size);
+        let shape = match medium {
+            Some(medium) => medium.shape,
+            None => context.editor.pick(place, size).map(|pick| pick.shape),
+        };
+        context.editor.select(shape);
         let layout = &context.panel.controls.layout;
         let hint = layout.is_open && !layout.shows(PanelTab::Scene) && !layout.shows(PanelTab::Inspect);
-        if let Some(selection) = context.editor.selection().filter(|selection| hint && selection.selected) {
-            context.panel.host.say(format!("{} is selected: the tab Scene changes it", selection.name));
+        let name = match (context.editor.selection(), medium) {
+            (Some(selection), _) if selection.selected => Some(format!("{} is selected", selection.name)),
+            (_, Some(MediumPick { medium, shape: None })) => {
+                Some(format!("Here is {}", medium_name(context.editor.desc(), medium)))
+            }
+            _ => None,
+        };
+        if let Some(name) = name.filter(|_| hint) {
+            context.panel.host.say(format!("{name}: the tab Scene changes it"));
         }
         Ok(())
     }

@@ -28,7 +28,7 @@ use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, InMedia, Recorded, Scattering, Smooth, Unmixed};
 use crate::tracer::light_groups::{GroupColors, LightCredits};
-use crate::tracer::medium::{FreeFlight, PathMedia};
+use crate::tracer::medium::FreeFlight;
 use crate::tracer::output::send_camera;
 use crate::tracer::record::PathEvent;
 use crate::tracer::specular_chain::SpecularChain;
@@ -36,6 +36,7 @@ use crate::tracer::subpath::{Subpath, SubpathVertex};
 use crate::tracer::walk::Walk;
 use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
+use super::direct_lighting::add_emitted_by_medium;
 use super::prefix::Prefix;
 use super::{Integrator, RenderContext};
 use connections::Candidates;
@@ -132,10 +133,9 @@ impl BidirectionalTracer {
         let (mut prefix, mut specular, mut chain) = (Prefix::CAMERA, false, SpecularChain::CAMERA);
         let mut flight = FreeFlight::of::<B>(scene, || sampler.flight(0));
         while subpath.walk.depth < longest {
-            let next = context.next_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight, |_| ());
-            if B::Media::PRESENT {
-                path.add_emitted_by_media::<B>(flight.take_emitted());
-            }
+            let next = context.next_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight, |piece| {
+                add_emitted_by_medium::<B, _>(&mut path.radiance, &mut path.credits, scene.lights(), &piece);
+            });
             let Some(hit) = next else {
                 if !(merging && prefix.is_merged())
                     && let Some(light) = context.environment(subpath.walk.depth)
