@@ -122,7 +122,7 @@ fn per_steradian(path: &CarriedLight, vertex: &SurfaceVertex<InMedia>, wi: Vec3)
     }
     let (eye, light) = if path.from_light { (wi, *wo) } else { (*wo, wi) };
     let Some((mut value, _)) = bsdf.eval(eye, light) else { return 0.0 };
-    if path.from_light {
+    if path.from_light && !hit.is_in_medium() {
         value *= to_geometric(vertex, wi);
     }
     let dispersion =
