@@ -137,7 +137,7 @@ fn what_can_be_changed_and_what_it_is_called() {
     assert_eq!(editable(&desc, 3)[0].value, NewValue::Number(1.5));
     assert_eq!(shape_name(&desc, 0), "floor");
     assert_eq!(shape_name(&desc, 1), "cube, example.xml:10");
-    let all: Vec<String> = lights(&desc).into_iter().map(|e| e.label).collect();
+    let all: Vec<String> = lights_and_media(&desc).into_iter().map(|e| e.label).collect();
     let [sky, bulb] = ["constant, example.xml:18", "bulb"];
     let of = |what: &str, light: &str| format!("{what} of {light}");
     let expected = [
@@ -150,7 +150,7 @@ fn what_can_be_changed_and_what_it_is_called() {
     assert_eq!(all, expected.map(|(light, what)| of(what, light)));
     // Every target has its line in the table, and bounds that it accepts.
     let of_shapes = (0..desc.shapes.len() as u32).flat_map(|i| editable(&desc, i));
-    for e in of_shapes.chain(lights(&desc)) {
+    for e in of_shapes.chain(lights_and_media(&desc)) {
         assert_eq!(e.target.get(&desc), Ok(e.value));
         e.target.check(e.value).unwrap();
         assert!(e.target.bounds()[0] < e.target.bounds()[1]);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::editable::essence;
 use pointillist::scene::desc::{MediumId, PhaseDesc};
-use pointillist::scene::edit::{Edits, NewValue, Target, editable, lights};
+use pointillist::scene::edit::{Edits, NewValue, Target, editable, lights_and_media};
 use pointillist::scene::{load, load_str};
 use pointillist::spectrum::Spectrum;
 
@@ -85,7 +85,7 @@ fn media_can_be_edited() {
             "density of medium \"fog\" (exterior, shared by 2 shapes)",
         ]
     );
-    assert!(lights(&desc).iter().any(|e| e.label.contains("around the camera")));
+    assert!(lights_and_media(&desc).iter().any(|e| e.label.contains("around the camera")));
     let (fog, other) = (MediumId(0), MediumId(1));
     assert_eq!(Target::Density(other).get(&desc), Ok(NewValue::Scale(1.0)));
     assert_eq!(Target::Asymmetry(fog).get(&desc), Ok(NewValue::Number(0.8)));

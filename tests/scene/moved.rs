@@ -121,7 +121,7 @@ fn moved_objects_are_traced_as_if_they_had_always_been_there() {
 fn everything(desc: &SceneDesc) -> Edits {
     let mut values = Vec::new();
     let of_shapes = (0..desc.shapes.len() as u32).flat_map(|i| editable(desc, i));
-    for (i, one) in of_shapes.chain(scene::edit::lights(desc)).enumerate() {
+    for (i, one) in of_shapes.chain(scene::edit::lights_and_media(desc)).enumerate() {
         let v = 0.1 + 0.7 * (i as f64 * 0.618).fract();
         let [low, high] = one.target.bounds();
         values.push((

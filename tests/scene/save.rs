@@ -174,7 +174,7 @@ fn every_object_is_found_again() {
     let desc = scene::load(&original, &[]).unwrap().desc;
     let mut edits = Edits::default();
     let of_shapes = (0..desc.shapes.len() as u32).flat_map(|i| editable(&desc, i));
-    for (i, e) in of_shapes.chain(lights(&desc)).enumerate() {
+    for (i, e) in of_shapes.chain(lights_and_media(&desc)).enumerate() {
         let v = (i + 1) as f64 / 17.0;
         let value = match e.value {
             NewValue::Scale(_) => NewValue::Scale(v),

@@ -19,7 +19,7 @@ pub(crate) mod target;
 
 use crate::scene::desc::{CameraDesc, SceneDesc};
 
-pub use objects::{Editable, editable, light_name, lights, material_name, medium_name, shape_name};
+pub use objects::{Editable, editable, light_name, lights_and_media, material_name, medium_name, shape_name};
 pub use save::SaveError;
 pub use target::{BsdfNumber, EditError, NewValue, Target};
 

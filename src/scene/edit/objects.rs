@@ -123,14 +123,17 @@ fn part_name(desc: &SceneDesc, part: &ShapeDesc) -> String {
     id.map_or_else(|| format!("the {}", part.kind.plugin()), str::to_owned)
 }
 
-/// The values of lights, other than shapes, that can be changed, and those of the medium that the camera is in.
-pub fn lights(desc: &SceneDesc) -> Vec<Editable> {
+/// The values of what has no surface that could be selected: lights other than shapes, and media.
+pub fn lights_and_media(desc: &SceneDesc) -> Vec<Editable> {
     let lights = (0..desc.lights.len() as u32)
         .flat_map(|i| of(desc, ObjectKind::Light, i, &format!(" of {}", light_name(desc, i))));
-    let medium = desc.camera.medium.into_iter();
-    let around =
-        medium.flat_map(|id| of(desc, ObjectKind::Medium, id.0, &medium_note(desc, id, "around the camera")));
-    lights.chain(around).collect()
+    let known = |i: &usize| *i < desc.media.len();
+    let media = desc.used_media().into_iter().filter(known).flat_map(|i| {
+        let id = MediumId(i as u32);
+        let place = if desc.camera.medium == Some(id) { " (around the camera)" } else { "" };
+        of(desc, ObjectKind::Medium, id.0, &format!(" of {}{place}", medium_name(desc, id)))
+    });
+    lights.chain(media).collect()
 }
 
 fn of(desc: &SceneDesc, object: ObjectKind, index: u32, note: &str) -> Vec<Editable> {

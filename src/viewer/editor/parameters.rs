@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::window::navigation::Pose;
-use crate::scene::edit::{Edits, NewValue, Target, editable, lights, shape_name};
+use crate::scene::edit::{Edits, NewValue, Target, editable, lights_and_media, shape_name};
 use crate::viewer::editor::transform::TransformDrag;
 use crate::viewer::editor::{EditorState, SceneEditor, SelectedShape};
 
@@ -73,12 +73,12 @@ pub enum ParameterValue {
 }
 
 impl SceneEditor {
-    /// The selected shape with its editable parameters. Without a selection: those of lights without a shape that could be clicked at, if
-    /// there are any.
+    /// The selected shape with its editable parameters. Without a selection: those of media, and of lights without a shape that could be clicked at,
+    /// if there are any.
     pub fn selection(&self) -> Option<Selection> {
         let editables = match self.selected {
             Some(SelectedShape { shape, .. }) => editable(self.original(), shape),
-            None => lights(self.original()),
+            None => lights_and_media(self.original()),
         };
         let step = 0.01 * self.pose().distance();
         let of = |value, target: Target| match value {
@@ -110,6 +110,7 @@ impl SceneEditor {
         let name = match self.selected {
             Some(SelectedShape { shape, .. }) => shape_name(self.original(), shape),
             None if parameters.is_empty() => return None,
+            None if self.original().has_media() => "Lights and media".to_owned(),
             None => "Lights".to_owned(),
         };
         Some(Selection { name, selected: self.selected.is_some(), parameters })
