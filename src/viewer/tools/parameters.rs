@@ -1,6 +1,6 @@
 //! Widgets for the editable parameters of the scene.
 
-use egui::{DragValue, Slider, SliderClamping, Ui};
+use egui::{DragValue, Label, RichText, Slider, SliderClamping, Ui};
 
 use crate::client::window::action::{Action, ActionQueue};
 use crate::client::window::panel::style;
@@ -22,7 +22,8 @@ pub fn show<A>(
             if ended {
                 queue.ask_window(Action::EndMove);
             }
-            ui.colored_label(style::DIM, &parameter.label);
+            // What is cut off at the edge of the panel is shown when the pointer rests on it.
+            ui.add(Label::new(RichText::new(&parameter.label).color(style::DIM)).truncate());
         });
     }
 }
