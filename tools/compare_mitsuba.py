@@ -64,6 +64,7 @@ def arguments():
     p.add_argument("--variant", default="scalar_spectral", help="Mitsuba's (scalar_spectral; scalar_rgb where it has no colours)")
     p.add_argument("--tolerance", type=float, default=0.001, help="relative difference that counts as none (0.001)")
     p.add_argument("--binary", help="the program (target/release/pointillist)")
+    p.add_argument("--integrator", metavar="NAME", help="of ours: handed on as it is (the method of the scene)")
     p.add_argument("--device", default="cpu", help="its --device (cpu)")
     p.add_argument("--out", help="folder for means and t values (target/compare_mitsuba/SCENE)")
     p.add_argument("--self-test", action="store_true", help="Mitsuba against itself: equal passes, 1 %% brighter fails")
@@ -178,6 +179,7 @@ def our_renderings(mi, a, scene, defines, size, spp, seeds):
             command = [binary, "render", str(scene), "-o", file, "--filter", "box", "--spp", str(spp)]
             command += ["--seed", str(seed), "--device", a.device, "--quiet"]
             command += ["--size", f"{size[0]}x{size[1]}"] if size else []
+            command += ["--integrator", a.integrator] if a.integrator else []
             for name, value in defines.items():
                 command += ["-D", f"{name}={value}"]
             done = subprocess.run(command, capture_output=True, text=True)

@@ -180,14 +180,14 @@ impl RenderContext {
     }
 
     /// The vertex that `walk` comes to along `ray`, whose direction has unit length: as [`closest`](Self::closest), or a point in a medium.
-    /// `record` receives each piece of the flight.
+    /// `record` receives each piece of the flight, and the walk at its end.
     #[inline(always)]
     pub(super) fn next_vertex<B: Scattering>(
         &self,
         walk: &mut Walk<false>,
         ray: &mut Ray,
         flight: &mut FreeFlight,
-        record: impl FnMut(FlightPiece),
+        record: impl FnMut(&Walk<false>, FlightPiece),
     ) -> Option<SurfaceInteraction> {
         if B::Media::PRESENT && self.on_boundary && walk.depth == 0 {
             walk.medium = self.scene.medium_ahead(ray);

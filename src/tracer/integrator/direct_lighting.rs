@@ -22,10 +22,11 @@ use crate::tracer::sampler::VertexNumbers;
 use crate::tracer::specular_chain::SpecularChain;
 use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::{Walk, is_rough_dispersion};
-use crate::tracer::{Sampler, Scene, mis};
+use crate::tracer::{Scene, mis};
 
 use super::RenderContext;
 use super::delta_chains::LightBehindDeltas;
+use super::lit_flight::LitFlight;
 
 /// Next-event estimation: samples a light from `vertex` and returns it with what it contributes, or `None` for nothing.
 ///
@@ -202,28 +203,27 @@ impl<C: LightCredits> PathState<C> {
 
     /// Traces `ray` to the next surface that it does not pass, or point in a medium, and returns that if the path goes on from there; `ray` then
     /// begins behind what it has passed. Emission that is found on the way is added if the path `takes` it.
-    /// `record` receives each piece of the flight.
+    /// `record` receives each piece of the flight, and the walk at its end.
     #[inline(always)]
     pub(super) fn arrive<B: Scattering>(
         &mut self,
         context: &RenderContext,
         ray: &mut Ray,
-        sampler: &Sampler,
+        mut flight: FreeFlight,
         takes: TakenEmission,
-        mut record: impl FnMut(FlightPiece),
+        mut record: impl FnMut(&Walk<false>, FlightPiece),
     ) -> Option<SurfaceInteraction> {
         let (scene, longest, wi) = (&context.scene, context.longest(), ray.direction);
         let lights = scene.lights();
         if self.walk.depth >= longest {
             return None;
         }
-        let mut flight = FreeFlight::of::<B>(scene, || sampler.flight(self.walk.depth));
         loop {
-            let next = context.next_vertex::<B>(&mut self.walk, ray, &mut flight, |piece| {
+            let next = context.next_vertex::<B>(&mut self.walk, ray, &mut flight, |walk, piece| {
                 if takes != TakenEmission::Nothing {
                     add_emitted_by_medium::<B, _>(&mut self.radiance, &mut self.credits, lights, &piece);
                 }
-                record(piece);
+                record(walk, piece);
             });
             if B::Media::PRESENT {
                 self.wavelength_weight = self.walk.wavelength_weight();
@@ -302,17 +302,21 @@ impl<C: LightCredits> PathState<C> {
         B::record(|| PathEvent::Radiance(self.radiance));
     }
 
-    /// Adds direct light at `vertex` by next-event estimation.
+    /// Adds direct light at `vertex` by next-event estimation. `flight` is the one that led there, where point lights are also sampled from
+    /// along that.
     #[inline]
     pub(super) fn add_direct<B: Scattering>(
         &mut self,
         scene: &Scene,
         vertex: &SurfaceVertex<B>,
         u: &VertexNumbers,
+        flight: Option<&LitFlight>,
     ) {
         let walk = self.walk;
         let direct = sample_direct(scene, vertex, u, (&walk).into(), |light, sample| {
-            self.unoccluded_contribution(scene.lights(), vertex, light, sample)
+            let flight = flight.filter(|_| B::Media::PRESENT && sample.delta);
+            let share = flight.map_or(1.0, |flight| flight.share(scene, light, sample));
+            self.unoccluded_contribution(scene.lights(), vertex, light, sample, share)
         });
         if let Some((light, direct)) = direct {
             self.radiance += direct;
@@ -320,21 +324,23 @@ impl<C: LightCredits> PathState<C> {
         }
     }
 
-    /// Unoccluded contribution of a light sample with its MIS weight; `None` for zero.
+    /// Unoccluded contribution of a light sample with its MIS weight; `None` for zero. `share` is what other distances at which the light is
+    /// sampled leave to this one.
     #[inline]
-    fn unoccluded_contribution<B: Scattering>(
+    pub(super) fn unoccluded_contribution<B: Scattering>(
         &mut self,
         lights: &Lights,
         vertex: &SurfaceVertex<B>,
         light: u32,
         sample: &LightSample,
+        share: f32,
     ) -> Option<SampledSpectrum> {
         let wi = vertex.frame.to_local(sample.wi);
         let (f, pdf) = vertex.bsdf.eval(vertex.wo, wi)?;
         if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
             return None;
         }
-        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
+        let weight = if sample.delta { share } else { mis::power(sample.pdf, pdf) };
         let at = sample.target.unwrap_or(Vec3::ZERO);
         let emission = self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda);
         let wavelength_weight = match vertex.bsdf.is_dispersive() {

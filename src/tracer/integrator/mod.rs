@@ -51,6 +51,7 @@ mod context;
 mod delta_chains;
 mod depth;
 mod direct_lighting;
+mod lit_flight;
 mod particle;
 mod path;
 mod photon;

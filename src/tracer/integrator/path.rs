@@ -30,7 +30,9 @@ use crate::spectrum::SampledSpectrum;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, InMedia, Recorded, Scattering, Smooth, Unmixed};
+use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::{FreeFlight, PathMedia};
 use crate::tracer::output::send_camera;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
@@ -39,6 +41,7 @@ use crate::tracer::walk::Walk;
 use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::direct_lighting::{PathState, Splitting, TakenEmission};
+use super::lit_flight::LitFlight;
 use super::{Integrator, RenderContext};
 
 /// From this albedo on, at one of the wavelengths of the path, a diffuse surface is bright enough for two branches. It is no round
@@ -104,20 +107,46 @@ impl PathTracer {
     #[inline]
     fn follow<B: Scattering>(&self, path: &mut PathState<B::Credits>, mut ray: Ray, sampler: &Sampler) {
         let scene = &self.context.scene;
-        while let Some(hit) = path.arrive::<B>(&self.context, &mut ray, sampler, TakenEmission::All, |_| ()) {
+        while let (Some(hit), lit) = self.fly::<B>(path, &mut ray, sampler) {
             let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda, path.walk.medium);
             B::record(|| PathEvent::Meets((&path.walk).into(), hit));
             let u = sampler.vertex(path.walk.depth - 1);
             if !vertex.bsdf.is_delta() {
                 if path.splits() {
-                    return self.split(path, &vertex, sampler);
+                    return self.split(path, &vertex, sampler, lit.as_ref());
                 }
-                path.add_direct(scene, &vertex, &u);
+                path.add_direct(scene, &vertex, &u, lit.as_ref());
             }
             let Some(next) = self.scatter(path, &vertex, sampler, &u) else { return };
             ray = next;
         }
         B::record(|| PathEvent::Leaves((&path.walk).into()));
+    }
+
+    /// Flies along `ray` to the next vertex and returns it with the flight that is [lit](LitFlight) and ends there, if it is. The light of point
+    /// lights along that is added.
+    #[inline(always)]
+    fn fly<B: Scattering>(
+        &self,
+        path: &mut PathState<B::Credits>,
+        ray: &mut Ray,
+        sampler: &Sampler,
+    ) -> (Option<SurfaceInteraction>, Option<LitFlight>) {
+        let RenderContext { scene, .. } = &self.context;
+        let depth = path.walk.depth;
+        let flight = FreeFlight::of::<B>(scene, || sampler.flight(depth));
+        if !B::Media::PRESENT || scene.lights().points().is_none() || depth + 1 >= self.context.longest() {
+            let hit = path.arrive::<B>(&self.context, ray, flight, TakenEmission::All, |_, _| ());
+            return (hit, None);
+        }
+        let (mut before, mut first) = (path.walk, None);
+        let hit = path.arrive::<B>(&self.context, ray, flight.whole(), TakenEmission::All, |walk, piece| {
+            first = first.or_else(|| LitFlight::new(scene, before, piece));
+            before = *walk;
+        });
+        let Some(lit) = first else { return (hit, None) };
+        lit.add_direct::<B>(scene, path, sampler.along_flight(depth));
+        (hit, Some(lit).filter(LitFlight::scatters))
     }
 
     /// Takes the light samples of `vertex` and goes on from there in branches.
@@ -126,13 +155,14 @@ impl PathTracer {
         path: &mut PathState<B::Credits>,
         vertex: &SurfaceVertex<B>,
         sampler: &Sampler,
+        flight: Option<&LitFlight>,
     ) {
         let scene = &self.context.scene;
         let splits = Splits::at(scene, vertex);
         let mut lit = path.branch(1 << splits.lights);
         for number in 0..1 << splits.lights {
             let u = sampler.branch(number, splits.lights).vertex(path.walk.depth - 1);
-            lit.add_direct(scene, vertex, &u);
+            lit.add_direct(scene, vertex, &u, flight);
         }
         path.join(&lit);
         for number in 0..1 << splits.branches {

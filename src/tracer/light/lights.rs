@@ -20,6 +20,7 @@ use crate::tracer::shape::SurfacePoint;
 
 use super::casters::{AIMED, CausticCasters};
 use super::emission::{Emission, EmissionOrigin, EmissionPdf};
+use super::points::PointLights;
 use super::sample::{LightSample, LightSampleContext};
 use super::selector::LightSelector;
 use super::shapes::{Light, with_light};
@@ -38,6 +39,8 @@ pub struct Lights {
     selector: LightSelector,
     /// The environment, if there is one.
     environment: Option<u32>,
+    /// Those that are points, if there are such.
+    points: Option<PointLights>,
     /// The sphere around the scene.
     scene: BoundingSphere,
     /// The caustic casters at which light subpaths are aimed.
@@ -65,8 +68,9 @@ impl Lights {
         let found: Vec<f32> = lights.iter().zip(weights).map(found).collect();
         let selector = LightSelector::new(&lights, &found, scene);
         let environment = lights.iter().position(Light::is_environment).map(|i| i as u32);
+        let points = PointLights::of(&lights, &found);
         let casters = CausticCasters::default();
-        Self { by_power, selector, lights, spectra, environment, scene, casters, groups: None }
+        Self { by_power, selector, lights, spectra, environment, points, scene, casters, groups: None }
     }
 
     /// The same lights, whose [aimed](Lights::emit_aimed) rays go to these casters.
@@ -117,6 +121,12 @@ impl Lights {
         self.environment
     }
 
+    /// The lights that are points, if there are such.
+    #[inline]
+    pub fn points(&self) -> Option<&PointLights> {
+        self.points.as_ref()
+    }
+
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.lights.len()
@@ -154,6 +164,15 @@ impl Lights {
             sample.pdf.0 *= probability;
         }
         Some((light, sample))
+    }
+
+    /// The only direction from a lit point to a light that is a point, with the density of [`Lights::sample_by_contribution`]; `None` where the
+    /// light does not shine there.
+    #[inline]
+    pub fn sample_of(&self, light: u32, at: LightSampleContext) -> Option<LightSample> {
+        let mut sample = with_light!(&self.lights[light as usize].shape, l => l.sample(at, [0.0; 2]))?;
+        sample.pdf.0 *= self.probability(light, at);
+        Some(sample)
     }
 
     /// As [`Lights::sample`], where `contribution` is what a sample contributes if nothing occludes it, MIS weight and all, or

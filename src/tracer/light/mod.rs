@@ -9,6 +9,7 @@
 //! lights      all lights of a scene: sampling one from a lit point, and the density of a direction; rays that leave lights, and
 //!             their densities: how light subpaths begin
 //! subtended rectangle spherical_triangle               points on flat lights that are close by
+//! points      the lights that are points, among which paths in a medium choose
 //! casters     what light subpaths are aimed at
 //! selector    which light a point samples: one, few that are all looked at, or a tree of them
 //! tree        the tree of many lights
@@ -44,6 +45,7 @@ mod environment;
 mod flat;
 mod lights;
 mod point;
+mod points;
 mod projector;
 mod rectangle;
 mod sample;
@@ -66,6 +68,7 @@ pub use environment::{ConstantLight, DirectionSampling, EnvironmentMap};
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
 pub use lights::Lights;
 pub use point::PointLight;
+pub use points::{ChosenPoint, PointLights};
 pub use projector::ProjectorLight;
 pub use sample::{LightSample, LightSampleContext};
 pub use shapes::{Light, LightShape};

@@ -37,6 +37,10 @@ pub(super) fn sample_point(position: Vec3, at: Vec3) -> Option<LightSample> {
 }
 
 impl LightSource for PointLight {
+    fn position(&self) -> Option<Vec3> {
+        Some(self.position)
+    }
+
     #[inline]
     fn sample(&self, at: LightSampleContext, _: [f32; 2]) -> Option<LightSample> {
         sample_point(self.position, at.p)

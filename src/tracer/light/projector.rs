@@ -92,6 +92,10 @@ impl ProjectorLight {
 }
 
 impl LightSource for ProjectorLight {
+    fn position(&self) -> Option<Vec3> {
+        Some(self.position)
+    }
+
     #[inline(never)]
     fn sample(&self, at: LightSampleContext, _: [f32; 2]) -> Option<LightSample> {
         sample_point(self.position, at.p).filter(|sample| self.place(-sample.wi).is_some())

@@ -59,6 +59,12 @@ pub trait LightSource {
         self.factor(p, -direction, lambda)
     }
 
+    /// Where it is, if it is a point.
+    #[inline]
+    fn position(&self) -> Option<Vec3> {
+        None
+    }
+
     /// True if each of its points emits in one direction only: neither next-event estimation nor a hit finds its light, but
     /// light subpaths do.
     fn is_beam(&self) -> bool {

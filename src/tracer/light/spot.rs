@@ -100,6 +100,10 @@ impl SpotLight {
 }
 
 impl LightSource for SpotLight {
+    fn position(&self) -> Option<Vec3> {
+        Some(self.position)
+    }
+
     #[inline]
     fn sample(&self, at: LightSampleContext, _: [f32; 2]) -> Option<LightSample> {
         sample_point(self.position, at.p).filter(|sample| self.falloff(-sample.wi) > 0.0)

@@ -28,6 +28,8 @@ pub struct FreeFlight {
     optical_depth: f64,
     /// Decides collisions on grids.
     random: Random,
+    /// The distance to the next surface is asked for wherever the flight ends.
+    whole: bool,
 }
 
 impl FreeFlight {
@@ -36,7 +38,12 @@ impl FreeFlight {
     pub fn of<B: Scattering>(scene: &Scene, u: impl FnOnce() -> f64) -> Self {
         let u = if B::Media::PRESENT && scene.media().is_some() { u() } else { 0.0 };
         let random = Random(mix(u.to_bits()));
-        Self { optical_depth: -(-u).ln_1p(), random }
+        Self { optical_depth: -(-u).ln_1p(), random, whole: false }
+    }
+
+    /// The same flight, of which each piece knows the distance to the next surface.
+    pub fn whole(self) -> Self {
+        Self { whole: true, ..self }
     }
 }
 
@@ -44,7 +51,7 @@ impl Scene {
     /// The first vertex on `ray`, whose direction has unit length: a surface at which `meets` is true, given how much of it is there, or a
     /// point in a medium. `ray` then begins behind what it has passed, and `walk` is in the medium there and has the weight of the way.
     ///
-    /// One surface more than [`MOST_PASSED`] is met. `record` receives each piece of the flight.
+    /// One surface more than [`MOST_PASSED`] is met. `record` receives each piece of the flight, and the walk at its end.
     pub(in crate::tracer) fn fly<const FROM_LIGHT: bool>(
         &self,
         media: &Media,
@@ -52,7 +59,7 @@ impl Scene {
         flight: &mut FreeFlight,
         ray: &mut Ray,
         meets: impl Fn(&Ray, &SurfaceInteraction, f32) -> bool,
-        mut record: impl FnMut(FlightPiece),
+        mut record: impl FnMut(&Walk<FROM_LIGHT>, FlightPiece),
     ) -> Option<SurfaceInteraction> {
         let mut passed = 0;
         loop {
@@ -63,7 +70,7 @@ impl Scene {
             if let Some(medium) = medium {
                 let end = at.map_or(ray.t_max, |at| at.hit.t);
                 let piece = walk.fly_through(medium, flight, ray, end);
-                record(piece);
+                record(walk, piece);
                 if piece.scatters {
                     let p = ray.origin + ray.direction * piece.length;
                     let p = at.map_or(p, |at| at.keep_before(p));
@@ -97,7 +104,7 @@ impl Scene {
     ) -> Option<SurfaceInteraction> {
         match self.media().filter(|_| B::Media::PRESENT) {
             None => self.closest(ray),
-            Some(media) => self.fly(media, walk, flight, ray, meets, |_| ()),
+            Some(media) => self.fly(media, walk, flight, ray, meets, |_, _| ()),
         }
     }
 }
@@ -108,7 +115,7 @@ impl Medium {
     fn reach(&self, ray: &Ray, flight: &FreeFlight, lambda: &SampledWavelengths) -> f32 {
         match &self.kind {
             // What it emits up to the surface counts.
-            _ if self.emission.is_some() => f32::INFINITY,
+            _ if self.emission.is_some() || flight.whole => f32::INFINITY,
             MediumKind::Homogeneous(medium) if !medium.only_absorbs() => {
                 let area = self.phase.along(ray.direction).most();
                 let free = (flight.optical_depth / f64::from(medium.at(lambda, area).extinction.x)) as f32;
@@ -129,6 +136,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
             origin: ray.origin,
             direction: ray.direction,
             area: area.most(),
+            end,
             length: end,
             scatters: false,
             relative: WavelengthMis::ALL,
@@ -189,7 +197,7 @@ impl<const FROM_LIGHT: bool> Walk<FROM_LIGHT> {
     ) -> FlightPiece {
         let TrackedRay { lambda, .. } = tracked;
         let FlightPiece { mut length, mut emitted, .. } = piece;
-        let FreeFlight { optical_depth, random } = flight;
+        let FreeFlight { optical_depth, random, .. } = flight;
         let scatters = grid.track(tracked, optical_depth, random, |collision| {
             if !FROM_LIGHT && let Some(emission) = emission {
                 let albedo = collision.albedo.unwrap_or_else(|| grid.albedo_at(collision.p, lambda));
@@ -242,6 +250,9 @@ pub(in crate::tracer) struct FlightPiece {
     pub(in crate::tracer) direction: Vec3,
     /// The projected area of the particles in its direction; a bound of that on a grid.
     area: f32,
+    /// The distance from there to the next surface; not known where the medium scatters the path before, unless the flight is
+    /// [whole](FreeFlight::whole).
+    pub(in crate::tracer) end: f32,
     /// How long it is.
     pub(in crate::tracer) length: f32,
     /// It ends with a scattering.
@@ -254,7 +265,36 @@ pub(in crate::tracer) struct FlightPiece {
     pub(in crate::tracer) emitted: SampledSpectrum,
 }
 
+impl Walk<false> {
+    /// This walk, which is where `piece` begins, if it is scattered on that at the distance `t` from there, and the density of this per length
+    /// for the hero; `None` where that has no closed form.
+    pub(in crate::tracer) fn scattered_on(
+        mut self,
+        piece: &FlightPiece,
+        media: &Media,
+        t: f32,
+    ) -> Option<(Self, f32)> {
+        let MediumKind::Homogeneous(medium) = &media.get(piece.medium)?.kind else { return None };
+        let piece = FlightPiece { length: t, scatters: true, ..*piece };
+        let (density, kept) = piece.density(&medium.at(&self.lambda, piece.area));
+        self.medium = piece.medium;
+        self.weigh(density, kept);
+        Some((self, density.x.exp()))
+    }
+}
+
 impl FlightPiece {
+    /// True where the density of its length has a closed form and is not 0: in a homogeneous medium that scatters.
+    pub(in crate::tracer) fn has_density(&self, media: &Media) -> bool {
+        let kind = media.get(self.medium).map(|medium| &medium.kind);
+        matches!(kind, Some(MediumKind::Homogeneous(medium)) if !medium.only_absorbs())
+    }
+
+    /// True where it ends with a scattering.
+    pub(in crate::tracer) fn scatters(&self) -> bool {
+        self.scatters
+    }
+
     /// The logarithm of the density with which each lane would choose it, and the share of light that is left after it.
     #[inline]
     fn density(&self, coefficients: &Coefficients) -> (Vec4, Vec4) {

@@ -84,6 +84,15 @@ pub struct LightNumbers {
     pub aim: f32,
 }
 
+/// Random numbers for a light that is sampled from somewhere along a flight, all in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct FlightNumbers {
+    /// Selects the light.
+    pub light_choice: f64,
+    /// Distance along the flight.
+    pub distance: f32,
+}
+
 /// Random numbers for one vertex of a path, all in [0, 1).
 #[derive(Clone, Copy, Debug)]
 pub struct VertexNumbers {
@@ -202,8 +211,20 @@ impl Sampler {
     /// The number of the free flight to vertex `depth`, in (0, 1).
     #[inline]
     pub fn flight(&self, depth: u32) -> f64 {
+        unit_f64(self.flight_block(depth)[0])
+    }
+
+    /// The other numbers for the flight to vertex `depth`.
+    #[inline]
+    pub fn along_flight(&self, depth: u32) -> FlightNumbers {
+        let point = self.flight_block(depth);
+        FlightNumbers { light_choice: unit_f64(point[1]), distance: unit_f32(point[2]) }
+    }
+
+    #[inline(always)]
+    fn flight_block(&self, depth: u32) -> Coordinates {
         let point = self.visit.block(FLIGHT_BLOCKS[0] + depth);
-        unit_f64(self.branch.map_or(point, |branch| branch.of(point))[0])
+        self.branch.map_or(point, |branch| branch.of(point))
     }
 
     #[inline(always)]

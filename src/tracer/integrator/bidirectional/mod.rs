@@ -133,7 +133,7 @@ impl BidirectionalTracer {
         let (mut prefix, mut specular, mut chain) = (Prefix::CAMERA, false, SpecularChain::CAMERA);
         let mut flight = FreeFlight::of::<B>(scene, || sampler.flight(0));
         while subpath.walk.depth < longest {
-            let next = context.next_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight, |piece| {
+            let next = context.next_vertex::<B>(&mut subpath.walk, &mut ray, &mut flight, |_, piece| {
                 add_emitted_by_medium::<B, _>(&mut path.radiance, &mut path.credits, scene.lights(), &piece);
             });
             let Some(hit) = next else {

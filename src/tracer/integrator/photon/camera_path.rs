@@ -12,7 +12,7 @@ use crate::tracer::integrator::direct_lighting::{PathState, Splitting, TakenEmis
 use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
-use crate::tracer::medium::{FlightPiece, Media, PathMedia};
+use crate::tracer::medium::{FlightPiece, FreeFlight, Media, PathMedia};
 use crate::tracer::photon_map::{Disc, Lookup, Photon, PhotonLayer, Snapshot};
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::VertexNumbers;
@@ -216,11 +216,12 @@ impl<C: LightCredits> CameraPath<'_, C> {
         takes: TakenEmission,
     ) -> Option<SurfaceInteraction> {
         let Self { tracer, state, scratch, flights, .. } = self;
-        let record = |piece: FlightPiece| {
+        let record = |_: &_, piece: FlightPiece| {
             *flights = piece.and(*flights);
             scratch.steps.push(RecordedStep::Flight(piece));
         };
-        state.arrive::<B>(&tracer.context, ray, sampler, takes, record)
+        let flight = FreeFlight::of::<B>(&tracer.context.scene, || sampler.flight(state.walk.depth));
+        state.arrive::<B>(&tracer.context, ray, flight, takes, record)
     }
 
     /// Goes on with the hero alone where a flight has parted the wavelengths.
@@ -263,7 +264,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
             return self.scatter(&vertex, diffuse, u);
         }
         if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
-            self.state.add_direct(scene, &vertex, u);
+            self.state.add_direct(scene, &vertex, u, None);
         }
         if diffuse {
             // Photons in a medium were gathered along the flight.

@@ -1,0 +1,164 @@
+//! Equiangular distances: next-event estimation to a point light from a medium, at a distance along a flight that is chosen with a density
+//! proportional to 1/r² (Kulla and Fajardo, *Importance Sampling Techniques for Path Tracing in Participating Media*, EGSR 2012, §4.1).
+//!
+//! A free flight ends seldom near the light, where 1/r² is large: with it alone the variance is infinite. Both strategies find the same path,
+//! and the weights of [`wavelength_mis`](crate::tracer::wavelength_mis) depend on the path alone, so that their MIS weights are those of the hero:
+//! with the balance heuristic both contribute what the free flight alone would, times [`LitFlight::share`].
+//!
+//! The density of a flight must be known, as it is in a homogeneous medium, and the distance to the next surface must not depend on
+//! where the flight ends. One piece of each flight is lit so: the first in a homogeneous medium that scatters.
+
+use glam::Vec3;
+
+use crate::math::pdf::PdfW;
+use crate::tracer::Scene;
+use crate::tracer::bsdf::Scattering;
+use crate::tracer::interaction::SurfaceInteraction;
+use crate::tracer::light::{ChosenPoint, LightSample};
+use crate::tracer::light_groups::LightCredits;
+use crate::tracer::medium::FlightPiece;
+use crate::tracer::sampler::FlightNumbers;
+use crate::tracer::vertex::SurfaceVertex;
+use crate::tracer::walk::Walk;
+
+use super::direct_lighting::PathState;
+
+/// A piece of a flight along which a point light is sampled, and the walk before it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LitFlight {
+    before: Walk<false>,
+    piece: FlightPiece,
+}
+
+/// The distances along a ray, seen from a point.
+#[derive(Clone, Copy, Debug)]
+struct Equiangular {
+    /// Distance along the ray of the place next to the point.
+    nearest: f64,
+    /// Distance of the point from there.
+    height: f64,
+    /// Angles at the point between the directions to that place and to the beginning and the end of the ray.
+    angles: [f64; 2],
+}
+
+impl Equiangular {
+    /// Those up to `end` along `direction`, of unit length; `None` where the ray goes through the point.
+    fn new(origin: Vec3, direction: Vec3, end: f32, point: Vec3) -> Option<Self> {
+        let (to, direction) = ((point - origin).as_dvec3(), direction.as_dvec3());
+        let nearest = to.dot(direction);
+        let height = (to - direction * nearest).length();
+        let angle = |t: f64| (t - nearest).atan2(height);
+        let angles = [angle(0.0), angle(f64::from(end))];
+        (height > 0.0 && angles[1] > angles[0]).then_some(Self { nearest, height, angles })
+    }
+
+    /// The distance chosen by `u` in [0, 1).
+    fn sample(&self, u: f64) -> f64 {
+        let [first, last] = self.angles;
+        self.nearest + self.height * (first + u * (last - first)).tan()
+    }
+
+    /// The density of the distance `t`.
+    fn pdf(&self, t: f64) -> f64 {
+        let [first, last] = self.angles;
+        let along = t - self.nearest;
+        self.height / ((last - first) * (self.height * self.height + along * along))
+    }
+}
+
+impl LitFlight {
+    /// The piece of a flight of a walk, which was `before` there; `None` where its density is not known or nothing is scattered.
+    pub(super) fn new(scene: &Scene, before: Walk<false>, piece: FlightPiece) -> Option<Self> {
+        scene.media().filter(|media| piece.has_density(media)).map(|_| Self { before, piece })
+    }
+
+    /// True where the walk is scattered on this piece.
+    pub(super) fn scatters(&self) -> bool {
+        self.piece.scatters()
+    }
+
+    /// The share that next-event estimation at the end of the flight has of the light of `sample`, of the point light `light`.
+    #[inline]
+    pub(super) fn share(&self, scene: &Scene, light: u32, sample: &LightSample) -> f32 {
+        let FlightPiece { origin, direction, end, length, .. } = self.piece;
+        let point = scene.lights().points().and_then(|points| points.of_light(light));
+        let (Some(point), Some(media)) = (point, scene.media()) else { return 1.0 };
+        let Some(distances) = Equiangular::new(origin, direction, end, point.position) else { return 1.0 };
+        let Some((_, density)) = self.before.scattered_on(&self.piece, media, length) else { return 1.0 };
+        share_of_flight(density, sample.pdf, &distances, &point, length)
+    }
+
+    /// Adds the light of a point light that is scattered on this piece first, at an equiangular distance, to `path`.
+    pub(super) fn add_direct<B: Scattering>(
+        &self,
+        scene: &Scene,
+        path: &mut PathState<B::Credits>,
+        numbers: FlightNumbers,
+    ) {
+        let lights = scene.lights();
+        let (Some(points), Some(media)) = (lights.points(), scene.media()) else { return };
+        let FlightPiece { origin, direction, end, medium, .. } = self.piece;
+        let point = points.choose(numbers.light_choice);
+        let Some(distances) = Equiangular::new(origin, direction, end, point.position) else { return };
+        let t = distances.sample(numbers.distance.into()) as f32;
+        if !(t >= 0.0 && t < end) {
+            return;
+        }
+        let Some((walk, density)) = self.before.scattered_on(&self.piece, media, t) else { return };
+        let hit = SurfaceInteraction::in_medium(origin + direction * t, -direction, t);
+        let vertex = SurfaceVertex::<B>::new(scene, hit, &walk.lambda, medium);
+        let Some(sample) = lights.sample_of(point.light, vertex.light_context()) else { return };
+        let mut scattered = path.alone(Walk { depth: walk.depth + 1, ..walk });
+        scattered.wavelength_weight = walk.wavelength_weight();
+        let share = share_of_flight(density, sample.pdf, &distances, &point, t);
+        if let Some(value) = scattered.unoccluded_contribution(lights, &vertex, point.light, &sample, share) {
+            let direct = value * vertex.light_factor(scene, point.light, &sample, (&walk).into());
+            path.radiance += direct;
+            path.credits.add(lights, point.light, direct);
+        }
+    }
+}
+
+/// The balance heuristic for a free flight that ends at the distance `t` with this `density` and samples the light there with the probability `pdf`,
+/// against the choice of the light first and an equiangular distance then.
+fn share_of_flight(density: f32, pdf: PdfW, distances: &Equiangular, point: &ChosenPoint, t: f32) -> f32 {
+    let flight = f64::from(density * pdf.0);
+    let equiangular = distances.pdf(t.into()) * f64::from(point.probability);
+    // Far from the light, where both underflow, nothing is lost.
+    if flight > 0.0 { (flight / (flight + equiangular)) as f32 } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The density is that of the samples: over equal steps of `u` its integral grows by equal steps, up to 1 at the end, from beside the
+    /// light, far from it, and where a ray has no end.
+    #[test]
+    fn distances_have_their_density() {
+        for (point, end) in [
+            (Vec3::new(0.3, 0.0, 1.0), 2.0),
+            (Vec3::new(1e-4, 0.0, 1.0), 2.0),
+            (Vec3::new(2.0, 1.0, -3.0), 5.0),
+            (Vec3::new(0.5, 0.0, 4.0), f32::INFINITY),
+        ] {
+            let distances =
+                Equiangular::new(Vec3::ZERO, Vec3::Z, end, point).expect("the point is beside the ray");
+            let places: Vec<f64> = (0..=1000).map(|i| distances.sample(f64::from(i) * 1e-3)).collect();
+            let mut finite = places.windows(2).filter(|step| step[1] < 1e6);
+            assert!(places[0].abs() < 1e-6, "{}", places[0]);
+            assert!(end.is_infinite() || (places[1000] - f64::from(end)).abs() < 1e-6, "{}", places[1000]);
+            assert!(finite.all(|step| {
+                // Simpson's rule.
+                let [a, b] = [step[0], step[1]];
+                let mean = distances.pdf(a) + 4.0 * distances.pdf(0.5 * (a + b)) + distances.pdf(b);
+                let share = (b - a) * mean / 6.0;
+                (share - 1e-3).abs() < 2e-5 || b > 20.0
+            }));
+        }
+        assert!(
+            Equiangular::new(Vec3::ZERO, Vec3::Z, 2.0, Vec3::Z).is_none(),
+            "the ray goes through the light"
+        );
+    }
+}
