@@ -120,15 +120,17 @@ fn a_chromatic_cloud() {
     assert_all_pairs("chromatic", &floor_and("", &(ball(NULL, &cloud) + POINT)), PLAN, PHOTONS);
 }
 
-/// A point and a spot in fog of colours that has no end, with the camera in it: camera paths sample them along their flights as well.
+/// A point light within a box of fog of colours: camera paths sample it along their flights as well.
 #[test]
-fn points_in_chromatic_fog() {
-    let fog = "<medium type='homogeneous' id='fog'><rgb name='sigma_t' value='.15 .3 .6'/><float name='albedo' value='.8'/>\
-               <phase type='hg'><float name='g' value='.5'/></phase></medium>";
-    let spot = "<emitter type='spot'><rgb name='intensity' value='20 18 15'/><float name='cutoff_angle' value='25'/>\
-                <transform name='to_world'><lookat origin='-1.2, -.5, 2' target='.3, .3, .3' up='0, 1, 0'/></transform></emitter>";
-    let more = fog.to_owned() + POINT + spot + &ball("", "");
-    assert_all_pairs("points in fog", &floor_and("<ref id='fog'/>", &more), PLAN, PHOTONS);
+fn a_point_in_chromatic_fog() {
+    let fog = medium(
+        "interior",
+        "<rgb name='sigma_t' value='.15 .3 .6'/><float name='albedo' value='.8'/><phase type='hg'><float name='g' value='.5'/></phase>",
+    );
+    let fog = format!(
+        "<shape type='cube'><transform name='to_world'><scale x='2' y='2' z='2'/><translate z='1.5'/></transform>{NULL}{fog}</shape>"
+    );
+    assert_all_pairs("point in fog", &floor_and("", &(fog + POINT + &ball("", ""))), PLAN, PHOTONS);
 }
 
 /// A grid of densities in a box, lit by a lamp and a sky.
