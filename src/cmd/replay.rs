@@ -197,9 +197,10 @@ impl PathReport<'_> {
                 };
                 format!("sampled from {} by ({}, {}; {lobe}): {what}", vector(*wo), u.x, u.y)
             }
-            PathEvent::Light { light, sample, value, visible } => format!(
-                "light sample of {} along {}: density {:e}, contributes {}, visible {visible}",
+            PathEvent::Light { from, light, sample, value, visible } => format!(
+                "light sample of {} from ({}) along {}: density {:e}, contributes {}, visible {visible}",
                 rejected::light(self.desc, self.scene, *light),
+                self.scene.space().world_point(*from),
                 vector(sample.wi),
                 sample.pdf.0,
                 spectrum(*value)

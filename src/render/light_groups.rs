@@ -86,12 +86,6 @@ pub fn plan(asked: &[NamedGroup], run: &RunSpec, desc: &SceneDesc, scene: &Scene
             "--light-groups: the scene has no emitter"
         ));
     }
-    if desc.has_emissive_media() {
-        return Err(miette::miette!(
-            help = "leave it out by --effects -emissive-media, or leave --light-groups away",
-            "--light-groups: the light that media emit is of no group"
-        ));
-    }
     let groups = match asked.is_empty() {
         true => light_groups::each(emitters, &scene.lights().power_shares()),
         false => light_groups::named(emitters, asked)

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::desc::{Place, SceneDesc};
+use super::desc::{Name, Place, SceneDesc};
 use super::limits::LIGHT_GROUPS as MOST_GROUPS;
 use super::suggest;
 
@@ -88,9 +88,9 @@ pub fn emitters(desc: &SceneDesc) -> Vec<Emitter> {
     if desc.has_emissive_media() {
         let first = all.len();
         for i in desc.used_media() {
-            let (Some(medium), Some(name)) = (desc.media.get(i), desc.names.media.get(i)) else { continue };
-            if medium.shines() {
-                all.push((first + i, (name.place, name.id.clone(), medium.plugin())));
+            if let Some(medium) = desc.media.get(i).filter(|medium| medium.shines()) {
+                let Name { id, place } = desc.names.media.get(i).cloned().unwrap_or_default();
+                all.push((first + i, (place, id, medium.plugin())));
             }
         }
     }

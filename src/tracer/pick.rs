@@ -7,6 +7,7 @@ use crate::spectrum::SampledWavelengths;
 
 use super::Scene;
 use super::accel::Ray;
+use super::interaction::SurfaceInteraction;
 use super::medium::{MarchSteps, MediumIndex};
 
 /// Where more light than this gets through, a hole or a medium is looked through.
@@ -32,7 +33,7 @@ pub struct MediumPick {
     /// The medium.
     pub medium: MediumId,
     /// The shape through which the ray came into it, an index into [`SceneDesc::shapes`](crate::scene::SceneDesc::shapes); `None` where the
-    /// ray begins in the medium.
+    /// ray begins in the medium, or comes into it from a shape that does not name it.
     pub shape: Option<u32>,
 }
 
@@ -53,11 +54,16 @@ impl Scene {
     pub fn pick_medium(&self, ray: &Ray, mut medium: MediumIndex) -> Option<MediumPick> {
         let (_, line) = self.look(&mut ray.clone(), &mut medium, |_, _, opacity| opacity >= SEEN_THROUGH);
         let lambda = SampledWavelengths::sample(WAVELENGTHS);
-        let (medium, inside) = line.piece_that_leaves(SEEN_THROUGH.into(), &lambda, MarchSteps::Cells)?;
-        // The piece begins at the camera or just behind the boundary that it came through.
-        let begins_there = inside.origin == ray.origin;
-        let entered = || self.first(&Ray::new(inside.origin, -inside.direction));
-        let shape = if begins_there { None } else { entered().map(|at| self.shape(&at)) };
-        Some(MediumPick { medium: medium.id()?, shape })
+        let (medium, inside) = line.medium_that_leaves(SEEN_THROUGH.into(), &lambda, MarchSteps::Cells)?;
+        // It begins at the camera or just behind the boundary that the line came through.
+        let entered = self.first(&Ray::new(inside.origin, -inside.direction));
+        let holds = |at: &SurfaceInteraction| {
+            inside.origin != ray.origin
+                && self
+                    .media()
+                    .and_then(|media| media.interface(at.surface))
+                    .is_some_and(|sides| sides.contains(&medium))
+        };
+        Some(MediumPick { medium: medium.id()?, shape: entered.filter(holds).map(|at| self.shape(&at)) })
     }
 }

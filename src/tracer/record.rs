@@ -50,8 +50,10 @@ pub enum PathEvent {
         /// The sample; `None` where the path ends.
         sample: Option<BsdfSample>,
     },
-    /// A light was sampled from the last vertex.
+    /// A light was sampled from the last vertex, or before the next one from a point along the flight to that.
     Light {
+        /// The point that it lights.
+        from: Vec3,
         /// Its number.
         light: u32,
         /// The sample.

@@ -242,8 +242,7 @@ impl SceneEditor {
     /// Medium that hides what is behind it at a position of a picture of this size, both in pixels.
     pub fn pick_medium(&self, at: [f64; 2], size: [u32; 2]) -> Option<MediumPick> {
         let (camera, ray) = self.ray_through(at, size)?;
-        let (scene, direction) = (self.scene(), ray.direction.normalize());
-        let ray = Ray { direction, ..ray };
+        let scene = self.scene();
         let medium = CameraMedium::of(&scene, &camera, &UvWindow::PICTURE).along(&scene, &ray);
         scene.pick_medium(&ray, medium)
     }

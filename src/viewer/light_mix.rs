@@ -143,11 +143,6 @@ pub fn groups_of(desc: &SceneDesc, scene: &Scene, run: &RunSpec) -> Result<Vec<L
     if emitters.is_empty() || !run.integrator.shows_light() {
         return Err(miette!("there is no light to mix"));
     }
-    if desc.has_emissive_media() {
-        return Err(miette!(
-            "the light that media emit cannot be mixed: leave it out by --effects -emissive-media"
-        ));
-    }
     Ok(groups::each(emitters, &scene.lights().power_shares()))
 }
 

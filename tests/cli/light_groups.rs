@@ -169,11 +169,24 @@ fn what_cannot_be_is_refused_at_once() {
         fail(&dir, &[&["render", "scene.xml", "--device", "cpu", "--quiet"], &exr[..], args].concat(), why);
     }
     fail(&dir, &["render", "scene.xml", "--light-groups"], "give -o FILE.exr");
-    // The light of a fire is of no group.
-    let fire = "<shape type='cube'><bsdf type='null'/><medium type='homogeneous' name='interior'><float name='radiance' value='1'/></medium></shape></scene>";
-    fs::write(dir.join("fire.xml"), SCENE.replace("</scene>", fire)).expect("the scene can be written");
-    let args = ["render", "fire.xml", "--device", "cpu", "--quiet", "-o", "out.exr", "--light-groups"];
-    fail(&dir, &args, "that media emit");
+}
+
+/// A medium that shines is an emitter like any other, named by its id.
+#[test]
+fn a_fire_is_a_group() {
+    let dir = folder("fire");
+    let fire = "<shape type='sphere'><float name='radius' value='.5'/><bsdf type='null'/><medium type='homogeneous' id='fire' \
+                name='interior'><float name='radiance' value='40'/></medium></shape></scene>";
+    let scene =
+        SCENE.replace("</scene>", fire).replace("<integrator type='path'", "<integrator type='volpath'");
+    fs::write(dir.join("fire.xml"), scene).expect("the scene can be written");
+    let args = ["render", "fire.xml", "--device", "cpu", "--spp", "16", "--light-groups", "-o", "out.exr"];
+    let output = succeed(&dir, &args);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("4 groups of lights: lamp1, lamp2, sky, fire"), "{said}");
+    let layers = exr::read(&dir.join("out.exr")).expect("the picture can be read");
+    assert!(difference(&layers, &["lamp1", "lamp2", "sky", "fire"]) < 1e-5);
+    assert!(pixels(&layers, "fire").iter().any(|pixel| pixel[1] > 0.1));
 }
 
 #[test]

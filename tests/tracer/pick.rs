@@ -131,6 +131,10 @@ fn media_that_hide_what_is_behind_them() {
         let wall = material(&mut desc, grey(0.5));
         shape(&mut desc, ShapeKind::Rectangle, at(15.0), wall, 0.0);
         desc.camera.medium = Some(haze);
+        // A thin veil in the haze and another in the ball are passed and hold nothing.
+        let null = material(&mut desc, NullDesc.into());
+        shape(&mut desc, ShapeKind::Disk, at(2.0), null, 0.0);
+        shape(&mut desc, ShapeKind::Disk, at(5.5), null, 0.0);
         let scene = prepare(&desc);
         let ray = Ray::new(Vec3::ZERO, Vec3::Z);
         let found = scene.pick_medium(&ray, scene.medium_ahead(&ray));

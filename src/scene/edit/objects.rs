@@ -127,8 +127,8 @@ fn part_name(desc: &SceneDesc, part: &ShapeDesc) -> String {
 pub fn lights_and_media(desc: &SceneDesc) -> Vec<Editable> {
     let lights = (0..desc.lights.len() as u32)
         .flat_map(|i| of(desc, ObjectKind::Light, i, &format!(" of {}", light_name(desc, i))));
-    let known = |i: &usize| *i < desc.media.len();
-    let media = desc.used_media().into_iter().filter(known).flat_map(|i| {
+    let traced = |i: &usize| desc.has_media() && *i < desc.media.len();
+    let media = desc.used_media().into_iter().filter(traced).flat_map(|i| {
         let id = MediumId(i as u32);
         let place = if desc.camera.medium == Some(id) { " (around the camera)" } else { "" };
         of(desc, ObjectKind::Medium, id.0, &format!(" of {}{place}", medium_name(desc, id)))

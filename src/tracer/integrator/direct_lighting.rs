@@ -44,7 +44,8 @@ pub(super) fn sample_direct<B: Scattering>(
     let (light, sample, value) =
         scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
     let factor = vertex.light_factor(scene, light, &sample, wavelengths);
-    B::record(|| PathEvent::Light { light, sample, value, visible: factor.max_element() });
+    let (from, visible) = (vertex.hit.point.p, factor.max_element());
+    B::record(|| PathEvent::Light { from, light, sample, value, visible });
     (!factor.is_black()).then(|| (light, value * factor))
 }
 
@@ -173,7 +174,7 @@ impl<C: LightCredits> PathState<C> {
         }
     }
 
-    /// The same path as a single-wavelength `walk`, which has found nothing yet.
+    /// The same path as another `walk`, of a single wavelength or to another vertex, which has found nothing yet.
     pub(super) fn alone(&self, walk: Walk<false>) -> Self {
         Self {
             walk,
@@ -315,8 +316,8 @@ impl<C: LightCredits> PathState<C> {
         let walk = self.walk;
         let direct = sample_direct(scene, vertex, u, (&walk).into(), |light, sample| {
             let flight = flight.filter(|_| B::Media::PRESENT && sample.delta);
-            let share = flight.map_or(1.0, |flight| flight.share(scene, light, sample));
-            self.unoccluded_contribution(scene.lights(), vertex, light, sample, share)
+            let weight = flight.map_or(1.0, |flight| flight.mis_weight(scene, light, sample));
+            self.unoccluded_contribution(scene.lights(), vertex, light, sample, weight)
         });
         if let Some((light, direct)) = direct {
             self.radiance += direct;
@@ -324,8 +325,8 @@ impl<C: LightCredits> PathState<C> {
         }
     }
 
-    /// Unoccluded contribution of a light sample with its MIS weight; `None` for zero. `share` is what other distances at which the light is
-    /// sampled leave to this one.
+    /// Unoccluded contribution of a light sample with its MIS weight; `None` for zero. `delta_weight` is the weight of a light that no path
+    /// can hit by chance.
     #[inline]
     pub(super) fn unoccluded_contribution<B: Scattering>(
         &mut self,
@@ -333,14 +334,14 @@ impl<C: LightCredits> PathState<C> {
         vertex: &SurfaceVertex<B>,
         light: u32,
         sample: &LightSample,
-        share: f32,
+        delta_weight: f32,
     ) -> Option<SampledSpectrum> {
         let wi = vertex.frame.to_local(sample.wi);
         let (f, pdf) = vertex.bsdf.eval(vertex.wo, wi)?;
         if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
             return None;
         }
-        let weight = if sample.delta { share } else { mis::power(sample.pdf, pdf) };
+        let weight = if sample.delta { delta_weight } else { mis::power(sample.pdf, pdf) };
         let at = sample.target.unwrap_or(Vec3::ZERO);
         let emission = self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda);
         let wavelength_weight = match vertex.bsdf.is_dispersive() {

@@ -3,7 +3,10 @@
 //!
 //! A free flight ends seldom near the light, where 1/r² is large: with it alone the variance is infinite. Both strategies find the same path,
 //! and the weights of [`wavelength_mis`](crate::tracer::wavelength_mis) depend on the path alone, so that their MIS weights are those of the hero:
-//! with the balance heuristic both contribute what the free flight alone would, times [`LitFlight::share`].
+//! with the balance heuristic both contribute what the free flight alone would, times the weight of that.
+//!
+//! It pays where 1/r² varies along the flight more than the density of free flights: near the light, as far as that goes in free paths, and
+//! where the flight takes up a wide angle. Elsewhere the light is not sampled so.
 //!
 //! The density of a flight must be known, as it is in a homogeneous medium, and the distance to the next surface must not depend on
 //! where the flight ends. One piece of each flight is lit so: the first in a homogeneous medium that scatters.
@@ -14,20 +17,32 @@ use crate::math::pdf::PdfW;
 use crate::tracer::Scene;
 use crate::tracer::bsdf::Scattering;
 use crate::tracer::interaction::SurfaceInteraction;
-use crate::tracer::light::{ChosenPoint, LightSample};
+use crate::tracer::light::{LightSample, PointChoice};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::medium::FlightPiece;
+use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::FlightNumbers;
 use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 
 use super::direct_lighting::PathState;
 
+/// A flight is near a light that is closer than so many mean free paths of the hero.
+const NEAR: f64 = 2.0;
+
+/// The least angle, in radians, that a flight takes up seen from a light that is sampled along it.
+const WIDE: f64 = 0.3;
+
+/// The rounding error of a point on a ray, over its coordinates and distance.
+const ROUNDING: f32 = 4.0 * f32::EPSILON;
+
 /// A piece of a flight along which a point light is sampled, and the walk before it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LitFlight {
     before: Walk<false>,
     piece: FlightPiece,
+    /// That of the hero.
+    extinction: f32,
 }
 
 /// The distances along a ray, seen from a point.
@@ -52,6 +67,16 @@ impl Equiangular {
         (height > 0.0 && angles[1] > angles[0]).then_some(Self { nearest, height, angles })
     }
 
+    /// The angle that the ray takes up, seen from the point.
+    fn angle(&self) -> f64 {
+        self.angles[1] - self.angles[0]
+    }
+
+    /// The least distance of the point from the ray up to `end`.
+    fn least_distance(&self, end: f64) -> f64 {
+        self.height.hypot(self.nearest - self.nearest.clamp(0.0, end))
+    }
+
     /// The distance chosen by `u` in [0, 1).
     fn sample(&self, u: f64) -> f64 {
         let [first, last] = self.angles;
@@ -69,7 +94,8 @@ impl Equiangular {
 impl LitFlight {
     /// The piece of a flight of a walk, which was `before` there; `None` where its density is not known or nothing is scattered.
     pub(super) fn new(scene: &Scene, before: Walk<false>, piece: FlightPiece) -> Option<Self> {
-        scene.media().filter(|media| piece.has_density(media)).map(|_| Self { before, piece })
+        let extinction = piece.hero_extinction(scene.media()?, &before.lambda)?;
+        Some(Self { before, piece, extinction })
     }
 
     /// True where the walk is scattered on this piece.
@@ -77,15 +103,32 @@ impl LitFlight {
         self.piece.scatters()
     }
 
-    /// The share that next-event estimation at the end of the flight has of the light of `sample`, of the point light `light`.
+    /// The equiangular distances along this piece; `None` where that lies so that free flights do as well, and the light is not sampled so.
+    fn distances(&self, point: &PointChoice) -> Option<Equiangular> {
+        let FlightPiece { origin, direction, end, .. } = self.piece;
+        let distances = Equiangular::new(origin, direction, end, point.position)?;
+        let near = distances.least_distance(end.into()) * f64::from(self.extinction) < NEAR;
+        (near && distances.angle() > WIDE).then_some(distances)
+    }
+
+    /// The MIS weight of next-event estimation at the end of the flight for `sample`, of the point light `light`.
     #[inline]
-    pub(super) fn share(&self, scene: &Scene, light: u32, sample: &LightSample) -> f32 {
-        let FlightPiece { origin, direction, end, length, .. } = self.piece;
-        let point = scene.lights().points().and_then(|points| points.of_light(light));
-        let (Some(point), Some(media)) = (point, scene.media()) else { return 1.0 };
-        let Some(distances) = Equiangular::new(origin, direction, end, point.position) else { return 1.0 };
-        let Some((_, density)) = self.before.scattered_on(&self.piece, media, length) else { return 1.0 };
-        share_of_flight(density, sample.pdf, &distances, &point, length)
+    pub(super) fn mis_weight(&self, scene: &Scene, light: u32, sample: &LightSample) -> f32 {
+        let Some(point) = scene.lights().points().and_then(|points| points.of_light(light)) else {
+            return 1.0;
+        };
+        let Some(distances) = self.distances(&point) else { return 1.0 };
+        self.weight_at(self.piece.length, sample.pdf, &distances, &point)
+    }
+
+    /// The balance heuristic at the distance `t`, where a free flight ends and then samples the light with the density `pdf`, against the choice of
+    /// the light first and an equiangular distance then.
+    fn weight_at(&self, t: f32, pdf: PdfW, distances: &Equiangular, point: &PointChoice) -> f32 {
+        let density = self.extinction * (-self.extinction * t).exp();
+        let flight = f64::from(density) * f64::from(pdf.0);
+        let equiangular = distances.pdf(t.into()) * f64::from(point.probability);
+        // The density of a flight underflows at an optical depth of 87, from where nothing comes.
+        if flight > 0.0 { (flight / (flight + equiangular)) as f32 } else { 0.0 }
     }
 
     /// Adds the light of a point light that is scattered on this piece first, at an equiangular distance, to `path`.
@@ -99,33 +142,30 @@ impl LitFlight {
         let (Some(points), Some(media)) = (lights.points(), scene.media()) else { return };
         let FlightPiece { origin, direction, end, medium, .. } = self.piece;
         let point = points.choose(numbers.light_choice);
-        let Some(distances) = Equiangular::new(origin, direction, end, point.position) else { return };
+        let Some(distances) = self.distances(&point) else { return };
         let t = distances.sample(numbers.distance.into()) as f32;
-        if !(t >= 0.0 && t < end) {
+        // A point that rounds to beyond the surface would be lit from there.
+        let rounding = ROUNDING * (origin.abs().max_element() + t);
+        if !(t >= 0.0 && t + rounding < end) {
             return;
         }
-        let Some((walk, density)) = self.before.scattered_on(&self.piece, media, t) else { return };
+        let Some(walk) = self.before.scattered_on(&self.piece, media, t) else { return };
         let hit = SurfaceInteraction::in_medium(origin + direction * t, -direction, t);
         let vertex = SurfaceVertex::<B>::new(scene, hit, &walk.lambda, medium);
-        let Some(sample) = lights.sample_of(point.light, vertex.light_context()) else { return };
+        let light = point.light;
+        let Some(sample) = lights.sample_of(light, vertex.light_context()) else { return };
         let mut scattered = path.alone(Walk { depth: walk.depth + 1, ..walk });
         scattered.wavelength_weight = walk.wavelength_weight();
-        let share = share_of_flight(density, sample.pdf, &distances, &point, t);
-        if let Some(value) = scattered.unoccluded_contribution(lights, &vertex, point.light, &sample, share) {
-            let direct = value * vertex.light_factor(scene, point.light, &sample, (&walk).into());
-            path.radiance += direct;
-            path.credits.add(lights, point.light, direct);
+        let weight = self.weight_at(t, sample.pdf, &distances, &point);
+        let value = scattered.unoccluded_contribution(lights, &vertex, light, &sample, weight);
+        if let Some(value) = value {
+            let factor = vertex.light_factor(scene, light, &sample, (&walk).into());
+            let (from, visible) = (hit.point.p, factor.max_element());
+            B::record(|| PathEvent::Light { from, light, sample, value, visible });
+            path.radiance += value * factor;
+            path.credits.add(lights, light, value * factor);
         }
     }
-}
-
-/// The balance heuristic for a free flight that ends at the distance `t` with this `density` and samples the light there with the probability `pdf`,
-/// against the choice of the light first and an equiangular distance then.
-fn share_of_flight(density: f32, pdf: PdfW, distances: &Equiangular, point: &ChosenPoint, t: f32) -> f32 {
-    let flight = f64::from(density * pdf.0);
-    let equiangular = distances.pdf(t.into()) * f64::from(point.probability);
-    // Far from the light, where both underflow, nothing is lost.
-    if flight > 0.0 { (flight / (flight + equiangular)) as f32 } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! ```text
 //! context          scene, view and settings; connection of light path vertices to the camera
 //! direct_lighting  next-event estimation and emission with MIS; PathState, what a camera path carries
+//! lit_flight       point lights that camera paths sample from along their flights in media
 //! delta_chains     lights seen over mirrors and through glass, along chains of deltas that a camera path does not sample
 //! path             path tracing
 //! particle         particle tracing, from the lights

@@ -167,12 +167,12 @@ impl Lights {
     }
 
     /// The only direction from a lit point to a light that is a point, with the density of [`Lights::sample_by_contribution`]; `None` where the
-    /// light does not shine there.
+    /// light does not shine there, or is never chosen.
     #[inline]
     pub fn sample_of(&self, light: u32, at: LightSampleContext) -> Option<LightSample> {
         let mut sample = with_light!(&self.lights[light as usize].shape, l => l.sample(at, [0.0; 2]))?;
         sample.pdf.0 *= self.probability(light, at);
-        Some(sample)
+        (sample.pdf.0 > 0.0).then_some(sample)
     }
 
     /// As [`Lights::sample`], where `contribution` is what a sample contributes if nothing occludes it, MIS weight and all, or

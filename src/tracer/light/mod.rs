@@ -68,7 +68,7 @@ pub use environment::{ConstantLight, DirectionSampling, EnvironmentMap};
 pub use flat::{DiskLight, ParallelogramLight, TriangleLight};
 pub use lights::Lights;
 pub use point::PointLight;
-pub use points::{ChosenPoint, PointLights};
+pub use points::{PointChoice, PointLights};
 pub use projector::ProjectorLight;
 pub use sample::{LightSample, LightSampleContext};
 pub use shapes::{Light, LightShape};

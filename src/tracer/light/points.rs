@@ -1,4 +1,4 @@
-//! The lights that are points, and how paths in a medium choose one along whose surroundings they scatter.
+//! The lights that are points, one of which a camera path samples from along each of its flights through a medium.
 
 use glam::Vec3;
 
@@ -7,9 +7,9 @@ use crate::math::distribution::Distribution;
 use super::shapes::{Light, with_light};
 use super::source::LightSource;
 
-/// A light that is a point, and the probability of its choice.
+/// A light that is a point, and the probability with which it is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChosenPoint {
+pub struct PointChoice {
     /// Its index among all lights.
     pub light: u32,
     /// Its position in rendering space.
@@ -41,19 +41,19 @@ impl PointLights {
 
     /// One of them, by `u` in [0, 1).
     #[inline]
-    pub fn choose(&self, u: f64) -> ChosenPoint {
+    pub fn choose(&self, u: f64) -> PointChoice {
         self.at(self.choice.sample(u).index)
     }
 
     /// The light of this index among all lights; `None` where it is no point.
     #[inline]
-    pub fn of_light(&self, light: u32) -> Option<ChosenPoint> {
+    pub fn of_light(&self, light: u32) -> Option<PointChoice> {
         self.lights.binary_search_by_key(&light, |(light, _)| *light).ok().map(|slot| self.at(slot))
     }
 
     #[inline]
-    fn at(&self, slot: usize) -> ChosenPoint {
+    fn at(&self, slot: usize) -> PointChoice {
         let (light, position) = self.lights[slot];
-        ChosenPoint { light, position, probability: self.choice.probability(slot) }
+        PointChoice { light, position, probability: self.choice.probability(slot) }
     }
 }

@@ -266,28 +266,38 @@ pub(in crate::tracer) struct FlightPiece {
 }
 
 impl Walk<false> {
-    /// This walk, which is where `piece` begins, if it is scattered on that at the distance `t` from there, and the density of this per length
-    /// for the hero; `None` where that has no closed form.
+    /// This walk, which is where `piece` begins, if it is scattered on that at the distance `t` from there; `None` where the density of
+    /// distances has no closed form.
     pub(in crate::tracer) fn scattered_on(
         mut self,
         piece: &FlightPiece,
         media: &Media,
         t: f32,
-    ) -> Option<(Self, f32)> {
-        let MediumKind::Homogeneous(medium) = &media.get(piece.medium)?.kind else { return None };
-        let piece = FlightPiece { length: t, scatters: true, ..*piece };
-        let (density, kept) = piece.density(&medium.at(&self.lambda, piece.area));
+    ) -> Option<Self> {
+        let coefficients = piece.coefficients(media, &self.lambda)?;
+        let (density, kept) = FlightPiece { length: t, scatters: true, ..*piece }.density(&coefficients);
         self.medium = piece.medium;
         self.weigh(density, kept);
-        Some((self, density.x.exp()))
+        Some(self)
     }
 }
 
 impl FlightPiece {
-    /// True where the density of its length has a closed form and is not 0: in a homogeneous medium that scatters.
-    pub(in crate::tracer) fn has_density(&self, media: &Media) -> bool {
-        let kind = media.get(self.medium).map(|medium| &medium.kind);
-        matches!(kind, Some(MediumKind::Homogeneous(medium)) if !medium.only_absorbs())
+    /// The coefficients along it, where the density of its length has a closed form: in a homogeneous medium that scatters.
+    fn coefficients(&self, media: &Media, lambda: &SampledWavelengths) -> Option<Coefficients> {
+        match &media.get(self.medium)?.kind {
+            MediumKind::Homogeneous(medium) if !medium.only_absorbs() => Some(medium.at(lambda, self.area)),
+            MediumKind::Homogeneous(_) | MediumKind::Grid(_) => None,
+        }
+    }
+
+    /// The extinction of the hero along it, where the density of its length has a closed form.
+    pub(in crate::tracer) fn hero_extinction(
+        &self,
+        media: &Media,
+        lambda: &SampledWavelengths,
+    ) -> Option<f32> {
+        self.coefficients(media, lambda).map(|coefficients| coefficients.extinction.x)
     }
 
     /// True where it ends with a scattering.

@@ -98,20 +98,24 @@ impl LineOfSight<'_> {
         seen
     }
 
-    /// The medium, and the ray within it, of the piece at whose end less than this `share` of the light is left, on average over the
-    /// wavelengths, and at whose beginning more was; `None` if that much is left in the end.
-    pub(in crate::tracer) fn piece_that_leaves(
+    /// The medium in which less than this `share` of the light is left, on average over the wavelengths, and not before, and the ray within it
+    /// from where the line came into it; `None` if that much is left in the end.
+    pub(in crate::tracer) fn medium_that_leaves(
         &self,
         share: f64,
         lambda: &SampledWavelengths,
         steps: MarchSteps,
     ) -> Option<(MediumIndex, Ray)> {
         let mut seen = LineMedia::NONE;
-        let ends_there = |piece: &&LinePiece| {
+        let mut ends_there = |piece: &LinePiece| {
             self.add_piece(piece, lambda, steps, &mut seen);
             0.25 * seen.transmittance.element_sum() < share
         };
-        self.pieces.iter().find(ends_there).map(|piece| (piece.medium, piece.ray))
+        let end = self.pieces.iter().take_while(|piece| !ends_there(piece)).count();
+        let medium = self.pieces.get(end)?.medium;
+        // What is passed within a medium parts pieces, too.
+        let inside = self.pieces[..=end].iter().rev().take_while(|piece| piece.medium == medium);
+        inside.last().map(|piece| (medium, piece.ray))
     }
 
     /// Adds to `seen` what the medium of a piece does.

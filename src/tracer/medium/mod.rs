@@ -45,6 +45,9 @@
 //! a surface. The transmittance of edges is left out, which keeps the weights a partition of one. On a grid the densities of wavelengths are
 //! those of the tentative collisions of a flight and of the estimate of an edge, so that the partition over wavelengths holds for each
 //! strategy and not for all of them together.
+//!
+//! Path tracing has one strategy more where a light is a point and the medium homogeneous: a distance along the flight that is chosen by the
+//! light, since free flights seldom end where 1/r² is large (`integrator/lit_flight.rs`). It finds what next-event estimation finds.
 
 mod boundaries;
 mod crossing;

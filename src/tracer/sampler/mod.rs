@@ -13,7 +13,7 @@
 //! | L + 1 | lens, light vertex 0 | – | light choice, lobe of light vertex 0 | – | roulette of light vertex 0 |
 //! | L + 1 + d, light vertex d ≥ 1 | lens | bsdf | –, lobe | – | roulette |
 //! | 2^17 | wavelength of a group of paths, – | – | – | – | – |
-//! | 2^18 + d | free flight to vertex d, – | – | – | – | – |
+//! | 2^18 + d | free flight to vertex d, distance along it at which a light is sampled | – | choice of that light, – | – | – |
 //! | 2^19 + d | free flight to light vertex d, – | – | – | – | – |
 //!
 //! Light subpaths begin at block L = 2^16. Their vertex 0 is the first surface point after the light, and it is connected to
@@ -218,7 +218,7 @@ impl Sampler {
     #[inline]
     pub fn along_flight(&self, depth: u32) -> FlightNumbers {
         let point = self.flight_block(depth);
-        FlightNumbers { light_choice: unit_f64(point[1]), distance: unit_f32(point[2]) }
+        FlightNumbers { light_choice: unit_f64(point[4]), distance: unit_f32(point[1]) }
     }
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! The selected object, or the lights without a shape: picked in the picture, edited in the tab Scene.
+//! The selected object, or the media and the lights without a shape: picked in the picture, edited in the tab Scene.
 
 use egui::Ui;
 use miette::Result;

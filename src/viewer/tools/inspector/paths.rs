@@ -271,12 +271,14 @@ impl PathCollector {
                     {
                         path.scatterings.push((at, carried.medium));
                     }
-                    last = Some((p, p.distance(from)));
+                    last = Some(p.distance(from));
                 }
-                PathEvent::Light { sample, value, visible, .. } if *visible > 0.0 => {
-                    let Some((from, length)) = last.filter(|_| value.0.max_element() > 0.0) else { continue };
-                    let to = sample.target.unwrap_or(from + sample.wi * (FAR * length));
-                    self.draw(&mut path, [from, to], SegmentKind::Light);
+                PathEvent::Light { from, sample, value, visible, .. }
+                    if *visible > 0.0 && value.0.max_element() > 0.0 =>
+                {
+                    let far = last.map(|length| *from + sample.wi * (FAR * length));
+                    let Some(to) = sample.target.or(far) else { continue };
+                    self.draw(&mut path, [*from, to], SegmentKind::Light);
                 }
                 PathEvent::Connection { camera, light, value, visible }
                     if *visible > 0.0 && value.0.max_element() > 0.0 =>
