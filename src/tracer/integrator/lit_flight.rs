@@ -5,8 +5,8 @@
 //! and the weights of [`wavelength_mis`](crate::tracer::wavelength_mis) depend on the path alone, so that their MIS weights are those of the hero:
 //! with the balance heuristic both contribute what the free flight alone would, times the weight of that.
 //!
-//! It pays where 1/r² varies along the flight more than the density of free flights: near the light, as far as that goes in free paths, and
-//! where the flight takes up a wide angle. Elsewhere the light is not sampled so.
+//! It pays where 1/r² varies along the flight more than the density of free flights, within a few free paths of the light. Elsewhere the light
+//! is not sampled so.
 //!
 //! The density of a flight must be known, as it is in a homogeneous medium, and the distance to the next surface must not depend on
 //! where the flight ends. One piece of each flight is lit so: the first in a homogeneous medium that scatters.
@@ -30,8 +30,8 @@ use super::direct_lighting::PathState;
 /// A flight is near a light that is closer than so many mean free paths of the hero.
 const NEAR: f64 = 2.0;
 
-/// The least angle, in radians, that a flight takes up seen from a light that is sampled along it.
-const WIDE: f64 = 0.3;
+/// The least angle, in radians, that a flight takes up seen from a light that is sampled along it: the rounding of angles is far below that.
+const LEAST_ANGLE: f64 = 1e-6;
 
 /// The rounding error of a point on a ray, over its coordinates and distance.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
@@ -57,19 +57,14 @@ struct Equiangular {
 }
 
 impl Equiangular {
-    /// Those up to `end` along `direction`, of unit length; `None` where the ray goes through the point.
+    /// Those up to `end` along `direction`, of unit length; `None` where the ray goes through the point, or all but away from it.
     fn new(origin: Vec3, direction: Vec3, end: f32, point: Vec3) -> Option<Self> {
         let (to, direction) = ((point - origin).as_dvec3(), direction.as_dvec3());
         let nearest = to.dot(direction);
         let height = (to - direction * nearest).length();
         let angle = |t: f64| (t - nearest).atan2(height);
         let angles = [angle(0.0), angle(f64::from(end))];
-        (height > 0.0 && angles[1] > angles[0]).then_some(Self { nearest, height, angles })
-    }
-
-    /// The angle that the ray takes up, seen from the point.
-    fn angle(&self) -> f64 {
-        self.angles[1] - self.angles[0]
+        (height > 0.0 && angles[1] - angles[0] > LEAST_ANGLE).then_some(Self { nearest, height, angles })
     }
 
     /// The least distance of the point from the ray up to `end`.
@@ -108,7 +103,7 @@ impl LitFlight {
         let FlightPiece { origin, direction, end, .. } = self.piece;
         let distances = Equiangular::new(origin, direction, end, point.position)?;
         let near = distances.least_distance(end.into()) * f64::from(self.extinction) < NEAR;
-        (near && distances.angle() > WIDE).then_some(distances)
+        near.then_some(distances)
     }
 
     /// The MIS weight of next-event estimation at the end of the flight for `sample`, of the point light `light`.
