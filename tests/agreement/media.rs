@@ -133,6 +133,30 @@ fn a_point_in_chromatic_fog() {
     assert_all_pairs("point in fog", &floor_and("", &(fog + POINT + &ball("", ""))), PLAN, PHOTONS);
 }
 
+/// Three points, a spot, a lamp and a sky, in a box of fog and outside of it: a light is chosen among points for a distance along a flight, and
+/// among all at its end, by importance, or each where the phase function has a peak.
+#[test]
+fn several_points_in_fog() {
+    let at = |x: f64, z: f64, value: u32| {
+        format!(
+            "<emitter type='point'><point name='position' x='{x}' y='.4' z='{z}'/><rgb name='intensity' value='{value}'/></emitter>"
+        )
+    };
+    let spot = "<emitter type='spot'><rgb name='intensity' value='9 8 7'/><float name='cutoff_angle' value='30'/>\
+                <transform name='to_world'><lookat origin='-1.4, .3, 2.2' target='.3, .2, .3' up='0, 1, 0'/></transform></emitter>";
+    let lights = at(-1.0, 1.0, 1) + &at(1.2, 0.6, 2) + &at(0.3, 4.0, 4) + spot + LAMP + SKY;
+    for (g, name) in [(0.0, "several points, isotropic"), (0.6, "several points, a peak")] {
+        let fog = format!(
+            "<float name='sigma_t' value='.4'/><float name='albedo' value='.8'/><phase type='hg'><float name='g' value='{g}'/></phase>"
+        );
+        let fog = format!(
+            "<shape type='cube'><transform name='to_world'><scale x='2' y='2' z='1.5'/><translate z='1'/></transform>{NULL}{}</shape>",
+            medium("interior", &fog)
+        );
+        assert_all_pairs(name, &floor_and("", &(fog + &lights + &ball("", ""))), PLAN, PHOTONS);
+    }
+}
+
 /// A grid of densities in a box, lit by a lamp and a sky.
 #[test]
 fn a_cloud_on_a_grid() {

@@ -182,7 +182,7 @@ fn parts_have_the_light_of_their_group() {
     }
 }
 
-/// A ball of a medium that shines red in one that shines blue, before a green sky: media are counted behind all lights.
+/// A ball of a medium that shines red in one that shines blue, with a green point in it, before a green sky: media are counted behind all lights.
 #[test]
 fn media_that_shine_are_in_groups() {
     let medium = |id: &str, nm, albedo: f64| {
@@ -198,22 +198,24 @@ fn media_that_shine_are_in_groups() {
     };
     let text = format!(
         "<scene version='3.0.0'><integrator type='volpath'/><sensor type='perspective'><transform name='to_world'>\
-         <lookat origin='0, 0, -4' target='0, 0, 0' up='0, 1, 0'/></transform></sensor>{}{}{}{}<emitter type='constant'>{}</emitter></scene>",
+         <lookat origin='0, 0, -4' target='0, 0, 0' up='0, 1, 0'/></transform></sensor>{}{}{}{}<emitter type='point'>{}</emitter><emitter type='constant'>{}</emitter></scene>",
         medium("outer", BLUE, 0.5),
         medium("inner", RED, 0.5),
         ball(2.0, "<ref name='interior' id='outer'/>"),
         ball(1.0, "<ref name='interior' id='inner'/><ref name='exterior' id='outer'/>"),
+        band("intensity", GREEN, 8),
         band("radiance", GREEN, 1)
     );
     let desc = load_str("balls.xml", &text, &[]).expect("the scene is valid").desc;
     let groups = each(emitters(&desc), &[]);
     let names: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
-    assert_eq!(names, ["outer", "inner", "constant"]);
-    for (method, lit) in compare_all(&desc, &of_sources(&groups), 1024, is_of_its_lamp) {
+    assert_eq!(names, ["outer", "inner", "point", "constant"]);
+    let check = |group: usize, part| is_of_its_lamp(group.min(2), part);
+    for (method, lit) in compare_all(&desc, &of_sources(&groups), 1024, check) {
         println!("{method}: {lit:?}");
         match method {
             // Light paths do not begin in media.
-            "light" => assert!(lit[..2] == [0, 0] && lit[2] > 30, "{method}: {lit:?}"),
+            "light" => assert!(lit[..2] == [0, 0] && lit[2..].iter().all(|n| *n > 30), "{method}: {lit:?}"),
             _ => assert!(lit.iter().all(|n| *n > 30), "{method}: {lit:?}"),
         }
     }
