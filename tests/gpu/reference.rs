@@ -126,7 +126,7 @@ pub fn coarse_reference_picture(
         let color: &'static [Grid<Vec4>] = Vec::leak(color.clone()?);
         let lod = StreamLod::new((w * h) as u64, samples, color.len())?.coarsened(detail);
         let variance = variance.clone().filter(|_| settings.vm > 0.0).map(|v| &*Vec::leak(v));
-        Some(StreamView { color, variance, lod, summed })
+        Some(StreamView { color, variance, lod, summed, filtered: false })
     };
     let p = ReconstructParameters {
         spec,
