@@ -5,8 +5,8 @@
 
 use crate::client::compiled_effects::Effects;
 use crate::client::settings::{
-    AdaptiveFilter, ColorOutput, Denoise, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction, Settings,
-    VarianceForm,
+    AdaptiveFilter, ColorOutput, Denoise, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction,
+    Settings, VarianceForm,
 };
 
 /// One effect of the client.

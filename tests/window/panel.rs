@@ -3,7 +3,7 @@
 use crate::headless_panel::{Panel, controls, controls_of, place, readout, texts};
 use egui::{Event, Shape, pos2, vec2};
 use pointillist::client::settings::{
-    AdaptiveFilter, Adaptation, ColorOutput, Denoise, DisplayView, Dither, Glare, Masking, Reconstruction,
+    Adaptation, AdaptiveFilter, ColorOutput, Denoise, DisplayView, Dither, Glare, Masking, Reconstruction,
     ReconstructionKernel, Settings, SplatFilter, ToneCurve,
 };
 use pointillist::client::window::action::Action;

@@ -147,8 +147,11 @@ impl AdaptiveFilterPass {
         let push = push(input, kept.extent(level), level);
         cmd.access_levels(kept, level..level + 1, Access::ColorWrite);
         let pipeline = self.keep.get(&[], &[kept.format()])?;
-        let textures =
-            [light(input, passed, level), Texture::level(statistics, level + 1), Texture::level(edges, level)];
+        let textures = [
+            light(input, passed, level),
+            Texture::level(statistics, level + 1),
+            Texture::level(edges, level),
+        ];
         cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[whole(kept, level)]);
         cmd.access_levels(kept, level..level + 1, Access::Sampled);
         cmd.access_levels(passed, level..level + 1, Access::ColorWrite);

@@ -428,7 +428,9 @@ impl Repaint {
             let (images, lod) = sums.streams[usize::from(light)].as_ref()?;
             let filtered = match effects.adapts(&sums.spec, light) {
                 true => self.adaptive_filter.filtered().map(FilteredSums::Adaptive),
-                false if effects.bilateral(lod) => self.bilateral.filtered(light).map(FilteredSums::Bilateral),
+                false if effects.bilateral(lod) => {
+                    self.bilateral.filtered(light).map(FilteredSums::Bilateral)
+                }
                 false => None,
             };
             Some(StreamInput { images, lod: *lod, filtered })

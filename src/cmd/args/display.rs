@@ -5,8 +5,8 @@ use clap::{Args, ValueEnum};
 
 use crate::client::post_process::PostSettings;
 use crate::client::{
-    AdaptiveFilter, Adaptation, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel, Settings,
-    ToneCurve,
+    Adaptation, AdaptiveFilter, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel,
+    Settings, ToneCurve,
 };
 use crate::cmd::args::values::{kernel, non_negative, positive, profile, view_angle};
 

@@ -6,8 +6,8 @@ use miette::Result;
 
 use crate::client::settings::OptionNames;
 use crate::client::{
-    AdaptiveFilter, FilmSpec, Glare, Masking, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation,
-    VarianceForm,
+    AdaptiveFilter, FilmSpec, Glare, Masking, Reconstruction, ReconstructionKernel, Settings, SplatFilter,
+    Summation, VarianceForm,
 };
 use crate::cmd::bench::{self, BenchJob};
 use crate::cmd::study::converge;
