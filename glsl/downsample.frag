@@ -1,15 +1,14 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 
-// One level of the mip chain, as an average that keeps totals also for odd sizes, where a clamped 2×2 average
-// or a blit would not: from 2n+1 to n texels output i weighs inputs 2i, 2i+1, 2i+2 by (n-i, n, i+1) / (2n+1).
+// One level of the mip chain.
+
+#include "include/polyphase.glsl"
 
 layout(push_constant) uniform DownsamplePush {
     ivec2 source;         // extent of the finer level, texels
 } push;
 
-// Inputs of one output along x and y: 2 where the extent is even, 3 where it is odd, 1 where it is 1.
-layout(constant_id = 0) const int TAPS_X = 3;
-layout(constant_id = 1) const int TAPS_Y = 3;
 // Whether a second image, the variance, is averaged alike.
 layout(constant_id = 2) const bool VARIANCE = false;
 
@@ -18,18 +17,6 @@ layout(set = 0, binding = 1) uniform sampler2D variance;
 
 layout(location = 0) out vec4 out_color;
 layout(location = 1) out float out_variance;
-
-// Weights of the inputs 2i, 2i+1 and 2i+2 along one axis of `n` texels.
-vec3 axis_weights(const int taps, int n, int i) {
-    if (taps == 1) {
-        return vec3(1.0, 0.0, 0.0);
-    }
-    if (taps == 2) {
-        return vec3(0.5, 0.5, 0.0);
-    }
-    int half_n = n >> 1;
-    return vec3(half_n - i, half_n, i + 1) / float(n);
-}
 
 vec4 polyphase(sampler2D image, ivec2 at, vec3 wx, vec3 wy) {
     vec4 sum = vec4(0.0);

@@ -49,9 +49,9 @@ Tile load(sampler2D image, Level level, vec2 p, int start, int width) {
 vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, float lod, const uint extent, bool drawn) {
     vec2 place = place_of(vec2(gl_GlobalInvocationID.xy) + 0.5);
     vec4 sums = vec4(0.0);
-    if (extent == TEXEL) {
+    if (extent == TEXEL || extent == FILTERED) {
         if (drawn) {
-            sums = texelFetch(image, ivec2(place), 0);
+            sums = extent == TEXEL ? texelFetch(image, ivec2(place), 0) : filtered_at(image, place);
         }
         return sums;
     }

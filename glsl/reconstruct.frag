@@ -19,6 +19,9 @@ const float CATMULL_ROM_MIN_WEIGHT = 0.05;
 
 vec4 sums_at(sampler2D image, sampler2D near, sampler2D far, float lod, const uint extent, vec2 place) {
     ivec2 texel = ivec2(place);
+    if (extent == FILTERED) {
+        return filtered_at(image, place);
+    }
     if (KIND == NONE || extent == TEXEL) {
         return texelFetch(image, texel, 0);
     }
@@ -52,7 +55,7 @@ void main() {
     }
     if (LIGHT != ABSENT) {
         float lod = push.lod.y;
-        if (MASKING && LIGHT != TEXEL) {
+        if (MASKING && LIGHT != TEXEL && LIGHT != FILTERED) {
             lod = masked_lod(light, light_variance, place, lod, push.variance_lod.y, 1.0);
         }
         of_light = sums_at(light, light_near, light_far, lod, LIGHT, place);

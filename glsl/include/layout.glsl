@@ -36,6 +36,16 @@ layout(push_constant) uniform BilateralPush {
 } push;
 #endif
 
+#ifdef ADAPTIVE_PUSH
+layout(push_constant) uniform AdaptivePush {
+    ivec2 extent;         // of the level, texels
+    ivec2 offset;         // of the level's first texel in the image of its light: the overscan at level 0
+    int level;            // 0 has a texel per pixel
+    int finest;           // levels below it keep nothing
+    float inverse_scale;  // 1 / luminance scale
+} push;
+#endif
+
 #ifdef GLARE_PUSH
 layout(push_constant) uniform GlarePush {
     uvec2 extent;         // of the picture, pixels

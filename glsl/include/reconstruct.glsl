@@ -18,6 +18,7 @@ const uint ABSENT = 0u;      // no samples yet
 const uint TEXEL = 1u;       // level of detail <= -1: the blur is below one texel, or was done before
 const uint ONE_LEVEL = 2u;   // between -1 and 0
 const uint TWO_LEVELS = 3u;  // any, also per pixel
+const uint FILTERED = 4u;    // sums without overscan, filtered adaptively
 
 layout(constant_id = 0) const uint KIND = GAUSSIAN;
 layout(constant_id = 1) const bool MASKING = false;
@@ -45,6 +46,11 @@ layout(set = 0, binding = 7) uniform sampler2D light_far;
 // The place of a pixel's centre, pixels, in texels of level 0.
 vec2 place_of(vec2 pixel) {
     return pixel * push.texels + push.pad;
+}
+
+// Adaptively filtered sums; a texel as it is where pixels have its size.
+vec4 filtered_at(sampler2D image, vec2 place) {
+    return bilinear(image, place - push.pad, Level(ivec2(0), textureSize(image, 0), 0));
 }
 
 // The two levels around a level of detail, the places in them, and how far the second counts.

@@ -7,7 +7,7 @@ use glam::Mat3;
 use crate::client::lod::StreamLod;
 use crate::client::post_process::PostSettings;
 use crate::client::settings::{
-    ColorOutput, DisplayView, Dither, Masking, Reconstruction, Settings, ToneCurve,
+    AdaptiveFilter, ColorOutput, DisplayView, Dither, FilmSpec, Masking, Reconstruction, Settings, ToneCurve,
 };
 use crate::color::{Profile, pq, profile};
 use crate::gpu::TexelFormat;
@@ -22,6 +22,8 @@ pub struct Effects {
     pub detail: u32,
     /// The kind of noise masking, if any.
     pub masking: Option<Masking>,
+    /// Whether the light stream is filtered adaptively.
+    pub adaptive_light: bool,
     /// The quantity that is shown.
     pub view: DisplayView,
     /// Glare of the eye, at full resolution or at the finest that the device can compute in time.
@@ -52,9 +54,13 @@ impl Effects {
         // Coarse pictures are shown when frame time is short, so they get the cheaper masking.
         let kind = if detail == 1 { settings.masking } else { Masking::LowPass };
         let masking = (settings.vm > 0.0 && !view.is_error()).then_some(kind);
+        // Texels as they are: that is what the reconstruction without a kernel is asked for.
+        let adaptive_light = settings.adaptive_filter == AdaptiveFilter::Light
+            && settings.reconstruction != Reconstruction::None
+            && !view.is_error();
         // Nor is there time for a convolution, which would need a separate kernel for every resolution.
         let glare = detail == 1 && !view.is_error() && settings.glare.is_some();
-        Self { detail, masking, view, glare, curve, output, peak, table, dither }
+        Self { detail, masking, adaptive_light, view, glare, curve, output, peak, table, dither }
     }
 
     /// As [`new`](Self::new); with glare the whole picture is computed on a grid of `coarse` picture pixels, one of [`DETAILS`].
@@ -67,6 +73,11 @@ impl Effects {
     /// Whether bilateral filtering applies to a stream at this level of detail; with too few samples low-pass masking replaces it.
     pub fn bilateral(&self, lod: &StreamLod) -> bool {
         self.masking == Some(Masking::Bilateral) && lod.allows_bilateral()
+    }
+
+    /// Whether a stream of these sums, `light` or camera, is filtered adaptively. A picture of one pixel has no coarser level.
+    pub fn adapts(&self, spec: &FilmSpec, light: bool) -> bool {
+        light && self.adaptive_light && spec.width.max(spec.height) > 1
     }
 
     /// The post-processes, which an error view does not have.

@@ -5,8 +5,8 @@
 
 use crate::client::compiled_effects::Effects;
 use crate::client::settings::{
-    ColorOutput, Denoise, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction, Settings,
-    VarianceForm,
+    AdaptiveFilter, ColorOutput, Denoise, Dither, FilmSpec, Glare, Masking, OptionNames, Reconstruction,
+    Settings, VarianceForm,
 };
 
 /// One effect of the client.
@@ -89,6 +89,16 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         None if picture => "--vm is 0",
         None => "--show: it is the noise that is shown",
     };
+    let adaptive = light && effects.adaptive_light;
+    let adaptive_reason = match settings.adaptive_filter {
+        AdaptiveFilter::Off => "--adaptive-filter off: one level of detail for all of the light",
+        AdaptiveFilter::Light if adaptive => {
+            "--adaptive-filter light: kernels are wide where light samples are few, and end at edges"
+        }
+        AdaptiveFilter::Light if !light => "no light path is shown",
+        AdaptiveFilter::Light if picture => "--reconstruct none: texels are copied as they are",
+        AdaptiveFilter::Light => "--show: it is the noise that is shown",
+    };
     let copied = picture && settings.reconstruction == Reconstruction::None;
     let reconstruction_reason = match picture {
         false => "--show: the relative standard error".to_owned(),
@@ -157,6 +167,13 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
             ..effect("masking", effects.masking.is_some(), masking_reason)
         },
         ClientEffect {
+            passes: &["adaptive filter"],
+            changes: &["mips", "reconstruct"],
+            images: &["adaptive"],
+            can_switch: picture && light,
+            ..effect("adaptive-filter", adaptive, adaptive_reason)
+        },
+        ClientEffect {
             at_run_time: "a thread of its own, started with the first filtered picture; a device that sums the samples computes the wavelets",
             ..effect("noise-filter", filter, filter_reason)
         },
@@ -205,6 +222,8 @@ impl Settings {
     pub fn switch(&mut self, name: &str, on: bool) {
         match name {
             "masking" => self.vm = if on { 1.0 } else { 0.0 },
+            "adaptive-filter" if on => self.adaptive_filter = AdaptiveFilter::Light,
+            "adaptive-filter" => self.adaptive_filter = AdaptiveFilter::Off,
             "noise-filter" => self.denoise = if on { Denoise::Wavelet } else { Denoise::Off },
             "reprojection" => self.reproject = on,
             "reconstruction" if on => self.reconstruction = Reconstruction::Gaussian,

@@ -126,6 +126,20 @@ blocks! {
         inverse_scale: f32,
     }
 
+    /// Constants of the shaders whose names begin with `adaptive`.
+    AdaptivePush, 28 {
+        /// Width and height of the level, texels.
+        extent: [i32; 2],
+        /// The level's first texel in the image of its light: the overscan at level 0.
+        offset: [i32; 2],
+        /// The level; 0 has a texel per pixel.
+        level: i32,
+        /// Levels below it keep nothing.
+        finest: i32,
+        /// 1 / luminance scale, a power of two.
+        inverse_scale: f32,
+    }
+
     /// Constants of `tonemap.frag`.
     TonemapPush, 64 {
         /// First row of `P`, XYZ to linear RGB; the fourth number is not used.

@@ -25,10 +25,22 @@ pub fn film_memory(
     let effects = Effects::new(settings, 1);
     let (padded, extent) = (spec.padded_extent(), [spec.width, spec.height]);
     let mut list = Vec::new();
-    for (name, _) in ["camera", "light"].into_iter().zip(streams).filter(|(_, on)| *on) {
+    for (name, light) in [("camera", false), ("light", true)] {
+        if !streams[usize::from(light)] {
+            continue;
+        }
         list.extend(sums(&format!("{name} color"), TexelFormat::Rgba32F, spec.sums, padded));
         if spec.variance.is_some() {
             list.extend(sums(&format!("{name} variance"), TexelFormat::R32F, Summation::TwoFloat, padded));
+        }
+        if effects.adapts(spec, light) {
+            list.extend([
+                with_mips("adaptive statistics", TexelFormat::Rg32F, extent),
+                with_mips("adaptive edges", TexelFormat::R32F, extent),
+                with_mips("adaptive kept", TexelFormat::Rgba32F, extent),
+                with_mips("adaptive passed", TexelFormat::Rgba32F, extent.map(|n| (n / 2).max(1))),
+            ]);
+            continue;
         }
         match effects.masking {
             None => {}
@@ -70,10 +82,15 @@ pub fn film_memory(
 
 /// Sums of two floats per value or of one, with mip levels of the rounded sums.
 fn sums(name: &str, format: TexelFormat, sums: Summation, extent: [u32; 2]) -> Vec<(String, u64)> {
+    let rests = matches!(sums, Summation::TwoFloat).then(|| (format!("{name} rests"), bytes(format, extent)));
+    [with_mips(&format!("{name} sums"), format, extent)].into_iter().chain(rests).collect()
+}
+
+/// An image with all of its mip levels.
+fn with_mips(name: &str, format: TexelFormat, extent: [u32; 2]) -> (String, u64) {
     let levels = extent[0].max(extent[1]).ilog2() + 1;
     let mips = (0..levels).map(|level| extent.map(|n| (n >> level).max(1))).map(|level| bytes(format, level));
-    let rests = matches!(sums, Summation::TwoFloat).then(|| (format!("{name} rests"), bytes(format, extent)));
-    [(format!("{name} sums"), mips.sum())].into_iter().chain(rests).collect()
+    (name.to_owned(), mips.sum())
 }
 
 /// Tables of glare, and its frequency buffers.

@@ -37,6 +37,7 @@ macro_rules! labels {
 labels! {
     Reconstruction { Gaussian: "Gaussian", CatmullRom: "Catmull–Rom", Mipmap: "Mipmap", None: "None", }
     Masking { LowPass: "Low-pass", Bilateral: "Bilateral", }
+    AdaptiveFilter { Off: "Off", Light: "Light", }
     Denoise { Off: "Off", Wavelet: "Wavelets", Oidn: "Open Image Denoise", }
     DisplayView { Picture: "Picture", CameraVariance: "Error, camera", LightVariance: "Error, light", FalseColor: "False colour", Clipping: "Clipping", }
     Adaptation { Photopic: "Day (photopic)", Mesopic: "Dusk (mesopic)", Scotopic: "Night (scotopic)", }
@@ -149,6 +150,16 @@ pub enum Masking {
     LowPass,
     /// Averages over neighbours whose difference the variance explains; below 4 samples per pixel as low-pass.
     Bilateral,
+}
+
+/// The streams of which every sample is shown through a kernel as wide as the density around it requires.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
+pub enum AdaptiveFilter {
+    /// None: one level of detail for all of a stream.
+    Off,
+    /// The light stream.
+    #[default]
+    Light,
 }
 
 /// The filter that takes noise out of the displayed picture.
@@ -274,6 +285,8 @@ pub struct Settings {
     pub vm: f32,
     /// The kind of noise masking where `vm` is above 0.
     pub masking: Masking,
+    /// The streams that are filtered adaptively. They are not masked.
+    pub adaptive_filter: AdaptiveFilter,
     /// Noise filter. It needs halves of the samples and feature buffers, which a film does not have, so that
     /// [`Film::display`](crate::client::Film::display) shows an unfiltered picture.
     pub denoise: Denoise,
@@ -311,6 +324,7 @@ impl Default for Settings {
             kernel: ReconstructionKernel::default(),
             vm: 0.0,
             masking: Masking::default(),
+            adaptive_filter: AdaptiveFilter::default(),
             denoise: Denoise::default(),
             reproject: false,
             view: DisplayView::default(),

@@ -383,6 +383,8 @@ pub fn display_options(s: &Settings) -> String {
         }
     };
     add("masking", s.masking.name(), s.masking == default.masking);
+    let filter = s.adaptive_filter;
+    add("adaptive-filter", filter.name(), filter == default.adaptive_filter);
     add("denoise", s.denoise.name(), s.denoise == default.denoise);
     add("show", s.view.name(), s.view == default.view);
     add("curve", s.curve.name(), s.curve == default.curve);

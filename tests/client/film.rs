@@ -3,8 +3,8 @@
 
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
-    CHUNK_SAMPLES, ClientError, ColorOutput, Film, FilmSpec, Reconstruction, Settings, SplatFilter,
-    VarianceForm, develop,
+    AdaptiveFilter, CHUNK_SAMPLES, ClientError, ColorOutput, Film, FilmSpec, Reconstruction, Settings,
+    SplatFilter, VarianceForm, develop,
 };
 use pointillist::color::Xyz;
 use pointillist::math::random::Random;
@@ -24,7 +24,7 @@ fn film(spec: FilmSpec) -> ReferenceFilm {
 }
 
 fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
-    Settings { reconstruction, vm, ..Settings::default() }
+    Settings { reconstruction, vm, adaptive_filter: AdaptiveFilter::Off, ..Settings::default() }
 }
 
 /// Samples over the whole window, every fourth on the light stream.

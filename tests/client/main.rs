@@ -5,6 +5,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod adaptive_filter;
 mod develop;
 mod film;
 mod glare;

@@ -48,7 +48,7 @@ fn parameters(method: Reconstruction) -> ReconstructParameters {
 fn at_lod(levels: &[Grid<Vec4>], method: Reconstruction, lod: f32, light: bool) -> Vec<[f32; 3]> {
     let max_level = (levels.len() - 1) as f32;
     let lod = StreamLod { raw: lod, base: lod, variance: 0.0, max_level };
-    let view = StreamView { color: levels, variance: None, lod, summed: light };
+    let view = StreamView { color: levels, variance: None, lod, summed: light, filtered: false };
     let (camera, light) = if light { (None, Some(&view)) } else { (Some(&view), None) };
     let picture = reconstruct(&parameters(method), camera, light).expect("memory");
     picture.pixels().iter().map(|v| v.to_array()).collect()
@@ -184,7 +184,7 @@ fn noise_is_masked_where_it_is() {
     let variance = pyramid(Grid::from_rows(SIZE, SIZE, variance).expect("53² texels")).expect("memory");
     let samples = 4 * (SIZE * SIZE) as u64;
     let lod = StreamLod::new((SIZE * SIZE) as u64, samples, color.len()).expect("has samples");
-    let view = StreamView { color: &color, variance: Some(&variance), lod, summed: false };
+    let view = StreamView { color: &color, variance: Some(&variance), lod, summed: false, filtered: false };
     let mut p = ReconstructParameters { vm: 0.5, ..parameters(Reconstruction::Gaussian) };
     let (left, right) = (level_of_detail(&p, &view, [0.2, 0.5]), level_of_detail(&p, &view, [0.8, 0.5]));
     assert!(left > right + 0.5 && right >= lod.base, "{left} {right}");

@@ -10,6 +10,7 @@ mod unrest;
 
 use support::device as common;
 
+mod adaptive_filter;
 mod batches;
 mod compose;
 mod device;

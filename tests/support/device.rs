@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 use pointillist::client::film::VulkanFilm;
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
-    DisplayImage, Film, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm,
+    AdaptiveFilter, DisplayImage, Film, FilmSpec, Reconstruction, Settings, SplatFilter, VarianceForm,
 };
 use pointillist::color::Xyz;
 use pointillist::gpu::{DeviceChoice, Gpu, GpuOptions};
@@ -88,7 +88,8 @@ pub fn spec(width: u32, height: u32, filter: SplatFilter) -> FilmSpec {
 }
 
 pub fn settings(reconstruction: Reconstruction, vm: f32) -> Settings {
-    Settings { reconstruction, vm, ..Settings::default() }
+    // The adaptive filter of the light stream has tests of its own.
+    Settings { reconstruction, vm, adaptive_filter: AdaptiveFilter::Off, ..Settings::default() }
 }
 
 pub const FILTERS: [SplatFilter; 3] = [SplatFilter::Gaussian, SplatFilter::Tent, SplatFilter::Box];

@@ -3,7 +3,7 @@
 use crate::headless_panel::{Panel, controls, controls_of, place, readout, texts};
 use egui::{Event, Shape, pos2, vec2};
 use pointillist::client::settings::{
-    Adaptation, ColorOutput, Denoise, DisplayView, Dither, Glare, Masking, Reconstruction,
+    Adaptation, AdaptiveFilter, ColorOutput, Denoise, DisplayView, Dither, Glare, Masking, Reconstruction,
     ReconstructionKernel, Settings, SplatFilter, ToneCurve,
 };
 use pointillist::client::window::action::Action;
@@ -73,6 +73,7 @@ fn untouched_values_stay_bit_for_bit() {
                 .then(|| Glare { adaptation: Adaptation::Scotopic, view_angle: float(200.0) }),
             view: [DisplayView::Picture, DisplayView::CameraVariance, DisplayView::LightVariance][round % 3],
             masking: [Masking::LowPass, Masking::Bilateral][round % 2],
+            adaptive_filter: [AdaptiveFilter::Off, AdaptiveFilter::Light][round % 2],
             denoise: [Denoise::Off, Denoise::Wavelet][round % 2],
             reproject: round % 2 == 0,
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]

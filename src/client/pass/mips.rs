@@ -68,7 +68,7 @@ impl MipsPass {
 }
 
 /// Number of inputs of one output along an axis of `n` texels.
-fn taps(n: u32) -> u32 {
+pub fn taps(n: u32) -> u32 {
     match n {
         1 => 1,
         n => 2 + n % 2,

@@ -7,6 +7,7 @@
 //! | [`variance`] | samples again → batch of squared deviations → two-float sums | `variance` |
 //! | [`mips`] | averages down to 1×1 | `mips` |
 //! | [`bilateral`] | averages over neighbours whose difference is noise, if asked for | `bilateral` |
+//! | [`adaptive_filter`] | the light of every sample spread by the density around it | `adaptive_filter` |
 //! | [`reconstruct`] | blur by count and variance, normalise, sum the streams; on a GPU in compute | `reconstruct`, `kernel` |
 //! | [`error_view`] | the variance in place of the picture, if asked for | `error_view` |
 //! | [`compose`] | regions with samples of their own mixed into the picture, groups of lights added | [`develop::mix_region`](crate::client::develop::mix_region) |
@@ -42,6 +43,7 @@
 //! 7. **Tests.** Compare both films in the tests of the GPU, and test the reference against its formula in those of the
 //!    client.
 
+pub mod adaptive_filter;
 pub mod bilateral;
 pub mod compose;
 pub mod error_view;

@@ -25,6 +25,16 @@ enum KernelExtent {
     Texel = 1,
     OneLevel = 2,
     TwoLevels = 3,
+    Filtered = 4,
+}
+
+/// Sums that need no further blur.
+#[derive(Clone, Copy)]
+pub enum FilteredSums<'a> {
+    /// Bilaterally filtered, displayed texel by texel.
+    Bilateral(&'a Image),
+    /// Adaptively filtered, without overscan.
+    Adaptive(&'a Image),
 }
 
 /// Inputs of one stream.
@@ -33,8 +43,8 @@ pub struct StreamInput<'a> {
     pub images: &'a StreamImages,
     /// Level of detail of the stream.
     pub lod: StreamLod,
-    /// Bilaterally filtered sums, displayed texel by texel; `None` if not filtered.
-    pub filtered: Option<&'a Image>,
+    /// Filtered sums; `None` if not filtered.
+    pub filtered: Option<FilteredSums<'a>>,
 }
 
 /// Blurs both streams and writes scene-linear XYZ. Uses a fragment shader or, if the device [prefers](Gpu::prefers_compute) it and the
@@ -117,7 +127,7 @@ impl ReconstructPass {
 fn textures<'a>(stream: &StreamInput<'a>, masking: bool) -> [Texture<'a>; 4] {
     let color = stream.images.color.sums();
     let all = Texture::all_levels(color);
-    if let Some(filtered) = stream.filtered {
+    if let Some(FilteredSums::Bilateral(filtered) | FilteredSums::Adaptive(filtered)) = stream.filtered {
         return [Texture::texels(filtered); 4];
     }
     if masking {
@@ -165,7 +175,8 @@ pub fn levels_needed(kind: Reconstruction, masking: bool, lod: &StreamLod) -> u3
 fn kernel_extent(kind: Reconstruction, masking: bool, stream: Option<&StreamInput<'_>>) -> KernelExtent {
     match stream {
         None => KernelExtent::Absent,
-        Some(stream) if stream.filtered.is_some() => KernelExtent::Texel,
+        Some(StreamInput { filtered: Some(FilteredSums::Bilateral(_)), .. }) => KernelExtent::Texel,
+        Some(StreamInput { filtered: Some(FilteredSums::Adaptive(_)), .. }) => KernelExtent::Filtered,
         Some(_) if kind != Reconstruction::Gaussian || masking => KernelExtent::TwoLevels,
         Some(stream) if stream.lod.base <= MIN_LOD => KernelExtent::Texel,
         Some(stream) if stream.lod.base < 0.0 => KernelExtent::OneLevel,

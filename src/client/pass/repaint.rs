@@ -10,13 +10,14 @@ use crate::client::error::ClientError;
 use crate::client::layout::{BilateralPush, ReconstructPush};
 use crate::client::lod::StreamLod;
 use crate::client::pass::CompilePolicy;
+use crate::client::pass::adaptive_filter::{AdaptiveFilterPass, AdaptiveInput};
 use crate::client::pass::bilateral::BilateralPass;
 use crate::client::pass::compose::{ComposePass, PictureLayer};
 use crate::client::pass::error_view::ErrorViewPass;
 use crate::client::pass::glare::{GlarePass, glare_detail};
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
-use crate::client::pass::reconstruct::{ReconstructPass, StreamInput, levels_needed};
+use crate::client::pass::reconstruct::{FilteredSums, ReconstructPass, StreamInput, levels_needed};
 use crate::client::pass::tonemap::TonemapPass;
 use crate::client::post_process::{PictureGrid, PostPasses};
 use crate::client::readback::Readback;
@@ -45,6 +46,7 @@ pub struct Repaint {
     gpu: Arc<Gpu>,
     spec: FilmSpec,
     mips: MipsPass,
+    adaptive_filter: AdaptiveFilterPass,
     bilateral: BilateralPass,
     reconstruct: ReconstructPass,
     error_view: ErrorViewPass,
@@ -71,6 +73,7 @@ impl Repaint {
             gpu: gpu.clone(),
             spec,
             mips: MipsPass::new(gpu, &compiling),
+            adaptive_filter: AdaptiveFilterPass::new(gpu, &compiling),
             bilateral: BilateralPass::new(gpu, &compiling),
             reconstruct: ReconstructPass::new(gpu, &compiling),
             error_view: ErrorViewPass::new(gpu, &compiling),
@@ -350,10 +353,16 @@ impl Repaint {
         // Texels of the sums per drawn pixel.
         let texels = |picture: u32, sums: u32| effects.detail as f32 * (sums as f32 / picture as f32);
         let texels = [texels(self.spec.width, sums.spec.width), texels(self.spec.height, sums.spec.height)];
-        for (images, lod) in sums.streams.iter_mut().flatten() {
-            *lod = lod.coarsened(texels[0].min(texels[1]).round() as u32);
+        let pixel = texels[0].min(texels[1]).round() as u32;
+        for (light, stream) in [false, true].into_iter().zip(&mut sums.streams) {
+            let Some((images, lod)) = stream else { continue };
+            *lod = lod.coarsened(pixel);
             // The sums may be undefined, if the batch that created the images could not be drawn.
             images.define(cmd);
+            if effects.adapts(&sums.spec, light) {
+                self.mips.record(cmd, images, 1, false)?;
+                continue;
+            }
             let levels = levels_needed(kind, variance, lod);
             self.mips.record(cmd, images, levels, variance)?;
             if effects.masking.is_some() && !effects.bilateral(lod) && !self.gpu.fetches_any_level() {
@@ -391,9 +400,21 @@ impl Repaint {
             return Ok(());
         }
         for (light, stream) in [false, true].into_iter().zip(&sums.streams) {
-            let Some((images, lod)) = stream.as_ref().filter(|(_, lod)| effects.bilateral(lod)) else {
+            let Some((images, lod)) = stream else { continue };
+            if effects.adapts(&sums.spec, light) {
+                let input = AdaptiveInput {
+                    sums: images.color.sums(),
+                    pad: sums.spec.pad(),
+                    extent: [sums.spec.width, sums.spec.height],
+                    inverse_scale: sums.inverse_scale,
+                    finest: pixel.max(1).ilog2(),
+                };
+                self.adaptive_filter.record(cmd, input)?;
                 continue;
-            };
+            }
+            if !effects.bilateral(lod) {
+                continue;
+            }
             let push = BilateralPush {
                 variance_lod: lod.variance,
                 noise_masking: push.noise_masking,
@@ -405,7 +426,13 @@ impl Repaint {
         }
         let input = |light: bool| {
             let (images, lod) = sums.streams[usize::from(light)].as_ref()?;
-            let filtered = effects.bilateral(lod).then(|| self.bilateral.filtered(light)).flatten();
+            let filtered = match effects.adapts(&sums.spec, light) {
+                true => self.adaptive_filter.filtered().map(FilteredSums::Adaptive),
+                false if effects.bilateral(lod) => {
+                    self.bilateral.filtered(light).map(FilteredSums::Bilateral)
+                }
+                false => None,
+            };
             Some(StreamInput { images, lod: *lod, filtered })
         };
         let streams = [input(false), input(true)];

@@ -218,6 +218,13 @@ impl Accumulator {
         copy(&self.hi, spec)
     }
 
+    /// A copy of the rounded sums without the overscan; `None` without memory.
+    pub fn picture(&self, spec: &FilmSpec) -> Option<Grid<Vec4>> {
+        let mut grid = Grid::try_filled(spec.width as usize, spec.height as usize, Vec4::ZERO)?;
+        grid.pixels_mut().iter_mut().zip(self.crop(&self.hi, spec.pad())).for_each(|(to, sum)| *to = sum);
+        Some(grid)
+    }
+
     /// A copy of the rounded variance sums; `None` without memory.
     pub fn variance(&self, spec: &FilmSpec) -> Option<Grid<f32>> {
         copy(&self.variance_hi, spec)

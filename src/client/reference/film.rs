@@ -10,6 +10,7 @@ use crate::client::error::ClientError;
 use crate::client::lod::StreamLod;
 use crate::client::post_process::PictureGrid;
 use crate::client::reference::accumulator::Accumulator;
+use crate::client::reference::adaptive_filter::adaptive_filter;
 use crate::client::reference::bilateral::bilateral;
 use crate::client::reference::error_view::error_view;
 use crate::client::reference::glare::ReferenceGlare;
@@ -159,8 +160,14 @@ impl Film for ReferenceFilm {
             return Err(ClientError::NoVariance);
         }
         self.pool.install(|| {
-            let camera = Levels::of(self.sums.stream(0), spec, &effects)?;
-            let light = Levels::of(self.sums.stream(1), spec, &effects)?;
+            let levels = |light: bool| {
+                let sums = self.sums.stream(usize::from(light));
+                match effects.adapts(spec, light) {
+                    true => Levels::adapted(sums, spec, p.luminance_scale.recip()),
+                    false => Levels::of(sums, spec, &effects),
+                }
+            };
+            let (camera, light) = (levels(false)?, levels(true)?);
             let camera = camera.as_ref().zip(lods[0]).map(|(levels, lod)| levels.view(lod, false));
             let light = light.as_ref().zip(lods[1]).map(|(levels, lod)| levels.view(lod, true));
             let picture = match settings.view {
@@ -190,7 +197,7 @@ fn masked(
 ) -> Option<Grid<Vec3>> {
     let mut filtered = [const { None }; 2];
     for (stream, filtered) in streams.iter().zip(&mut filtered) {
-        if let Some(stream) = stream.as_ref().filter(|s| effects.bilateral(&s.lod)) {
+        if let Some(stream) = stream.as_ref().filter(|s| effects.bilateral(&s.lod) && !s.filtered) {
             *filtered = Some(bilateral(p, stream)?);
         }
     }
@@ -200,7 +207,7 @@ fn masked(
             Some(filtered) => (std::slice::from_ref(filtered), None),
             None => (stream.color, stream.variance),
         };
-        Some(StreamView { color, variance, lod: stream.lod, summed: stream.summed })
+        Some(StreamView { color, variance, ..*stream })
     });
     reconstruct(p, camera.as_ref(), light.as_ref())
 }
@@ -209,6 +216,8 @@ fn masked(
 struct Levels {
     color: Pyramid<Vec4>,
     variance: Option<Pyramid<f32>>,
+    /// Whether the colour is filtered: level 0 alone, without overscan.
+    filtered: bool,
 }
 
 impl Levels {
@@ -228,11 +237,26 @@ impl Levels {
         } else {
             None
         };
-        Ok(Some(Self { color, variance }))
+        Ok(Some(Self { color, variance, filtered: false }))
+    }
+
+    /// Adaptively filtered sums; `None` without sums.
+    fn adapted(
+        sums: Option<&Accumulator>,
+        spec: &FilmSpec,
+        inverse_scale: f32,
+    ) -> Result<Option<Self>, ClientError> {
+        let Some(sums) = sums else {
+            return Ok(None);
+        };
+        let filtered = sums.picture(spec).and_then(|sums| adaptive_filter(sums, inverse_scale, 0));
+        let no_memory = || Accumulator::out_of_memory("the adaptive filter", spec);
+        Ok(Some(Self { color: vec![filtered.ok_or_else(no_memory)?], variance: None, filtered: true }))
     }
 
     /// Input of the reconstruction; `summed` for the light stream.
     fn view(&self, lod: StreamLod, summed: bool) -> StreamView<'_> {
-        StreamView { color: &self.color, variance: self.variance.as_deref(), lod, summed }
+        let variance = self.variance.as_deref();
+        StreamView { color: &self.color, variance, lod, summed, filtered: self.filtered }
     }
 }

@@ -82,13 +82,21 @@ pub fn bilinear<T>(grid: &Grid<T>, uv: [f32; 2]) -> T
 where
     T: Copy + Add<Output = T> + Mul<f32, Output = T>,
 {
-    let axis = |u: f32, size: usize| {
-        let p = (u * size as f32 - 0.5).clamp(0.0, (size - 1) as f32);
+    bilinear_at(grid, [uv[0] * grid.width() as f32, uv[1] * grid.height() as f32])
+}
+
+/// As [`bilinear`], at a position in texels; the texel as it is at its centre.
+pub fn bilinear_at<T>(grid: &Grid<T>, p: [f32; 2]) -> T
+where
+    T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+{
+    let axis = |p: f32, size: usize| {
+        let p = (p - 0.5).clamp(0.0, (size - 1) as f32);
         let i = p as usize;
         (i, (i + 1).min(size - 1), p - i as f32)
     };
-    let (x0, x1, fx) = axis(uv[0], grid.width());
-    let (y0, y1, fy) = axis(uv[1], grid.height());
+    let (x0, x1, fx) = axis(p[0], grid.width());
+    let (y0, y1, fy) = axis(p[1], grid.height());
     let (top, bottom) = (grid.row(y0), grid.row(y1));
     let across = |row: &[T]| row[x0] * (1.0 - fx) + row[x1] * fx;
     across(top) * (1.0 - fy) + across(bottom) * fy

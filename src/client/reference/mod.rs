@@ -10,6 +10,7 @@
 //! | [`variance`] | samples again → batch of squared deviations | §4.2 step 5 |
 //! | [`mips`] | averages down to 1×1, bilinear and trilinear reads | §4.2 steps 3, 6 |
 //! | [`bilateral`] | noise masking that keeps features | §4.2 |
+//! | [`adaptive_filter`] | the light of every sample spread by the density around it | §6, \[21\] |
 //! | [`error_view`] | the variance images | §5 |
 //! | [`reconstruct`], [`kernel`] | blur by count and variance, normalise, sum the streams | §4.2, §4.3 |
 //! | [`glare`] | scatter of the eye: convolution by FFT | §4.2 step 5 |
@@ -22,6 +23,7 @@
 //! All sums run in `f32` in sample order, as additive blending does; threads only split rows.
 
 pub mod accumulator;
+pub mod adaptive_filter;
 pub mod bilateral;
 pub mod curves;
 pub mod error_view;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::client::filter::RECONSTRUCTION_THRESHOLD;
 use crate::client::lod::{LocalStatistics, MIN_LOD, StreamLod};
 use crate::client::reference::kernel::{gaussian, windowed_gaussian};
-use crate::client::reference::mips::trilinear;
+use crate::client::reference::mips::{bilinear_at, trilinear};
 use crate::client::settings::{FilmSpec, Reconstruction, ReconstructionKernel};
 use crate::image::Grid;
 
@@ -24,6 +24,8 @@ pub struct StreamView<'a> {
     pub lod: StreamLod,
     /// True for the light stream: its sums are shown, not their mean.
     pub summed: bool,
+    /// Whether level 0, without overscan, is what is shown: the sums were [filtered](crate::client::reference::adaptive_filter).
+    pub filtered: bool,
 }
 
 impl StreamView<'_> {
@@ -106,6 +108,10 @@ pub fn reconstruct(
 /// The blurred `[X, Y, Z, W]` of one stream at one pixel.
 #[inline]
 fn read(p: &ReconstructParameters, stream: &StreamView<'_>, at: PixelPosition) -> Vec4 {
+    if stream.filtered {
+        // A texel as it is, where pixels have its size.
+        return bilinear_at(&stream.color[0], at.place.map(|place| place - p.spec.pad() as f32));
+    }
     let lod = level_of_detail(p, stream, at.uv);
     match p.method {
         Reconstruction::Gaussian => blur(p.kernel, stream.color, at, lod),

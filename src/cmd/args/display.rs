@@ -5,8 +5,8 @@ use clap::{Args, ValueEnum};
 
 use crate::client::post_process::PostSettings;
 use crate::client::{
-    Adaptation, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel, Settings,
-    ToneCurve,
+    Adaptation, AdaptiveFilter, DisplayView, Dither, Glare, Masking, Reconstruction, ReconstructionKernel,
+    Settings, ToneCurve,
 };
 use crate::cmd::args::values::{kernel, non_negative, positive, profile, view_angle};
 
@@ -30,6 +30,12 @@ pub struct DisplayArgs {
     /// How noise is masked if --vm is above 0.
     #[arg(long, value_name = "KIND", default_value = "low-pass")]
     pub masking: Masking,
+
+    /// Streams of which every sample is shown through a kernel as wide as the density of samples around it requires; they are not masked.
+    ///
+    /// What is light by particles is smooth early and sharp later. Files in EXR hold the sums as they are.
+    #[arg(long, value_name = "STREAM", default_value = "light")]
+    pub adaptive_filter: AdaptiveFilter,
 
     /// Show the picture, or the relative standard error of a stream as grey (white is 100 %).
     #[arg(long, value_name = "WHAT", default_value = "picture")]
@@ -79,6 +85,7 @@ impl DisplayArgs {
             kernel: self.kernel,
             vm: self.vm,
             masking: self.masking,
+            adaptive_filter: self.adaptive_filter,
             view: self.show,
             curve: self.curve,
             dither: self.dither,

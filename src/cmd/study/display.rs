@@ -4,9 +4,10 @@ use std::time::{Duration, Instant};
 
 use miette::Result;
 
+use crate::client::settings::OptionNames;
 use crate::client::{
-    FilmSpec, Glare, Masking, Reconstruction, ReconstructionKernel, Settings, SplatFilter, Summation,
-    VarianceForm,
+    AdaptiveFilter, FilmSpec, Glare, Masking, Reconstruction, ReconstructionKernel, Settings, SplatFilter,
+    Summation, VarianceForm,
 };
 use crate::cmd::bench::{self, BenchJob};
 use crate::cmd::study::converge;
@@ -142,6 +143,12 @@ fn settings(renderer: &StudyRenderer) -> Vec<DisplaySetting> {
     add("variance", "kept", &usual, varied, false);
     for (name, masking) in [("low-pass", Masking::LowPass), ("bilateral", Masking::Bilateral)] {
         add("masking", name, &Settings { vm: 1.0, masking, ..usual.clone() }, varied, false);
+    }
+    // Without light samples there is nothing to filter.
+    let filters = [AdaptiveFilter::Off, AdaptiveFilter::Light];
+    for filter in filters.into_iter().filter(|_| renderer.run.integrator.streams()[1]) {
+        let settings = Settings { adaptive_filter: filter, ..usual.clone() };
+        add("adaptive filter", &filter.name(), &settings, plain, settings == usual);
     }
     for (name, filter) in [
         ("Gaussian, 5×5 texels", SplatFilter::Gaussian),

@@ -94,6 +94,16 @@ impl Image {
         Self::create(gpu, name, format, extent, false, vk::ImageUsageFlags::STORAGE)
     }
 
+    /// As [`new`](Self::new), with mip levels down to 1×1.
+    pub fn with_mips(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        format: TexelFormat,
+        extent: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        Self::create(gpu, name, format, extent, true, vk::ImageUsageFlags::empty())
+    }
+
     /// As [`storage`](Self::storage), with mip levels down to 1×1.
     pub fn storage_with_mips(
         gpu: &Arc<Gpu>,

@@ -24,6 +24,8 @@ pub(super) fn show(ui: &mut Ui, controls: &mut PanelControls) {
     option(ui, label, &mut settings.reconstruction, default.reconstruction);
     let hint = "How a sample is spread over pixels; starts the film anew";
     option(ui, ("Splat filter", hint), filter, SplatFilter::default());
+    let label = ("Adaptive filter", "Light samples are spread wide where they are few, and end at edges");
+    option(ui, label, &mut settings.adaptive_filter, default.adaptive_filter);
     noise_filter(ui, &mut settings.denoise);
     let label = ("Noise masking", "Vm: extra blur where the variance is high; 0 is off");
     slide(ui, label, &mut settings.vm, default.vm, 0.0..=16.0);
