@@ -17,10 +17,8 @@ pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
         "its tables of measurements are not read: choose `principled` or `roughconductor`",
     ),
     ("emitter", "timed_sunsky", "it changes within a picture: `sunsky` has the sky of one moment"),
-    ("sensor", "batch", "a render has one sensor: give each a file that includes the scene"),
     ("sensor", "distant", NO_PICTURE),
     ("sensor", "irradiancemeter", NO_PICTURE),
-    ("sensor", "radiancemeter", NO_PICTURE),
     (
         "integrator",
         "moment",
