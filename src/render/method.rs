@@ -92,7 +92,7 @@ pub fn start(
     if run.integrator.streams() == [false, true] && !order.camera.is_found_by_light() {
         return Err(miette::miette!(
             help = "choose --integrator path or bidirectional",
-            "the one ray of the sensor `radiancemeter` is found by no path from a light, and {} has no others",
+            "no path from a light finds the rays of the sensors `radiancemeter` and `distant`, which have one direction, and {} has no others",
             run.integrator.traits().title
         ));
     }

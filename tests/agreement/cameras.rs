@@ -91,11 +91,12 @@ fn several_cameras() {
     assert_all_pairs("batch", &room(batch()), PLAN, PHOTONS);
 }
 
-/// Particles do not find it, and paths from both ends weigh it as after a mirror.
+/// Particles do not find them, and paths from both ends weigh them as after a mirror.
 #[test]
-fn a_single_ray() {
+fn rays_of_one_direction() {
     let methods = [Method::Path, Method::Bidirectional, Method::Photon, Method::Vcm];
-    assert_pairs("radiancemeter", &room(ProjectionDesc::SingleRay), &methods, PLAN, PHOTONS);
+    assert_pairs("radiancemeter", &room(ProjectionDesc::Beam(0.0)), &methods, PLAN, PHOTONS);
+    assert_pairs("distant", &room(ProjectionDesc::Beam(0.7)), &methods, PLAN, PHOTONS);
 }
 
 /// Inside of a white shell that shines, and outside of a white ball in a white world, every place that a camera shows is as bright as the world.

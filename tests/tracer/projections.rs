@@ -434,7 +434,7 @@ fn projections_that_cannot_be_are_refused() {
 /// A single ray has no place that a point could be seen at.
 #[test]
 fn a_single_ray_is_found_by_nothing() {
-    let camera = identity(ProjectionDesc::SingleRay, (1, 1));
+    let camera = identity(ProjectionDesc::Beam(0.0), (1, 1));
     let start = camera.start([0.3, 0.7], CENTER).unwrap();
     assert!(start.ray.direction == Vec3::Z && start.uv_per_steradian == 0.0 && !camera.is_found_by_light());
     assert!(camera.view(Vec3::Z * 3.0, CENTER, &UvWindow::PICTURE).is_none());

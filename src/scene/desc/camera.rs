@@ -39,8 +39,9 @@ pub enum ProjectionDesc {
     CubeMap(CubeLayout),
     /// All directions by longitude and latitude, for two eyes (omnidirectional stereo).
     Stereo(StereoDesc),
-    /// One ray, along z: Mitsuba's `radiancemeter`.
-    SingleRay,
+    /// Rays along z from the points of a disk of this radius; every place of the picture has all of them. Mitsuba's `radiancemeter` has the radius
+    /// 0, one ray, and its `distant` a disk before the whole scene.
+    Beam(f64),
     /// Several cameras side by side from left to right, each on an equal part of the film: Mitsuba's `batch`. Their transforms lead to the space of
     /// this one, whose clip distances are not used.
     Batch(Vec<CameraDesc>),

@@ -42,7 +42,12 @@ pub(super) fn sensor_parameters(camera: &CameraDesc, indent: &str) -> String {
     match &camera.projection {
         ProjectionDesc::Perspective(perspective) => lines.float("fov", perspective.fov),
         ProjectionDesc::Fisheye(fisheye) => lines.float("fov", fisheye.fov),
-        ProjectionDesc::SingleRay => return lines.text,
+        ProjectionDesc::Beam(radius) => {
+            if *radius > 0.0 {
+                lines.float("radius", *radius);
+            }
+            return lines.text;
+        }
         ProjectionDesc::Batch(cameras) => {
             for camera in cameras {
                 lines.text += &sensor_parameters(camera, &inside);
@@ -92,7 +97,7 @@ pub(super) fn sensor_parameters(camera: &CameraDesc, indent: &str) -> String {
         }
         ProjectionDesc::Orthographic
         | ProjectionDesc::Spherical
-        | ProjectionDesc::SingleRay
+        | ProjectionDesc::Beam(_)
         | ProjectionDesc::Batch(_) => (),
     }
     lines.text
@@ -108,7 +113,7 @@ fn plugin(camera: &CameraDesc) -> &'static str {
         ProjectionDesc::Spherical => "spherical",
         ProjectionDesc::CubeMap(_) => "cubemap",
         ProjectionDesc::Stereo(_) => "ods",
-        ProjectionDesc::SingleRay => "radiancemeter",
+        ProjectionDesc::Beam(_) => "radiancemeter",
         ProjectionDesc::Batch(_) => "batch",
     }
 }

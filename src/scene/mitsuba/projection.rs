@@ -169,9 +169,13 @@ fn panorama(
     sensor::camera(reader, params, to_world, DVec2::ZERO, projection)
 }
 
-/// One ray, along z or from `origin` in the direction `direction`, without clip planes.
+/// One ray, along z or from `origin` in the direction `direction`, without clip planes; of a beam with the parameter `radius`.
 pub(super) fn radiance_meter(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
     params.without_effect(&["shutter_open", "shutter_close", "near_clip", "far_clip"]);
+    let radius = params.float_or("radius", 0.0)?;
+    if radius < 0.0 {
+        return Err(params.error("radius", "the radius of a beam is 0 or above").error());
+    }
     let to_world = match (params.point("origin")?, params.point("direction")?) {
         (None, None) => sensor::rigid(params)?,
         (Some(origin), Some(direction)) => {
@@ -187,15 +191,58 @@ pub(super) fn radiance_meter(reader: &mut Reader<'_>, params: &Params<'_>) -> Re
             return Err(found.help("give both, or `to_world`").error());
         }
     };
-    Ok(CameraDesc {
-        projection: ProjectionDesc::SingleRay,
+    Ok(unclipped(reader, params, to_world, ProjectionDesc::Beam(radius)))
+}
+
+/// A camera without clip planes.
+fn unclipped(
+    reader: &Reader<'_>,
+    params: &Params<'_>,
+    to_world: DAffine3,
+    projection: ProjectionDesc,
+) -> CameraDesc {
+    CameraDesc {
+        projection,
         to_world,
         principal_point_offset: DVec2::ZERO,
         near_clip: 0.0,
         far_clip: f64::from(f32::MAX),
         medium: None,
         place: reader.place(params.span()),
-    })
+    }
+}
+
+/// Parallel rays into the whole scene, or to the point `target`, which [`aim`] gives their place once all shapes are known.
+pub(super) fn distant(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
+    params.without_effect(&["shutter_open", "shutter_close", "near_clip", "far_clip"]);
+    if let Some(target) = params.get("target")
+        && target.tag.name == "shape"
+    {
+        let found = params.fault(FindingKind::Value, "a shape as the `target` of `distant` is not supported");
+        return Err(found.help("give a <point>, or leave it away for the whole scene").error());
+    }
+    let target = params.point("target")?;
+    let to_world = match params.point("direction")? {
+        None => sensor::rigid(params)?,
+        Some(_) if params.has("to_world") => {
+            return Err(params.error("direction", "either `to_world` or `direction`, not both").error());
+        }
+        Some(direction) => along(direction, DVec3::ZERO)
+            .ok_or_else(|| params.error("direction", "a direction has a length above 0").error())?,
+    };
+    reader.known.distant = Some(target);
+    Ok(unclipped(reader, params, to_world, ProjectionDesc::Beam(0.0)))
+}
+
+/// Places the rays of `distant` before the scene, whose shapes lie in this box: those to a target twice the radius of its sphere away, as Mitsuba,
+/// those into the whole scene on a disk in front of it.
+pub(super) fn aim(camera: &mut CameraDesc, target: Option<DVec3>, [low, high]: [DVec3; 2]) {
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    let ahead = camera.to_world.matrix3.z_axis.normalize_or_zero();
+    (camera.to_world.translation, camera.projection) = match target {
+        Some(target) => (target - 2.0 * radius * ahead, ProjectionDesc::Beam(0.0)),
+        None => (middle - radius * ahead, ProjectionDesc::Beam(radius)),
+    };
 }
 
 /// Camera space with this direction as its z.
@@ -215,22 +262,14 @@ pub(super) fn batch(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Came
         return Err(found.help("put <sensor> elements into it, from left to right").error());
     }
     let cameras = nested.into_iter().map(|(id, _)| part(reader, id)).collect::<Result<Vec<_>, _>>()?;
-    Ok(CameraDesc {
-        projection: ProjectionDesc::Batch(cameras),
-        to_world,
-        principal_point_offset: DVec2::ZERO,
-        near_clip: 0.0,
-        far_clip: f64::from(f32::MAX),
-        medium: None,
-        place: reader.place(params.span()),
-    })
+    Ok(unclipped(reader, params, to_world, ProjectionDesc::Batch(cameras)))
 }
 
 /// One of the cameras of a batch.
 fn part(reader: &mut Reader<'_>, id: ElementId) -> Result<CameraDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
-    if params.plugin() == "batch" {
-        return Err(params.type_fault("a batch cannot stand in a batch").error());
+    if let name @ ("batch" | "distant") = params.plugin() {
+        return Err(params.type_fault(format!("`{name}` cannot stand in a batch")).error());
     }
     let camera = reader.plugin(&params, sensor::PLUGINS, &[])?(reader, &params)?;
     for tag in ["film", "sampler", "medium"] {

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::document::{Document, ElementId};
 use super::grid_file::Grids;
 use super::params::Params;
@@ -123,6 +125,8 @@ pub(crate) struct Known {
     pub(crate) attributes: BTreeMap<String, AttributeLayout>,
     /// The first shape whose material has a picture and whose mesh has no texture coordinates, and the number of such shapes.
     pub(crate) unmapped: Option<(Span, usize)>,
+    /// The target, if it has one, of a sensor `distant`.
+    pub(crate) distant: Option<Option<DVec3>>,
     /// Why the first mesh without triangles has none.
     pub(crate) nothing: Option<SceneError>,
     pub(crate) spectra: BTreeMap<(ElementId, Role), Spectrum>,

@@ -35,6 +35,7 @@ pub(super) const PLUGINS: PluginTable<CameraDesc> = &[
     ("cubemap", projection::cube_map),
     ("ods", projection::stereo),
     ("radiancemeter", projection::radiance_meter),
+    ("distant", projection::distant),
     ("batch", projection::batch),
 ];
 

@@ -9,7 +9,7 @@ use super::prefetched::Prefetched;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::TagKind;
-use super::{attribute, emitter, integrator, medium, params, sensor, shape, upgrade};
+use super::{attribute, emitter, integrator, medium, params, projection, sensor, shape, upgrade};
 
 use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
@@ -263,6 +263,9 @@ impl SceneWalk<'_> {
         };
         if self.reader.document.unframed == Some(desc.camera.place.file) {
             model::frame(&mut desc);
+        }
+        if let Some(target) = self.reader.known.distant {
+            projection::aim(&mut desc.camera, target, desc.bounds().unwrap_or_default());
         }
         // An edited scene is traced where the original is, whatever was moved.
         desc.place();

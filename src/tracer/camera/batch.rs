@@ -35,7 +35,7 @@ impl Projection {
             ProjectionDesc::Spherical => FilmProjection::Panorama(Panorama::SPHERICAL),
             ProjectionDesc::Stereo(stereo) => FilmProjection::Panorama(Panorama::stereo(stereo)),
             ProjectionDesc::CubeMap(layout) => FilmProjection::CubeMap(CubeMap::new(*layout)),
-            ProjectionDesc::SingleRay => FilmProjection::SingleRay,
+            ProjectionDesc::Beam(radius) => FilmProjection::Beam(*radius),
             ProjectionDesc::Batch(cameras) => {
                 // The proportions of one part.
                 let (width, height) = (options.width, options.height.saturating_mul(cameras.len() as u32));
@@ -76,7 +76,7 @@ impl Camera {
         let length = along.length();
         let direction = along / length;
         let per_clip = self.per_clip(film, local.direction, length);
-        let is_found = !matches!(film, FilmProjection::SingleRay);
+        let is_found = !matches!(film, FilmProjection::Beam(_));
         Some(CameraRay {
             ray: Ray {
                 origin: (from + direction * (self.near * per_clip)).as_vec3(),

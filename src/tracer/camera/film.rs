@@ -5,6 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::math::warp;
 use crate::scene::desc::{LensDesc, PerspectiveDesc};
 
 use super::aperture::Aperture;
@@ -42,8 +43,8 @@ pub(super) enum FilmProjection {
     Panorama(Panorama),
     /// All directions on a cube.
     CubeMap(CubeMap),
-    /// All places have the ray along z.
-    SingleRay,
+    /// All places have the rays along z from a disk of this radius.
+    Beam(f64),
 }
 
 /// A thin lens in the plane z = 0 before a picture in the plane z = 1.
@@ -108,7 +109,10 @@ impl FilmProjection {
             Self::Fisheye(fisheye) => fisheye.ray(at),
             Self::Panorama(panorama) => panorama.ray(at),
             Self::CubeMap(cube) => cube.ray(at),
-            Self::SingleRay => Some(LocalRay { from: DVec3::ZERO, direction: DVec3::Z, density: 1.0 }),
+            Self::Beam(radius) => {
+                let from = warp::disk(lens).as_dvec2() * *radius;
+                Some(LocalRay { from: from.extend(0.0), direction: DVec3::Z, density: 1.0 })
+            }
         }
     }
 
@@ -124,7 +128,7 @@ impl FilmProjection {
             }
             Self::Panorama(panorama) => panorama.images(to, is_far, add),
             Self::CubeMap(cube) => cube.images(to, add),
-            Self::SingleRay => (),
+            Self::Beam(_) => (),
         }
     }
 
@@ -147,7 +151,8 @@ impl FilmProjection {
                 *focus /= unit;
             }
             Self::Panorama(panorama) => panorama.radius *= unit,
-            Self::Fisheye(_) | Self::CubeMap(_) | Self::SingleRay => (),
+            Self::Beam(radius) => *radius *= unit,
+            Self::Fisheye(_) | Self::CubeMap(_) => (),
         }
         scaled
     }
@@ -158,7 +163,8 @@ impl FilmProjection {
             // Narrower along x, or wider: a squeeze below 1.
             Self::Plane(plane) => plane.aperture.map_or(0.0, |aperture| aperture.reach()),
             Self::Panorama(panorama) => panorama.radius,
-            Self::Fisheye(_) | Self::CubeMap(_) | Self::SingleRay => 0.0,
+            Self::Beam(radius) => *radius,
+            Self::Fisheye(_) | Self::CubeMap(_) => 0.0,
         }
     }
 }

@@ -487,10 +487,11 @@ impl Camera {
         }
     }
 
-    /// Whether light paths find all that it shows. They do not find the one ray of a radiance meter.
+    /// Whether light paths find all that it shows. They do not find rays of one direction that belong to every
+    /// place of the picture, as of a radiance meter.
     pub fn is_found_by_light(&self) -> bool {
         match &self.projection {
-            Projection::Film(film) => !matches!(**film, FilmProjection::SingleRay),
+            Projection::Film(film) => !matches!(**film, FilmProjection::Beam(_)),
             Projection::Batch(cameras) => cameras.iter().all(Self::is_found_by_light),
             _ => true,
         }
@@ -580,6 +581,9 @@ fn check(projection: &ProjectionDesc) -> Result<(), &'static str> {
         }
         ProjectionDesc::Stereo(stereo) if !(stereo.interocular >= 0.0 && stereo.interocular.is_finite()) => {
             Err("the distance of the eyes must be 0 or above")
+        }
+        ProjectionDesc::Beam(radius) if !(*radius >= 0.0 && radius.is_finite()) => {
+            Err("the radius of a beam must be 0 or above")
         }
         ProjectionDesc::Batch(cameras) if cameras.is_empty() => Err("a batch of cameras needs one or more"),
         _ => Ok(()),
