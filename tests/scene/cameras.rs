@@ -114,7 +114,7 @@ fn what_cannot_be_is_refused_at_its_place() {
         ("distant", "<shape type=\"sphere\" name=\"target\"/>".to_owned(), "shape"),
         ("batch", String::new(), "needs sensors"),
         ("batch", "<sensor type=\"batch\"/>".to_owned(), "cannot stand"),
-        ("irradiancemeter", String::new(), "not supported"),
+        ("irradiancemeter", String::new(), "stands in the shape"),
     ] {
         let error = sensor(kind, &inside).expect_err(kind);
         let text = format!("{error:?} {error}");

@@ -440,3 +440,59 @@ fn a_single_ray_is_found_by_nothing() {
     assert!(camera.view(Vec3::Z * 3.0, CENTER, &UvWindow::PICTURE).is_none());
     assert!(camera.view_far(Vec3::Z, CENTER, &UvWindow::PICTURE).is_none());
 }
+
+/// Rays of a meter leave its surface by the cosine, uniformly over it, and points see them again through the same point of the surface, also in the
+/// overscan.
+#[test]
+fn meters_of_irradiance() {
+    let scale = DAffine3::from_scale(DVec3::splat(2.0));
+    for (surface, to_world, second_moment) in [
+        (MeterSurface::Rectangle, DAffine3::from_scale(DVec3::new(2.0, 0.5, 1.0)), (4.0 + 0.25) / 3.0),
+        (MeterSurface::Disk, scale, 2.0),
+        (MeterSurface::Sphere { center: DVec3::ZERO, radius: 0.5 }, scale, 1.0),
+        (MeterSurface::Sphere { center: DVec3::ZERO, radius: -0.5 }, scale, 1.0),
+    ] {
+        let mut desc = empty();
+        let turn = DAffine3::from_rotation_x(0.7) * DAffine3::from_translation(DVec3::new(0.3, 0.2, 0.1));
+        let projection = ProjectionDesc::Irradiance(surface);
+        desc.camera = CameraDesc { projection, to_world: turn * to_world, near_clip: 1e-3, ..desc.camera };
+        (desc.film.width, desc.film.height) = (1, 1);
+        let camera = Camera::of(&desc).expect("valid");
+        let middle = turn.translation;
+        let (mut random, n) = (Random(6), 4000);
+        let mut moments = [0.0; 2];
+        for _ in 0..n {
+            let uv = [1.8 * random.f64() - 0.4, 1.8 * random.f64() - 0.4];
+            let u = [random.f64() as f32, random.f64() as f32];
+            let start = camera.start(uv, u).expect("a ray");
+            let from = start.from.unwrap().as_dvec3();
+            let square = (from - middle).length_squared();
+            moments = [moments[0] + square, moments[1] + square * square];
+            let normal = match surface {
+                MeterSurface::Sphere { radius, .. } => (from - middle).normalize() * radius.signum(),
+                _ => turn.matrix3.z_axis,
+            };
+            let cos = start.ray.direction.as_dvec3().dot(normal);
+            assert!(cos > -1e-6 && (f64::from(start.uv_per_steradian) - cos / PI).abs() < 1e-5, "{cos}");
+            let p = start.ray.origin + start.ray.direction * 0.2;
+            let picture = UvWindow::PICTURE;
+            // One cell, then nine: the numbers of the lens choose the cell of this place and the same point.
+            let cell = [0, 1].map(|i| uv[i].floor() as f32 + 1.0);
+            let number = cell[1] * 3.0 + cell[0];
+            for (window, choices, u) in [(picture, 1.0, u), (OVERSCAN, 9.0, [u[0], (number + u[1]) / 9.0])] {
+                let is_inside = uv.iter().all(|c| (0.0..1.0).contains(c));
+                let view = camera.view(p, u, &window);
+                if choices > 1.0 || is_inside {
+                    let view = view.unwrap_or_else(|| panic!("{surface:?} {uv:?} is not found again"));
+                    assert_eq!(view.choices, choices);
+                    assert!((view.direction - start.ray.direction).length() < 1e-3, "{surface:?}");
+                    let again = camera.ray(view.uv.map(f64::from), u);
+                    assert!(again.is_some() && (0..2).all(|i| (f64::from(view.uv[i]) - uv[i]).abs() < 1e-2));
+                }
+            }
+        }
+        let (mean, square) = (moments[0] / f64::from(n), moments[1] / f64::from(n));
+        let error = ((square - mean * mean).max(0.0) / f64::from(n)).sqrt().max(1e-6);
+        assert!((mean - second_moment).abs() < 4.0 * error, "{surface:?}: {mean} for {second_moment}");
+    }
+}

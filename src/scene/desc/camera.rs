@@ -1,6 +1,6 @@
 //! The camera and its film.
 
-use glam::{DAffine3, DVec2};
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::ids::{MediumId, Place};
 
@@ -42,9 +42,28 @@ pub enum ProjectionDesc {
     /// Rays along z from the points of a disk of this radius; every place of the picture has all of them. Mitsuba's `radiancemeter` has the radius
     /// 0, one ray, and its `distant` a disk before the whole scene.
     Beam(f64),
+    /// All directions above a surface, seen from all of it: Mitsuba's `irradiancemeter`. Camera space is that of the shape; it may be scaled and its
+    /// z mirrored. The mean over the picture is the irradiance / π.
+    Irradiance(MeterSurface),
     /// Several cameras side by side from left to right, each on an equal part of the film: Mitsuba's `batch`. Their transforms lead to the space of
     /// this one, whose clip distances are not used.
     Batch(Vec<CameraDesc>),
+}
+
+/// The surface of a meter, in the space of its shape.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub enum MeterSurface {
+    /// −1 to 1 along x and y, seen from +z.
+    Rectangle,
+    /// Around the origin with the radius 1, seen from +z.
+    Disk,
+    /// Seen from outside; from inside where the radius is negative.
+    Sphere {
+        /// Its centre.
+        center: DVec3,
+        /// Its radius.
+        radius: f64,
+    },
 }
 
 /// A picture on a plane, seen through a pinhole or a thin lens.

@@ -45,7 +45,7 @@ pub use aov::{AovDesc, AovKind};
 pub use bsdf::*;
 pub use camera::{
     CameraDesc, Crop, CubeLayout, DistortionDesc, FilmDesc, FisheyeDesc, FisheyeMapping, FovAxis, LensDesc,
-    PerspectiveDesc, ProjectionDesc, ReconstructionFilter, StereoDesc, StereoEyes,
+    MeterSurface, PerspectiveDesc, ProjectionDesc, ReconstructionFilter, StereoDesc, StereoEyes,
 };
 pub use ids::{BsdfId, GroupId, MediumId, MeshId, Name, Names, Place};
 pub use integrator::{IntegratorDesc, PhotonDesc};

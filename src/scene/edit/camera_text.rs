@@ -98,6 +98,7 @@ pub(super) fn sensor_parameters(camera: &CameraDesc, indent: &str) -> String {
         ProjectionDesc::Orthographic
         | ProjectionDesc::Spherical
         | ProjectionDesc::Beam(_)
+        | ProjectionDesc::Irradiance(_)
         | ProjectionDesc::Batch(_) => (),
     }
     lines.text
@@ -114,6 +115,7 @@ fn plugin(camera: &CameraDesc) -> &'static str {
         ProjectionDesc::CubeMap(_) => "cubemap",
         ProjectionDesc::Stereo(_) => "ods",
         ProjectionDesc::Beam(_) => "radiancemeter",
+        ProjectionDesc::Irradiance(_) => "irradiancemeter",
         ProjectionDesc::Batch(_) => "batch",
     }
 }

@@ -4,12 +4,12 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::document::ElementId;
 use super::params::Params;
-use super::reader::Reader;
+use super::reader::{MeteredShape, Reader};
 use super::sensor::{self, AXES};
 use super::value;
 use crate::scene::desc::{
-    CameraDesc, CubeLayout, DistortionDesc, FisheyeDesc, FisheyeMapping, FovAxis, LensDesc, ProjectionDesc,
-    StereoDesc, StereoEyes,
+    CameraDesc, CubeLayout, DistortionDesc, FisheyeDesc, FisheyeMapping, FovAxis, LensDesc, MeterSurface,
+    ProjectionDesc, ShapeKind, StereoDesc, StereoEyes,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError};
 
@@ -252,6 +252,39 @@ fn along(direction: DVec3, origin: DVec3) -> Option<DAffine3> {
     Some(DAffine3::from_mat3_translation(glam::DMat3::from_cols(x, z.cross(x), z), origin))
 }
 
+/// Light that arrives at the shape around it, which [`Known::meter`](super::reader::Known::meter) holds.
+pub(super) fn irradiance_meter(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+) -> Result<CameraDesc, SceneError> {
+    params.without_effect(&["shutter_open", "shutter_close", "near_clip", "far_clip", "to_world"]);
+    let Some(MeteredShape { kind, to_world, flip_normals, .. }) = reader.known.meter.take() else {
+        let found =
+            params.fault(FindingKind::Value, "an `irradiancemeter` stands in the shape that it measures");
+        return Err(found.help("put it into a <shape>: a rectangle, a disk or a sphere").error());
+    };
+    let sign = if flip_normals { -1.0 } else { 1.0 };
+    let surface = match kind {
+        ShapeKind::Rectangle => MeterSurface::Rectangle,
+        ShapeKind::Disk => MeterSurface::Disk,
+        ShapeKind::Sphere { center, radius } => MeterSurface::Sphere { center, radius: sign * radius },
+        _ => {
+            let message = "an `irradiancemeter` measures a rectangle, a disk or a sphere, and no other shape";
+            return Err(params.fault(FindingKind::Plugin, message).error());
+        }
+    };
+    let to_world = match surface {
+        MeterSurface::Sphere { .. } => to_world,
+        _ => to_world * DAffine3::from_scale(DVec3::new(1.0, 1.0, sign)),
+    };
+    let message = "the picture shows the irradiance / π, as a white and matt surface would";
+    params.note(params.type_fault(message).advice());
+    let size = to_world.matrix3.x_axis.length();
+    let camera = unclipped(reader, params, to_world, ProjectionDesc::Irradiance(surface));
+    // Rays begin above the surface, which they do not meet.
+    Ok(CameraDesc { near_clip: 1e-4 * size, ..camera })
+}
+
 /// Several cameras side by side.
 pub(super) fn batch(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
     params.without_effect(&["shutter_open", "shutter_close"]);
@@ -268,7 +301,7 @@ pub(super) fn batch(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<Came
 /// One of the cameras of a batch.
 fn part(reader: &mut Reader<'_>, id: ElementId) -> Result<CameraDesc, SceneError> {
     let params = Params::new(reader.document, id)?;
-    if let name @ ("batch" | "distant") = params.plugin() {
+    if let name @ ("batch" | "distant" | "irradiancemeter") = params.plugin() {
         return Err(params.type_fault(format!("`{name}` cannot stand in a batch")).error());
     }
     let camera = reader.plugin(&params, sensor::PLUGINS, &[])?(reader, &params)?;

@@ -36,6 +36,7 @@ pub(super) const PLUGINS: PluginTable<CameraDesc> = &[
     ("ods", projection::stereo),
     ("radiancemeter", projection::radiance_meter),
     ("distant", projection::distant),
+    ("irradiancemeter", projection::irradiance_meter),
     ("batch", projection::batch),
 ];
 

@@ -1,8 +1,5 @@
 //! Plugins of Mitsuba 3.9 that are not supported, and why: for messages, and for the list of plugins.
 
-const ON_A_SURFACE: &str =
-    "light that arrives at a surface is not measured: show the surface, white and matt, to a `perspective`";
-
 /// Kind of plugin, its name, and why it is not supported, with what can stand for it.
 pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
     ("shape", "ellipsoids", "there are no Gaussian primitives here: give a mesh"),
@@ -17,7 +14,6 @@ pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
         "its tables of measurements are not read: choose `principled` or `roughconductor`",
     ),
     ("emitter", "timed_sunsky", "it changes within a picture: `sunsky` has the sky of one moment"),
-    ("sensor", "irradiancemeter", ON_A_SURFACE),
     (
         "integrator",
         "moment",

@@ -9,11 +9,13 @@ use crate::stream::UvWindow;
 use crate::tracer::accel::Ray;
 use crate::tracer::prepare::{PrepareError, PrepareOptions};
 
-use super::film::FilmImage;
-use super::{
-    Camera, CameraRay, CameraView, CubeMap, FilmProjection, Fisheye, Panorama, PlaneLens, Projection,
-    is_inside,
-};
+use super::cube::CubeMap;
+use super::film::{FilmProjection, PlaneLens};
+use super::fisheye::Fisheye;
+use super::local_ray::FilmImage;
+use super::meter::Meter;
+use super::panorama::Panorama;
+use super::{Camera, CameraRay, CameraView, Projection, is_inside};
 
 /// Steps along uv in which the origins of rays through a lens with a distortion are looked for.
 const STEPS: u32 = 8;
@@ -35,6 +37,11 @@ impl Projection {
             ProjectionDesc::Spherical => FilmProjection::Panorama(Panorama::SPHERICAL),
             ProjectionDesc::Stereo(stereo) => FilmProjection::Panorama(Panorama::stereo(stereo)),
             ProjectionDesc::CubeMap(layout) => FilmProjection::CubeMap(CubeMap::new(*layout)),
+            ProjectionDesc::Irradiance(surface) => {
+                let matrix = desc.to_world.matrix3;
+                let lengths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+                FilmProjection::Meter(Meter::new(*surface, DVec3::from_array(lengths)))
+            }
             ProjectionDesc::Beam(radius) => FilmProjection::Beam(*radius),
             ProjectionDesc::Batch(cameras) => {
                 // The proportions of one part.
@@ -114,6 +121,11 @@ impl Camera {
         window: &UvWindow,
     ) -> Option<CameraView> {
         let local = self.from_world * if is_far { to } else { to - self.position };
+        // The surface of a meter needs the numbers that choose among places: a cell of its film is chosen first, which has one place for a direction.
+        let (lens, cell, cells) = match film {
+            FilmProjection::Meter(_) => self.cell(lens, window),
+            _ => (lens, None, 1),
+        };
         let sees = |image: &FilmImage| {
             let uv = (image.at - self.offset) / self.scale;
             // Also false for what is no number.
@@ -122,14 +134,15 @@ impl Camera {
                 false => self.axes.mul_vec3(image.ray.direction).length(),
             };
             let visible = is_far || distance > 0.0 && distance >= self.near && distance <= self.far;
-            visible && is_inside(uv.to_array(), window)
+            let is_chosen = cell.is_none_or(|cell| image.at.floor() == cell);
+            visible && is_chosen && is_inside(uv.to_array(), window)
         };
         let mut count = 0;
         film.images(local, is_far, lens, |image| count += u32::from(sees(&image)));
         if count == 0 {
             return None;
         }
-        // No projection of several places has a lens, so that its numbers are free.
+        // No other projection of several places has a lens, so that its numbers are free.
         let chosen = ((lens[1] * count as f32) as u32).min(count - 1);
         let (mut number, mut found) = (0, None);
         film.images(local, is_far, lens, |image| {
@@ -151,8 +164,22 @@ impl Camera {
             direction: direction.as_vec3(),
             distance2: if is_far { f32::INFINITY } else { (length * length) as f32 },
             uv_per_steradian: self.uv_density(ray.density, ray.direction, length),
-            choices: count as f32,
+            choices: (count * cells) as f32,
         })
+    }
+
+    /// The cell of the film and its overscan, of the size of the film, that `lens` chooses among those in the window, what is left of the numbers, and
+    /// the number of these cells.
+    fn cell(&self, lens: [f32; 2], window: &UvWindow) -> ([f32; 2], Option<DVec2>, u32) {
+        let [low, high] = [window.min, window.max]
+            .map(|uv| self.offset + self.scale * DVec2::new(f64::from(uv[0]), f64::from(uv[1])));
+        let first = low.floor();
+        let size = (high.ceil() - first).max(DVec2::ONE);
+        let cells = (size.x * size.y) as u32;
+        let scaled = lens[1] * cells as f32;
+        let number = (scaled as u32).min(cells - 1);
+        let place = DVec2::new(f64::from(number) % size.x, (f64::from(number) / size.x).floor());
+        ([lens[0], (scaled - number as f32).min(LAST)], Some(first + place), cells)
     }
 
     /// The view of the camera that `lens` chooses among several.
@@ -221,8 +248,7 @@ impl Camera {
     /// [`Camera::ray_origins`] of a [`FilmProjection`].
     pub(super) fn film_ray_origins(&self, film: &FilmProjection, window: &UvWindow) -> [Vec3; 2] {
         if !film.has_clip_planes() {
-            // Rays are perpendicular to the way to where they begin.
-            let reach = film.reach().hypot(self.near);
+            let reach = film.reach() + self.near;
             return [self.position - reach, self.position + reach].map(|corner| corner.as_vec3());
         }
         let along = |i: u32, axis: usize| {

@@ -4,8 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::scene::desc::CubeLayout;
 
-use super::film::{FilmImage, LocalRay};
-use super::panorama::OVERSCAN;
+use super::local_ray::{FilmImage, LocalRay, OVERSCAN};
 
 /// A face: its direction, and those of its right and its upper edge, in camera space, where x is to the left.
 struct CubeFace {

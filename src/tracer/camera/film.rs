@@ -12,25 +12,9 @@ use super::aperture::Aperture;
 use super::cube::CubeMap;
 use super::distortion::Distortion;
 use super::fisheye::Fisheye;
+use super::local_ray::{FilmImage, LocalRay};
+use super::meter::Meter;
 use super::panorama::Panorama;
-
-/// A ray in camera space.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LocalRay {
-    /// The point of the lens, or of the circle of the eyes, that it goes through.
-    pub(super) from: DVec3,
-    /// Its direction, of any length; of the ray to a point the way there.
-    pub(super) direction: DVec3,
-    /// Area of places per steradian of camera space.
-    pub(super) density: f64,
-}
-
-/// A place that shows a point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FilmImage {
-    pub(super) at: DVec2,
-    pub(super) ray: LocalRay,
-}
 
 /// A projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +27,8 @@ pub(super) enum FilmProjection {
     Panorama(Panorama),
     /// All directions on a cube.
     CubeMap(CubeMap),
+    /// All directions above a surface.
+    Meter(Meter),
     /// All places have the rays along z from a disk of this radius.
     Beam(f64),
 }
@@ -109,6 +95,7 @@ impl FilmProjection {
             Self::Fisheye(fisheye) => fisheye.ray(at),
             Self::Panorama(panorama) => panorama.ray(at),
             Self::CubeMap(cube) => cube.ray(at),
+            Self::Meter(meter) => meter.ray(at, lens),
             Self::Beam(radius) => {
                 let from = warp::disk(lens).as_dvec2() * *radius;
                 Some(LocalRay { from: from.extend(0.0), direction: DVec3::Z, density: 1.0 })
@@ -128,6 +115,7 @@ impl FilmProjection {
             }
             Self::Panorama(panorama) => panorama.images(to, is_far, add),
             Self::CubeMap(cube) => cube.images(to, add),
+            Self::Meter(meter) => meter.images(to, is_far, lens, add),
             Self::Beam(_) => (),
         }
     }
@@ -152,6 +140,7 @@ impl FilmProjection {
             }
             Self::Panorama(panorama) => panorama.radius *= unit,
             Self::Beam(radius) => *radius *= unit,
+            Self::Meter(meter) => *meter = meter.scaled(unit),
             Self::Fisheye(_) | Self::CubeMap(_) => (),
         }
         scaled
@@ -164,6 +153,7 @@ impl FilmProjection {
             Self::Plane(plane) => plane.aperture.map_or(0.0, |aperture| aperture.reach()),
             Self::Panorama(panorama) => panorama.radius,
             Self::Beam(radius) => *radius,
+            Self::Meter(meter) => meter.reach(),
             Self::Fisheye(_) | Self::CubeMap(_) => 0.0,
         }
     }

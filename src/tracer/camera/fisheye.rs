@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::scene::desc::{FisheyeDesc, FisheyeMapping};
 
-use super::film::LocalRay;
+use super::local_ray::LocalRay;
 
 /// Steps in which a fold of the distortion is looked for.
 const STEPS: u32 = 4096;

@@ -2,11 +2,14 @@
 
 mod aperture;
 mod batch;
+mod check;
 mod cube;
 mod distortion;
 mod film;
 mod fisheye;
 mod lines;
+mod local_ray;
+mod meter;
 mod panorama;
 
 use std::sync::Arc;
@@ -16,13 +19,10 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use crate::math::warp;
 use crate::scene::SceneDesc;
 use crate::scene::desc::RenderingSpace;
-use crate::scene::desc::{CameraDesc, FilmDesc, LensDesc, PerspectiveDesc, ProjectionDesc};
+use crate::scene::desc::{CameraDesc, FilmDesc, LensDesc, ProjectionDesc};
 use crate::stream::UvWindow;
 
-use cube::CubeMap;
-use film::{FilmProjection, PlaneLens};
-use fisheye::Fisheye;
-use panorama::Panorama;
+use film::FilmProjection;
 
 pub use lines::CameraLines;
 
@@ -133,7 +133,7 @@ impl Camera {
         if !to_world.is_finite() || !regular {
             return bad("to_world is singular or not finite");
         }
-        if let Err(what) = check(&desc.projection) {
+        if let Err(what) = check::check(desc) {
             return bad(what);
         }
         let clip = desc.near_clip >= 0.0 && desc.near_clip < desc.far_clip;
@@ -541,51 +541,4 @@ impl Camera {
 fn is_inside(uv: [f64; 2], window: &UvWindow) -> bool {
     let inside = |i: usize| uv[i] >= f64::from(window.min[i]) && uv[i] < f64::from(window.max[i]);
     inside(0) && inside(1)
-}
-
-/// Why numbers of a projection are out of range.
-fn check(projection: &ProjectionDesc) -> Result<(), &'static str> {
-    match projection {
-        ProjectionDesc::Perspective(PerspectiveDesc { fov, lens, distortion, .. }) => {
-            let LensDesc { radius, focus_distance, blades, blade_rotation, squeeze } = *lens;
-            let bends = distortion.is_some_and(|d| {
-                !d.radial.into_iter().chain(d.tangential).chain(d.prism).all(f64::is_finite)
-            });
-            match () {
-                () if !(*fov > 0.0 && *fov < 180.0) => {
-                    Err("the field of view must lie between 0 and 180 degrees")
-                }
-                () if !(radius.is_finite() && radius >= 0.0) => {
-                    Err("aperture_radius must be 0, for a pinhole, or above")
-                }
-                () if radius > 0.0 && !(focus_distance.is_normal() && focus_distance > 0.0) => {
-                    Err("focus_distance must be above 0 where there is an aperture")
-                }
-                () if matches!(blades, 1 | 2) => Err("an aperture has three blades or more, or none"),
-                () if !(squeeze.is_normal() && squeeze > 0.0 && blade_rotation.is_finite()) => {
-                    Err("the squeeze of a lens must be above 0, and its rotation finite")
-                }
-                () if bends => Err("the coefficients of a distortion must be finite"),
-                () => Ok(()),
-            }
-        }
-        ProjectionDesc::Fisheye(f) => {
-            let widest = 2.0 * f.mapping.largest_angle();
-            let fits = f.fov > 0.0 && f.fov <= widest && f.image_circle > 0.0;
-            match fits && f.distortion.into_iter().all(f64::is_finite) {
-                true => Ok(()),
-                false => Err(
-                    "the field of view of a fisheye lens is above 0 and fits its mapping; its coefficients are finite",
-                ),
-            }
-        }
-        ProjectionDesc::Stereo(stereo) if !(stereo.interocular >= 0.0 && stereo.interocular.is_finite()) => {
-            Err("the distance of the eyes must be 0 or above")
-        }
-        ProjectionDesc::Beam(radius) if !(*radius >= 0.0 && radius.is_finite()) => {
-            Err("the radius of a beam must be 0 or above")
-        }
-        ProjectionDesc::Batch(cameras) if cameras.is_empty() => Err("a batch of cameras needs one or more"),
-        _ => Ok(()),
-    }
 }

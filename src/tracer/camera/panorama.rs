@@ -6,10 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::scene::desc::{StereoDesc, StereoEyes};
 
-use super::film::{FilmImage, LocalRay};
-
-/// Overscan beyond which nothing is shown, as a share of the film.
-pub(super) const OVERSCAN: f64 = 0.5;
+use super::local_ray::{FilmImage, LocalRay, OVERSCAN};
 
 /// Smallest sine of the angle to the poles in densities.
 const LEAST_SINE: f64 = 1e-9;

@@ -220,6 +220,12 @@ pub const NOTES: &[(&str, &str, &str)] = &[
     ),
     (
         "sensor",
+        "irradiancemeter",
+        "stands in the shape that it measures: a rectangle, a disk, or a sphere that is scaled alike along all axes; the picture shows the irradiance / π, any \
+         place of it other directions",
+    ),
+    (
+        "sensor",
         "batch",
         "its sensors show equal parts of the film from left to right; their films, samplers and media are not used; its `to_world`, which is ours, \
          moves all of them",

@@ -125,6 +125,9 @@ impl BidirectionalTracer {
         let longest = context.longest();
         let lens = sampler.camera().lens;
         let Some(CameraRay { mut ray, from, uv_per_steradian }) = camera.start(uv, lens) else {
+            // A path of nothing, so that those of an index can be counted.
+            let nothing = Subpath::from_camera(path.lambda, None, 1.0, 0.0, context.medium);
+            B::record(|| PathEvent::Begins((&nothing.walk).into()));
             return false;
         };
         // A ray that no light path finds is as after a delta.
