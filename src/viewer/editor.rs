@@ -138,7 +138,16 @@ impl SceneEditor {
         if camera.is_orthographic() {
             return CameraDesc { to_world: self.parallel_to_world(pose), ..camera };
         }
-        let to_world = if self.is_moved() { pose.to_world() } else { camera.to_world };
+        let to_world = match (self.is_moved(), &camera.projection) {
+            (false, _) => camera.to_world,
+            // The surface of a meter keeps its size.
+            (true, ProjectionDesc::Irradiance(_)) => {
+                let matrix = camera.to_world.matrix3;
+                let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+                pose.to_world() * DAffine3::from_scale(DVec3::new(x, y, z))
+            }
+            (true, _) => pose.to_world(),
+        };
         let mut camera = CameraDesc { to_world, ..camera };
         if let Some(perspective) = camera.perspective_mut() {
             perspective.fov = pose.fov;
