@@ -374,16 +374,22 @@ impl Camera {
 
     /// The ray of a view of a point at infinity, through the point of the lens that `lens` selected for it.
     pub fn ray_of(&self, view: &CameraView, lens: [f32; 2]) -> Option<Ray> {
-        match &self.projection {
-            Projection::Film(film) => {
-                let depth =
-                    if film.has_clip_planes() { view.direction.as_dvec3().dot(self.to_z) } else { 1.0 };
-                let t_max = ((self.far - self.near) / depth) as f32;
-                Some(Ray { origin: view.origin, direction: view.direction, t_max })
-            }
-            Projection::Batch(cameras) => self.one_of(cameras, view).ray_of(view, lens),
-            _ => self.ray(view.uv.map(f64::from), lens),
-        }
+        let seen_by = match &self.projection {
+            Projection::Film(_) => self,
+            Projection::Batch(cameras) => self.one_of(cameras, view),
+            _ => return self.ray(view.uv.map(f64::from), lens),
+        };
+        let t_max = seen_by.length_to_far(view.direction);
+        Some(Ray { origin: view.origin, direction: view.direction, t_max })
+    }
+
+    /// Length of a ray of this direction from the near to the far clip plane.
+    fn length_to_far(&self, direction: Vec3) -> f32 {
+        let depth = match &self.projection {
+            Projection::Film(film) if !film.has_clip_planes() => 1.0,
+            _ => direction.as_dvec3().dot(self.to_z),
+        };
+        ((self.far - self.near) / depth) as f32
     }
 
     /// [`Camera::view`] of other cameras.

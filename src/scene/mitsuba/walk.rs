@@ -280,7 +280,8 @@ impl SceneWalk<'_> {
             model::frame(&mut desc);
         }
         if let Some(target) = self.reader.known.distant {
-            projection::aim(&mut desc.camera, target, desc.bounds().unwrap_or_default());
+            let bounds = desc.bounds().unwrap_or_default();
+            projection::aim(&mut desc.camera, target, bounds);
         }
         // An edited scene is traced where the original is, whatever was moved.
         desc.place();
