@@ -52,7 +52,8 @@ const ENOUGH: f32 = 4.0;
 
 /// Surface points seen by the pixels of a view.
 pub struct ViewSurfaces {
-    lines: CameraLines,
+    /// `None` for a camera whose picture is not carried over to another view.
+    lines: Option<CameraLines>,
     /// Width and height in pixels.
     size: [usize; 2],
     /// Pixels between neighbouring hits, per axis.
@@ -70,7 +71,7 @@ impl ViewSurfaces {
         places.pixels_mut().par_chunks_mut(width).zip(hits.pixels().par_chunks(width)).enumerate().for_each(
             |(y, (places, hits))| {
                 for (x, (place, hit)) in places.iter_mut().zip(hits).enumerate() {
-                    let ray = rays.ray(camera, [x, y], size);
+                    let Some(ray) = rays.ray(camera, [x, y], size) else { continue };
                     *place = ray.origin + ray.direction * hit.distance;
                 }
             },
@@ -101,15 +102,17 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// Reprojects a known view to the camera of `to`. `None` if memory runs out.
+    /// Reprojects a known view to the camera of `to`. `None` if memory runs out, and if a picture of either camera has no straight
+    /// [lines](Camera::lines).
     pub fn new(known: &KnownView, to: &ViewSurfaces) -> Option<Self> {
+        let lines = [known.surfaces.lines?, to.lines?];
         let [width, height] = to.size;
         let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
         let mut worth = Grid::try_filled(width, height, 0.0)?;
         let rows = picture.pixels_mut().par_chunks_mut(width).zip(worth.pixels_mut().par_chunks_mut(width));
         rows.enumerate().for_each(|(y, (picture, worth))| {
             for (x, (picture, worth)) in picture.iter_mut().zip(worth).enumerate() {
-                if let Some((seen, samples)) = look_up(known, to, [x, y]) {
+                if let Some((seen, samples)) = look_up(known, to, lines, [x, y]) {
                     (*picture, *worth) = (seen, samples);
                 }
             }
@@ -215,12 +218,17 @@ impl Prior {
 }
 
 /// Reprojected colour of pixel `at`, and its weight in equivalent samples.
-fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(Vec3, f32)> {
+fn look_up(
+    known: &KnownView,
+    to: &ViewSurfaces,
+    [from_lines, to_lines]: [CameraLines; 2],
+    [x, y]: [usize; 2],
+) -> Option<(Vec3, f32)> {
     let size = to.size;
     let near = [x / to.step, y / to.step];
     let hit = to.hits.at(near[0], near[1]);
     let uv = Vec2::new((x as f32 + 0.5) / size[0] as f32, (y as f32 + 0.5) / size[1] as f32);
-    let (origin, direction) = to.lines.line(uv);
+    let (origin, direction) = to_lines.line(uv);
     let from = &known.surfaces;
     let is_sky = is_sky(&hit);
     let place = match hit.is_detached {
@@ -228,10 +236,10 @@ fn look_up(known: &KnownView, to: &ViewSurfaces, [x, y]: [usize; 2]) -> Option<(
         false => on_centre(to.places.at(near[0], near[1]), hit, origin, direction),
     };
     let (uv, distance) = match is_sky {
-        true => (from.lines.project_direction(direction)?, 0.0),
-        false => from.lines.project(place)?,
+        true => (from_lines.project_direction(direction)?, 0.0),
+        false => from_lines.project(place)?,
     };
-    let (_, direction_there) = from.lines.line(uv);
+    let (_, direction_there) = from_lines.line(uv);
     let is_front = |normal: Vec3, direction: Vec3| normal.dot(direction) < 0.0;
     let is_same = |x: usize, y: usize| {
         let there = from.hits.at(x, y);

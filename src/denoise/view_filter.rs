@@ -190,8 +190,8 @@ pub struct FeatureGrid {
 }
 
 impl FeatureGrid {
-    /// The ray in column `x` and row `y` of the grid over a picture of this size.
-    pub fn ray(self, camera: &Camera, [x, y]: [usize; 2], size: [usize; 2]) -> Ray {
+    /// The ray in column `x` and row `y` of the grid over a picture of this size; `None` where the lens shows nothing.
+    pub fn ray(self, camera: &Camera, [x, y]: [usize; 2], size: [usize; 2]) -> Option<Ray> {
         let mut random = Random(self.half << 62 | (y as u64) << 31 | x as u64);
         let mut along = |at: usize, size: usize| (at as f64 + random.f64()) * self.step as f64 / size as f64;
         let uv = [along(x, size[0]), along(y, size[1])];
@@ -217,7 +217,7 @@ pub fn first_hits(
             return;
         }
         for (x, out) in row.iter_mut().enumerate() {
-            let ray = rays.ray(camera, [x, y], size);
+            let Some(ray) = rays.ray(camera, [x, y], size) else { continue };
             *out = features(scene, ray, medium.along(scene, &ray), &lambda);
         }
     });

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::stream::{FinishReason, Rejections};
 
 /// Version of the protocol. Both sides must have the same one: they say it first, and part with an error that names both if they differ.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// Largest payload of a frame of samples, bytes.
 pub const MOST_SAMPLE_BYTES: usize = 60 << 10;

@@ -89,8 +89,8 @@ impl EditedScene {
     /// Removes from the edits what [`camera`](Self::camera) receives separately: of the camera only the lens radius remains.
     pub fn without_pose(&self, edits: Edits) -> Edits {
         let file = &self.original.camera;
-        let lens = edits.camera.filter(|camera| camera.aperture_radius != file.aperture_radius);
-        let lens = lens.map(|lens| CameraDesc { aperture_radius: lens.aperture_radius, ..file.clone() });
+        let lens = edits.camera.filter(|camera| camera.lens_radius() != file.lens_radius());
+        let lens = lens.map(|lens| file.clone().with_lens_radius(lens.lens_radius()));
         Edits { camera: lens, values: edits.values }
     }
 
@@ -129,7 +129,7 @@ impl EditedScene {
     /// Prepares this camera for a picture of this size in pixels.
     pub fn camera(&self, camera: CameraDesc, [width, height]: [u32; 2]) -> Result<Camera> {
         // A lens that is forced off is absent from the description.
-        let camera = CameraDesc { aperture_radius: self.desc().camera.aperture_radius, ..camera };
+        let camera = camera.with_lens_radius(self.desc().camera.lens_radius());
         let film = &self.original.film;
         // The picture is the crop window; the whole film keeps its proportion to it.
         let whole = |n: u32, of: u32, part: u32| {

@@ -104,7 +104,10 @@ impl LayerPass<'_> {
                         f64::from([x, y][k]) + (f64::from(cell[k]) + random.f64()) / f64::from(self.side)
                     });
                     let lens = [0, 1].map(|k| ((turn[k] + f64::from(i) * R2[k]).fract() as f32).min(LAST));
-                    self.tracer.along(&self.camera.ray(self.uv(at), lens), &mut values);
+                    match self.camera.ray(self.uv(at), lens) {
+                        Some(ray) => self.tracer.along(&ray, &mut values),
+                        None => values.fill(0.0),
+                    }
                     let [across, down] = at.map(|p| filter.taps(p as f32));
                     for (j, weight_y) in down.weights.into_iter().enumerate() {
                         let row = i64::from(down.first) + j as i64 - i64::from(pad) - i64::from(rows.start);

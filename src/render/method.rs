@@ -89,6 +89,13 @@ pub fn start(
     order: RenderOrder,
     photons: &mut Option<Photons>,
 ) -> Result<Option<Arc<PlanCheckTally>>> {
+    if run.integrator.streams() == [false, true] && !order.camera.is_found_by_light() {
+        return Err(miette::miette!(
+            help = "choose --integrator path or bidirectional",
+            "no path from a light finds the rays of the sensors `radiancemeter` and `distant`, which have one direction, and {} has no others",
+            run.integrator.traits().title
+        ));
+    }
     let last = photons.take();
     if run.integrator == IntegratorKind::Photon && order.check.is_none() {
         let mut last = last.iter().flat_map(|last| &last.parts);

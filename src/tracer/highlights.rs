@@ -227,7 +227,7 @@ impl HighlightFinder {
     /// The ends of all chains from a place in the picture, in pixels.
     fn chains_from(&self, place: [f64; 2]) -> Vec<ChainEnd> {
         let uv = [place[0] / f64::from(self.size[0]), place[1] / f64::from(self.size[1])];
-        let ray = self.context.camera.ray(uv, [0.5; 2]);
+        let Some(ray) = self.context.camera.ray(uv, [0.5; 2]) else { return Vec::new() };
         let start = ChainStart { chain: 0, steps: 0, value: SampledSpectrum::splat(1.0), eye_value: 1.0 };
         let mut ends = Vec::new();
         self.follow(&ray, &start, &mut ends);

@@ -22,7 +22,7 @@ use crate::render::edited_scene::{EditedScene, ScenePreparation};
 use crate::render::forced::Forced;
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
-use crate::scene::desc::{CameraDesc, FovAxis};
+use crate::scene::desc::{CameraDesc, FovAxis, ProjectionDesc};
 use crate::scene::edit::{Edits, shape_name};
 use crate::stream::UvWindow;
 use crate::tracer::accel::Ray;
@@ -76,6 +76,9 @@ pub struct SceneEditor {
 /// Lens numbers of the ray through the centre of the lens.
 const CENTER: [f32; 2] = [0.5; 2];
 
+/// Stands for the field of view of panoramas and fisheye lenses in navigation, degrees.
+const OTHER_FOV: f64 = 90.0;
+
 /// If a changed scene is ready within this time, it is traced without showing the old one again.
 const PATIENCE: Duration = Duration::from_millis(40);
 
@@ -83,10 +86,11 @@ impl SceneEditor {
     /// An editor of a scene without changes.
     pub fn new(original: SceneDesc, scene: Scene) -> Result<Self> {
         let camera = Camera::of(&original).into_diagnostic()?;
-        let ahead = scene.pick(&camera.ray([0.5, 0.5], CENTER)).map_or(1.0, |pick| f64::from(pick.distance));
+        let ahead = camera.ray([0.5, 0.5], CENTER).and_then(|ray| scene.pick(&ray));
+        let ahead = ahead.map_or(1.0, |pick| f64::from(pick.distance));
         // A thin-lens camera's target lies in the plane of focus and stays there as the camera moves.
-        let lens = original.camera.aperture_radius > 0.0;
-        let ahead = if lens { original.camera.focus_distance } else { ahead };
+        let lens = original.camera.perspective().map(|p| p.lens).filter(|lens| lens.radius > 0.0);
+        let ahead = lens.map_or(ahead, |lens| lens.focus_distance);
         let home = Pose::of(&original.camera.to_world, pose_fov(&original.camera, ahead), ahead);
         let state = EditorState { pose: home, aperture: None, edits: Arc::default(), forced: Arc::default() };
         Ok(Self {
@@ -128,16 +132,32 @@ impl SceneEditor {
     fn camera_desc(&self) -> CameraDesc {
         let (pose, camera) = (self.pose(), self.original().camera.clone());
         let aperture_radius = self.aperture();
-        if !self.is_moved() && aperture_radius == camera.aperture_radius {
+        if !self.is_moved() && aperture_radius == camera.lens_radius() {
             return camera;
         }
-        if camera.orthographic {
+        if camera.is_orthographic() {
             return CameraDesc { to_world: self.parallel_to_world(pose), ..camera };
         }
-        // A lens is focused on the target.
-        let focus_distance = if aperture_radius > 0.0 { pose.distance() } else { camera.focus_distance };
-        let to_world = if self.is_moved() { pose.to_world() } else { camera.to_world };
-        CameraDesc { to_world, fov: pose.fov, aperture_radius, focus_distance, ..camera }
+        let to_world = match (self.is_moved(), &camera.projection) {
+            (false, _) => camera.to_world,
+            // The surface of a meter keeps its size.
+            (true, ProjectionDesc::Irradiance(_)) => {
+                let matrix = camera.to_world.matrix3;
+                let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+                pose.to_world() * DAffine3::from_scale(DVec3::new(x, y, z))
+            }
+            (true, _) => pose.to_world(),
+        };
+        let mut camera = CameraDesc { to_world, ..camera };
+        if let Some(perspective) = camera.perspective_mut() {
+            perspective.fov = pose.fov;
+            perspective.lens.radius = aperture_radius;
+            // A lens is focused on the target.
+            if aperture_radius > 0.0 {
+                perspective.lens.focus_distance = pose.distance();
+            }
+        }
+        camera
     }
 
     /// Camera-to-world transform of an orthographic camera in this pose. At the target it shows the same extent as a perspective camera
@@ -163,10 +183,20 @@ impl SceneEditor {
         self.pose().fov
     }
 
+    /// Whether the user can change the field of view: not that of fisheye lenses, panoramas, single rays and several cameras.
+    pub fn has_fov(&self) -> bool {
+        let camera = &self.original().camera;
+        camera.is_orthographic() || camera.perspective().is_some()
+    }
+
     /// Moves the camera of a picture of this size; returns whether anything changed. Until [`end_change`](Self::end_change), moves of the
     /// same kind share one history entry; flying and looking count as one kind.
     pub fn gesture(&mut self, gesture: Gesture, size: [u32; 2]) -> bool {
-        let shape = shape(self.original().camera.fov_axis, size);
+        let camera = &self.original().camera;
+        if matches!(gesture, Gesture::Fov(_)) && !self.has_fov() {
+            return false;
+        }
+        let shape = shape(camera.perspective().map_or(FovAxis::X, |perspective| perspective.fov_axis), size);
         let name = match gesture {
             Gesture::Orbit(_) => "orbit of the camera",
             Gesture::Pan(_) => "pan of the camera",
@@ -252,7 +282,7 @@ impl SceneEditor {
         let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
         let camera = self.camera(size).ok().filter(|_| inside)?;
-        let ray = camera.ray(uv, CENTER);
+        let ray = camera.ray(uv, CENTER)?;
         Some((camera, ray))
     }
 
@@ -283,7 +313,7 @@ impl SceneEditor {
     fn wanted(&self) -> (Edits, Vec<Forced>) {
         let EditorState { aperture, edits, forced, .. } = self.state();
         let camera = self.original().camera.clone();
-        let camera = aperture.map(|aperture_radius| CameraDesc { aperture_radius, ..camera });
+        let camera = aperture.map(|radius| camera.with_lens_radius(radius));
         (Edits { camera, values: edits.values.clone() }, forced.to_vec())
     }
 
@@ -453,7 +483,8 @@ impl SceneEditor {
     pub fn camera_words(&self) -> String {
         let pose = self.pose();
         let v = |v: glam::DVec3| format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z);
-        format!("{} to {}, {:.1}°", v(pose.eye), v(pose.target), pose.fov)
+        let fov = if self.has_fov() { format!(", {:.1}°", pose.fov) } else { String::new() };
+        format!("{} to {}{fov}", v(pose.eye), v(pose.target))
     }
 }
 
@@ -470,10 +501,14 @@ impl SceneEditor {
 }
 
 /// Field of view of the pose of a camera whose target is at distance `ahead`. For an orthographic camera, one with the same extent there.
+/// For one whose field of view is its projection's own, a usual one, by which navigation knows how far to move.
 fn pose_fov(camera: &CameraDesc, ahead: f64) -> f64 {
-    match camera.orthographic {
-        true => 2.0 * (camera.to_world.matrix3.x_axis.length() / ahead).atan().to_degrees(),
-        false => camera.fov,
+    match &camera.projection {
+        ProjectionDesc::Orthographic => {
+            2.0 * (camera.to_world.matrix3.x_axis.length() / ahead).atan().to_degrees()
+        }
+        ProjectionDesc::Perspective(perspective) => perspective.fov,
+        _ => OTHER_FOV,
     }
 }
 

@@ -77,7 +77,7 @@ const NOTHING: BsdfId = BsdfId(2);
 /// all of it.
 fn furnace(bsdf: BsdfDesc, enclosed: bool) -> SceneDesc {
     let mut desc = empty();
-    desc.camera.fov = 20.0;
+    desc.camera.perspective_mut().unwrap().fov = 20.0;
     let white = material(&mut desc, grey(1.0));
     assert_eq!(material(&mut desc, TwoSidedDesc { front: white, back: white }.into()), WHITE);
     assert_eq!(material(&mut desc, NullDesc.into()), NOTHING);
@@ -103,7 +103,7 @@ fn expected(desc: &SceneDesc, paths: u32) -> (f64, f64) {
         let lambda = SampledWavelengths::sample(random.f32());
         let alone = lambda.alone(0);
         let mut throughput = SampledSpectrum::ONE;
-        let mut ray = camera.ray([random.f64(), random.f64()], [0.5; 2]);
+        let mut ray = camera.ray([random.f64(), random.f64()], [0.5; 2]).unwrap();
         // Throughput of what loses nothing does not fall: a walk ends by leaving.
         for _ in 0..10_000 {
             let Some(hit) = scene.closest(&ray) else {

@@ -5,6 +5,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod cameras;
 mod furnace;
 mod lights;
 mod materials;

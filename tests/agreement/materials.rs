@@ -27,7 +27,7 @@ pub(crate) fn open_room(materials: [BsdfDesc; 2]) -> SceneDesc {
 }
 
 /// With a lamp and the sky.
-fn lit(mut desc: SceneDesc) -> SceneDesc {
+pub(crate) fn lit(mut desc: SceneDesc) -> SceneDesc {
     let black = material(&mut desc, grey(0.2));
     let turn = DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.5)) * DAffine3::from_rotation_x(2.8);
     shape(&mut desc, ShapeKind::Rectangle, turn * DAffine3::from_scale(DVec3::splat(0.8)), black, 8.0);
@@ -190,7 +190,7 @@ fn a_map_all_around() {
 #[test]
 fn a_lens() {
     let mut desc = lit(open_room([grey(0.6), grey(0.3)]));
-    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.4, 3.0);
+    desc.camera.perspective_mut().unwrap().lens = LensDesc::round(0.4, 3.0);
     assert_all_pairs("lens", &desc, PLAN, PHOTONS);
 }
 
@@ -198,7 +198,7 @@ fn a_lens() {
 #[test]
 fn an_orthographic_camera() {
     let mut desc = lit(open_room([grey(0.6), grey(0.3)]));
-    desc.camera.orthographic = true;
+    desc.camera.projection = ProjectionDesc::Orthographic;
     desc.camera.to_world.matrix3 *= DMat3::from_diagonal(DVec3::new(3.5, 3.5, 1.0));
     assert_all_pairs("orthographic", &desc, PLAN, PHOTONS);
 }

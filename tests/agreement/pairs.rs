@@ -38,7 +38,7 @@ fn seen_from_lights(desc: &SceneDesc, side: usize) -> Vec<bool> {
         let uv = [i, j].map(|k| (k as f64 + 0.5) / fine as f64);
         // Over the lens, too, where there is one.
         let lens = [(i * 5 % 32) as f32 / 32.0, (j * 11 % 32) as f32 / 32.0];
-        if let Some(hit) = scene.closest(&camera.ray(uv, lens)) {
+        if let Some(hit) = camera.ray(uv, lens).and_then(|ray| scene.closest(&ray)) {
             let surface = scene.surface_material(&hit);
             let wo = surface.frame.to_local(hit.wo);
             // Of both lobes, where there are two, the one of the mirror direction or of going straight on.

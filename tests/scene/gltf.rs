@@ -226,7 +226,7 @@ fn a_camera_of_parallel_rays_shows_what_it_says() {
     });
     let Loaded { desc, warnings } = read(&path);
     let camera = &desc.camera;
-    assert!(camera.orthographic);
+    assert!(camera.is_orthographic());
     assert_eq!((desc.film.width, desc.film.height), (1440, 720));
     let half = camera.to_world.matrix3;
     assert!((half.x_axis.length() - 3.0).abs() < 1e-9 && half.z_axis.distance(DVec3::NEG_Z) < 1e-9, "{half}");

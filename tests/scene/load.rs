@@ -42,7 +42,10 @@ fn cornell_is_the_box() {
     assert_eq!((desc.film.width, desc.film.height), (512, 512));
     assert_eq!(desc.film.rfilter, None);
     assert_eq!((desc.samples_per_pixel, desc.integrator.max_depth), (Some(7), Some(3)));
-    assert_eq!((desc.camera.fov, desc.camera.fov_axis), (37.8, FovAxis::Smaller));
+    assert_eq!(
+        (desc.camera.perspective().unwrap().fov, desc.camera.perspective().unwrap().fov_axis),
+        (37.8, FovAxis::Smaller)
+    );
     assert_eq!(desc.shapes.len(), 8);
     let by_id =
         |id: &str| desc.shapes.iter().find(|s| s.id.as_deref() == Some(id)).expect("named in the file");

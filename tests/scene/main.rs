@@ -9,6 +9,7 @@ mod aov;
 mod attributes;
 mod bsdfs;
 mod bumps;
+mod cameras;
 mod edit;
 mod editable;
 mod emitters;

@@ -76,9 +76,9 @@ fn the_camera_sees_all_of_the_model() {
         });
         let desc = read(&path).desc;
         let to_camera = desc.camera.to_world.inverse();
-        let half = (0.5 * desc.camera.fov).to_radians().tan();
+        let half = (0.5 * desc.camera.perspective().unwrap().fov).to_radians().tan();
         let aspect = f64::from(desc.film.width) / f64::from(desc.film.height);
-        assert!(aspect > 1.0 && desc.camera.fov_axis == FovAxis::Smaller);
+        assert!(aspect > 1.0 && desc.camera.perspective().unwrap().fov_axis == FovAxis::Smaller);
         let mut farthest = DVec3::ZERO;
         for shape in &desc.shapes {
             for p in &desc.meshes[0].positions {
@@ -130,7 +130,10 @@ fn lights_and_cameras_of_a_gltf_count() {
     assert!((spot.beam_width - 0.1_f64.to_degrees()).abs() < 1e-4);
     assert!((spot.cutoff_angle - 0.5_f64.to_degrees()).abs() < 1e-4);
     let camera = &desc.camera;
-    assert!((camera.fov - 0.5_f64.to_degrees()).abs() < 1e-4 && camera.fov_axis == FovAxis::Y);
+    assert!(
+        (camera.perspective().unwrap().fov - 0.5_f64.to_degrees()).abs() < 1e-4
+            && camera.perspective().unwrap().fov_axis == FovAxis::Y
+    );
     assert_eq!(camera.to_world.translation, DVec3::new(0.0, 1.0, 9.0));
     assert!(camera.to_world.matrix3.z_axis.distance(DVec3::NEG_Z) < 1e-6, "looks along −z");
     assert!(camera.to_world.matrix3.x_axis.distance(DVec3::NEG_X) < 1e-6, "+x is at the left");
@@ -281,9 +284,11 @@ fn changes_of_a_model_are_saved() {
     assert!(rgb.iter().zip([0.1, 0.2, 0.3]).all(|(a, b)| (a - b).abs() < 0.01), "{rgb:?}");
     assert_eq!(again.camera.to_world, desc.camera.to_world);
     // Without a change of the camera, and with one.
-    edits.camera = Some(pointillist::scene::desc::CameraDesc { fov: 20.0, ..desc.camera.clone() });
+    let mut camera = desc.camera.clone();
+    camera.perspective_mut().unwrap().fov = 20.0;
+    edits.camera = Some(camera);
     edits.write(&saved, &path, &[], &desc).unwrap();
-    assert_eq!(read(&saved).desc.camera.fov, 20.0);
+    assert_eq!(read(&saved).desc.camera.perspective().unwrap().fov, 20.0);
 }
 
 /// Changes go to the objects of the same name, wherever they stand now.

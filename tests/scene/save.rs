@@ -18,12 +18,15 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+fn perspective(fov: f64) -> ProjectionDesc {
+    let (fov_axis, lens) = (FovAxis::Smaller, LensDesc::PINHOLE);
+    ProjectionDesc::Perspective(PerspectiveDesc { fov, fov_axis, lens, distortion: None })
+}
+
 /// A camera whose numbers are short in no base.
 fn moved() -> CameraDesc {
     CameraDesc {
-        orthographic: false,
-        fov: 100.0 / 3.0,
-        fov_axis: FovAxis::Smaller,
+        projection: perspective(100.0 / 3.0),
         near_clip: 0.1 + 0.2,
         far_clip: 1e30,
         ..look(DVec3::new(1.0 / 3.0, 1e-20, 4.0), DVec3::new(-0.1, 0.07, -1.0), 45.0)
@@ -76,7 +79,7 @@ fn orthographic_cameras_and_filters_are_read_back() {
     ] {
         desc.film.rfilter = Some(filter);
         let to_world = moved().to_world * glam::DAffine3::from_scale(DVec3::new(1.0 / 3.0, 2.0, 5.0));
-        let camera = CameraDesc { orthographic: true, to_world, fov: 90.0, fov_axis: FovAxis::X, ..moved() };
+        let camera = CameraDesc { projection: ProjectionDesc::Orthographic, to_world, ..moved() };
         let edits = Edits { camera: Some(camera.clone()), ..Edits::default() };
         let saved = folder.join("saved.xml");
         edits.write(&saved, &original, &[], &desc).unwrap();
@@ -98,7 +101,7 @@ fn an_edited_scene_can_be_edited_further() {
             (Target::Emission(4), NewValue::Scale(scale)),
             (Target::Reflectance(BsdfId(2)), NewValue::Rgb([0.1, 0.2, 0.3 * scale.min(1.0)])),
         ]);
-        edits.camera = (i != 1).then(|| CameraDesc { fov: 10.0 + scale, ..moved() });
+        edits.camera = (i != 1).then(|| CameraDesc { projection: perspective(10.0 + scale), ..moved() });
         let next = folder.join(format!("saved{i}.xml"));
         edits.write(&next, &path, &[], &desc).unwrap();
         assert_eq!(essence(&scene::load(&next, &[]).unwrap().desc), essence(&edits.apply(&desc).unwrap()));
@@ -152,8 +155,11 @@ fn what_a_file_cannot_say_is_refused() {
     let dollar = folder.join("a$b.xml");
     std::fs::write(&dollar, SCENE).unwrap();
     assert!(matches!(one.write(&saved, &dollar, &[], &desc), Err(SaveError::Text { .. })));
-    let changes: [fn(&mut CameraDesc); 3] =
-        [|c| c.fov = f64::NAN, |c| c.near_clip = 0.0, |c| c.to_world.translation.x = 1e300];
+    let changes: [fn(&mut CameraDesc); 3] = [
+        |c| c.projection = perspective(f64::NAN),
+        |c| c.near_clip = 0.0,
+        |c| c.to_world.translation.x = 1e300,
+    ];
     for change in changes {
         let mut camera = moved();
         change(&mut camera);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 
 use pointillist::image::exr::{Layers, write};
-use pointillist::scene::desc::LightDesc;
+use pointillist::scene::desc::{LensDesc, LightDesc};
 use pointillist::scene::edit::Edits;
 use pointillist::scene::{FindingKind, Loaded, SceneError, load, load_str};
 use pointillist::spectrum::Spectrum;
@@ -36,12 +36,13 @@ fn lenses_are_read_with_mitsubas_defaults() {
     .expect("valid");
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     let c = loaded.desc.camera;
-    assert_eq!((c.aperture_radius, c.focus_distance, c.fov, c.near_clip), (0.25, 3.0, 40.0, 0.5));
+    let perspective = c.perspective().unwrap();
+    assert_eq!((perspective.lens, perspective.fov, c.near_clip), (LensDesc::round(0.25, 3.0), 40.0, 0.5));
     // Without a focus Mitsuba 3.9.1 focuses on the far clip plane.
     let far = "<float name=\"aperture_radius\" value=\"1\"/><float name=\"far_clip\" value=\"77\"/>";
-    assert_eq!(lens(far).expect("valid").desc.camera.focus_distance, 77.0);
+    assert_eq!(lens(far).expect("valid").desc.camera.perspective().unwrap().lens.focus_distance, 77.0);
     let hole = "<float name=\"aperture_radius\" value=\"0\"/>";
-    assert_eq!(lens(hole).expect("a pinhole").desc.camera.aperture_radius, 0.0);
+    assert_eq!(lens(hole).expect("a pinhole").desc.camera.lens_radius(), 0.0);
 }
 
 #[test]
@@ -72,7 +73,7 @@ fn a_lens_is_saved() {
     let desc = load(&original, &[]).expect("valid").desc;
     for offset in [DVec2::ZERO, DVec2::new(0.1, 0.0)] {
         let mut camera = desc.camera.clone();
-        (camera.aperture_radius, camera.focus_distance) = (0.1, 1.0 / 3.0);
+        camera.perspective_mut().unwrap().lens = LensDesc::round(0.1, 1.0 / 3.0);
         camera.principal_point_offset = offset;
         camera.to_world.translation = DVec3::new(1.0, 2.0, 1.0 / 3.0);
         let edits = Edits { camera: Some(camera.clone()), values: Vec::new() };

@@ -362,15 +362,19 @@ fn cameras_see_by_their_apertures() {
     let (desc, warnings) = stage("camera", &camera(""));
     assert!(warnings.is_empty(), "{warnings:?}");
     let seen = &desc.camera;
-    assert!((seen.fov - 2.0 * (18.0_f64 / 50.0).atan().to_degrees()).abs() < 1e-9, "{}", seen.fov);
-    assert_eq!((seen.fov_axis, seen.near_clip, seen.far_clip), (FovAxis::X, 0.5, 90.0));
+    let fov = seen.perspective().unwrap().fov;
+    assert!((fov - 2.0 * (18.0_f64 / 50.0).atan().to_degrees()).abs() < 1e-9, "{fov}");
+    assert_eq!(
+        (seen.perspective().unwrap().fov_axis, seen.near_clip, seen.far_clip),
+        (FovAxis::X, 0.5, 90.0)
+    );
     assert_eq!((desc.film.width, desc.film.height), (1080, 720));
     assert!(close(seen.to_world.transform_vector3(DVec3::Z), [0.0, 0.0, -1.0]));
     assert!(close(seen.to_world.translation, [1.0, 2.0, 3.0]));
     let (desc, _) = stage("lens", &camera(" float fStop = 2\n float focusDistance = 7"));
     // 50 tenths of a unit over 2, halved.
-    assert!((desc.camera.aperture_radius - 1.25).abs() < 1e-9, "{}", desc.camera.aperture_radius);
-    assert_eq!(desc.camera.focus_distance, 7.0);
+    assert!((desc.camera.lens_radius() - 1.25).abs() < 1e-9, "{}", desc.camera.lens_radius());
+    assert_eq!(desc.camera.perspective().unwrap().lens.focus_distance, 7.0);
     // The film reaches a quarter of its width farther to the right and an eighth of its height farther up.
     let moved = " float horizontalApertureOffset = 9\n float verticalApertureOffset = 3";
     for (name, more) in [("shift", ""), ("shift-parallel", "\n token projection = \"orthographic\"")] {
@@ -382,7 +386,7 @@ fn cameras_see_by_their_apertures() {
         assert!((seen.x - 0.25).abs() < 1e-6 && (seen.y - 0.625).abs() < 1e-6, "{name}: {seen}");
     }
     let (desc, _) = stage("parallel", &camera(" token projection = \"orthographic\""));
-    assert!(desc.camera.orthographic);
+    assert!(desc.camera.is_orthographic());
     let half = desc.camera.to_world.transform_vector3(DVec3::X).length();
     assert!((half - 1.8).abs() < 1e-9, "{half}");
 }

@@ -36,8 +36,8 @@ fn text_crate_and_package_are_one_scene() {
     let corners = world(&text.desc);
     for (name, other) in [("usdc", &crate_), ("usdz", &package), ("usd", &any)] {
         assert_eq!(world(&other.desc), corners, "{name}");
-        let [a, b] =
-            [&text.desc, &other.desc].map(|desc| (desc.camera.fov, desc.camera.to_world, desc.lights.len()));
+        let [a, b] = [&text.desc, &other.desc]
+            .map(|desc| (desc.camera.perspective().unwrap().fov, desc.camera.to_world, desc.lights.len()));
         assert_eq!(a, b, "{name}");
         let BsdfDesc::Principled(material) = inner(&other.desc, other.desc.shapes[0].bsdf) else {
             panic!("{name}")

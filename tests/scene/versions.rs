@@ -35,9 +35,12 @@ fn an_old_file_is_the_same_scene_as_its_new_form() {
     assert_eq!(essence(old), essence(new.clone()));
     // Printed by Mitsuba 3.9.1: 51.5286 degrees horizontally.
     let SceneDesc { camera, film, .. } = new.desc;
-    let diagonal = (camera.fov.to_radians() / 2.0).tan();
+    let diagonal = (camera.perspective().unwrap().fov.to_radians() / 2.0).tan();
     let horizontal = 2.0 * (diagonal * 20.0 / 20f64.hypot(16.0)).atan().to_degrees();
-    assert!(camera.fov_axis == FovAxis::Diagonal && (horizontal - 51.528_625).abs() < 1e-4, "{horizontal}");
+    assert!(
+        camera.perspective().unwrap().fov_axis == FovAxis::Diagonal && (horizontal - 51.528_625).abs() < 1e-4,
+        "{horizontal}"
+    );
     assert_eq!(film.crop.map(|c| (c.x, c.y, c.width, c.height)), Some((3, 2, 7, 5)));
 }
 
@@ -82,7 +85,10 @@ fn only_names_of_parameters_change() {
                 <float name=\"fov\" value=\"$fovAngle\"/></sensor><emitter type=\"constant\"/>\
                 <bsdf type=\"diffuse\" id=\"aB\"/><shape type=\"cube\" id=\"theCube\"><ref id=\"aB\"/></shape>";
     let desc = read("0.6.0", body).desc;
-    assert_eq!((desc.camera.fov, desc.shapes[0].id.as_deref()), (33.0, Some("theCube")));
+    assert_eq!(
+        (desc.camera.perspective().unwrap().fov, desc.shapes[0].id.as_deref()),
+        (33.0, Some("theCube"))
+    );
     let near = "<sensor type=\"perspective\"><float name=\"nearClip\" value=\"0.5\"/></sensor><emitter type=\"constant\"/>";
     assert_eq!(read("1.0.0", near).desc.camera.near_clip, 0.5);
     for version in ["2.0.0", "2.1", "3.0.0"] {

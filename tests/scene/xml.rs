@@ -316,8 +316,12 @@ fn camera(body: &str, film: &str) -> Result<Loaded, SceneError> {
 fn cameras_and_films() {
     let c = camera("<float name=\"principal_point_offset_x\" value=\"0.25\"/>", "").expect("valid").desc;
     // 50 mm on 35 mm film: 2 atan(43.2666 / 100) along the diagonal.
-    assert!((c.camera.fov - 46.793).abs() < 1e-3, "{}", c.camera.fov);
-    assert_eq!(c.camera.fov_axis, FovAxis::Diagonal);
+    assert!(
+        (c.camera.perspective().unwrap().fov - 46.793).abs() < 1e-3,
+        "{}",
+        c.camera.perspective().unwrap().fov
+    );
+    assert_eq!(c.camera.perspective().unwrap().fov_axis, FovAxis::Diagonal);
     assert_eq!((c.camera.near_clip, c.camera.far_clip, c.camera.principal_point_offset.x), (1e-2, 1e4, 0.25));
     assert_eq!((c.film.width, c.film.height, c.film.crop, c.film.rfilter), (768, 576, None, None));
     let crop = "<integer name=\"width\" value=\"100\"/><integer name=\"height\" value=\"50\"/>\
@@ -327,7 +331,7 @@ fn cameras_and_films() {
         .desc;
     assert_eq!(c.film.crop, Some(Crop { x: 10, y: 0, width: 90, height: 50 }));
     assert_eq!(
-        (c.camera.fov_axis, c.film.rfilter),
+        (c.camera.perspective().unwrap().fov_axis, c.film.rfilter),
         (FovAxis::Larger, Some(ReconstructionFilter::Tent { radius: 1.0 }))
     );
     for (body, film) in [

@@ -78,7 +78,7 @@ fn naive_path<const FROM_LIGHT: bool>(
         naive_walk(scene, subpath, emission.ray(), vertex, forgotten, audit);
     } else {
         let numbers = sampler.camera();
-        let ray = camera.ray(numbers.screen, numbers.lens);
+        let ray = camera.ray(numbers.screen, numbers.lens).unwrap();
         let subpath = Subpath::from_camera(lambda, Some(ray.origin), 1.0, 1.0, MediumIndex::VACUUM);
         naive_walk(scene, subpath, ray, |depth| sampler.vertex(depth), forgotten, audit);
     }

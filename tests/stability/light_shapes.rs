@@ -301,7 +301,7 @@ fn faulty(with_faults: bool) -> SceneDesc {
     }
     let mut desc = empty();
     let white = material(&mut desc, grey(0.5));
-    desc.camera.fov = 40.0;
+    desc.camera.perspective_mut().unwrap().fov = 40.0;
     desc.meshes.push(Arc::new(Mesh { positions, triangles, ..Mesh::default() }));
     shape(&mut desc, ShapeKind::Mesh(MeshId(0)), DAffine3::from_translation(DVec3::Z * 4.0), white, 1.0);
     shape(&mut desc, sphere(DVec3::new(0.0, -2.5, 5.0), 1.2), DAffine3::IDENTITY, white, 0.0);

@@ -119,7 +119,7 @@ fn m13_environment_over_a_sea() {
 fn m13_light_from_infinity_ends_in_fog() {
     let mut desc = empty();
     desc.integrator.max_depth = Some(4);
-    desc.camera.fov = 40.0;
+    desc.camera.perspective_mut().unwrap().fov = 40.0;
     desc.camera.medium = Some(medium(&mut desc, 0.2, 0.9, PhaseDesc::Isotropic));
     let matt = material(&mut desc, grey(0.5));
     shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 4.0), 1.0), DAffine3::IDENTITY, matt, 0.0);
@@ -154,11 +154,11 @@ fn m14_camera_across_a_boundary() {
     let from = DVec3::new(1.0 - inside, 0.0, 0.0);
     let mut parallel = cube_of_fog();
     parallel.camera = look(from, DVec3::Z, 40.0);
-    parallel.camera.orthographic = true;
+    parallel.camera.projection = ProjectionDesc::Orthographic;
     parallel.camera.to_world.matrix3 *= 0.5;
     let mut lens = cube_of_fog();
     lens.camera = look(from, DVec3::Z, 0.01);
-    (lens.camera.aperture_radius, lens.camera.focus_distance) = (0.3, 1e6);
+    lens.camera.perspective_mut().unwrap().lens = LensDesc::round(0.3, 1e6);
     // The shares of the square of half side .5 and of the disk of radius .3 on this side of a line through .1.
     let h: f64 = inside / 0.3;
     let of_disk = 1.0 - FRAC_1_PI * (h.acos() - h * (1.0 - h * h).sqrt());
@@ -167,7 +167,8 @@ fn m14_camera_across_a_boundary() {
     {
         let expected = share * (-1f64).exp() + 1.0 - share;
         // Light paths find no environment behind a lens of no field of view.
-        let methods = if desc.camera.orthographic { &METHODS[..] } else { &[Method::Path, Method::Photon] };
+        let methods =
+            if desc.camera.is_orthographic() { &METHODS[..] } else { &[Method::Path, Method::Photon] };
         let one_medium = RenderContext { on_boundary: false, ..context(desc) };
         Row {
             case: &format!("M14 {what} that begin on both sides of a boundary"),

@@ -32,11 +32,9 @@ fn scaled(desc: &SceneDesc, by: f64) -> SceneDesc {
     let mut scaled = desc.clone();
     let camera = &mut scaled.camera;
     camera.to_world.translation *= by;
-    for length in
-        [&mut camera.near_clip, &mut camera.far_clip, &mut camera.aperture_radius, &mut camera.focus_distance]
-    {
-        *length *= by;
-    }
+    (camera.near_clip, camera.far_clip) = (by * camera.near_clip, by * camera.far_clip);
+    let lens = &mut camera.perspective_mut().unwrap().lens;
+    (lens.radius, lens.focus_distance) = (by * lens.radius, by * lens.focus_distance);
     let unit = DAffine3::from_scale(DVec3::splat(by));
     scaled.shapes.iter_mut().for_each(|shape| shape.to_world = unit * shape.to_world);
     for light in &mut scaled.lights {

@@ -45,7 +45,7 @@ fn icosahedron(fov: f64) -> SceneDesc {
 fn seen(desc: &SceneDesc, side: usize) -> Vec<SurfaceInteraction> {
     let (scene, camera) = (prepare(desc), Camera::of(desc).unwrap());
     let middle = |i: usize| (i as f64 + 0.5) / side as f64;
-    let rays = (0..side * side).map(|i| camera.ray([middle(i % side), middle(i / side)], [0.5; 2]));
+    let rays = (0..side * side).map(|i| camera.ray([middle(i % side), middle(i / side)], [0.5; 2]).unwrap());
     rays.filter_map(|ray| scene.first(&ray)).collect()
 }
 

@@ -111,14 +111,14 @@ fn settings() {
 fn furnaces() {
     let closed = |kind: ShapeKind| {
         let mut desc = empty();
-        desc.camera.fov = 70.0;
+        desc.camera.perspective_mut().unwrap().fov = 70.0;
         let m = material(&mut desc, grey(0.5));
         shape(&mut desc, kind, DAffine3::from_scale(DVec3::new(1.0, 1.5, 2.0)), m, 1.0);
         desc.shapes[0].flip_normals = true;
         desc
     };
     let mut ball = empty();
-    ball.camera.fov = 50.0;
+    ball.camera.perspective_mut().unwrap().fov = 50.0;
     let white = material(&mut ball, grey(1.0));
     shape(&mut ball, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, white, 0.0);
     environment(&mut ball);
@@ -236,8 +236,9 @@ fn camera_importance() {
     let (n, mut sum) = (200, 0.0);
     for i in 0..n * n {
         let uv = [(f64::from(i % n) + 0.5) / f64::from(n), (f64::from(i / n) + 0.5) / f64::from(n)];
-        let ray = camera.ray(uv, [0.5; 2]);
-        sum += 1.0 / f64::from(camera.uv_per_steradian(ray.direction)) / f64::from(n * n);
+        let ray = camera.ray(uv, [0.5; 2]).unwrap();
+        let density = camera.start(uv, [0.5; 2]).unwrap().uv_per_steradian;
+        sum += 1.0 / f64::from(density) / f64::from(n * n);
         let point =
             camera.view(ray.origin + ray.direction * 7.0, [0.5; 2], &UvWindow::PICTURE).expect("it is seen");
         let far = camera.view_far(ray.direction, [0.5; 2], &UvWindow::PICTURE).expect("it is seen");

@@ -108,6 +108,6 @@ fn a_map_all_around() {
 #[test]
 fn a_lens() {
     let mut desc = lit(open_room([grey(0.6), grey(0.3)]));
-    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.4, 3.0);
+    desc.camera.perspective_mut().unwrap().lens = LensDesc::round(0.4, 3.0);
     assert_both(&desc);
 }

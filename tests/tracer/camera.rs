@@ -20,7 +20,8 @@ fn camera(desc: &SceneDesc) -> Camera {
 fn identity(fov: f64, axis: FovAxis, (width, height): (u32, u32)) -> SceneDesc {
     let mut desc = empty();
     desc.camera.to_world = DAffine3::IDENTITY;
-    (desc.camera.fov, desc.camera.fov_axis) = (fov, axis);
+    let perspective = desc.camera.perspective_mut().unwrap();
+    (perspective.fov, perspective.fov_axis) = (fov, axis);
     (desc.film.width, desc.film.height) = (width, height);
     desc
 }
@@ -29,7 +30,7 @@ fn identity(fov: f64, axis: FovAxis, (width, height): (u32, u32)) -> SceneDesc {
 #[test]
 fn mitsuba_handedness_and_field_of_view() {
     let corner = |axis, size| {
-        let d = camera(&identity(90.0, axis, size)).ray([0.0, 0.0], CENTER).direction;
+        let d = camera(&identity(90.0, axis, size)).ray([0.0, 0.0], CENTER).unwrap().direction;
         DVec2::new(f64::from(d.x / d.z), f64::from(d.y / d.z))
     };
     let close = |a: DVec2, x: f64, y: f64| assert!((a - DVec2::new(x, y)).abs().max_element() < 1e-6, "{a}");
@@ -53,7 +54,7 @@ fn rays_and_projection_are_inverse_also_in_the_overscan() {
     let mut random = Random(1);
     for _ in 0..1000 {
         let uv = [random.f64() * 1.4 - 0.2, random.f64() * 1.4 - 0.2];
-        let ray = camera.ray(uv, CENTER);
+        let ray = camera.ray(uv, CENTER).unwrap();
         assert!((ray.direction.length() - 1.0).abs() < 1e-6);
         let seen = |p: Vec3| camera.view(p, CENTER, &OVERSCAN);
         let view = seen(ray.origin + ray.direction * 7.0).expect("in front");
@@ -76,7 +77,10 @@ fn crop_is_a_part_of_the_picture() {
     let crop = camera(&desc);
     for uv in [[0.0, 0.0], [1.0, 1.0], [0.3, 0.8]] {
         let outer = [0.25 + 0.5 * uv[0], 0.25 + 0.25 * uv[1]];
-        assert!((crop.ray(uv, CENTER).direction - full.ray(outer, CENTER).direction).length() < 1e-6);
+        assert!(
+            (crop.ray(uv, CENTER).unwrap().direction - full.ray(outer, CENTER).unwrap().direction).length()
+                < 1e-6
+        );
     }
 }
 
@@ -89,14 +93,14 @@ fn what_cannot_be_a_camera_is_refused() {
         let error = Camera::new(&desc.camera, &desc.film, &options).expect_err("unusable");
         assert!(matches!(error, PrepareError::Camera { .. }) && !error.to_string().is_empty());
     };
-    refuse(|d| d.camera.fov = 180.0);
-    refuse(|d| d.camera.fov = f64::NAN);
+    refuse(|d| d.camera.perspective_mut().unwrap().fov = 180.0);
+    refuse(|d| d.camera.perspective_mut().unwrap().fov = f64::NAN);
     refuse(|d| d.camera.near_clip = 1e40);
     refuse(|d| d.film.width = 0);
-    refuse(|d| d.camera.aperture_radius = -1.0);
-    refuse(|d| d.camera.aperture_radius = f64::NAN);
-    refuse(|d| (d.camera.aperture_radius, d.camera.focus_distance) = (0.1, 0.0));
-    refuse(|d| (d.camera.aperture_radius, d.camera.focus_distance) = (0.1, f64::INFINITY));
+    refuse(|d| d.camera.perspective_mut().unwrap().lens.radius = -1.0);
+    refuse(|d| d.camera.perspective_mut().unwrap().lens.radius = f64::NAN);
+    refuse(|d| d.camera.perspective_mut().unwrap().lens = LensDesc::round(0.1, 0.0));
+    refuse(|d| d.camera.perspective_mut().unwrap().lens = LensDesc::round(0.1, f64::INFINITY));
     refuse(|d| d.camera.to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0)));
     refuse(|d| d.camera.to_world.translation.x = f64::INFINITY);
     refuse(|d| d.film.crop = Some(Crop { x: 0, y: 0, width: 0, height: 1 }));
@@ -109,7 +113,7 @@ fn with_lens() -> SceneDesc {
     desc.camera.to_world = look(DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.3, 0.5, -0.8), 1.0).to_world;
     desc.camera.principal_point_offset = DVec2::new(0.1, -0.2);
     (desc.camera.near_clip, desc.camera.far_clip) = (0.25, 40.0);
-    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.4, 3.0);
+    desc.camera.perspective_mut().unwrap().lens = LensDesc::round(0.4, 3.0);
     desc
 }
 
@@ -117,17 +121,17 @@ fn with_lens() -> SceneDesc {
 #[test]
 fn a_lens_without_size_is_a_pinhole() {
     let mut desc = with_lens();
-    (desc.camera.aperture_radius, desc.camera.focus_distance) = (0.0, f64::NAN);
+    desc.camera.perspective_mut().unwrap().lens = LensDesc::round(0.0, f64::NAN);
     let without = camera(&desc);
     let mut random = Random(2);
     for _ in 0..100 {
         let uv = [random.f64(), random.f64()];
-        let (a, b) = (without.ray(uv, CENTER), without.ray(uv, [random.f64() as f32, 0.9]));
+        let (a, b) = (without.ray(uv, CENTER).unwrap(), without.ray(uv, [random.f64() as f32, 0.9]).unwrap());
         assert!(a.origin == b.origin && a.direction == b.direction && a.t_max == b.t_max);
         let p = a.origin + a.direction;
         let seen = |lens| without.view(p, lens, &OVERSCAN).expect("in front").uv;
         assert_eq!(seen([0.1, 0.7]), seen(CENTER));
-        assert_eq!(without.lens_point([0.1, 0.7]), Some(without.position()));
+        assert_eq!(without.start(uv, [0.1, 0.7]).unwrap().from, Some(without.position()));
     }
 }
 
@@ -138,7 +142,7 @@ fn rays_through_a_lens_meet_in_focus() {
     let desc = with_lens();
     let (lens, hole) = (camera(&desc), {
         let mut desc = desc.clone();
-        desc.camera.aperture_radius = 0.0;
+        desc.camera.perspective_mut().unwrap().lens.radius = 0.0;
         camera(&desc)
     });
     let forward = desc.camera.to_world.matrix3.z_axis.as_vec3();
@@ -150,12 +154,12 @@ fn rays_through_a_lens_meet_in_focus() {
     for _ in 0..n {
         let uv = [random.f64() * 1.4 - 0.2, random.f64() * 1.4 - 0.2];
         let u = [random.f64() as f32, random.f64() as f32];
-        let (ray, through) = (lens.ray(uv, u), hole.ray(uv, u));
+        let (ray, through) = (lens.ray(uv, u).unwrap(), hole.ray(uv, u).unwrap());
         let at = |r: &pointillist::tracer::accel::Ray, depth: f32| {
             r.origin + r.direction * ((depth - z(r.origin)) / r.direction.dot(forward))
         };
         assert!((at(&ray, 3.0) - at(&through, 3.0)).length() < 1e-5, "not in focus");
-        let q = lens.lens_point(u).expect("a lens");
+        let q = lens.start(uv, u).and_then(|start| start.from).expect("a lens");
         assert!((at(&ray, 0.0) - q).length() < 1e-5, "not through its point of the lens");
         assert!(z(q).abs() < 1e-6);
         assert!((z(ray.origin) - 0.25).abs() < 1e-5 && (ray.direction.length() - 1.0).abs() < 1e-6);
@@ -182,15 +186,15 @@ fn rays_through_a_lens_meet_in_focus() {
 #[test]
 fn orthographic_rays_are_parallel() {
     let mut desc = identity(f64::NAN, FovAxis::X, (200, 100));
-    desc.camera.orthographic = true;
+    desc.camera.projection = ProjectionDesc::Orthographic;
     (desc.camera.near_clip, desc.camera.far_clip) = (0.5, 20.0);
     desc.camera.to_world = DAffine3::from_scale(DVec3::new(3.0, 2.0, 4.0));
     let straight = camera(&desc);
-    let corner = straight.ray([0.0, 0.0], CENTER);
+    let corner = straight.ray([0.0, 0.0], CENTER).unwrap();
     // Mitsuba 3.9.1 gives (3, 1, 2), (0, 0, 1) and a length of 19.5.
     assert!((corner.origin - Vec3::new(3.0, 1.0, 2.0)).length() < 1e-6, "{}", corner.origin);
-    assert!(corner.direction == Vec3::Z && corner.t_max == 19.5 && straight.lens_point(CENTER).is_none());
-    assert_eq!(straight.parallel_direction(), Some(Vec3::Z));
+    assert!(corner.direction == Vec3::Z && corner.t_max == 19.5 && straight.has_parallel_rays());
+    assert!(straight.start([0.0, 0.0], CENTER).unwrap().from.is_none());
 
     let shear = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(0.3, -0.2, 1.0));
     let turned = look(DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.3, 0.5, -0.8), 1.0).to_world;
@@ -201,7 +205,7 @@ fn orthographic_rays_are_parallel() {
     let mut random = Random(4);
     for _ in 0..200 {
         let uv = [random.f64() * 1.4 - 0.2, random.f64() * 1.4 - 0.2];
-        let ray = skew.ray(uv, CENTER);
+        let ray = skew.ray(uv, CENTER).unwrap();
         let seen = |t: f32| skew.view(ray.origin + ray.direction * t, CENTER, &OVERSCAN);
         let view = seen(7.0).expect("in front");
         let back = view.uv.map(f64::from);
@@ -210,12 +214,12 @@ fn orthographic_rays_are_parallel() {
         assert!(seen(-0.01).is_none() && seen(19.6).is_none(), "beyond a clip plane");
         let step = 1e-2;
         let [right, down] = [[step, 0.0], [0.0, step]]
-            .map(|by| skew.ray([uv[0] + by[0], uv[1] + by[1]], CENTER).origin - ray.origin);
+            .map(|by| skew.ray([uv[0] + by[0], uv[1] + by[1]], CENTER).unwrap().origin - ray.origin);
         let area = right.cross(down).dot(ray.direction).abs() / (step * step) as f32;
         assert!((view.uv_per_steradian * area / view.distance2 - 1.0).abs() < 1e-3, "{area}");
-        assert_eq!(view.uv_per_steradian, skew.uv_per_steradian(ray.direction));
+        assert_eq!(view.uv_per_steradian, skew.start(uv, CENTER).unwrap().uv_per_steradian);
     }
-    assert!(skew.view_far(skew.ray([0.5; 2], CENTER).direction, CENTER, &OVERSCAN).is_none());
+    assert!(skew.view_far(skew.ray([0.5; 2], CENTER).unwrap().direction, CENTER, &OVERSCAN).is_none());
 }
 
 /// The lines for display are those of the rays, and places on them are found again.
@@ -223,16 +227,17 @@ fn orthographic_rays_are_parallel() {
 fn lines_are_the_rays_through_the_centre_of_the_lens() {
     for (orthographic, aperture_radius) in [(false, 0.0), (false, 0.3), (true, 0.0)] {
         let mut desc = identity(40.0, FovAxis::X, (64, 48));
-        desc.camera.orthographic = orthographic;
-        desc.camera.aperture_radius = aperture_radius;
-        desc.camera.focus_distance = 7.0;
+        desc.camera.perspective_mut().unwrap().lens = LensDesc::round(aperture_radius, 7.0);
+        if orthographic {
+            desc.camera.projection = ProjectionDesc::Orthographic;
+        }
         desc.camera.to_world =
             DAffine3::from_rotation_y(0.4) * DAffine3::from_translation(DVec3::new(1.0, -2.0, 3.0));
         let camera = camera(&desc);
-        let lines = camera.lines();
+        let lines = camera.lines().expect("a plane");
         for i in 0..100 {
             let uv = [0.05 + 0.009 * f64::from(i), 0.95 - 0.007 * f64::from(i)];
-            let ray = camera.ray(uv, [0.5; 2]);
+            let ray = camera.ray(uv, [0.5; 2]).unwrap();
             let (origin, direction) = lines.line(DVec2::from_array(uv).as_vec2());
             assert!(
                 origin.distance(ray.origin) < 1e-4 && direction.normalize().distance(ray.direction) < 1e-5

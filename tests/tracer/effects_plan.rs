@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use pointillist::scene::desc::IntegratorKind;
+use pointillist::scene::desc::{IntegratorKind, ProjectionDesc};
 use pointillist::scene::{SceneDesc, load, load_str};
 use pointillist::tracer::effects::{Effect, decide, force_on, with, without};
 use pointillist::tracer::{Camera, Scene};
@@ -181,7 +181,9 @@ fn examples_of_surfaces_are_on() {
 fn what_camera_has_no_lens() {
     let mut desc = desc("<bsdf type='diffuse'/>");
     for (orthographic, reason) in [(false, "pinhole"), (true, "parallel")] {
-        desc.camera.orthographic = orthographic;
+        if orthographic {
+            desc.camera.projection = ProjectionDesc::Orthographic;
+        }
         let lens =
             decide(&desc, IntegratorKind::Path).into_iter().find(|d| d.effect == Effect::Lens).unwrap();
         assert!(!lens.on && lens.reason.contains(reason), "{lens:?}");

@@ -48,14 +48,14 @@ fn layers(desc: &SceneDesc, list: &str) -> Vec<f32> {
     let layers = parse(list).expect("a list of layers").layers;
     let (scene, camera) = (prepare(desc), Camera::of(desc).expect("the camera is valid"));
     let mut values = vec![f32::NAN; channel_count(&layers)];
-    AovTracer::new(&scene, &camera, &layers).along(&camera.ray([0.5; 2], [0.5; 2]), &mut values);
+    AovTracer::new(&scene, &camera, &layers).along(&camera.ray([0.5; 2], [0.5; 2]).unwrap(), &mut values);
     values
 }
 
 /// The features in the middle of the picture.
 fn seen(desc: &SceneDesc) -> Features {
     let (scene, camera) = (prepare(desc), Camera::of(desc).expect("the camera is valid"));
-    let ray = camera.ray([0.5; 2], [0.5; 2]);
+    let ray = camera.ray([0.5; 2], [0.5; 2]).unwrap();
     let medium = CameraMedium::of(&scene, &camera, &UvWindow::PICTURE).along(&scene, &ray);
     features(&scene, ray, medium, &SampledWavelengths::sample(0.15))
 }

@@ -40,6 +40,7 @@ mod pick;
 mod prepare;
 mod principled;
 mod prism;
+mod projections;
 mod rough;
 mod rough_plastic;
 mod sampler_nets;

@@ -157,7 +157,7 @@ fn a_medium_in_equilibrium_is_invisible() {
         (SpectrumTexture::Volume(one_number(2.0, around)), 0.7, HG(-0.4)),
     ] {
         let mut desc = empty();
-        desc.camera.fov = 20.0;
+        desc.camera.perspective_mut().unwrap().fov = 20.0;
         let gas = medium(&mut desc, 1.0, albedo, phase);
         desc.media[0].sigma_t = sigma_t;
         shine(&mut desc, gas);
@@ -173,7 +173,7 @@ fn a_medium_in_equilibrium_is_invisible() {
 #[test]
 fn an_oven_full_of_shining_gas() {
     let mut desc = empty();
-    desc.camera.fov = 60.0;
+    desc.camera.perspective_mut().unwrap().fov = 60.0;
     let gas = medium(&mut desc, 0.4, 0.5, HG(0.3));
     shine(&mut desc, gas);
     desc.camera.medium = Some(gas);
@@ -250,7 +250,7 @@ fn a_medium_without_loss_is_invisible_in_even_light() {
         (4.0, flakes_on_a_grid()),
     ] {
         let mut desc = empty();
-        desc.camera.fov = 20.0;
+        desc.camera.perspective_mut().unwrap().fov = 20.0;
         let cloud = medium(&mut desc, sigma_t, 1.0, phase);
         boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, cloud);
         environment(&mut desc);
@@ -269,7 +269,7 @@ fn single_scattering_of_a_point_light() {
     let mut desc = empty();
     desc.integrator.max_depth = Some(2);
     desc.camera.medium = Some(medium(&mut desc, extinction, albedo, HG(g)));
-    desc.camera.fov = 0.01;
+    desc.camera.perspective_mut().unwrap().fov = 0.01;
     let position = DVec3::new(0.6, 0.0, 1.5);
     let intensity = Spectrum::Constant(4.0);
     desc.lights.push(LightDesc::Point { position, intensity, place: Place::default() });
@@ -290,7 +290,7 @@ fn single_scattering_of_a_point_light() {
     let plan = Plan { side: 1, paths_per_pixel: 1 << 14, seeds: 16, window: UvWindow::PICTURE };
     assert_means(&desc, &[Method::Path, Method::Bidirectional], plan, expected, 1e-2, "single scattering");
     // From the light a camera this narrow is hardly found: a wide one, against paths.
-    desc.camera.fov = 40.0;
+    desc.camera.perspective_mut().unwrap().fov = 40.0;
     let plan = Plan { side: 2, paths_per_pixel: 1 << 14, seeds: 16, window: UvWindow::PICTURE };
     let (by_paths, error) = mean_of(&desc, Method::Path, plan);
     let (by_particles, other) = mean_of(&desc, Method::Particle, plan);
@@ -373,7 +373,7 @@ fn a_medium_without_loss_in_principled_glass_is_invisible_in_even_light() {
     let plan = Plan { side: 4, paths_per_pixel: 1024, seeds: 16, window: UvWindow::PICTURE };
     for (eta, sigma_t, phase) in [(1.33, 2.0, PhaseDesc::Isotropic), (1.5, 0.7, HG(0.6))] {
         let mut desc = empty();
-        desc.camera.fov = 20.0;
+        desc.camera.perspective_mut().unwrap().fov = 20.0;
         let one = || Spectrum::Constant(1.0).into();
         let lobes = PrincipledLobes {
             roughness: 0.0,
@@ -408,7 +408,7 @@ fn a_medium_without_loss_in_principled_glass_is_invisible_in_even_light() {
 #[test]
 fn a_medium_of_density_zero_is_invisible() {
     let mut desc = empty();
-    desc.camera.fov = 40.0;
+    desc.camera.perspective_mut().unwrap().fov = 40.0;
     let matt = material(&mut desc, grey(0.7));
     shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, matt, 0.0);
     environment(&mut desc);
@@ -547,7 +547,7 @@ fn a_medium_that_only_absorbs_makes_no_noise() {
 #[test]
 fn media_come_and_go_with_edits() {
     let mut desc = empty();
-    desc.camera.fov = 20.0;
+    desc.camera.perspective_mut().unwrap().fov = 20.0;
     let cloud = medium(&mut desc, 2.0, 0.5, HG(0.3));
     boundary(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, cloud);
     environment(&mut desc);

@@ -30,7 +30,7 @@ fn slab_to_unit() -> DAffine3 {
 /// A slab of thickness 2, [−1, 1]² × [2, 4], before a camera at the origin that looks along z. What is scattered in it is not followed.
 fn before_camera(sigma_t: f32, albedo: f32, light: MediumEmission) -> SceneDesc {
     let mut desc = empty();
-    desc.camera.fov = 0.01;
+    desc.camera.perspective_mut().unwrap().fov = 0.01;
     desc.integrator.max_depth = Some(1);
     let gas = medium(&mut desc, sigma_t, albedo, PhaseDesc::Isotropic);
     desc.media[0].emission = Some(light);

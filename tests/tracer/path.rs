@@ -13,7 +13,7 @@ use pointillist::spectrum::{Spectrum, dispersion::Ior};
 fn white_furnace() {
     for albedo in [0.0f32, 0.18, 0.5, 1.0] {
         let mut desc = empty();
-        desc.camera.fov = 10.0;
+        desc.camera.perspective_mut().unwrap().fov = 10.0;
         let m = material(&mut desc, grey(albedo));
         shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, m, 0.0);
         environment(&mut desc);
@@ -188,7 +188,7 @@ fn glass_furnace() {
     assert!(bk7.is_dispersive(), "the case is too easy");
     for ior in [Ior::Constant(1.5), Ior::Constant(2.4), Ior::Constant(0.7), Ior::Constant(1.0), bk7] {
         let mut desc = empty();
-        desc.camera.fov = 30.0;
+        desc.camera.perspective_mut().unwrap().fov = 30.0;
         let m = material(&mut desc, glass(ior.clone()));
         shape(&mut desc, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, m, 0.0);
         environment(&mut desc);
@@ -213,7 +213,7 @@ fn a_closed_white_room_ends_whatever_the_roulette_depth() {
 #[test]
 fn equal_media_are_invisible() {
     let mut desc = empty();
-    desc.camera.fov = 40.0;
+    desc.camera.perspective_mut().unwrap().fov = 40.0;
     let black = material(&mut desc, grey(0.0));
     let lamp = DAffine3::from_translation(DVec3::Z * 5.0) * DAffine3::from_rotation_x(PI);
     shape(&mut desc, ShapeKind::Rectangle, lamp, black, 1.0);

@@ -142,14 +142,14 @@ fn settings() {
 fn furnaces() {
     let closed = |kind: ShapeKind, scale: DVec3| {
         let mut desc = empty();
-        desc.camera.fov = 70.0;
+        desc.camera.perspective_mut().unwrap().fov = 70.0;
         let m = material(&mut desc, grey(0.5));
         shape(&mut desc, kind, DAffine3::from_scale(scale), m, 1.0);
         desc.shapes[0].flip_normals = true;
         desc
     };
     let mut ball = empty();
-    ball.camera.fov = 50.0;
+    ball.camera.perspective_mut().unwrap().fov = 50.0;
     let white = material(&mut ball, grey(1.0));
     shape(&mut ball, sphere(DVec3::Z * 3.0, 1.0), DAffine3::IDENTITY, white, 0.0);
     environment(&mut ball);

@@ -88,7 +88,7 @@ fn a_click_finds_what_is_drawn_there() {
         let project =
             |p: Vec3| camera.view(p, [0.5; 2], &UvWindow::PICTURE).expect("in front of the camera").uv;
         let uv = project(center.as_vec3());
-        let found = scene.pick(&camera.ray(uv.map(f64::from), [0.5; 2])).expect("a sphere is there");
+        let found = scene.pick(&camera.ray(uv.map(f64::from), [0.5; 2]).unwrap()).expect("a sphere is there");
         assert_eq!(found.shape, i as u32);
         let to_center = camera.position().distance(center.as_vec3());
         assert!((found.distance + 0.2 - to_center).abs() < 1e-4, "{found:?}");

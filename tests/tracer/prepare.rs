@@ -182,7 +182,7 @@ fn smooth_normals_keep_the_furnace() {
         }
     }
     let mut desc = empty();
-    desc.camera.fov = 30.0;
+    desc.camera.perspective_mut().unwrap().fov = 30.0;
     desc.meshes.push(Arc::new(mesh));
     let m = material(&mut desc, grey(0.8));
     let far = DAffine3::from_translation(DVec3::Z * 3.0);

@@ -149,7 +149,7 @@ fn reference(camera: &Camera) -> Vec<[f64; 3]> {
         .collect();
     const FINE: usize = 24;
     let at = |x: f64| {
-        let d = camera.ray([x, 0.5], [0.5; 2]).direction.as_dvec3();
+        let d = camera.ray([x, 0.5], [0.5; 2]).unwrap().direction.as_dvec3();
         let angle = d.z.atan2(d.x);
         let incidence = APEX / 2.0 - angle;
         let mut sum = [0.0; 3];

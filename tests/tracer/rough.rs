@@ -50,7 +50,7 @@ fn plastic(int_ior: Ior, albedo: f32) -> BsdfDesc {
 /// A ball of a material, lit by radiance 1 from everywhere: by the environment, or by a sphere around all of it.
 fn furnace(bsdf: BsdfDesc, enclosed: bool) -> SceneDesc {
     let mut desc = empty();
-    desc.camera.fov = 10.0;
+    desc.camera.perspective_mut().unwrap().fov = 10.0;
     let m = material(&mut desc, bsdf);
     shape(&mut desc, sphere(DVec3::new(0.0, 0.0, 3.0), 1.0), DAffine3::IDENTITY, m, 0.0);
     if enclosed {

@@ -69,7 +69,7 @@ fn curve(name: &str, desc: &SceneDesc, reference: &Measured) {
 
 fn furnace() {
     let mut desc = scenes::empty();
-    desc.camera.fov = 70.0;
+    desc.camera.perspective_mut().unwrap().fov = 70.0;
     let half = scenes::material(&mut desc, scenes::grey(0.5));
     let size = DAffine3::from_scale(DVec3::new(1.0, 1.5, 2.0));
     scenes::shape(&mut desc, ShapeKind::Cube, size, half, 1.0);

@@ -114,7 +114,7 @@ fn rays(RenderContext { scene, camera, .. }: &RenderContext) {
     let mut rays = Vec::new();
     for i in 0..100_000 {
         let sampler = Sampler::at(i, 7);
-        let mut ray = camera.ray(sampler.camera().screen, [0.5; 2]);
+        let mut ray = camera.ray(sampler.camera().screen, [0.5; 2]).unwrap();
         for depth in 0..4 {
             let Some(hit) = scene.closest(&ray) else { break };
             let side = if hit.wo.dot(hit.n) < 0.0 { -1.0 } else { 1.0 };
@@ -209,15 +209,16 @@ fn cornell_box(spheres: bool) -> SceneDesc {
     SceneDesc {
         files: Vec::new(),
         camera: CameraDesc {
-            orthographic: false,
+            projection: ProjectionDesc::Perspective(PerspectiveDesc {
+                fov: 39.3077,
+                fov_axis: FovAxis::Smaller,
+                lens: LensDesc::PINHOLE,
+                distortion: None,
+            }),
             to_world: DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.9)) * turn(DVec3::Y, 180.0),
-            fov: 39.3077,
-            fov_axis: FovAxis::Smaller,
             principal_point_offset: DVec2::ZERO,
             near_clip: 0.001,
             far_clip: 100.0,
-            aperture_radius: 0.0,
-            focus_distance: 0.0,
             medium: None,
             place,
         },

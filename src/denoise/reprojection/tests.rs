@@ -183,7 +183,7 @@ fn the_other_side_of_a_surface_is_not_known() {
     for (i, hit) in after.hits.pixels().iter().enumerate() {
         let [x, y] = [i % SIDE as usize, i / SIDE as usize];
         let uv = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / SIDE as f32;
-        if hit.distance > 0.0 && hit.normal.dot(after.lines.line(uv).1) > 0.0 {
+        if hit.distance > 0.0 && hit.normal.dot(after.lines.unwrap().line(uv).1) > 0.0 {
             behind += 1;
             assert!(prior.worth.at(x, y) == 0.0, "pixel {x}, {y}");
         }

@@ -43,7 +43,10 @@ mod wrap;
 
 pub use aov::{AovDesc, AovKind};
 pub use bsdf::*;
-pub use camera::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
+pub use camera::{
+    CameraDesc, Crop, CubeLayout, DistortionDesc, FilmDesc, FisheyeDesc, FisheyeMapping, FovAxis, LensDesc,
+    MeterSurface, PerspectiveDesc, ProjectionDesc, ReconstructionFilter, StereoDesc, StereoEyes,
+};
 pub use ids::{BsdfId, GroupId, MediumId, MeshId, Name, Names, Place};
 pub use integrator::{IntegratorDesc, PhotonDesc};
 pub use integrator_kind::{IntegratorKind, IntegratorTraits, LateFind, NoLight, PhotonUse};

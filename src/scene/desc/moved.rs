@@ -14,9 +14,18 @@ impl SceneDesc {
     /// Chooses [`SceneDesc::space`]: its origin is the centre of all shapes if they are far from that of world space, and its scale
     /// follows from their sizes.
     pub fn place(&mut self) {
+        self.space = RenderingSpace::around(self.boxes().into_iter());
+    }
+
+    /// Bounding box of all shapes in world space; `None` where there are none.
+    pub(crate) fn bounds(&self) -> Option<[DVec3; 2]> {
+        enclosing(self.boxes().into_iter())
+    }
+
+    /// Bounding boxes of the shapes.
+    fn boxes(&self) -> Vec<[DVec3; 2]> {
         let groups = self.boxes_of_groups();
-        let boxes: Vec<_> = self.shapes.iter().filter_map(|shape| self.bounds_of(shape, &groups)).collect();
-        self.space = RenderingSpace::around(boxes.into_iter());
+        self.shapes.iter().filter_map(|shape| self.bounds_of(shape, &groups)).collect()
     }
 
     /// The description in rendering space, except the spectra of its lights ([`LightDesc::spectrum_in`]) and its camera.

@@ -10,6 +10,7 @@
 //! one table in `parameters.rs`, with that of media in `medium.rs`: a [`Target`] is one variant and one line of it. `target.rs` has types
 //! and ranges, `objects.rs` lists what an object has and names it, `save.rs` writes the file, `saved.rs` reads the changes back.
 
+mod camera_text;
 mod medium;
 pub(crate) mod objects;
 pub(crate) mod parameters;

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use crate::image::ImageError;
 use crate::image::write::atomically;
-use glam::{DMat4, DVec2};
 
-use crate::scene::desc::{CameraDesc, FilmDesc, ReconstructionFilter, SceneDesc};
-use crate::scene::mitsuba::{AXES, LoadOptions, read_text};
+use crate::scene::desc::{
+    CameraDesc, FilmDesc, LensDesc, PerspectiveDesc, Place, ProjectionDesc, ReconstructionFilter, SceneDesc,
+};
+use crate::scene::mitsuba::{LoadOptions, read_text};
 
 use super::Edits;
+use super::camera_text::sensor_parameters;
 use super::objects::address;
 use super::target::{EditError, NewValue, Target};
 
@@ -203,39 +205,7 @@ fn folder_of(file: &Path) -> Result<PathBuf, SaveError> {
 ///
 /// [`SaveError::Camera`] when the reader would not read the same camera and film back.
 fn sensor(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveError> {
-    let lens = camera.aperture_radius > 0.0;
-    let plugin = match (camera.orthographic, lens) {
-        (true, _) => "orthographic",
-        (false, true) => "thinlens",
-        (false, false) => "perspective",
-    };
-    let mut out = format!("    <sensor type=\"{plugin}\">\n");
-    let rows = DMat4::from(camera.to_world).transpose().to_cols_array().map(|v| format!("{v:?}")).join(" ");
-    let _ = writeln!(
-        out,
-        "        <transform name=\"to_world\">\n            <matrix value=\"{rows}\"/>\n        </transform>"
-    );
-    let mut float = |name: &str, v: f64| {
-        let _ = writeln!(out, "        <float name=\"{name}\" value=\"{v:?}\"/>");
-    };
-    if !camera.orthographic {
-        float("fov", camera.fov);
-    }
-    float("near_clip", camera.near_clip);
-    float("far_clip", camera.far_clip);
-    if lens {
-        float("aperture_radius", camera.aperture_radius);
-        float("focus_distance", camera.focus_distance);
-    }
-    // Of Mitsuba's cameras only `perspective` has one, and what they do not know they refuse.
-    if plugin == "perspective" || camera.principal_point_offset != DVec2::ZERO {
-        float("principal_point_offset_x", camera.principal_point_offset.x);
-        float("principal_point_offset_y", camera.principal_point_offset.y);
-    }
-    if !camera.orthographic {
-        let _ =
-            writeln!(out, "        <string name=\"fov_axis\" value=\"{}\"/>", name_of(AXES, camera.fov_axis));
-    }
+    let mut out = sensor_parameters(camera, "    ");
     out.push_str(&film_element(&desc.film));
     if let Some(n) = desc.samples_per_pixel {
         let _ = writeln!(
@@ -256,11 +226,6 @@ fn sensor(camera: &CameraDesc, desc: &SceneDesc) -> Result<String, SaveError> {
 
 /// Ends a sensor.
 const SENSOR_END: &str = "    </sensor>\n";
-
-/// The name of a value in a table of names.
-fn name_of<T: Copy + PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
-    table.iter().find(|(_, known)| *known == value).map_or("", |(name, _)| name)
-}
 
 fn film_element(film: &FilmDesc) -> String {
     let mut out = String::from("        <film type=\"hdrfilm\">\n");
@@ -290,16 +255,25 @@ fn film_element(film: &FilmDesc) -> String {
     out
 }
 
+/// The camera without what is not written: the places in the file, and the focus and the blades of a pinhole.
+fn comparable(camera: &CameraDesc) -> CameraDesc {
+    let mut camera = CameraDesc { place: Place::default(), ..camera.clone() };
+    match &mut camera.projection {
+        ProjectionDesc::Perspective(PerspectiveDesc { lens, .. }) if lens.radius == 0.0 => {
+            *lens = LensDesc::PINHOLE;
+        }
+        ProjectionDesc::Batch(cameras) => cameras.iter_mut().for_each(|camera| *camera = comparable(camera)),
+        _ => (),
+    }
+    camera
+}
+
 /// Reads the element back: an element that the reader refuses or understands otherwise must not be written.
 fn check_sensor(sensor: &str, camera: &CameraDesc, film: &FilmDesc) -> Result<(), SaveError> {
     let text = format!("<scene version=\"3.0.0\">{sensor}</scene>");
     let read = read_text("camera", &text, &LoadOptions::default());
     let read = read.map_err(|e| SaveError::Camera(e.to_string()))?.desc;
-    // A pinhole has no focus, and the place in the file does not count.
-    let focus_distance = if camera.aperture_radius > 0.0 { camera.focus_distance } else { 0.0 };
-    let same_camera =
-        read.camera == CameraDesc { focus_distance, place: read.camera.place, ..camera.clone() };
-    if same_camera && read.film == *film {
+    if comparable(&read.camera) == comparable(camera) && read.film == *film {
         return Ok(());
     }
     Err(SaveError::Camera("a number of it does not survive being written".to_owned()))

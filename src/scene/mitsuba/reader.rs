@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::{DAffine3, DVec3};
+
 use super::document::{Document, ElementId};
 use super::grid_file::Grids;
 use super::params::Params;
@@ -15,7 +17,7 @@ use crate::scene::desc::emission_texture::EmissionTexture;
 use crate::scene::desc::texture::{AttributeLayout, SpectrumTexture};
 use crate::scene::desc::{
     BsdfDesc, BsdfId, GroupDesc, GroupId, LightDesc, MediumDesc, MediumId, Mesh, MeshId, Name, Names, Place,
-    ShapeDesc,
+    ShapeDesc, ShapeKind,
 };
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
 use crate::scene::limits;
@@ -78,6 +80,15 @@ pub(crate) struct SubsurfaceMedium {
     pub(crate) ext_ior: Ior,
 }
 
+/// A shape with a sensor that measures it.
+pub(crate) struct MeteredShape {
+    /// The sensor.
+    pub(crate) sensor: ElementId,
+    pub(crate) kind: ShapeKind,
+    pub(crate) to_world: DAffine3,
+    pub(crate) flip_normals: bool,
+}
+
 /// Objects that references share, by the element or file they come from, and sizes that have limits.
 #[derive(Default)]
 pub(crate) struct Known {
@@ -123,6 +134,10 @@ pub(crate) struct Known {
     pub(crate) attributes: BTreeMap<String, AttributeLayout>,
     /// The first shape whose material has a picture and whose mesh has no texture coordinates, and the number of such shapes.
     pub(crate) unmapped: Option<(Span, usize)>,
+    /// The target, if it has one, of a sensor `distant`.
+    pub(crate) distant: Option<Option<DVec3>>,
+    /// The shape that was read last, if a sensor stands in it.
+    pub(crate) meter: Option<MeteredShape>,
     /// Why the first mesh without triangles has none.
     pub(crate) nothing: Option<SceneError>,
     pub(crate) spectra: BTreeMap<(ElementId, Role), Spectrum>,

@@ -5,8 +5,12 @@ use glam::{DAffine3, DVec2};
 use super::document::ElementId;
 use super::integrator;
 use super::params::Params;
+use super::projection;
 use super::reader::{PluginTable, Reader};
-use crate::scene::desc::{CameraDesc, Crop, FilmDesc, FovAxis, ReconstructionFilter};
+use crate::scene::desc::{
+    CameraDesc, Crop, DistortionDesc, FilmDesc, FovAxis, LensDesc, PerspectiveDesc, ProjectionDesc,
+    ReconstructionFilter,
+};
 use crate::scene::diagnostic::{FindingKind, SceneError, shorten};
 use crate::scene::limits;
 use crate::scene::suggest;
@@ -21,8 +25,20 @@ pub(crate) struct Sensor {
 }
 
 /// Every camera.
-pub(super) const PLUGINS: PluginTable<CameraDesc> =
-    &[("perspective", pinhole), ("thinlens", thinlens), ("orthographic", orthographic)];
+pub(super) const PLUGINS: PluginTable<CameraDesc> = &[
+    ("perspective", pinhole),
+    ("thinlens", thinlens),
+    ("orthographic", orthographic),
+    ("perspective_rdist", projection::radial_distortion),
+    ("fisheye", projection::fisheye),
+    ("spherical", projection::spherical),
+    ("cubemap", projection::cube_map),
+    ("ods", projection::stereo),
+    ("radiancemeter", projection::radiance_meter),
+    ("distant", projection::distant),
+    ("irradiancemeter", projection::irradiance_meter),
+    ("batch", projection::batch),
+];
 
 /// Names of [`FovAxis`].
 pub(crate) const AXES: &[(&str, FovAxis)] = &[
@@ -52,9 +68,6 @@ const DEVIATIONS: (f64, f64) = (0.1, 0.75);
 /// the Gaussian's .010, .041 and .070).
 pub(super) const REPLACED: &[&str] = &["mitchell", "catmullrom", "lanczos"];
 
-/// Stands for the field of view of a camera that has none, degrees.
-const PARALLEL_FOV: f64 = 90.0;
-
 /// Diagonal of 35 mm film (36 × 24 mm), which focal lengths refer to, in mm.
 const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_87;
 
@@ -71,18 +84,33 @@ pub(crate) fn read(reader: &mut Reader<'_>, id: ElementId) -> Result<Sensor, Sce
         None => None,
     };
     let medium = params.object("medium")?;
+    if let ProjectionDesc::Batch(cameras) = &camera.projection
+        && !film.width.is_multiple_of(cameras.len() as u32)
+    {
+        let message = format!(
+            "the film is {} pixels wide, which {} sensors cannot share evenly",
+            film.width,
+            cameras.len()
+        );
+        return Err(params
+            .fault(FindingKind::Value, message)
+            .help("give it a multiple of their number")
+            .error());
+    }
     reader.finish(params);
     Ok(Sensor { camera, film, samples, medium })
 }
 
 fn pinhole(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
     params.without_effect(&["focus_distance"]);
-    perspective(reader, params)
+    let distortion = projection::distortion(params)?;
+    perspective(reader, params, LensDesc::PINHOLE, distortion)
 }
 
 /// A pinhole camera with a lens in place of the hole.
 fn thinlens(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
-    let camera = perspective(reader, params)?;
+    let distortion = projection::distortion(params)?;
+    let camera = perspective(reader, params, LensDesc::PINHOLE, distortion)?;
     let Some(aperture_radius) = params.float("aperture_radius")? else {
         let found = params.fault(FindingKind::Missing, "a thin lens needs `aperture_radius`");
         let help = "add <float name=\"aperture_radius\" value=\"…\"/> in units of the scene; 0 is a pinhole";
@@ -97,33 +125,59 @@ fn thinlens(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, 
         let found = params.error("focus_distance", "a lens is focused at a distance above 0");
         return Err(found.help("give the distance along the line of sight, in units of the scene").error());
     }
-    Ok(CameraDesc { aperture_radius, focus_distance, ..camera })
+    let lens = projection::aperture(params, LensDesc::round(aperture_radius, focus_distance))?;
+    let mut camera = camera;
+    if let Some(perspective) = camera.perspective_mut() {
+        perspective.lens = lens;
+    }
+    Ok(camera)
 }
 
 /// A camera of parallel rays, whose transform gives the size of what it shows.
 fn orthographic(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
     let to_world = params.to_world()?;
-    Ok(CameraDesc { orthographic: true, ..camera(reader, params, to_world, (PARALLEL_FOV, FovAxis::X))? })
+    let offset = principal_point(params)?;
+    camera(reader, params, to_world, offset, ProjectionDesc::Orthographic)
 }
 
-/// The camera without its lens.
-fn perspective(reader: &mut Reader<'_>, params: &Params<'_>) -> Result<CameraDesc, SceneError> {
+/// A camera with this lens.
+pub(super) fn perspective(
+    reader: &mut Reader<'_>,
+    params: &Params<'_>,
+    lens: LensDesc,
+    distortion: Option<DistortionDesc>,
+) -> Result<CameraDesc, SceneError> {
+    let to_world = rigid(params)?;
+    let (fov, fov_axis) = field_of_view(params)?;
+    let offset = principal_point(params)?;
+    let projection = ProjectionDesc::Perspective(PerspectiveDesc { fov, fov_axis, lens, distortion });
+    camera(reader, params, to_world, offset, projection)
+}
+
+/// The transform of a camera that cannot be scaled.
+pub(super) fn rigid(params: &Params<'_>) -> Result<DAffine3, SceneError> {
     let to_world = params.to_world()?;
     if !is_rigid(&to_world) {
         let found = params.error("to_world", "the transform of a camera cannot scale or shear");
         let help = "use lookat, rotate and translate; scaling by -1 mirrors and is fine";
         return Err(found.help(help).error());
     }
-    let field = field_of_view(params)?;
-    camera(reader, params, to_world, field)
+    Ok(to_world)
 }
 
-/// A camera with this field of view and the parameters that all cameras share.
-fn camera(
+pub(super) fn principal_point(params: &Params<'_>) -> Result<DVec2, SceneError> {
+    let x = params.float_or("principal_point_offset_x", 0.0)?;
+    let y = params.float_or("principal_point_offset_y", 0.0)?;
+    Ok(DVec2::new(x, y))
+}
+
+/// A camera of this projection, with the parameters that all cameras share.
+pub(super) fn camera(
     reader: &Reader<'_>,
     params: &Params<'_>,
     to_world: DAffine3,
-    (fov, fov_axis): (f64, FovAxis),
+    principal_point_offset: DVec2,
+    projection: ProjectionDesc,
 ) -> Result<CameraDesc, SceneError> {
     params.without_effect(&["shutter_open", "shutter_close"]);
     let near_clip = params.float_or("near_clip", 1e-2)?;
@@ -132,18 +186,12 @@ fn camera(
         let name = if near_clip <= 0.0 { "near_clip" } else { "far_clip" };
         return Err(params.error(name, "0 < near_clip < far_clip must hold").error());
     }
-    let offset_x = params.float_or("principal_point_offset_x", 0.0)?;
-    let offset_y = params.float_or("principal_point_offset_y", 0.0)?;
     Ok(CameraDesc {
-        orthographic: false,
+        projection,
         to_world,
-        fov,
-        fov_axis,
-        principal_point_offset: DVec2::new(offset_x, offset_y),
+        principal_point_offset,
         near_clip,
         far_clip,
-        aperture_radius: 0.0,
-        focus_distance: 0.0,
         medium: None,
         place: reader.place(params.span()),
     })
@@ -174,12 +222,21 @@ pub(super) fn field_of_view(params: &Params<'_>) -> Result<(f64, FovAxis), Scene
 }
 
 fn axis(params: &Params<'_>) -> Result<FovAxis, SceneError> {
-    let Some(name) = params.string("fov_axis")? else { return Ok(FovAxis::X) };
-    let found = AXES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name.trim()));
-    found.map(|(_, axis)| *axis).ok_or_else(|| {
-        let names: Vec<&str> = AXES.iter().map(|a| a.0).collect();
-        let found = params.error("fov_axis", "this is no axis of a field of view");
-        found.help(suggest::hint(&name, &names)).error()
+    Ok(one_of(params, "fov_axis", AXES, "axis of a field of view")?.unwrap_or(FovAxis::X))
+}
+
+/// The value of a parameter that is one of a table of names.
+pub(super) fn one_of<T: Copy>(
+    params: &Params<'_>,
+    name: &'static str,
+    table: &[(&'static str, T)],
+    what: &str,
+) -> Result<Option<T>, SceneError> {
+    let Some(given) = params.string(name)? else { return Ok(None) };
+    let found = table.iter().find(|(n, _)| n.eq_ignore_ascii_case(given.trim()));
+    found.map(|(_, value)| Some(*value)).ok_or_else(|| {
+        let names: Vec<&str> = table.iter().map(|a| a.0).collect();
+        params.error(name, format!("this is no {what}")).help(suggest::hint(&given, &names)).error()
     })
 }
 

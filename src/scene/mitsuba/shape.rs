@@ -10,7 +10,7 @@ use super::attribute;
 use super::document::{Document, ElementId};
 use super::emitter::{self, AreaEmission};
 use super::params::Params;
-use super::reader::Reader;
+use super::reader::{MeteredShape, Reader};
 use super::source::Span;
 use super::subsurface;
 use crate::scene::desc::emission_texture::EmissionProfile;
@@ -127,6 +127,9 @@ fn single(reader: &mut Reader<'_>, id: ElementId) -> Result<ShapeDesc, SceneErro
         Some(id) => reader.bsdf(id)?,
         None => reader.default_bsdf(emission.is_some()),
     };
+    if let Some(sensor) = params.object("sensor")? {
+        reader.known.meter = Some(MeteredShape { sensor, kind: kind.clone(), to_world, flip_normals });
+    }
     let interface = media(reader, &params, &kind)?;
     let (bsdf, medium_interface) = subsurface::applied(reader, &params, &kind, (bsdf, interface))?;
     attribute::lay_out(reader, &params, &kind, bsdf)?;

@@ -1,8 +1,5 @@
 //! Plugins of Mitsuba 3.9 that are not supported, and why: for messages, and for the list of plugins.
 
-const NO_PICTURE: &str =
-    "it measures light without a picture: place a `perspective` or `orthographic` sensor";
-
 /// Kind of plugin, its name, and why it is not supported, with what can stand for it.
 pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
     ("shape", "ellipsoids", "there are no Gaussian primitives here: give a mesh"),
@@ -17,10 +14,6 @@ pub const UNSUPPORTED: &[(&str, &str, &str)] = &[
         "its tables of measurements are not read: choose `principled` or `roughconductor`",
     ),
     ("emitter", "timed_sunsky", "it changes within a picture: `sunsky` has the sky of one moment"),
-    ("sensor", "batch", "a render has one sensor: give each a file that includes the scene"),
-    ("sensor", "distant", NO_PICTURE),
-    ("sensor", "irradiancemeter", NO_PICTURE),
-    ("sensor", "radiancemeter", NO_PICTURE),
     (
         "integrator",
         "moment",

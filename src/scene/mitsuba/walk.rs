@@ -9,7 +9,7 @@ use super::prefetched::Prefetched;
 use super::reader::{Known, Reader, SceneLists};
 use super::source::Span;
 use super::tags::TagKind;
-use super::{attribute, emitter, integrator, medium, params, sensor, shape, upgrade};
+use super::{attribute, emitter, integrator, medium, params, projection, sensor, shape, upgrade};
 
 use crate::scene::desc::{IntegratorDesc, RenderingSpace, SceneDesc};
 use crate::scene::diagnostic::{FindingKind, SceneError, SceneWarning, shorten};
@@ -138,7 +138,8 @@ impl SceneWalk<'_> {
         match (element.tag.kind, element.tag.name) {
             (TagKind::Object, "shape") => {
                 let read = shape::read(&mut self.reader, id);
-                self.leave_out(read)
+                self.leave_out(read)?;
+                self.meter(id)
             }
             (TagKind::Object, "bsdf") => self.reader.bsdf(id).map(|_| ()),
             (TagKind::Object, "medium") => self.reader.medium(id).map(|_| ()),
@@ -177,6 +178,20 @@ impl SceneWalk<'_> {
                     .error())
             }
         }
+    }
+
+    /// Reads the sensor that stands in the shape `id`, if there is one.
+    fn meter(&mut self, id: ElementId) -> Result<(), SceneError> {
+        let Some(sensor) = self.reader.known.meter.as_ref().map(|meter| meter.sensor) else { return Ok(()) };
+        let (element, shape) = (self.reader.document.element(sensor), self.reader.document.element(id));
+        let place = match (element.value("type"), shape.value("type")) {
+            (Some("irradiancemeter"), Some(shape::GROUP | shape::MERGE)) => "of a group",
+            (Some("irradiancemeter"), _) => return self.sensor(sensor),
+            _ => "but for an `irradiancemeter`",
+        };
+        let message = format!("no sensor stands in a shape {place}");
+        let found = self.reader.document.finding(FindingKind::Plugin, element.span, message);
+        Err(found.help("put it into the scene itself").error())
     }
 
     fn sensor(&mut self, id: ElementId) -> Result<(), SceneError> {
@@ -263,6 +278,10 @@ impl SceneWalk<'_> {
         };
         if self.reader.document.unframed == Some(desc.camera.place.file) {
             model::frame(&mut desc);
+        }
+        if let Some(target) = self.reader.known.distant {
+            let bounds = desc.bounds().unwrap_or_default();
+            projection::aim(&mut desc.camera, target, bounds);
         }
         // An edited scene is traced where the original is, whatever was moved.
         desc.place();

@@ -62,7 +62,8 @@ pub(super) fn looking(to_world: &DAffine3) -> DAffine3 {
 pub(crate) fn frame(desc: &mut SceneDesc) {
     let Some((center, radius)) = bounds(desc) else { return };
     let backwards = TO_CAMERA.normalize();
-    let distance = radius / (0.5 * desc.camera.fov).to_radians().sin();
+    let Some(perspective) = desc.camera.perspective() else { return };
+    let distance = radius / (0.5 * perspective.fov).to_radians().sin();
     let left = DVec3::Y.cross(-backwards).normalize();
     let up = (-backwards).cross(left);
     desc.camera = CameraDesc {

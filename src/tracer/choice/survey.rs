@@ -47,10 +47,13 @@ impl Survey {
         survey
     }
 
-    /// The methods that are worth a trial: merging finds only light that the picture shows in mirrors and glass.
+    /// The methods that are worth a trial: merging finds only light that the picture shows in mirrors and glass, and particles no single ray.
     pub fn candidates(&self, context: &RenderContext) -> impl Iterator<Item = IntegratorKind> + use<> {
         let merges = context.photons.caustics && self.delta_seen > DELTAS;
-        IntegratorKind::candidates().filter(move |kind| kind.traits().extends.is_none() || merges)
+        let is_found = context.camera.is_found_by_light();
+        IntegratorKind::candidates().filter(move |kind| {
+            (kind.traits().extends.is_none() || merges) && (kind.streams()[0] || is_found)
+        })
     }
 
     /// Finds the share of the picture whose first hits have a delta part.
@@ -60,7 +63,7 @@ impl Survey {
         let each = 1.0 / f64::from(RAYS * RAYS);
         for i in 0..RAYS * RAYS {
             let uv = [i % RAYS, i / RAYS].map(|n| (f64::from(n) + 0.5) / f64::from(RAYS));
-            let mut ray = camera.ray(uv, [0.5; 2]);
+            let Some(mut ray) = camera.ray(uv, [0.5; 2]) else { continue };
             let Some(hit) = context.closest(&mut ray, 0) else { continue };
             let surface = scene.surface_material(&hit);
             let (bsdf, wo) = (surface.bsdf::<Bsdf>(&lambda), surface.frame.to_local(hit.wo));

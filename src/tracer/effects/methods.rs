@@ -1,6 +1,6 @@
 //! The effects that lights, the camera and the method call for.
 
-use crate::scene::desc::{BsdfDesc, IntegratorKind, LightDesc, PhotonUse, Place, SceneDesc};
+use crate::scene::desc::{BsdfDesc, IntegratorKind, LightDesc, PhotonUse, Place, ProjectionDesc, SceneDesc};
 use crate::spectrum::Spectrum;
 
 use super::entry::{Entry, never};
@@ -70,25 +70,24 @@ pub(super) const LENS: Entry = Entry {
     at_run_time: "the radius of the prepared camera's lens, once per camera path (Camera::ray)",
     find: |used, _| {
         let camera = &used.desc.camera;
-        let words = || format!("the lens has a radius of {}", camera.aperture_radius);
-        match (camera.orthographic, camera.aperture_radius > 0.0) {
-            (true, _) => Err("the rays of the camera are parallel"),
-            (false, true) => Ok((words(), known(camera.place))),
-            (false, false) => Err("the camera is a pinhole"),
+        let words = || format!("the lens has a radius of {}", camera.lens_radius());
+        match (&camera.projection, camera.lens_radius() > 0.0) {
+            (ProjectionDesc::Orthographic, _) => Err("the rays of the camera are parallel"),
+            (ProjectionDesc::Perspective(_), true) => Ok((words(), known(camera.place))),
+            (ProjectionDesc::Perspective(_), false) => Err("the camera is a pinhole"),
+            _ => Err("the camera has no thin lens"),
         }
     },
     refusal: never,
-    without: |desc| desc.camera.aperture_radius = 0.0,
+    without: |desc| desc.camera = desc.camera.clone().with_lens_radius(0.0),
     // At f/50 of what is in focus; where the focus is does not change what it costs.
     with: |desc| {
-        let camera = &mut desc.camera;
-        if camera.orthographic {
-            return false;
+        let Some(perspective) = desc.camera.perspective_mut() else { return false };
+        let lens = &mut perspective.lens;
+        if !(lens.focus_distance.is_normal() && lens.focus_distance > 0.0) {
+            lens.focus_distance = 1.0;
         }
-        if !(camera.focus_distance.is_normal() && camera.focus_distance > 0.0) {
-            camera.focus_distance = 1.0;
-        }
-        camera.aperture_radius = 0.01 * camera.focus_distance;
+        lens.radius = 0.01 * lens.focus_distance;
         true
     },
 };

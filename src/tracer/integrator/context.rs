@@ -235,7 +235,8 @@ impl RenderContext {
         let view = self.camera.view(surface.hit.point.p, lens, &self.window)?;
         let scattering = vertex.scatter_to::<true>(-view.direction)?;
         let weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
-        let value = vertex.throughput * scattering.value * (weight * view.uv_per_steradian / view.distance2);
+        let scale = weight * view.choices * view.uv_per_steradian / view.distance2;
+        let value = vertex.throughput * scattering.value * scale;
         B::record(|| PathEvent::ToCamera { uv: view.uv, value });
         if !value.is_within(MAX_VALUE) {
             faults::raise(FaultyValue::CameraConnection, value.into(), surface.hit.known_surface(), None);
@@ -304,7 +305,7 @@ impl RenderContext {
             EmissionOrigin::Surface => {
                 let view = self.camera.view(from.p, lens, &self.window)?;
                 let pdf = self.scene.lights.emission_pdf(*light, from.p, -view.direction);
-                let scale = pdf.cos * view.uv_per_steradian / (view.distance2 * pdf.vertex);
+                let scale = pdf.cos * view.choices * view.uv_per_steradian / (view.distance2 * pdf.vertex);
                 if scale.is_nan() || scale <= 0.0 {
                     return None;
                 }
@@ -314,9 +315,9 @@ impl RenderContext {
             }
             EmissionOrigin::Infinite => {
                 let view = self.camera.view_far(-*direction, lens, &self.window)?;
-                let ray = self.camera.ray(view.uv.map(f64::from), lens);
+                let ray = self.camera.ray_of(&view, lens)?;
                 let factor = self.open_factor(&ray, self.medium_along(&ray), lambda)
-                    * (view.uv_per_steradian / pdf.vertex);
+                    * (view.choices * view.uv_per_steradian / pdf.vertex);
                 (!factor.is_black()).then_some((view, factor))
             }
         }

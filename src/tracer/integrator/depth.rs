@@ -25,9 +25,8 @@ impl Integrator for DepthTracer {
         let numbers = self.context.sampler(start.index).camera();
         let uv = self.context.place(numbers.screen);
         let ray = camera.ray(uv, numbers.lens);
-        let distance = scene
-            .closest(&ray)
-            .map_or(0.0, |hit| scene.space().world_length(hit.point.p.distance(ray.origin)));
+        let seen = ray.and_then(|ray| scene.closest(&ray).map(|hit| hit.point.p.distance(ray.origin)));
+        let distance = seen.map_or(0.0, |distance| scene.space().world_length(distance));
         out.camera(uv.map(|c| c as f32), self.grey * distance, start.weight);
     }
 

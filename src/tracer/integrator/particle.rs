@@ -1,11 +1,10 @@
 //! Particle tracing: paths from lights, each vertex connected to the camera (Dutré, Lafortune and Willems 1993).
 
-use glam::Vec3;
-
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, InMedia, Recorded, Scattering, Smooth, Unmixed};
+use crate::tracer::camera::CameraRay;
 use crate::tracer::medium::FreeFlight;
 use crate::tracer::output::send_light;
 use crate::tracer::record::{PathEvent, record};
@@ -34,8 +33,8 @@ impl Integrator for ParticleTracer {
         let sampler = Sampler::at(index, context.seed);
         let CameraNumbers { lens, wavelength, .. } = sampler.camera();
         let lambda = context.wavelengths(wavelength);
-        if let Some(direction) = context.camera.parallel_direction() {
-            self.add_backdrop(direction, lens, &lambda, out);
+        if context.camera.has_parallel_rays() {
+            self.add_backdrop(lens, &lambda, out);
         }
         let numbers = sampler.light();
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
@@ -92,19 +91,14 @@ impl ParticleTracer {
     /// Adds what a camera of parallel rays sees of the environment: no light path takes just their direction. The numbers of the lens,
     /// which such a camera has not, choose a place of the picture.
     #[cold]
-    fn add_backdrop(
-        &self,
-        direction: Vec3,
-        place: [f32; 2],
-        lambda: &SampledWavelengths,
-        out: &mut impl SampleSink,
-    ) {
+    fn add_backdrop(&self, place: [f32; 2], lambda: &SampledWavelengths, out: &mut impl SampleSink) {
         let context = &self.context;
         let Some(light) = context.environment(0).filter(|_| context.longest() >= 1) else { return };
         let UvWindow { min, max } = context.window;
         let uv = [0, 1].map(|i| min[i] + (max[i] - min[i]) * place[i]);
-        let ray = context.camera.ray(uv.map(f64::from), place);
-        let emitted = context.scene.lights.spectrum(light, ray.origin, direction, lambda);
+        let Some(start) = context.camera.start(uv.map(f64::from), place) else { return };
+        let CameraRay { ray, from: None, .. } = start else { return };
+        let emitted = context.scene.lights.spectrum(light, ray.origin, ray.direction, lambda);
         let factor = context.open_factor(&ray, context.medium_along(&ray), lambda);
         if !(emitted * factor).is_black() {
             let value = lambda.to_xyz(emitted * factor * context.window_area());

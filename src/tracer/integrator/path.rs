@@ -96,7 +96,9 @@ impl PathTracer {
         let splitting = if whole { Splitting::Never } else { Splitting::Pending };
         let mut path = PathState::<B::Credits>::new(lambda, splitting, self.context.medium);
         B::record(|| PathEvent::Begins((&path.walk).into()));
-        self.follow::<B>(&mut path, camera.ray(uv, numbers.lens), &sampler);
+        if let Some(ray) = camera.ray(uv, numbers.lens) {
+            self.follow::<B>(&mut path, ray, &sampler);
+        }
         B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
         path.credits.settle(&lambda);
         let value = lambda.to_xyz(path.radiance);

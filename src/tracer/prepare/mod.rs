@@ -69,7 +69,7 @@ impl Scene {
     ///
     /// let desc = scene::load("scenes/cornell.xml".as_ref(), &[])?.desc;
     /// let (scene, camera) = (Scene::prepare(&desc)?, Camera::of(&desc)?);
-    /// let ray: Ray = camera.ray([0.5, 0.5], [0.5, 0.5]);
+    /// let ray: Ray = camera.ray([0.5, 0.5], [0.5, 0.5]).expect("it shows something in the middle");
     /// assert!(scene.closest(&ray).is_some(), "the middle of the picture shows a surface");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

@@ -17,13 +17,13 @@ const FOCUS: [f64; 2] = [0.02, 10.0];
 impl SceneEditor {
     /// Radius of the lens.
     pub(super) fn aperture(&self) -> f64 {
-        self.state().aperture.unwrap_or(self.original().camera.aperture_radius)
+        self.state().aperture.unwrap_or(self.original().camera.lens_radius())
     }
 
-    /// Lens parameters; none for an orthographic camera.
+    /// Lens parameters; none for a camera that cannot have a lens.
     pub fn lens_parameters(&self) -> Vec<SceneParameter> {
         let mut parameters = Vec::new();
-        if self.original().camera.orthographic {
+        if self.original().camera.perspective().is_none() {
             return parameters;
         }
         let (distance, aperture) = (self.pose().distance(), self.aperture());
@@ -48,7 +48,10 @@ impl SceneEditor {
     ///
     /// For a pinhole camera; the message says what to do.
     pub fn focus_at(&mut self, place: DVec3) -> Result<bool> {
-        if self.aperture() <= 0.0 || self.original().camera.orthographic {
+        if self.original().camera.perspective().is_none() {
+            return Err(miette!("this camera has no lens: everything is in focus"));
+        }
+        if self.aperture() <= 0.0 {
             return Err(miette!(
                 "a pinhole has everything in focus: give the lens a radius first (tab Scene, Camera)"
             ));

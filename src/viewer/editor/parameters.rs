@@ -151,7 +151,7 @@ impl SceneEditor {
                 self.set_transform(DAffine3::from_translation(DVec3::from(value) - pivot))
             }
             EditedValue::Aperture => {
-                let same = number == self.original().camera.aperture_radius;
+                let same = number == self.original().camera.lens_radius();
                 let state = EditorState { aperture: (!same).then_some(number), ..self.state().clone() };
                 let changed = self.history.change("lens", "radius of the lens", state);
                 Ok(self.follow()? || changed)

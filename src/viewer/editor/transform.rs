@@ -75,10 +75,10 @@ impl SceneEditor {
         )
     }
 
-    /// Camera ray through a position of a picture of this size, in pixels; `None` if the camera is invalid.
+    /// Camera ray through a position of a picture of this size, in pixels; `None` where the camera shows nothing there.
     pub fn sight_line(&self, place: DVec2, size: [u32; 2]) -> Option<SightLine> {
         let uv = (place / DVec2::from(size.map(f64::from))).to_array();
-        let ray = self.camera(size).ok()?.ray(uv, CENTER);
+        let ray = self.camera(size).ok()?.ray(uv, CENTER)?;
         let direction = ray.direction.as_dvec3().normalize_or(DVec3::Z);
         Some(SightLine { place, origin: self.original().space.world_point(ray.origin), direction })
     }

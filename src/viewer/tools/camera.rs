@@ -31,7 +31,7 @@ pub enum CameraAction {
 /// The camera as the panel shows it.
 #[derive(Default)]
 pub struct CameraTool {
-    /// Field of view in degrees, 0 when not known.
+    /// Field of view in degrees, 0 when not known or not to be changed.
     fov: f64,
     /// Position, target, field of view.
     words: String,
@@ -80,7 +80,8 @@ impl Tool for CameraTool {
     }
 
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
-        (self.fov, self.words) = (context.editor.fov(), context.editor.camera_words());
+        self.fov = if context.editor.has_fov() { context.editor.fov() } else { 0.0 };
+        self.words = context.editor.camera_words();
         self.lens = context.editor.lens_parameters();
     }
 

@@ -146,7 +146,8 @@ fn outline(scene: &Scene, camera: &Camera, key: OutlineKey, stop: &StopFlag) -> 
         }
         for x in 0..columns {
             let ray = camera.ray([place(x, width), place(y, height)], CENTER);
-            seen[(y * columns + x) as usize] = scene.pick(&ray).is_some_and(|pick| pick.shape == key.shape);
+            let pick = ray.and_then(|ray| scene.pick(&ray));
+            seen[(y * columns + x) as usize] = pick.is_some_and(|pick| pick.shape == key.shape);
         }
     }
     border(&seen, columns as usize, step as f32)

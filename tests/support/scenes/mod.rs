@@ -46,15 +46,16 @@ pub fn look(from: DVec3, direction: DVec3, fov: f64) -> CameraDesc {
     let z = direction.normalize();
     let x = z.any_orthonormal_vector();
     CameraDesc {
-        orthographic: false,
+        projection: ProjectionDesc::Perspective(PerspectiveDesc {
+            fov,
+            fov_axis: FovAxis::X,
+            lens: LensDesc::PINHOLE,
+            distortion: None,
+        }),
         to_world: DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), from),
-        fov,
-        fov_axis: FovAxis::X,
         principal_point_offset: DVec2::ZERO,
         near_clip: 0.0,
         far_clip: 1e30,
-        aperture_radius: 0.0,
-        focus_distance: 0.0,
         medium: None,
         place: Place::default(),
     }

@@ -104,6 +104,7 @@ fn places(kind: &str) -> Vec<PluginPlace> {
         )],
         "phase" => vec![place("<medium type='homogeneous'>", "", "</medium>")],
         "emitter" => vec![place("", "", ""), place("<shape type='rectangle'>", "", "</shape>")],
+        "sensor" => vec![place("", "", ""), place("<shape type='rectangle'>", "", "</shape>")],
         "film" | "sampler" => vec![place(SENSOR, "", "</sensor>")],
         "rfilter" => vec![place("<sensor type='perspective'><film type='hdrfilm'>", "", "</film></sensor>")],
         _ => vec![place("", "", "")],

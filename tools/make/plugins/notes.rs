@@ -165,6 +165,72 @@ pub const NOTES: &[(&str, &str, &str)] = &[
     ("emitter", "sky", "of version 0.6"),
     ("emitter", "sun", "of version 0.6"),
     (
+        "sensor",
+        "",
+        "Every camera shows particles and paths from both ends, too, but for `radiancemeter` and `distant`, whose rays particles do not find. \
+         `near_clip` and `far_clip` are planes for `perspective`, `thinlens`, `perspective_rdist` and `orthographic`, else distances along the ray. \
+         Mitsuba 3 reads `perspective`, `thinlens`, `orthographic`, `radiancemeter`, `distant` and `batch`, Mitsuba 0.6 also `spherical` and \
+         `perspective_rdist`; `fisheye`, `cubemap`, `ods` and the parameters `k1` to `k6`, `p1`, `p2`, `s1` to `s4`, `blades`, `blade_rotation`, `squeeze` \
+         and `radius` are ours, which no other program reads. The coefficients are those of OpenCV's `projectPoints` (Brown–Conrady). For a \
+         calibration with the focal length f and the principal point (cx, cy) in pixels, whose centres have whole numbers, and a film of W × H \
+         pixels: `fov` along x is 2 atan(W / 2f), of a `fisheye` W / f in degrees, and `principal_point_offset_x` is ½ − (cx + ½) / W, with y likewise. What \
+         lies beyond the fold of a distortion is not shown.",
+    ),
+    (
+        "sensor",
+        "thinlens",
+        "a polygon of 3 to 64 `blades` (or `num_blades`) in the circle of the aperture, with a corner up and turned counter-clockwise by \
+         `blade_rotation` degrees; `squeeze` makes the aperture narrower along x, as that of an anamorphic lens",
+    ),
+    ("sensor", "perspective_rdist", "of version 0.6; `kc` has the coefficients k1 and k2 of a `perspective`"),
+    (
+        "sensor",
+        "fisheye",
+        "`mapping` is `equidistant`, `equisolid`, `stereographic` or `orthographic`; `fov` is the full angle along `fov_axis` (`smaller` unless given) \
+         without the distortion; black beyond the `image_circle`, a full angle, which is `fov` unless given, and 360 with `k1` to `k4`, the \
+         coefficients of `cv2.fisheye` for the mapping `equidistant`",
+    ),
+    (
+        "sensor",
+        "spherical",
+        "of version 0.6; all directions by longitude and latitude (equirectangular), ahead in the middle, for a film twice as wide as high",
+    ),
+    (
+        "sensor",
+        "cubemap",
+        "`layout` is `3x2` (right, left, up; below down, front, back), `6x1` or `1x6` (right, left, up, down, front, back) or `cross` (4 × 3: left, \
+         front, right, back, with up and down above and below the front); all faces are seen from within, up with its lower and down with \
+         its upper edge at the front",
+    ),
+    (
+        "sensor",
+        "ods",
+        "omnidirectional stereo: longitude and latitude as `spherical`, for `eyes` that are `interocular` apart: `both` (left above right, for a square \
+         film), `left` or `right`",
+    ),
+    (
+        "sensor",
+        "radiancemeter",
+        "every place of the picture shows the same ray, or the rays of a disk of this `radius`; it has no clip planes",
+    ),
+    (
+        "sensor",
+        "distant",
+        "a shape as its `target` is refused; any film will do, whose places all show the mean",
+    ),
+    (
+        "sensor",
+        "irradiancemeter",
+        "stands in the shape that it measures: a rectangle, a disk, or a sphere that is scaled alike along all axes; the picture shows the irradiance / π, any \
+         place of it other directions",
+    ),
+    (
+        "sensor",
+        "batch",
+        "its sensors show equal parts of the film from left to right; their films, samplers and media are not used; its `to_world`, which is ours, \
+         moves all of them",
+    ),
+    (
         "film",
         "",
         "Any film is read: its size, crop and filter are used; what it writes is up to the command line.",

@@ -195,6 +195,7 @@ fn candidates(name: &'static str, question: &Question) -> Vec<GivenParameter> {
             ],
             "integrator" => vec!["<integrator type='path'/>".to_owned()],
             "emitter" => vec!["<emitter type='area'/>".to_owned()],
+            "sensor" => vec!["<sensor type='perspective'/>".to_owned()],
             "film" => vec!["<film type='hdrfilm'/>".to_owned()],
             "rfilter" => vec!["<rfilter type='box'/>".to_owned()],
             "sampler" => vec!["<sampler type='independent'/>".to_owned()],

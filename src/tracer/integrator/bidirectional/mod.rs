@@ -27,6 +27,7 @@ mod tracer;
 use crate::color::Xyz;
 use crate::stream::{PathCounts, SampleSink};
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, Diffuse, InMedia, Recorded, Scattering, Smooth, Unmixed};
+use crate::tracer::camera::CameraRay;
 use crate::tracer::light_groups::{GroupColors, LightCredits};
 use crate::tracer::medium::FreeFlight;
 use crate::tracer::output::send_camera;
@@ -123,10 +124,18 @@ impl BidirectionalTracer {
         let RenderContext { scene, camera, rr_depth, .. } = context;
         let longest = context.longest();
         let lens = sampler.camera().lens;
-        let mut ray = camera.ray(uv, lens);
-        let pdf = camera.uv_per_steradian(ray.direction) / context.window_area();
-        let mut subpath =
-            Subpath::from_camera(path.lambda, camera.lens_point(lens), pdf, SPLAT_SAMPLES, context.medium);
+        let Some(CameraRay { mut ray, from, uv_per_steradian }) = camera.start(uv, lens) else {
+            // A path of nothing, so that those of an index can be counted.
+            let nothing = Subpath::from_camera(path.lambda, None, 1.0, 0.0, context.medium);
+            B::record(|| PathEvent::Begins((&nothing.walk).into()));
+            return false;
+        };
+        // A ray that no light path finds is as after a delta.
+        let (pdf, splats) = match uv_per_steradian > 0.0 {
+            true => (uv_per_steradian / context.window_area(), SPLAT_SAMPLES),
+            false => (1.0, 0.0),
+        };
+        let mut subpath = Subpath::from_camera(path.lambda, from, pdf, splats, context.medium);
         B::record(|| PathEvent::Begins((&subpath.walk).into()));
         // Where next-event estimation would have found the light that is hit next.
         let mut last = None;

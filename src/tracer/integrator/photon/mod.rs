@@ -126,7 +126,7 @@ impl PhotonTracer {
         wavelength: f32,
         colors: &mut GroupColors,
     ) -> Xyz {
-        let (path, ray) = self.begin(snapshot, sampler, wavelength);
+        let Some((path, ray)) = self.begin(snapshot, sampler, wavelength) else { return Xyz::default() };
         let scene = &self.context.scene;
         match (scene.tracing_mode(), scene.material_class()) {
             (TracingMode::Plain, MaterialClass::Mixed) => path.begin(scratch).merge::<Bsdf>(ray, sampler).0,
@@ -143,17 +143,17 @@ impl PhotonTracer {
         }
     }
 
-    /// A camera path that sees these photons, and its first ray.
+    /// A camera path that sees these photons, and its first ray; `None` where the lens shows nothing.
     fn begin<'a>(
         &'a self,
         snapshot: &'a Snapshot,
         sampler: &Sampler,
         wavelength: f32,
-    ) -> (PathStart<'a>, Ray) {
+    ) -> Option<(PathStart<'a>, Ray)> {
         let numbers = sampler.camera();
         let lookup = self.schedule.lookup(snapshot.generations);
-        let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens);
-        (PathStart { tracer: self, snapshot, lookup, wavelength }, ray)
+        let ray = self.context.camera.ray(self.context.place(numbers.screen), numbers.lens)?;
+        Some((PathStart { tracer: self, snapshot, lookup, wavelength }, ray))
     }
 
     /// Caustics on the first surface of the camera ray with the screen and lens position of `sampler`, by its photons.
@@ -164,7 +164,7 @@ impl PhotonTracer {
         sampler: &Sampler,
         wavelength: f32,
     ) -> Xyz {
-        let (path, ray) = self.begin(snapshot, sampler, wavelength);
+        let Some((path, ray)) = self.begin(snapshot, sampler, wavelength) else { return Xyz::default() };
         match self.context.scene.material_class() {
             MaterialClass::Mixed => path.begin(scratch).seen::<Bsdf>(ray, sampler),
             MaterialClass::InMedia => path.begin(scratch).seen::<InMedia>(ray, sampler),
@@ -185,8 +185,10 @@ impl PhotonTracer {
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
         let path = PathStart { tracer: self, snapshot, lookup, wavelength: numbers.wavelength };
-        let ray = self.context.camera.ray(uv, numbers.lens);
-        let (value, credits) = path.begin(scratch).trace::<B>(ray, &sampler);
+        let (value, credits) = match self.context.camera.ray(uv, numbers.lens) {
+            Some(ray) => path.begin(scratch).trace::<B>(ray, &sampler),
+            None => Default::default(),
+        };
         send_camera(out, self.context.scene.lights(), uv, value, start.weight, &credits);
     }
 

@@ -220,7 +220,8 @@ fn indices(kept: &RetainedSamples, method: IntegratorKind, pixel: [u32; 2], size
 struct PathCollector {
     pixel: [u32; 2],
     size: Vec2,
-    lines: CameraLines,
+    /// `None` for a camera that shows lines as curves: paths are not drawn then.
+    lines: Option<CameraLines>,
     eye: Vec3,
     paths: Vec<TracedPath>,
     /// Radiance by wavelength, summed over this number of paths.
@@ -317,7 +318,7 @@ impl PathCollector {
 
     /// Both ends of a line segment in pixels of the picture; `None` behind the camera.
     fn on_picture(&self, ends: [Vec3; 2]) -> Option<[[f32; 2]; 2]> {
-        Some(self.lines.segment(ends)?.map(|at| (at * self.size).to_array()))
+        Some(self.lines?.segment(ends)?.map(|at| (at * self.size).to_array()))
     }
 
     /// The collected paths and spectrum. `media`: the names of all media.
