@@ -16,6 +16,7 @@ use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_target, same_file};
 use crate::image::{Attribute, Grid, exr, layer, png};
 use crate::render::figures::print;
+use crate::render::process::tell;
 use crate::render::run_spec::LIGHT_GROUPS;
 use crate::render::run_spec::mix_option;
 use crate::scene::light_groups;
@@ -29,6 +30,15 @@ use crate::scene::limits;
 pub fn mix(args: &MixArgs) -> Result<()> {
     check(args)?;
     let layers = exr::read(&args.picture).into_diagnostic()?;
+    if let [default, others @ ..] = &layers.views[..]
+        && !others.is_empty()
+    {
+        tell(&format!(
+            "note: {} has the views {}: only {default} is mixed",
+            args.picture.display(),
+            layers.views.join(", ")
+        ));
+    }
     let groups = groups_of(&args.picture, &layers)?;
     let set = set_factors(args, &groups)?;
     let pictures: Vec<&[MixRgb]> = groups.iter().map(|(_, pixels)| pixels.as_slice()).collect();
