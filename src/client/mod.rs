@@ -37,6 +37,7 @@
 //! | [`post_process`] | passes from picture to picture, each with its reference, its parameters and its options |
 //! | [`filter`], [`dense_cells`], [`lod`], [`state`], [`dither`], [`glare`] | what a film and its reference share |
 //! | [`settings`], [`compiled_effects`], [`effect_list`] | what the user sets, what is compiled in for it, and the list that people read |
+//! | [`stereo`] | the display pictures of both eyes as one |
 //! | [`zones`] | luminance in false colours, marks of what is clipped |
 //! | [`layout`] | push constants, member by member as in the shaders |
 //! | [`pacing`] | how the time of a frame is split between samples and repaints |
@@ -70,6 +71,7 @@ pub mod sample_sums;
 pub mod settings;
 pub mod sorting;
 pub mod state;
+pub mod stereo;
 pub mod traffic;
 pub mod upload;
 pub mod wavelet;

@@ -39,11 +39,12 @@ fn describe(path: &Path) -> Result<String> {
         FileFormat::Exr => {
             let layers = exr::read(path).into_diagnostic()?;
             let names: Vec<&str> = layers.channels.iter().map(|(name, _)| name.as_str()).collect();
-            let channels = lines(&[
-                ("size", format!("{}×{}", layers.width, layers.height)),
-                ("channels", names.join(" ")),
-            ]);
-            Ok(channels + &attributes(&layers.attributes))
+            let mut text = lines(&[("size", format!("{}×{}", layers.width, layers.height))]);
+            if !layers.views.is_empty() {
+                text += &lines(&[("views", layers.views.join(" "))]);
+            }
+            text += &lines(&[("channels", names.join(" "))]);
+            Ok(text + &attributes(&layers.attributes))
         }
         FileFormat::Png => {
             let PngDescription { size, attributes: texts } = png::describe(path).into_diagnostic()?;

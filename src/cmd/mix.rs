@@ -16,6 +16,7 @@ use crate::image::png::{PngPicture, Transfer};
 use crate::image::write::{FileFormat, check_target, same_file};
 use crate::image::{Attribute, Grid, exr, layer, png};
 use crate::render::figures::print;
+use crate::render::process::tell;
 use crate::render::run_spec::LIGHT_GROUPS;
 use crate::render::run_spec::mix_option;
 use crate::scene::light_groups;
@@ -28,7 +29,7 @@ use crate::scene::limits;
 /// For a file that cannot be read or has no light groups, an unknown group, an example of another size, and outputs that cannot be written.
 pub fn mix(args: &MixArgs) -> Result<()> {
     check(args)?;
-    let layers = exr::read(&args.picture).into_diagnostic()?;
+    let layers = read(&args.picture)?;
     let groups = groups_of(&args.picture, &layers)?;
     let set = set_factors(args, &groups)?;
     let pictures: Vec<&[MixRgb]> = groups.iter().map(|(_, pixels)| pixels.as_slice()).collect();
@@ -49,6 +50,15 @@ pub fn mix(args: &MixArgs) -> Result<()> {
         written = written.and(one);
     }
     written.wrap_err("the mix could not be saved")
+}
+
+/// Reads the picture; of several views the default one, with a note.
+fn read(path: &Path) -> Result<Layers> {
+    let layers = exr::read(path).into_diagnostic()?;
+    let [default, _, ..] = &layers.views[..] else { return Ok(layers) };
+    let views = layers.views.join(", ");
+    tell(&format!("note: {} has the views {views}: only {default} is mixed", path.display()));
+    Ok(layers.view(default).unwrap_or_default())
 }
 
 /// Checks, before anything is read, that the outputs can be written and are not inputs.

@@ -44,6 +44,17 @@ impl TransferTable {
             a + (b - a) * (at[k] - i as f32)
         }))
     }
+
+    /// The least linear values in 0 … 1 whose signals reach `signal`; 1 where none does.
+    pub fn invert(&self, signal: f32) -> Vec3 {
+        let (mut low, mut high) = (Vec3::ZERO, Vec3::ONE);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            let reached = self.apply(middle).cmpge(Vec3::splat(signal));
+            (low, high) = (Vec3::select(reached, low, middle), Vec3::select(reached, middle, high));
+        }
+        high
+    }
 }
 
 /// A name and the CIE xy chromaticities of red, green and blue; the white is D65.

@@ -64,7 +64,7 @@ impl Bitmap {
     /// without a main layer.
     pub fn decode(path: &Path, bytes: &[u8], raw: bool, most: usize) -> Result<Self, ImageError> {
         let refuse = ImageError::decode(path);
-        let mut remarks = Vec::new();
+        let (mut remarks, mut views) = (Vec::new(), None);
         let float = |(width, height, pixels)| (width, height, Texels::of_floats(pixels));
         let mut linear = raw;
         let (width, height, texels) = match bytes {
@@ -72,6 +72,11 @@ impl Bitmap {
                 let promised = exr::check_size(bytes, most).map_err(refuse)?;
                 check_inflation(promised, bytes.len()).map_err(refuse)?;
                 let layers = exr::decode_layers(path, Cursor::new(bytes))?;
+                if let [default, others @ ..] = &layers.views[..]
+                    && !others.is_empty()
+                {
+                    views = Some(format!("its views other than {default}: {}", others.join(", ")));
+                }
                 let main = layer::main(&layers).ok_or_else(|| exr::no_channel(path, &layers, "R"))?;
                 let mut pixels = main.pixels();
                 if let Some(chromaticities) = &layers.chromaticities
@@ -108,10 +113,11 @@ impl Bitmap {
         if raw {
             remarks.clear();
         }
+        remarks.extend(views);
         Ok(Self { remarks, ..Self::new(width, height, texels, linear) })
     }
 
-    /// Colour metadata of the file that is not used, as words that follow “is not used:”. Empty for raw texels.
+    /// What of the file is not used, as words that follow “is not used:”: colour metadata, unless the texels are raw, and further views.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }

@@ -4,6 +4,7 @@
 //! B` (or `red green blue`, in any case), or grey in `Y` alone.
 
 use crate::image::exr::Layers;
+use crate::image::views;
 
 /// The colours of one layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,9 +29,11 @@ impl Layer<'_> {
     }
 }
 
-/// The layer of this name; `None` if it does not exist or has neither colours nor grey.
+/// The layer of this name; `None` if it does not exist or has neither colours nor grey. In a file of several views, `right` and
+/// `albedo.right` are layers of the view `right`, and the name of the default view may be left out.
 pub fn named<'a>(layers: &'a Layers, name: &str) -> Option<Layer<'a>> {
-    all(layers).into_iter().find(|layer| layer.name == name)
+    let find = |name: &str| all(layers).into_iter().find(|layer| layer.name == name);
+    find(name).or_else(|| find(views::of_default(&layers.views, name)?))
 }
 
 /// The unnamed layer, else the only one with R, G and B, else the only grey one; `None` if there is none, or several.

@@ -17,6 +17,8 @@ mod pfm;
 pub mod png;
 pub mod push_pull;
 mod radiance;
+pub mod stereo;
+mod views;
 pub mod write;
 
 pub use error::ImageError;

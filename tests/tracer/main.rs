@@ -44,6 +44,7 @@ mod rough;
 mod rough_plastic;
 mod sampler_nets;
 mod sampler_sequence;
+mod stereo;
 mod textured_lights;
 mod textures;
 mod thin_film;

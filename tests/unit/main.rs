@@ -19,6 +19,7 @@ mod client {
     }
     mod retained;
     mod state;
+    mod stereo;
     mod window {
         mod keys;
         mod statistics;
@@ -39,9 +40,11 @@ mod image {
     }
     mod bitmap;
     mod data_uri;
+    mod exr;
     mod grid;
     mod ktx2;
     mod layer;
+    mod stereo;
 }
 mod math {
     mod distribution;

@@ -23,7 +23,8 @@ pub struct CompareArgs {
     #[arg(long = "metric", value_name = "LIST", value_delimiter = ',')]
     pub metrics: Vec<Metric>,
 
-    /// Layer to compare: one name for both files, or one for each; an empty name is the layer without a name.
+    /// Layer to compare: one name for both files, or one for each; an empty name is the layer without a name. The views of a stereo file are its
+    /// layers left and right.
     #[arg(long = "layer", value_name = "NAME", value_delimiter = ',')]
     pub layers: Vec<String>,
 

@@ -7,7 +7,7 @@ use super::{Measured, is_finite, luminance};
 use crate::image::error::ImageError;
 use crate::image::exr::{self, Layers};
 use crate::image::grid::Grid;
-use crate::image::layer;
+use crate::image::{layer, views};
 
 /// Most pixels that are read: the largest picture of `pointillist render`.
 const MOST_PIXELS: usize = 16_384 * 16_384;
@@ -57,7 +57,14 @@ impl Picture {
         let (width, height) = (layers.width, layers.height);
         let cut = || ImageError::decode(path)("a channel is cut short".to_owned());
         let rgb = Grid::from_rows(width, height, chosen.pixels()).ok_or_else(cut)?;
-        let variance = layers.channel(Measured::VARIANCE_CHANNEL).filter(|_| chosen.name.is_empty());
+        // The variance of the picture itself, in the view that was chosen.
+        let variance = match chosen.name {
+            "" => layers.channel(Measured::VARIANCE_CHANNEL),
+            view if layers.views.iter().any(|known| known == view) => {
+                layers.channel(&views::insert(view, Measured::VARIANCE_CHANNEL))
+            }
+            _ => None,
+        };
         let measured = variance.map(|variance| Measured {
             width,
             height,
@@ -71,7 +78,7 @@ impl Picture {
     /// Luminance and variance of every pixel.
     ///
     /// # Errors
-    /// [`ImageError::Channel`] where the file has no [`Measured::VARIANCE_CHANNEL`], or the layer a name: the variance is
+    /// [`ImageError::Channel`] where the file has no [`Measured::VARIANCE_CHANNEL`], or the layer a name that is not a view's: the variance is
     /// that of the layer without.
     pub fn measured(&self) -> Result<&Measured, ImageError> {
         self.measured.as_ref().map_err(|found| ImageError::Channel {
@@ -109,9 +116,13 @@ fn refusal(layers: &Layers, wanted: Option<&str>) -> String {
         return format!("no layer has R, G, B, nor Y alone; its channels are {}", channels(layers, ""));
     }
     let names = names.join(", ");
+    let views = match &layers.views[..] {
+        [] => String::new(),
+        views => format!(" (of the views {}, the first of which has no name here)", views.join(", ")),
+    };
     match wanted {
-        Some(name) => format!("it has no layer {}; its layers are {names}", quoted(name)),
-        None => format!("its layers are {names}"),
+        Some(name) => format!("it has no layer {}; its layers are {names}{views}", quoted(name)),
+        None => format!("its layers are {names}{views}"),
     }
 }
 

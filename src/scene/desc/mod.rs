@@ -9,6 +9,7 @@
 //! | `scene.rs` | [`SceneDesc`] |
 //! | `ids.rs` | indices into its lists, names and places of its objects |
 //! | `camera.rs` | camera and film |
+//! | `stereo.rs`, `stereo_comfort.rs` | two eyes in the place of a camera; the depths that are comfortable to look at |
 //! | `integrator.rs`, `integrator_kind.rs` | light transport of a scene, layers by `aov.rs`; what each method can do |
 //! | `shape.rs`, `mesh.rs` | shapes, groups and curves; triangle meshes |
 //! | `bsdf/` | materials, a file for each plugin or for its smooth and rough form |
@@ -37,6 +38,8 @@ mod phase;
 mod rendering_space;
 mod scene;
 mod shape;
+mod stereo;
+mod stereo_comfort;
 pub mod texture;
 pub mod volume;
 mod wrap;
@@ -54,3 +57,5 @@ pub use phase::{MicroflakeDesc, MicroflakeGrid, PhaseDesc};
 pub use rendering_space::RenderingSpace;
 pub use scene::SceneDesc;
 pub use shape::{CurveBasis, Curves, GroupDesc, ShapeDesc, ShapeKind};
+pub use stereo::{ConvergenceChoice, Disparity, StereoConvergence, StereoRig, StereoRigError};
+pub use stereo_comfort::{ComfortableDepth, StereoScreen};
