@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pointillist::color::Xyz;
 use pointillist::image::compare::{Measured, ZTest, z_test};
 use pointillist::scene::desc::SceneDesc;
-use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::stream::{SampleSink, UvWindow, eye};
 use pointillist::tracer::integrator::{
     BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext, Stereo, VcmTracer,
 };
@@ -71,10 +71,10 @@ impl SampleSink for Pixels {
     }
 }
 
-/// Sums of both eyes.
-struct PixelPair([Pixels; 2]);
+/// Sums of both eyes: that of the path in progress first.
+struct PixelPair<'a>([&'a mut Pixels; 2]);
 
-impl SampleSink for PixelPair {
+impl SampleSink for PixelPair<'_> {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
         self.0[0].camera(uv, value, weight);
     }
@@ -92,26 +92,30 @@ impl SampleSink for PixelPair {
     }
 }
 
-/// Traces so many paths into `sums`, and returns the number of light paths.
-fn trace_into<I: Integrator>(tracer: &I, paths: u64, sums: &mut impl SampleSink) -> u64 {
-    let mut scratch = I::Scratch::default();
+/// Indices of so many paths.
+fn indices<I: Integrator>(tracer: &I, paths: u64) -> u64 {
     let counts = tracer.paths_per_index();
-    let indices = paths.div_ceil(counts.camera.max(counts.light));
-    (0..indices).for_each(|index| tracer.trace(index, &mut scratch, sums));
-    counts.light * indices
+    paths.div_ceil(counts.camera.max(counts.light))
 }
 
 fn trace<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
-    let mut sums = Pixels::new(side);
-    let light_paths = trace_into(tracer, paths, &mut sums);
-    sums.picture(light_paths)
+    let (mut sums, mut scratch) = (Pixels::new(side), I::Scratch::default());
+    let indices = indices(tracer, paths);
+    (0..indices).for_each(|index| tracer.trace(index, &mut scratch, &mut sums));
+    sums.picture(tracer.paths_per_index().light * indices)
 }
 
 /// The pictures of both eyes, one after the other.
 fn trace_pair<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
-    let mut sums = PixelPair([Pixels::new(side), Pixels::new(side)]);
-    let light_paths = trace_into(tracer, paths, &mut sums);
-    sums.0.iter().flat_map(|eye| eye.picture(light_paths)).collect()
+    let mut eyes = [Pixels::new(side), Pixels::new(side)];
+    let mut scratch = I::Scratch::default();
+    let indices = indices(tracer, paths);
+    for index in 0..indices {
+        let [left, right] = &mut eyes;
+        let own_first = if eye(index).0 == 0 { [left, right] } else { [right, left] };
+        tracer.trace(index, &mut scratch, &mut PixelPair(own_first));
+    }
+    eyes.iter().flat_map(|eye| eye.picture(tracer.paths_per_index().light * indices)).collect()
 }
 
 /// One picture of a scene: side length in pixels, paths per pixel of one seed, seeds.
