@@ -213,6 +213,7 @@ impl ServedTracer {
             epoch: Epoch(request.epoch),
             sampling: Default::default(),
             check: None,
+            right_eye: None,
         };
         method::start(&self.server, &run, order, &mut scene.photons).map_err(words)?;
         *present = Some(scene);

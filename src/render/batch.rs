@@ -23,7 +23,7 @@ use crate::render::live_outputs::{LiveOutputs, LiveRender};
 use crate::render::load::{self, Opened};
 use crate::render::method::{self, CheckOrder, RenderOrder};
 use crate::render::options::RenderOptions;
-use crate::render::outputs::{Extras, Outputs};
+use crate::render::outputs::{Extras, Outputs, RightPicture};
 use crate::render::process::tell;
 use crate::render::progress::{Goal, Progress};
 use crate::render::rejected::RejectedReport;
@@ -32,6 +32,7 @@ use crate::render::run_spec::{RunEnd, RunSpec};
 use crate::render::state::identity::luminance_scale;
 use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
 use crate::render::timings::{self, TimingCapture};
+use crate::render::stereo::{self, RightEye};
 use crate::render::{effect_plan, layers, observed, predictions, process, warnings};
 use crate::scene::Loaded;
 use crate::scene::light_groups::{of_sources, text};
@@ -105,6 +106,7 @@ fn check_options(args: &RenderOptions) -> Result<Outputs> {
     }
     let outputs = Outputs::plan(args)?;
     light_groups::check(args, &outputs)?;
+    stereo::check(args)?;
     if let Some(path) = &args.gpu_timings {
         timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
     }
@@ -127,6 +129,8 @@ struct BatchRender<'a> {
     client: Box<dyn Film>,
     /// Films of light groups, if requested.
     groups: Option<GroupFilms>,
+    /// The right eye, if there are two.
+    right_eye: Option<RightEye>,
     /// Writes the state to disk, if requested.
     recorder: Option<Recorder>,
     /// Sums of the replicates from the resumed state.
@@ -157,7 +161,7 @@ impl<'a> BatchRender<'a> {
     fn set_up(args: &'a RenderOptions, outputs: &Outputs, kept: Option<KeptState>) -> Result<Self> {
         let mut seconds = Seconds::default();
         let aovs = args.aov.clone();
-        let Opened { input, scene, camera, device } =
+        let Opened { input, scene, mut camera, device } =
             load::open_with_layers(&args.source, aovs, &mut seconds)?;
         warnings::tell_warnings(&input.loaded.warnings, &args.source);
         warnings::tell_notices(scene.notices(), &args.source);
@@ -172,11 +176,20 @@ impl<'a> BatchRender<'a> {
         // A state may be used later for pictures that need the variance.
         let variance = kept.is_some() || outputs.read_variance(&settings);
         // The sub-pixel variance assumes samples of equal weight.
-        run.film.variance = (variance && !args.adaptive).then_some(VarianceForm::Product);
+        run.film.variance =
+            (variance && !args.adaptive && args.stereo.is_none()).then_some(VarianceForm::Product);
         if outputs.writes_exr() {
             layers::check(&run.aovs, &run.film)?;
         } else if !run.aovs.is_empty() {
             tell("note: layers beside the picture go into EXR files, and none is written: give -o FILE.exr");
+        }
+        let mut right_camera = None;
+        if let Some(options) = &args.stereo {
+            let (rig, [left, right], about) = stereo::set_up(options, &input.loaded.desc, &scene, &camera)?;
+            if !args.quiet {
+                tell(&about);
+            }
+            (camera, right_camera, run.stereo) = (left, Some(right), Some(rig));
         }
         let (scene, start) = (Arc::new(scene), Instant::now());
         method::choose(&mut run, &scene, &camera, threads);
@@ -218,6 +231,7 @@ impl<'a> BatchRender<'a> {
             }
             None => (scene, None),
         };
+        let right_eye = right_camera.map(|camera| RightEye::new(camera, &run, &device, threads)).transpose()?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
             if device.gpu().is_none() {
@@ -239,6 +253,7 @@ impl<'a> BatchRender<'a> {
             threads,
             client,
             groups,
+            right_eye,
             recorder,
             replicates,
             server,
@@ -321,6 +336,7 @@ impl<'a> BatchRender<'a> {
                 epoch,
                 sampling,
                 check: self.check_order()?,
+                right_eye: self.right_eye.as_ref().map(|eye| eye.camera.clone()),
             };
             tally = method::start(&self.server, run, order, &mut photons)?;
             let plan = Drive {
@@ -341,6 +357,7 @@ impl<'a> BatchRender<'a> {
                 recorder: self.recorder.as_mut(),
                 live: Some(&mut live),
                 groups: self.groups.as_mut(),
+                right_eye: self.right_eye.as_mut(),
             };
             driven.add(drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?);
             let done = self.server.stats();
@@ -432,8 +449,19 @@ impl<'a> BatchRender<'a> {
             outcome.describe(state, self.args.error_at);
         }
         let (client, seconds) = (&mut *self.client, &mut self.seconds);
-        let written =
-            outputs.write(client, &self.run, &outcome, &self.settings, Extras { layers, denoised }, seconds);
+        let right = match &mut self.right_eye {
+            Some(RightEye { camera, film, .. }) => {
+                let layers = match outputs.writes_exr() {
+                    true => layers::trace(&self.run, &self.scene, camera, spp),
+                    false => Vec::new(),
+                };
+                let layout = self.args.stereo.and_then(|stereo| stereo.layout);
+                Some(RightPicture { film: &mut **film, layers, layout })
+            }
+            None => None,
+        };
+        let extras = Extras { layers, denoised, right };
+        let written = outputs.write(client, &self.run, &outcome, &self.settings, extras, seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
             timings.finish(Some(&self.server))?;

@@ -8,6 +8,7 @@ use crate::accounting::observer::Observer;
 use crate::client::{ClientError, Film};
 use crate::render::film_writer::FilmWriter;
 use crate::render::light_groups::GroupFilms;
+use crate::render::stereo::RightEye;
 use crate::render::live_outputs::LiveOutputs;
 use crate::render::process;
 use crate::render::progress::Progress;
@@ -67,6 +68,8 @@ pub struct DriveObservers<'a, 'r> {
     pub live: Option<&'a mut LiveOutputs<'r>>,
     /// Films of light groups, if any.
     pub groups: Option<&'a mut GroupFilms>,
+    /// The right eye, if the film is the left eye's.
+    pub right_eye: Option<&'a mut RightEye>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -80,7 +83,7 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut dyn Film,
-    DriveObservers { bar, timings, observer, mut recorder, mut live, mut groups }: DriveObservers<'_, '_>,
+    DriveObservers { bar, timings, observer, mut recorder, mut live, mut groups, mut right_eye }: DriveObservers<'_, '_>,
 ) -> Result<DriveOutcome> {
     let start = Instant::now();
     let mut driven = DriveOutcome::default();
@@ -92,7 +95,7 @@ pub fn drive(
     let mut aborted = false;
     loop {
         let rasterise = Instant::now();
-        let onto = FilmWriter::new(client, observer).with_groups(groups.as_deref_mut());
+        let onto = FilmWriter::new(client, observer).with_groups(groups.as_deref_mut()).with_right_eye(right_eye.as_deref_mut());
         let drained =
             take(drive, lanes, onto, recorder.as_deref_mut(), &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
@@ -138,6 +141,7 @@ pub fn drive(
     let rasterise = Instant::now();
     client.flush().into_diagnostic()?;
     groups.map_or(Ok(()), GroupFilms::flush).into_diagnostic()?;
+    right_eye.map_or(Ok(()), |eye| eye.film.flush()).into_diagnostic()?;
     if let Some(recorder) = recorder {
         recorder.save(client, observer)?;
     }

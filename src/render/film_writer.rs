@@ -4,6 +4,7 @@ use crate::accounting::observer::Observer;
 use crate::client::light_meter::LightMeter;
 use crate::client::{ClientError, Film};
 use crate::render::light_groups::GroupFilms;
+use crate::render::stereo::RightEye;
 use crate::stream::{Block, PathCounts, Sample};
 
 /// Adds blocks to a film: counts their paths, adds their samples, and passes copies to the observer. After the
@@ -13,13 +14,14 @@ pub struct FilmWriter<'a> {
     observer: Option<&'a Observer>,
     meter: Option<&'a mut LightMeter>,
     groups: Option<&'a mut GroupFilms>,
+    right_eye: Option<&'a mut RightEye>,
     outcome: Result<(), ClientError>,
 }
 
 impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, meter: None, groups: None, outcome: Ok(()) }
+        Self { film, observer, meter: None, groups: None, right_eye: None, outcome: Ok(()) }
     }
 
     /// Also copies samples to this light meter.
@@ -32,6 +34,11 @@ impl<'a> FilmWriter<'a> {
         Self { groups, ..self }
     }
 
+    /// The film is the left eye's, and this the right eye of the render.
+    pub fn with_right_eye(self, right_eye: Option<&'a mut RightEye>) -> Self {
+        Self { right_eye, ..self }
+    }
+
     /// The observer that receives copies.
     pub fn observer(&self) -> Option<&'a Observer> {
         self.observer
@@ -39,7 +46,15 @@ impl<'a> FilmWriter<'a> {
 
     /// Adds a block from the lanes.
     pub fn block(&mut self, block: &Block) {
-        self.samples(block.header.first_index, block.header.paths, block.samples());
+        let (mut samples, mut of_right) = (block.samples(), None);
+        if let Some(eye) = &self.right_eye {
+            let [left, right] = eye.of_eyes(block);
+            (samples, of_right) = (left, Some(right));
+        }
+        self.samples(block.header.first_index, block.header.paths, samples);
+        if let Some((eye, samples)) = self.right_eye.as_mut().zip(of_right).filter(|_| self.outcome.is_ok()) {
+            self.outcome = eye.add(block, samples);
+        }
         if let Some(groups) = self.groups.as_mut().filter(|_| self.outcome.is_ok()) {
             self.outcome = groups.add(block);
         }

@@ -21,7 +21,7 @@ use crate::study::{LateLight, MissingLight};
 use crate::tracer::choice::{self, IntegratorChoice};
 use crate::tracer::integrator::{
     CheckedIntegrator, IntegratorVisitor, PhotonTracer, PlanCheckTally, RenderContext, Replicated,
-    SeesPhotons, visit,
+    SeesPhotons, Stereo, visit,
 };
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::witness;
@@ -37,7 +37,10 @@ pub type Photons = Replicated<PhotonTracer>;
 #[derive(Clone, Debug)]
 pub struct RenderOrder {
     pub scene: Arc<Scene>,
+    /// The camera; with two eyes that of the left.
     pub camera: Camera,
+    /// The camera of the right eye, if there are two.
+    pub right_eye: Option<Camera>,
     /// Range of indices, counted as if every index were one path.
     pub range: Range<u64>,
     pub window: UvWindow,
@@ -97,7 +100,7 @@ pub fn start(
         ));
     }
     let last = photons.take();
-    if run.integrator == IntegratorKind::Photon && order.check.is_none() {
+    if run.integrator == IntegratorKind::Photon && order.check.is_none() && order.right_eye.is_none() {
         let mut last = last.iter().flat_map(|last| &last.parts);
         let make = |context| {
             let new = PhotonTracer::new(context, run.deterministic);
@@ -139,8 +142,7 @@ impl IntegratorVisitor for Start<'_> {
             return check_photons::<I>(server, run, order);
         }
         let make = |context| I::without_photons(context, run.deterministic);
-        let tracer = Replicated::new(&context_of(run, &order), run.replicated, make);
-        send(server, run, tracer, order).map(|()| None)
+        send_replicated(server, run, order, make).map(|()| None)
     }
 }
 
@@ -156,10 +158,10 @@ fn special<I: Integrator + From<RenderContext>>(
     run: &RunSpec,
     order: RenderOrder,
 ) -> Result<Option<Arc<PlanCheckTally>>> {
-    let context = context_of(run, &order);
     let Some(check) = order.check.clone() else {
-        return send(server, run, Replicated::new(&context, run.replicated, I::from), order).map(|()| None);
+        return send_replicated(server, run, order, I::from).map(|()| None);
     };
+    let context = context_of(run, &order);
     let checked = CheckedIntegrator::<I>::new(context, check.general, check.share);
     let tally = checked.tally().clone();
     send(server, run, checked, order).map(|()| Some(tally))
@@ -179,6 +181,23 @@ fn check_photons<I: Integrator + From<RenderContext>>(
         ));
     }
     special::<I>(server, run, order)
+}
+
+/// Sends the replicates of a tracer that `make` makes, for one eye or two.
+fn send_replicated<I: Integrator>(
+    server: &Server,
+    run: &RunSpec,
+    order: RenderOrder,
+    make: impl Fn(RenderContext) -> I,
+) -> Result<()> {
+    let context = context_of(run, &order);
+    match order.right_eye.clone() {
+        None => send(server, run, Replicated::new(&context, run.replicated, make), order),
+        Some(right) => {
+            let eyes = |context: RenderContext| Stereo::new(&context, &right, &make);
+            send(server, run, Replicated::new(&context, run.replicated, eyes), order)
+        }
+    }
 }
 
 fn send<I: Integrator>(server: &Server, run: &RunSpec, integrator: I, order: RenderOrder) -> Result<()> {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::render::forced::Forced;
 use crate::scene::desc::{AovDesc, IntegratorKind};
+use crate::render::stereo::StereoOptions;
 use crate::scene::light_groups::NamedGroup;
 use crate::study::ErrorQuantile;
 use crate::tracer::accel::SimdKernel;
@@ -102,6 +103,8 @@ pub struct RenderOptions {
     pub aov: Option<Vec<AovDesc>>,
     /// `HOST:PORT` of the viewer tev.
     pub tev: Option<String>,
+    /// Pictures of two eyes.
+    pub stereo: Option<StereoOptions>,
     /// Light groups with separate pictures; an empty list means one per emitter.
     pub light_groups: Option<Vec<NamedGroup>>,
     pub json: Option<PathBuf>,
@@ -134,6 +137,7 @@ impl RenderOptions {
             outputs: Vec::new(),
             aov: None,
             tev: None,
+            stereo: None,
             light_groups: None,
             json: None,
             quiet: false,

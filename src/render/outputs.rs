@@ -6,13 +6,15 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use crate::client::compiled_effects::Effects;
-use crate::client::{Denoise, DisplayImage, Film, FilmData, Readback, Settings, develop};
+use crate::client::{Denoise, DisplayImage, Film, FilmData, Readback, Settings, develop, stereo};
 use crate::color::Profile;
 use crate::denoise::filtered_picture::FilteredPicture;
 use crate::denoise::view_filter;
 use crate::image::exr::Channel;
 use crate::image::png::{PngPicture, Transfer};
+use crate::image::stereo::{Eye, StereoFormat, StereoLayout, pair_paths, write_jps, write_mpo};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
+use crate::image::ImageError;
 use crate::image::{Attribute, exr, png};
 use crate::render::figures::{Seconds, is_special};
 use crate::render::options::RenderOptions;
@@ -20,16 +22,27 @@ use crate::render::run_spec::{RunEnd, RunSpec, display_options};
 
 /// Pictures of a run beside the film's.
 #[derive(Default)]
-pub struct Extras {
+pub struct Extras<'a> {
     /// Additional layers for EXR files.
     pub layers: Vec<Channel>,
     /// The denoised picture: displayed instead of the film, and a layer of EXR files.
     pub denoised: Option<FilteredPicture>,
+    /// The picture of the right eye, if the film is the left eye's.
+    pub right: Option<RightPicture<'a>>,
+}
+
+/// The picture of the right eye.
+pub struct RightPicture<'a> {
+    pub film: &'a mut dyn Film,
+    /// Its additional layers for EXR files.
+    pub layers: Vec<Channel>,
+    /// How a PNG file shows both eyes; `None` for a file of each.
+    pub layout: Option<StereoLayout>,
 }
 
 /// The picture files of a run.
 pub struct Outputs {
-    files: Vec<(PathBuf, FileFormat)>,
+    files: Vec<(PathBuf, StereoFormat)>,
 }
 
 impl Outputs {
@@ -44,12 +57,28 @@ impl Outputs {
             let stem = args.source.scene.file_stem().unwrap_or("picture".as_ref());
             paths.push(PathBuf::from(stem).with_extension("png"));
         }
-        Self::check(paths, args.json.as_ref(), &args.source.scene)
+        Self::check_as(paths, args.json.as_ref(), &args.source.scene, |path| match args.stereo {
+            Some(_) => StereoFormat::of(path),
+            None => FileFormat::of(path).map(StereoFormat::Plain),
+        })
     }
 
     /// Checks that these files can be written, and that none is the report or the scene.
     pub fn check(paths: Vec<PathBuf>, json: Option<&PathBuf>, scene: &PathBuf) -> Result<Self> {
-        let check = |path: PathBuf| Ok((path.clone(), check_target(&path).into_diagnostic()?));
+        Self::check_as(paths, json, scene, |path| FileFormat::of(path).map(StereoFormat::Plain))
+    }
+
+    fn check_as(
+        paths: Vec<PathBuf>,
+        json: Option<&PathBuf>,
+        scene: &PathBuf,
+        format: impl Fn(&Path) -> Result<StereoFormat, ImageError>,
+    ) -> Result<Self> {
+        let check = |path: PathBuf| {
+            let format = format(&path).into_diagnostic()?;
+            check_place(&path).into_diagnostic()?;
+            Ok((path, format))
+        };
         let files = paths.into_iter().map(check).collect::<Result<Vec<_>>>()?;
         if let Some(json) = json.filter(|p| !is_special(p)) {
             check_place(json).into_diagnostic()?;
@@ -80,7 +109,7 @@ impl Outputs {
 
     /// Whether any file is EXR.
     pub fn writes_exr(&self) -> bool {
-        self.files.iter().any(|(_, format)| *format == FileFormat::Exr)
+        self.files.iter().any(|(_, format)| *format == EXR)
     }
 
     /// Takes the picture from the client and writes every file with its extras.
@@ -94,9 +123,12 @@ impl Outputs {
         run: &RunSpec,
         outcome: &RunEnd,
         settings: &Settings,
-        extras: Extras,
+        extras: Extras<'_>,
         seconds: &mut Seconds,
     ) -> Result<()> {
+        if let Some(right) = extras.right {
+            return self.write_eyes(client, right, run, outcome, settings, extras.layers, seconds);
+        }
         let mut first_error = Ok(());
         let wants = |format| self.files.iter().any(|(_, f)| *f == format);
         let start = Instant::now();
@@ -104,18 +136,20 @@ impl Outputs {
             Some(picture) => picture.display(settings),
             None => client.display(settings).into_diagnostic(),
         };
-        let shown = wants(FileFormat::Png).then(display).transpose()?;
+        let shown = wants(PNG).then(display).transpose()?;
         let mut layers = extras.layers;
         layers.extend(extras.denoised.iter().flat_map(FilteredPicture::channels));
         let shown = shown.map(|shown| FilmSnapshot::Png(shown, client.counts().paths()));
         seconds.display = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let data = wants(FileFormat::Exr).then(|| client.develop()).transpose().into_diagnostic()?;
+        let data = wants(EXR).then(|| client.develop()).transpose().into_diagnostic()?;
         let data = data.map(|data| FilmSnapshot::Exr(data, layers));
         for (path, format) in &self.files {
             let snapshot = match format {
-                FileFormat::Png => &shown,
-                FileFormat::Exr => &data,
+                StereoFormat::Plain(FileFormat::Png) => &shown,
+                StereoFormat::Plain(FileFormat::Exr) => &data,
+                // Names of these are refused unless there are two eyes.
+                StereoFormat::Jps | StereoFormat::Mpo => &None,
             };
             let written = snapshot.as_ref().map_or(Ok(()), |s| s.write(path, run, outcome, settings));
             first_error = first_error.and(written);
@@ -123,6 +157,75 @@ impl Outputs {
         seconds.write = start.elapsed().as_secs_f64();
         first_error.wrap_err("a picture was rendered but could not be saved")
     }
+
+    /// As [`write`](Self::write), for two eyes.
+    fn write_eyes(
+        &self,
+        left: &mut dyn Film,
+        right: RightPicture<'_>,
+        run: &RunSpec,
+        outcome: &RunEnd,
+        settings: &Settings,
+        layers: Vec<Channel>,
+        seconds: &mut Seconds,
+    ) -> Result<()> {
+        let start = Instant::now();
+        let coding = stereo::coding(settings).into_diagnostic()?;
+        let RightPicture { film: right, layers: right_layers, layout } = right;
+        let paths = left.counts().paths();
+        let shows = self.files.iter().any(|(_, format)| *format != EXR);
+        let display = |film: &mut dyn Film| film.display(settings).into_diagnostic();
+        let shown = shows.then(|| Ok::<_, miette::Report>([display(left)?, display(right)?])).transpose()?;
+        let grids = shown.clone().map(|eyes| eyes.map(stereo::grid));
+        let develop = |film: &mut dyn Film| film.develop().into_diagnostic();
+        let eyes = self
+            .writes_exr()
+            .then(|| {
+                let left = file_layers(&develop(left)?, run, outcome, layers);
+                let right = file_layers(&develop(right)?, run, outcome, right_layers);
+                let eyes = Eye::BOTH.map(Eye::name).into_iter().zip([left, right]).collect();
+                exr::Layers::of_views(eyes).map_err(|reason| miette::miette!("{reason}"))
+            })
+            .transpose()?;
+        seconds.display = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let mut first_error = Ok(());
+        for (path, format) in &self.files {
+            let written = match format {
+                StereoFormat::Plain(FileFormat::Exr) => {
+                    eyes.iter().try_for_each(|eyes| exr::write(path, eyes)).into_diagnostic()
+                }
+                StereoFormat::Plain(FileFormat::Png) => match (layout, &shown) {
+                    (_, None) => Ok(()),
+                    (Some(layout), Some(eyes)) => stereo::compose(eyes.clone(), layout, settings)
+                        .into_diagnostic()
+                        .and_then(|shown| FilmSnapshot::Png(shown, paths).write(path, run, outcome, settings)),
+                    (None, Some(eyes)) => pair_paths(path).iter().zip(eyes).try_for_each(|(path, eye)| {
+                        FilmSnapshot::Png(eye.clone(), paths).write(path, run, outcome, settings)
+                    }),
+                },
+                StereoFormat::Jps | StereoFormat::Mpo => {
+                    let write = if *format == StereoFormat::Jps { write_jps } else { write_mpo };
+                    let eyes = grids.iter().map(|[left, right]| [left, right]);
+                    eyes.into_iter().try_for_each(|eyes| write(path, eyes, &coding)).into_diagnostic()
+                }
+            };
+            first_error = first_error.and(written);
+        }
+        seconds.write = start.elapsed().as_secs_f64();
+        first_error.wrap_err("a picture was rendered but could not be saved")
+    }
+}
+
+const EXR: StereoFormat = StereoFormat::Plain(FileFormat::Exr);
+const PNG: StereoFormat = StereoFormat::Plain(FileFormat::Png);
+
+/// The layers of an EXR file of this film.
+fn file_layers(data: &FilmData, run: &RunSpec, outcome: &RunEnd, beside: Vec<Channel>) -> exr::Layers {
+    let (attributes, energy) = (run.attributes(data.counts.paths(), outcome), run.film.filter.energy());
+    let mut layers = develop::layers(data, &Profile::srgb(), energy, &attributes);
+    layers.channels.extend(beside);
+    layers
 }
 
 /// A picture still being computed by a device. Another thread waits for it and writes it, because encoding takes longer than a frame, too.
@@ -187,13 +290,10 @@ impl FilmSnapshot {
                 png::write(path, picture, &attributes)
             }
             FilmSnapshot::Exr(data, beside) => {
-                let (attributes, energy) =
-                    (run.attributes(data.counts.paths(), outcome), run.film.filter.energy());
-                let mut layers = develop::layers(data, &Profile::srgb(), energy, &attributes);
+                let mut layers = file_layers(data, run, outcome, beside.clone());
                 if beside.iter().any(|(name, _)| name.starts_with("denoised.")) {
                     layers.attributes.extend(filter_attribute(settings));
                 }
-                layers.channels.extend(beside.iter().cloned());
                 exr::write(path, &layers)
             }
         };

@@ -12,7 +12,9 @@ use crate::image::Attribute;
 use crate::image::mix::MixRgb;
 use crate::render::forced::Forced;
 use crate::render::options::SceneOptions;
-use crate::scene::desc::{AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter, SceneDesc};
+use crate::scene::desc::{
+    AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter, SceneDesc, StereoConvergence, StereoRig,
+};
 use crate::stream::Rejected;
 use crate::study::format::percent;
 use crate::study::{ErrorQuantile, ErrorStatus};
@@ -60,6 +62,9 @@ pub struct RunSpec {
     /// Light groups with layers in the file, in the syntax of `--light-groups`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light_groups: Option<String>,
+    /// The eyes, if there are two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stereo: Option<StereoRig>,
     /// The device that rasterised it.
     pub device: String,
     /// Threshold κ of firefly reweighting; `None` if off.
@@ -209,6 +214,7 @@ impl RunSpec {
             replicated: true,
             adaptive: false,
             light_groups: None,
+            stereo: None,
             device,
             reweighted: None,
         }
@@ -285,6 +291,13 @@ impl RunSpec {
         if let Some(groups) = &self.light_groups {
             command += &format!(" --light-groups {}", quoted(groups));
         }
+        if let Some(rig) = &self.stereo {
+            let convergence = match rig.convergence {
+                StereoConvergence::Parallel => "parallel".to_string(),
+                StereoConvergence::OffAxis { distance } => distance.to_string(),
+            };
+            command += &format!(" --stereo --interocular {} --convergence {convergence}", rig.interocular);
+        }
         if first > 0 {
             command += &format!(" --first-index {first}");
         }
@@ -305,6 +318,9 @@ impl RunSpec {
     pub fn replay(&self, rejected: &Rejected) -> String {
         if self.adaptive {
             return "with --adaptive a path cannot be traced by itself: render without, and replay what is rejected there".to_string();
+        }
+        if self.stereo.is_some() {
+            return "with --stereo indices are those of two eyes: render without, and replay what is rejected there".to_string();
         }
         let mut command = self.scene_options("replay") + &format!(" --index {}", rejected.index);
         if let Some(generations) = rejected.generations.filter(|_| self.integrator.has_photons()) {

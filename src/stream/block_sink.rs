@@ -1,7 +1,7 @@
 //! The sink of a worker: it checks samples, fills blocks with them and sends the blocks.
 
 use crate::color::Xyz;
-use crate::stream::block::{Block, MOST_GROUPS};
+use crate::stream::block::{BLOCK_SAMPLES, Block, MOST_GROUPS};
 use crate::stream::control::Epoch;
 use crate::stream::faults;
 use crate::stream::lanes::LaneWriter;
@@ -120,7 +120,7 @@ impl BlockSink {
     /// and the lane is full, the block is discarded together with its counts, and the result is `false`.
     pub fn flush(&mut self) -> bool {
         let mut sent = true;
-        if !self.block.is_empty() {
+        if !(self.block.is_empty() && self.parts.is_empty()) {
             let (header, samples) = (self.block.header, self.block.samples().len() as u64);
             if self.groups > 0 {
                 self.block.append_groups(self.groups, &self.parts);
@@ -180,6 +180,17 @@ impl BlockSink {
         self.parts.extend(parts);
         self.block.reserve(self.parts.len());
         self.block.push(sample);
+    }
+
+    /// Adds a sample of the other eye.
+    fn push_of_other_eye(&mut self, sample: Sample) {
+        let count = self.parts.len() + 1;
+        if self.block.samples().len() + count > BLOCK_SAMPLES && !self.make_room() {
+            return;
+        }
+        self.groups = 1;
+        self.parts.push((0, sample));
+        self.block.reserve(self.parts.len());
     }
 
     /// Sends the full block. If that is impossible the rest of the path in progress is discarded, and the result is `false`.
@@ -258,6 +269,24 @@ impl SampleSink for BlockSink {
         }
         self.groups = self.groups.max(usize::from(group) + 1).min(MOST_GROUPS);
         self.push_with_parts(sample, std::iter::once((group, sample)));
+    }
+
+    fn camera_of_other_eye(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        let sample = Sample { uv, xyz: value * weight, w: weight };
+        if weight > 0.0 && sample.is_sound() && self.contains(uv) {
+            self.push_of_other_eye(sample);
+        } else {
+            self.reject(uv, sample.xyz, weight);
+        }
+    }
+
+    fn light_of_other_eye(&mut self, uv: [f32; 2], value: Xyz) {
+        let sample = Sample { uv, xyz: value, w: -1.0 };
+        if sample.is_sound() && self.contains(uv) {
+            self.push_of_other_eye(sample);
+        } else {
+            self.reject(uv, value, 1.0);
+        }
     }
 
     fn is_wanted(&self) -> bool {

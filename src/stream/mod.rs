@@ -36,6 +36,12 @@
 //!
 //! A [`Sample`] does not know its group: it keeps its 24 bytes, and a section can be copied to a device as it is.
 //!
+//! # Two eyes
+//!
+//! In a render for two eyes each chunk of indices is of one eye ([`eye`]), and [`Block::samples`] are those of that eye. Where a path is one of the
+//! other eye, too, its sample for that eye ([`SampleSink::camera_of_other_eye`]) stands in the first section behind ([`Block::groups`]). There are
+//! either eyes or groups of lights. Path counts are those of both eyes: each light path lights both pictures.
+//!
 //! # Blocks, lanes and epochs
 //!
 //! - A **block** of up to 1024 samples is the unit of transfer. Its header holds the numbers of paths that normalise its
@@ -110,6 +116,6 @@ pub use control::{Epoch, Event, FinishReason};
 pub use hub::Hub;
 pub use lanes::{DrainOrder, Drained, Fill, LANE_BLOCKS, LaneWriter, Lanes, lanes};
 pub use rejections::{Cause, Fault, FaultyValue, Rejected, Rejections};
-pub use replicate::{CHUNK, REPLICATES, replicate, replicate_seed, tracer_seed};
+pub use replicate::{CHUNK, REPLICATES, eye, replicate, replicate_seed, tracer_seed};
 pub use sample::{MAX_VALUE, PathCounts, Sample, SampleSink, UvWindow};
 pub use witnessed::{Highlight, Witnessed, WitnessedArea};

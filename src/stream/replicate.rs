@@ -17,6 +17,14 @@ pub fn replicate(index: u64) -> (usize, u64) {
     ((chunk % REPLICATES as u64) as usize, chunk / REPLICATES as u64 * CHUNK + place)
 }
 
+/// The eye of a path index, 0 for the left one, and the index in that eye's own sequence, in a render for two eyes: chunks alternate between them.
+/// Where the render is divided into replicates, `index` is one of a replicate's own.
+#[inline]
+pub fn eye(index: u64) -> (usize, u64) {
+    let (chunk, place) = (index / CHUNK, index % CHUNK);
+    ((chunk % 2) as usize, chunk / 2 * CHUNK + place)
+}
+
 /// The seed of a replicate in a render with seed `seed`. The first replicate has the same seed. Those of the others differ by
 /// more than 2^30 from any small seed, so that renders with other small seeds stay independent.
 pub fn replicate_seed(seed: u32, replicate: usize) -> u32 {
@@ -41,5 +49,17 @@ mod tests {
         let seeds = (0..10_000).flat_map(|tracer| [0, 1].map(|k| replicate_seed(tracer_seed(7, tracer), k)));
         assert_eq!(seeds.collect::<HashSet<_>>().len(), 20_000);
         assert_eq!(tracer_seed(7, 0), 7);
+    }
+
+    #[test]
+    fn eyes_and_replicates_take_all_turns() {
+        let mut next = [[0; 2]; REPLICATES];
+        for index in (0..32 * CHUNK).step_by(CHUNK as usize) {
+            let (part, own) = replicate(index);
+            let (eye, own) = eye(own);
+            assert_eq!(own, next[part][eye]);
+            next[part][eye] += CHUNK;
+        }
+        assert_eq!(next, [[8 * CHUNK; 2]; REPLICATES]);
     }
 }

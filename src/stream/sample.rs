@@ -58,6 +58,14 @@ pub trait SampleSink {
         self.light(uv, value);
     }
 
+    /// A camera sample of the other of two eyes, in a render for both. A sink without interest in that eye leaves it out.
+    #[inline]
+    fn camera_of_other_eye(&mut self, _uv: [f32; 2], _value: Xyz, _weight: f32) {}
+
+    /// A light sample of the other of two eyes.
+    #[inline]
+    fn light_of_other_eye(&mut self, _uv: [f32; 2], _value: Xyz) {}
+
     /// False once nobody waits for the path. An integrator that takes more than a millisecond should check this now and then
     /// and give up.
     fn is_wanted(&self) -> bool {

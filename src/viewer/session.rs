@@ -467,5 +467,5 @@ fn order(
     window: UvWindow,
     epoch: Epoch,
 ) -> RenderOrder {
-    RenderOrder { scene, camera, range, window, epoch, sampling: Default::default(), check: None }
+    RenderOrder { scene, camera, right_eye: None, range, window, epoch, sampling: Default::default(), check: None }
 }

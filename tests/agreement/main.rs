@@ -16,6 +16,7 @@ mod pairs;
 mod regions;
 mod scenes;
 mod specular;
+mod stereo;
 
 use support::welch;
 

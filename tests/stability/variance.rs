@@ -304,6 +304,7 @@ fn p3_replicates_know_the_error_of_a_sequence() {
         let context = RenderContext {
             scene: scene.clone(),
             camera: camera.clone(),
+            other_eye: None,
             seed,
             window: UvWindow::PICTURE,
             max_depth,

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use pointillist::color::Xyz;
 use pointillist::image::compare::{Measured, ZTest, z_test};
 use pointillist::scene::desc::SceneDesc;
-use pointillist::stream::{SampleSink, UvWindow};
+use pointillist::stream::{SampleSink, UvWindow, eye};
 use pointillist::tracer::integrator::{
-    BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext, VcmTracer,
+    BidirectionalTracer, ParticleTracer, PhotonTracer, RenderContext, Stereo, VcmTracer,
 };
 use pointillist::tracer::sampler::cells::ScreenCells;
 use pointillist::tracer::{Camera, Integrator, PathTracer, Scene};
@@ -39,6 +39,21 @@ impl Pixels {
     }
 }
 
+impl Pixels {
+    fn new(side: usize) -> Self {
+        let pixels = side * side;
+        Self { side, camera: vec![[0.0; 2]; pixels], light: vec![0.0; pixels] }
+    }
+
+    /// The picture of so many light paths.
+    fn picture(&self, light_paths: u64) -> Vec<f64> {
+        let pixels = self.side * self.side;
+        let mean = |[sum, weight]: [f64; 2]| if weight > 0.0 { sum / weight } else { 0.0 };
+        let per_path = pixels as f64 / light_paths.max(1) as f64;
+        (0..pixels).map(|i| mean(self.camera[i]) + self.light[i] * per_path).collect()
+    }
+}
+
 impl SampleSink for Pixels {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
         assert!(value.is_finite(), "{value:?}");
@@ -56,16 +71,51 @@ impl SampleSink for Pixels {
     }
 }
 
-fn trace<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
-    let pixels = side * side;
-    let mut sums = Pixels { side, camera: vec![[0.0; 2]; pixels], light: vec![0.0; pixels] };
-    let mut scratch = I::Scratch::default();
+/// Sums of both eyes: that of the path in progress first.
+struct PixelPair<'a>([&'a mut Pixels; 2]);
+
+impl SampleSink for PixelPair<'_> {
+    fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        self.0[0].camera(uv, value, weight);
+    }
+
+    fn light(&mut self, uv: [f32; 2], value: Xyz) {
+        self.0[0].light(uv, value);
+    }
+
+    fn camera_of_other_eye(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        self.0[1].camera(uv, value, weight);
+    }
+
+    fn light_of_other_eye(&mut self, uv: [f32; 2], value: Xyz) {
+        self.0[1].light(uv, value);
+    }
+}
+
+/// Indices of so many paths.
+fn indices<I: Integrator>(tracer: &I, paths: u64) -> u64 {
     let counts = tracer.paths_per_index();
-    let indices = paths.div_ceil(counts.camera.max(counts.light));
+    paths.div_ceil(counts.camera.max(counts.light))
+}
+
+fn trace<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
+    let (mut sums, mut scratch) = (Pixels::new(side), I::Scratch::default());
+    let indices = indices(tracer, paths);
     (0..indices).for_each(|index| tracer.trace(index, &mut scratch, &mut sums));
-    let light_paths = (counts.light * indices).max(1) as f64;
-    let mean = |[sum, weight]: [f64; 2]| if weight > 0.0 { sum / weight } else { 0.0 };
-    (0..pixels).map(|i| mean(sums.camera[i]) + sums.light[i] * pixels as f64 / light_paths).collect()
+    sums.picture(tracer.paths_per_index().light * indices)
+}
+
+/// The pictures of both eyes, one after the other.
+fn trace_pair<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
+    let mut eyes = [Pixels::new(side), Pixels::new(side)];
+    let mut scratch = I::Scratch::default();
+    let indices = indices(tracer, paths);
+    for index in 0..indices {
+        let [left, right] = &mut eyes;
+        let own_first = if eye(index).0 == 0 { [left, right] } else { [right, left] };
+        tracer.trace(index, &mut scratch, &mut PixelPair(own_first));
+    }
+    eyes.iter().flat_map(|eye| eye.picture(tracer.paths_per_index().light * indices)).collect()
 }
 
 /// One picture of a scene: side length in pixels, paths per pixel of one seed, seeds.
@@ -84,20 +134,50 @@ pub fn repeat(desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
 
 /// The same through another camera than the scene's.
 pub fn repeat_through(camera: &Camera, desc: &SceneDesc, method: Method, plan: Plan) -> Vec<Vec<f64>> {
-    let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
     let paths = plan.paths_per_pixel * (plan.side as u64).pow(2);
-    let picture = |seed: u32| {
-        // Different methods get different seeds: what they share would not show.
-        let seed = 1000 * (method as u32 + 1) + seed;
-        let context = RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, seed, plan.window);
-        let context = RenderContext { cells: ScreenCells::of_pixels([plan.side as f64; 2]), ..context };
+    // Different methods get different seeds: what they share would not show.
+    repeat_seeds(desc, camera, plan, 1000 * (method as u32 + 1), |context| match method {
+        Method::Path => trace(&PathTracer { context }, plan.side, paths),
+        Method::Particle => trace(&ParticleTracer { context }, plan.side, paths),
+        Method::Bidirectional => trace(&BidirectionalTracer { context }, plan.side, paths),
+        Method::Photon => trace(&PhotonTracer::new(context, true), plan.side, paths),
+        Method::Vcm => trace(&VcmTracer::new(context, true), plan.side, paths),
+    })
+}
+
+/// The pictures of both eyes per seed, one after the other, from one tracer. `plan` has the paths of both together.
+pub fn repeat_pair(desc: &SceneDesc, [left, right]: &[Camera; 2], method: Method, plan: Plan) -> Vec<Vec<f64>> {
+    let paths = plan.paths_per_pixel * (plan.side as u64).pow(2);
+    repeat_seeds(desc, left, plan, 1000 * (method as u32 + 11), |context| {
+        let eyes = &context;
         match method {
-            Method::Path => trace(&PathTracer { context }, plan.side, paths),
-            Method::Particle => trace(&ParticleTracer { context }, plan.side, paths),
-            Method::Bidirectional => trace(&BidirectionalTracer { context }, plan.side, paths),
-            Method::Photon => trace(&PhotonTracer::new(context, true), plan.side, paths),
-            Method::Vcm => trace(&VcmTracer::new(context, true), plan.side, paths),
+            Method::Path => trace_pair(&Stereo::new(eyes, right, PathTracer::from), plan.side, paths),
+            Method::Particle => trace_pair(&Stereo::new(eyes, right, ParticleTracer::from), plan.side, paths),
+            Method::Bidirectional => {
+                trace_pair(&Stereo::new(eyes, right, BidirectionalTracer::from), plan.side, paths)
+            }
+            Method::Photon => {
+                trace_pair(&Stereo::new(eyes, right, |eye| PhotonTracer::new(eye, true)), plan.side, paths)
+            }
+            Method::Vcm => {
+                trace_pair(&Stereo::new(eyes, right, |eye| VcmTracer::new(eye, true)), plan.side, paths)
+            }
         }
+    })
+}
+
+/// One picture for each seed of the plan, on two threads; `first` is added to the seeds.
+fn repeat_seeds(
+    desc: &SceneDesc,
+    camera: &Camera,
+    plan: Plan,
+    first: u32,
+    picture: impl Fn(RenderContext) -> Vec<f64> + Sync,
+) -> Vec<Vec<f64>> {
+    let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
+    let picture = |seed: u32| {
+        let context = RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, first + seed, plan.window);
+        picture(RenderContext { cells: ScreenCells::of_pixels([plan.side as f64; 2]), ..context })
     };
     let half = plan.seeds / 2;
     std::thread::scope(|scope| {

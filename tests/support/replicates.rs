@@ -57,6 +57,7 @@ fn replicate(
     let context = RenderContext {
         scene: scene.clone(),
         camera: camera.clone(),
+        other_eye: None,
         seed,
         window: UvWindow::PICTURE,
         max_depth: integrator.max_depth,

@@ -15,10 +15,18 @@ fn desc(axis: FovAxis, [width, height]: [u32; 2], scale: f64) -> SceneDesc {
     let mut desc = empty();
     desc.camera = look(DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.3, 0.5, -0.8), 50.0);
     desc.camera.to_world.matrix3 *= scale;
-    desc.camera.fov_axis = axis;
+    let seen = PerspectiveDesc { fov_axis: axis, ..*perspective(&desc.camera) };
+    desc.camera.projection = ProjectionDesc::Perspective(seen);
     desc.camera.principal_point_offset = DVec2::new(0.1, -0.2);
     (desc.film.width, desc.film.height) = (width, height);
     desc
+}
+
+fn perspective(camera: &CameraDesc) -> &PerspectiveDesc {
+    match &camera.projection {
+        ProjectionDesc::Perspective(perspective) => perspective,
+        other => panic!("{other:?}"),
+    }
 }
 
 fn aspect(desc: &SceneDesc) -> f64 {
@@ -60,7 +68,8 @@ fn disparity_is_the_closed_formula() {
                 for (x, y) in [(0.0, 0.0), (0.4, -0.3), (-0.5, 0.2)] {
                     let [left, right] = seen(&desc, &rig, DVec3::new(x * depth, y * depth, depth));
                     let found = (left.x - right.x) * f64::from(size[0]);
-                    let half = desc.camera.fov_axis.half_extent(desc.camera.fov, aspect(&desc)).x;
+                    let PerspectiveDesc { fov, fov_axis, .. } = perspective(&desc.camera);
+                    let half = fov_axis.half_extent(*fov, aspect(&desc)).x;
                     let per_distance = match rig.convergence {
                         StereoConvergence::Parallel => 0.0,
                         StereoConvergence::OffAxis { distance } => 1.0 / distance,
@@ -104,7 +113,8 @@ fn the_left_eye_is_at_the_left() {
 fn the_subject_gives_what_is_not_said() {
     use ConvergenceChoice::{Distance, Parallel, Subject};
     let pinhole = desc(FovAxis::X, [640, 400], 1.0).camera;
-    let lens = CameraDesc { aperture_radius: 0.1, focus_distance: 6.0, ..pinhole.clone() };
+    let seen = PerspectiveDesc { lens: LensDesc::round(0.1, 6.0), ..*perspective(&pinhole) };
+    let lens = CameraDesc { projection: ProjectionDesc::Perspective(seen), ..pinhole.clone() };
     let rig =
         |choice, interocular, camera: &CameraDesc, middle| StereoRig::of(interocular, choice, camera, middle);
     assert_eq!(rig(Subject, None, &lens, Some(3.0)), Ok(off_axis(0.2, 6.0)));
@@ -150,10 +160,10 @@ fn bad_rigs_are_refused() {
         let error = message(ConvergenceChoice::parse(text).unwrap_err());
         assert!(error.contains(part), "{error}");
     }
-    camera.orthographic = true;
+    camera.projection = ProjectionDesc::Orthographic;
     camera.place.line = 12;
     let error = message(PARALLEL.eyes(&camera, 1.0).unwrap_err());
-    assert!(error.contains("line 12") && error.contains("orthographic"), "{error}");
+    assert!(error.contains("line 12") && error.contains("`perspective`"), "{error}");
 }
 
 /// At the ends of the comfortable depths the eyes of the viewer converge 1° nearer and 1° farther than the screen, as drawn with rays on it.

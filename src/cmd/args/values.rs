@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use crate::client::ReconstructionKernel;
 use crate::color::{Profile, icc};
+use crate::image::stereo::StereoLayout;
 use crate::scene;
 use crate::scene::desc::aov::{AovDesc, AovKind, AovList};
 use crate::scene::light_groups::NamedGroup;
@@ -37,6 +38,28 @@ pub(super) fn light_groups(text: &str) -> Result<LightGroupsArg, String> {
     match text {
         EACH_EMITTER => Ok(LightGroupsArg(Vec::new())),
         _ => scene::light_groups::parse(text).map(LightGroupsArg),
+    }
+}
+
+/// Value of `--stereo`; `None` for a pair of files.
+#[derive(Clone, Copy, Debug)]
+pub struct StereoLayoutArg(pub Option<StereoLayout>);
+
+pub(super) fn stereo_layout(text: &str) -> Result<StereoLayoutArg, String> {
+    match StereoLayout::named(text) {
+        Some(layout) => Ok(StereoLayoutArg(Some(layout))),
+        None if text == "pair" => Ok(StereoLayoutArg(None)),
+        None => {
+            let names: Vec<&str> = StereoLayout::ALL.into_iter().map(StereoLayout::name).collect();
+            Err(format!("the layouts are {} and pair", names.join(", ")))
+        }
+    }
+}
+
+pub(super) fn positive_length(text: &str) -> Result<f64, &'static str> {
+    match text.parse::<f64>() {
+        Ok(length) if length.is_finite() && length > 0.0 => Ok(length),
+        _ => Err("expected a finite number above 0"),
     }
 }
 

@@ -106,6 +106,7 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
         epoch: EPOCH,
         sampling: Default::default(),
         check: None,
+        right_eye: None,
     };
     method::start(&server, run, order, &mut None)?;
     gpu.take_rows();

@@ -94,6 +94,7 @@ impl Budget {
             epoch: Epoch(1),
             sampling: Default::default(),
             check: None,
+            right_eye: None,
         };
         lanes.follow(order.epoch, DrainOrder::Arrival);
         method::start(&server, run, order, &mut None)?;

@@ -258,6 +258,7 @@ impl StudyRenderer {
                 epoch: self.epoch,
                 sampling,
                 check: None,
+                right_eye: None,
             };
             method::start(&self.server, run, order, &mut None)?;
             let plan = Drive {
@@ -275,6 +276,7 @@ impl StudyRenderer {
                 recorder: None,
                 live: None,
                 groups: groups.as_deref_mut(),
+                right_eye: None,
             };
             let client = &mut *self.film.client;
             driven.add(drive(plan, &self.server, &mut self.lanes, client, onlookers)?);

@@ -76,6 +76,7 @@ impl Seen {
         let context = RenderContext {
             scene: scene.clone(),
             camera,
+            other_eye: None,
             seed,
             window: UvWindow::PICTURE,
             max_depth: None,

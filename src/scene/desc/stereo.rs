@@ -5,7 +5,7 @@
 //! of their middle stands at another height for one eye than for the other (Woods, Docherty, Koch, “Image distortions in
 //! stereoscopic video systems”, SPIE 1915, 1993).
 
-use super::camera::CameraDesc;
+use super::camera::{CameraDesc, PerspectiveDesc, ProjectionDesc};
 use super::ids::Place;
 
 /// Two eyes side by side.
@@ -72,13 +72,13 @@ pub enum StereoRigError {
         "nothing is seen in the middle of the picture, so the eyes have nothing to converge at: give the distance, or `parallel`"
     )]
     NoSubject,
-    /// Rays of the camera are parallel.
+    /// The camera is none with a plane of projection and a centre.
     #[error(
-        "the camera at line {}, column {} is orthographic and has no stereo pictures: seen from beside, things near and far move by the \
-         same amount, so that no depth is seen; use a perspective camera",
+        "the camera at line {}, column {} has no stereo pictures of two eyes: only those of `perspective` and `thinlens` without distortion can be \
+         shifted so that both converge at a distance; for a panorama use the camera `ods`",
         place.line, place.column
     )]
-    Orthographic {
+    Projection {
         /// The camera's place in the scene file.
         place: Place,
     },
@@ -120,9 +120,11 @@ fn positive(n: f64) -> Option<f64> {
 
 /// Half of the width of the camera's full film in the plane at distance 1.
 fn half_width(camera: &CameraDesc, aspect: f64) -> Result<f64, StereoRigError> {
-    match camera.orthographic {
-        true => Err(StereoRigError::Orthographic { place: camera.place }),
-        false => Ok(camera.fov_axis.half_extent(camera.fov, aspect).x),
+    match &camera.projection {
+        ProjectionDesc::Perspective(PerspectiveDesc { fov, fov_axis, distortion: None, .. }) => {
+            Ok(fov_axis.half_extent(*fov, aspect).x)
+        }
+        _ => Err(StereoRigError::Projection { place: camera.place }),
     }
 }
 
@@ -140,7 +142,12 @@ impl StereoRig {
         camera: &CameraDesc,
         middle: Option<f64>,
     ) -> Result<Self, StereoRigError> {
-        let focus = (camera.aperture_radius > 0.0).then_some(camera.focus_distance);
+        let focus = match &camera.projection {
+            ProjectionDesc::Perspective(PerspectiveDesc { lens, .. }) if lens.radius > 0.0 => {
+                Some(lens.focus_distance)
+            }
+            _ => None,
+        };
         let subject = || {
             let distance = focus.or(middle).ok_or(StereoRigError::NoSubject)?;
             positive(distance).ok_or(StereoRigError::Distance(distance))
@@ -179,7 +186,7 @@ impl StereoRig {
     ///
     /// # Errors
     ///
-    /// An orthographic camera, and distances that are not finite or not above 0.
+    /// A camera of another projection, and distances that are not finite or not above 0.
     pub fn eyes(&self, camera: &CameraDesc, aspect: f64) -> Result<[CameraDesc; 2], StereoRigError> {
         self.check()?;
         let half = half_width(camera, aspect)?;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::camera::CameraDesc;
-use super::stereo::{Disparity, StereoRig, StereoRigError};
+use super::stereo::{Disparity, StereoConvergence, StereoRig, StereoRigError};
 
 /// The screen that stereo pictures are shown on, in their full width.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,6 +89,18 @@ impl fmt::Display for ComfortableDepth {
             f,
             " on a screen {width} m wide from {distance} m: the eyes converge within {LARGEST_CONFLICT}° of it (Lambooij et al. 2009)"
         )
+    }
+}
+
+impl fmt::Display for StereoRig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "two eyes, {} units apart, ", rounded(self.interocular))?;
+        match self.convergence {
+            StereoConvergence::Parallel => write!(f, "parallel"),
+            StereoConvergence::OffAxis { distance } => {
+                write!(f, "the plane of the screen at a distance of {} units", rounded(distance))
+            }
+        }
     }
 }
 

@@ -32,6 +32,8 @@ pub struct RenderContext {
     pub scene: Arc<Scene>,
     /// The camera.
     pub camera: Camera,
+    /// The context of the other eye, where there are two ([`Stereo`](super::Stereo)).
+    pub other_eye: Option<Box<RenderContext>>,
     /// Seed of the randomisation of the sample sequence.
     pub seed: u32,
     /// The part of the screen to cover.
@@ -83,6 +85,7 @@ impl RenderContext {
         Self {
             scene,
             camera,
+            other_eye: None,
             seed,
             window,
             max_depth,
@@ -106,9 +109,22 @@ impl RenderContext {
 
     /// The same for a replicate of the picture: another randomisation of the sequence.
     pub fn of_replicate(&self, replicate: usize) -> Self {
-        let seed = replicate_seed(self.seed, replicate);
-        let cells = if replicate == 0 { self.cells } else { self.cells.beside(self.seed) };
+        match replicate {
+            0 => self.clone(),
+            _ => self.beside(replicate_seed(self.seed, replicate)),
+        }
+    }
+
+    /// The same with another seed, whose paths stand beside those of this one on the screen.
+    pub(super) fn beside(&self, seed: u32) -> Self {
+        let cells = self.cells.beside(self.seed);
         Self { seed, screen: self.screen.with_seed(seed, &cells), cells, ..self.clone() }
+    }
+
+    /// The same through another camera.
+    pub(super) fn through(self, camera: Camera) -> Self {
+        let CameraMedium { medium, on_boundary } = CameraMedium::of(&self.scene, &camera, &self.window);
+        Self { camera, medium, on_boundary, ..self }
     }
 
     /// The random numbers of the camera path that begins at `index` of the sequence.

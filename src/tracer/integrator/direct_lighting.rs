@@ -139,6 +139,8 @@ pub(super) struct PathState<C> {
     pub(super) chain: SpecularChain,
     emission: EmissionCache,
     splitting: Splitting,
+    /// Binary logarithm of the factor on the number of branches.
+    more_branches: u32,
 }
 
 impl<C: LightCredits> PathState<C> {
@@ -153,6 +155,7 @@ impl<C: LightCredits> PathState<C> {
             chain: SpecularChain::CAMERA,
             emission: EmissionCache::default(),
             splitting,
+            more_branches: 0,
         }
     }
 
@@ -160,6 +163,17 @@ impl<C: LightCredits> PathState<C> {
     #[inline]
     pub(super) fn splits(&self) -> bool {
         self.splitting == Splitting::Pending
+    }
+
+    /// Doubles the number of branches into which the path will split.
+    pub(super) fn double_branches(&mut self) {
+        self.more_branches += 1;
+    }
+
+    /// Binary logarithm of the factor on the number of branches.
+    #[inline]
+    pub(super) fn more_branches(&self) -> u32 {
+        self.more_branches
     }
 
     /// One of `count` equal branches, which has found nothing yet.
@@ -342,8 +356,7 @@ impl<C: LightCredits> PathState<C> {
             return None;
         }
         let weight = if sample.delta { delta_weight } else { mis::power(sample.pdf, pdf) };
-        let at = sample.target.unwrap_or(Vec3::ZERO);
-        let emission = self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda);
+        let emission = self.emission_of(lights, light, sample);
         let wavelength_weight = match vertex.bsdf.is_dispersive() {
             true => self.walk.weight_of(
                 self.walk.wavelength_mis.and(vertex.bsdf.dispersion(vertex.wo, wi).wavelength_mis),
@@ -357,6 +370,13 @@ impl<C: LightCredits> PathState<C> {
             return None;
         }
         (!value.is_black()).then_some(value)
+    }
+
+    /// The emission of a light sample.
+    #[inline(always)]
+    pub(super) fn emission_of(&mut self, lights: &Lights, light: u32, sample: &LightSample) -> SampledSpectrum {
+        let at = sample.target.unwrap_or(Vec3::ZERO);
+        self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda)
     }
 
     /// Scatters at `vertex` into the direction of `s`, and returns it in world space; `None` ends the path ([`Walk::scatter`]).

@@ -6,6 +6,7 @@
 //! lit_flight       point lights that camera paths sample from along their flights in media
 //! delta_chains     lights seen over mirrors and through glass, along chains of deltas that a camera path does not sample
 //! path             path tracing
+//! pair             paths of two eyes that share their first vertex; `stereo` has an integrator for each eye
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
@@ -53,10 +54,12 @@ mod delta_chains;
 mod depth;
 mod direct_lighting;
 mod lit_flight;
+mod pair;
 mod particle;
 mod path;
 mod photon;
 mod prefix;
+mod stereo;
 mod vcm;
 mod visitor;
 
@@ -68,6 +71,7 @@ pub use depth::DepthTracer;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub use photon::{LAST_GENERATION, PhotonScratch, PhotonTracer, SAMPLES_PER_GENERATION, SeesPhotons};
+pub use stereo::Stereo;
 pub use vcm::{VcmScratch, VcmTracer};
 pub use visitor::{IntegratorVisitor, visit};
 

@@ -1,5 +1,6 @@
 //! Particle tracing: paths from lights, each vertex connected to the camera (Dutré, Lafortune and Willems 1993).
 
+use crate::color::Xyz;
 use crate::spectrum::SampledWavelengths;
 use crate::stream::{PathCounts, SampleSink, UvWindow};
 use crate::tracer::accel::Ray;
@@ -42,9 +43,12 @@ impl Integrator for ParticleTracer {
         let group = scene.lights.group(emission.light);
         if context.longest() >= 1
             && !emitted.is_black()
-            && let Some((view, factor)) = context.connect_light_to_camera(&emission, &lambda, lens)
         {
-            send_light(out, view.uv, lambda.to_xyz(emitted * factor), group);
+            let sample = |eye: &RenderContext| {
+                let (view, factor) = eye.connect_light_to_camera(&emission, &lambda, lens)?;
+                Some((view.uv, lambda.to_xyz(emitted * factor)))
+            };
+            self.send(out, group, sample);
         }
         let Some(subpath) = scene.light_subpath(lambda, &emission, emitted) else { return };
         let ray = emission.ray();
@@ -88,6 +92,24 @@ impl From<RenderContext> for ParticleTracer {
 }
 
 impl ParticleTracer {
+    /// Sends the light sample of each eye, whose light comes from this group, if there are groups.
+    #[inline(always)]
+    fn send(
+        &self,
+        out: &mut impl SampleSink,
+        group: Option<u8>,
+        sample: impl Fn(&RenderContext) -> Option<([f32; 2], Xyz)>,
+    ) {
+        if let Some((uv, value)) = sample(&self.context) {
+            send_light(out, uv, value, group);
+        }
+        if let Some(other) = &self.context.other_eye
+            && let Some((uv, value)) = sample(other)
+        {
+            out.light_of_other_eye(uv, value);
+        }
+    }
+
     /// Adds what a camera of parallel rays sees of the environment: no light path takes just their direction. The numbers of the lens,
     /// which such a camera has not, choose a place of the picture.
     #[cold]
@@ -123,13 +145,12 @@ impl ParticleTracer {
             let vertex: SubpathVertex<B> = subpath.arrive(&context.scene, hit);
             B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
             let u = numbers.vertex(subpath.walk.depth - 1);
-            if let Some(connection) = context.connect_to_camera(&vertex, u.light) {
-                let factor = context.camera_factor(&vertex, &subpath.walk.lambda, &connection);
-                if !factor.is_black() {
-                    let value = subpath.walk.lambda.to_xyz(connection.value * factor);
-                    send_light(out, connection.view.uv, value, group);
-                }
-            }
+            let lambda = &subpath.walk.lambda;
+            self.send(out, group, |eye| {
+                let connection = eye.connect_to_camera(&vertex, u.light)?;
+                let factor = eye.camera_factor(&vertex, lambda, &connection);
+                (!factor.is_black()).then(|| (connection.view.uv, lambda.to_xyz(connection.value * factor)))
+            });
             let each = |own, ray| self.follow::<B>(own, ray, numbers, group, out);
             let Some(next) = subpath.scatter_each(&vertex, &u, context.rr_depth, each) else { return };
             ray = next;

@@ -42,6 +42,7 @@ use crate::tracer::{MaterialClass, Sampler, Scene, TracingMode};
 
 use super::direct_lighting::{PathState, Splitting, TakenEmission};
 use super::lit_flight::LitFlight;
+use super::pair::{CameraPlace, ForEyes, SamplePair};
 use super::{Integrator, RenderContext};
 
 /// From this albedo on, at one of the wavelengths of the path, a diffuse surface is bright enough for two branches. It is no round
@@ -61,6 +62,15 @@ struct Splits {
 }
 
 impl Splits {
+    /// The path stays whole.
+    const NONE: Self = Self { branches: 0, lights: 0 };
+
+    /// This split, and each of its parts once more into `1 << more`.
+    #[inline]
+    fn and(self, more: u32) -> Self {
+        Self { branches: self.branches + more, lights: self.lights + more }
+    }
+
     /// The split at `vertex`. It depends on the material and the lights alone, so that no estimate is biased by it.
     #[inline]
     fn at<B: Scattering>(scene: &Scene, vertex: &SurfaceVertex<B>) -> Self {
@@ -97,6 +107,10 @@ impl PathTracer {
         let mut path = PathState::<B::Credits>::new(lambda, splitting, self.context.medium);
         B::record(|| PathEvent::Begins((&path.walk).into()));
         if let Some(ray) = camera.ray(uv, numbers.lens) {
+            if let Some(other) = &self.context.other_eye {
+                let pair = self.follow_pair::<B>(other, path, ray, CameraPlace { uv, lens: numbers.lens }, &sampler);
+                return pair.send(&lambda, start.weight, out);
+            }
             self.follow::<B>(&mut path, ray, &sampler);
         }
         B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
@@ -112,17 +126,93 @@ impl PathTracer {
         while let (Some(hit), lit) = self.fly::<B>(path, &mut ray, sampler) {
             let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda, path.walk.medium);
             B::record(|| PathEvent::Meets((&path.walk).into(), hit));
-            let u = sampler.vertex(path.walk.depth - 1);
-            if !vertex.bsdf.is_delta() {
-                if path.splits() {
-                    return self.split(path, &vertex, sampler, lit.as_ref());
-                }
-                path.add_direct(scene, &vertex, &u, lit.as_ref());
-            }
-            let Some(next) = self.scatter(path, &vertex, sampler, &u) else { return };
+            let Some(next) = self.meet(path, &vertex, sampler, lit.as_ref()) else { return };
             ray = next;
         }
         B::record(|| PathEvent::Leaves((&path.walk).into()));
+    }
+
+    /// Adds direct light at `vertex`, to which `flight` led, and returns the ray to go on with, unless the path ends there or goes on in branches.
+    #[inline(always)]
+    fn meet<B: Scattering>(
+        &self,
+        path: &mut PathState<B::Credits>,
+        vertex: &SurfaceVertex<B>,
+        sampler: &Sampler,
+        flight: Option<&LitFlight>,
+    ) -> Option<Ray> {
+        let u = sampler.vertex(path.walk.depth - 1);
+        if !vertex.bsdf.is_delta() {
+            if path.splits() {
+                self.split(path, vertex, sampler, flight);
+                return None;
+            }
+            path.add_direct(&self.context.scene, vertex, &u, flight);
+        }
+        self.scatter(path, vertex, sampler, &u)
+    }
+
+    /// Follows the path of one eye through `uv` to its end. It is one of the `other` eye, too, if that sees its first vertex.
+    #[inline(never)]
+    fn follow_pair<B: Scattering>(
+        &self,
+        other: &RenderContext,
+        mut path: PathState<B::Credits>,
+        mut ray: Ray,
+        CameraPlace { uv, lens }: CameraPlace,
+        sampler: &Sampler,
+    ) -> SamplePair {
+        let scene = &self.context.scene;
+        let (Some(hit), lit) = self.fly::<B>(&mut path, &mut ray, sampler) else {
+            return SamplePair::alone(uv, path.radiance);
+        };
+        let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda, path.walk.medium);
+        let Some(shared) = self.context.share(other, &vertex, lens) else {
+            path.double_branches();
+            if let Some(ray) = self.meet(&mut path, &vertex, sampler, lit.as_ref()) {
+                self.follow::<B>(&mut path, ray, sampler);
+            }
+            return SamplePair::alone(uv, path.radiance);
+        };
+        // What was found on the way to the vertex is not shared.
+        let before = path.radiance * (1.0 / shared.weights.own);
+        path.radiance = SampledSpectrum::ZERO;
+        let splits = if path.splits() { Splits::at(scene, &vertex) } else { Splits::NONE };
+        let (mut own, mut seen_by_other) = (before, SampledSpectrum::ZERO);
+        for number in 0..1 << splits.lights {
+            let mut lit = path.branch(1 << splits.lights);
+            let u = sampler.branch(number, splits.lights).vertex(0);
+            seen_by_other += lit.add_shared_direct(&self.context, &vertex, &shared, &u);
+            own += lit.radiance;
+        }
+        for number in 0..1 << splits.branches {
+            let mut branch = path.branch(1 << splits.branches);
+            let sampler = sampler.branch(number, splits.branches);
+            let u = sampler.vertex(0);
+            let Some(s) = Walk::<false>::sample(&vertex, &u) else { continue };
+            // Deltas are seen by one eye alone.
+            let throughput = branch.walk.throughput;
+            branch.walk.throughput *= 1.0 / shared.weights.own;
+            branch.add_light_behind_deltas(&self.context, &vertex, &s);
+            own += branch.radiance;
+            branch.radiance = SampledSpectrum::ZERO;
+            let (s, shares) = match s.delta {
+                true => (s, ForEyes::OWN),
+                false => {
+                    branch.walk.throughput = throughput;
+                    let Some(of_both) = shared.share_sample(&vertex, &s) else { continue };
+                    of_both
+                }
+            };
+            if let Some(wi) = branch.scatter(&vertex, &s)
+                && branch.roulette(self.context.rr_depth, u.roulette).is_some()
+            {
+                self.follow::<B>(&mut branch, vertex.hit.spawn(wi), &sampler);
+                own += branch.radiance * shares.own;
+                seen_by_other += branch.radiance * shares.other;
+            }
+        }
+        SamplePair::shared(uv, &shared, ForEyes { own, other: seen_by_other })
     }
 
     /// Flies along `ray` to the next vertex and returns it with the flight that is [lit](LitFlight) and ends there, if it is. The light of point
@@ -160,7 +250,7 @@ impl PathTracer {
         flight: Option<&LitFlight>,
     ) {
         let scene = &self.context.scene;
-        let splits = Splits::at(scene, vertex);
+        let splits = Splits::at(scene, vertex).and(path.more_branches());
         let mut lit = path.branch(1 << splits.lights);
         for number in 0..1 << splits.lights {
             let u = sampler.branch(number, splits.lights).vertex(path.walk.depth - 1);

@@ -51,12 +51,23 @@ pub(super) struct LightPool<B: Scattering> {
     groups: Vec<u8>,
     /// The same for their importances.
     pub(super) rows: LightRows,
-    /// Samples of the light stream, subpath by subpath, each with the group of lights that it comes from, if there are groups.
-    splats: Vec<([f32; 2], Xyz, Option<u8>)>,
+    /// Samples of the light stream, subpath by subpath.
+    splats: Vec<Splat>,
     /// Faults raised while the subpaths were traced, subpath by subpath.
     faults: Vec<Raised>,
     /// For each index of the group the ends of its vertices, its splats and its faults.
     ends: [PoolEnds; GROUP as usize],
+}
+
+/// A sample of the light stream.
+#[derive(Clone, Copy, Debug)]
+struct Splat {
+    uv: [f32; 2],
+    value: Xyz,
+    /// The group of lights that it comes from, if there are groups.
+    group: Option<u8>,
+    /// It is one of the other eye.
+    other_eye: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -102,8 +113,11 @@ impl<B: Scattering> LightPool<B> {
     /// Sends the samples of the light subpaths of `index`, and raises their faults.
     pub(super) fn send_splats(&self, index: u64, out: &mut impl SampleSink) {
         faults::raise_again(&self.faults[self.part(index, |ends| ends.faults)]);
-        for &(uv, value, group) in &self.splats[self.part(index, |ends| ends.splats)] {
-            send_light(out, uv, value, group);
+        for &Splat { uv, value, group, other_eye } in &self.splats[self.part(index, |ends| ends.splats)] {
+            match other_eye {
+                false => send_light(out, uv, value, group),
+                true => out.light_of_other_eye(uv, value),
+            }
         }
     }
 }
@@ -168,8 +182,11 @@ impl BidirectionalTracer {
                 if vertex.depth == 1 {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
                 }
-                let splat = self.to_camera(&subpath.walk.lambda, u.light, &vertex);
-                splats.extend(splat.map(|(uv, value)| (uv, value, group)));
+                let eyes = [Some(&self.context), self.context.other_eye.as_deref()];
+                for (eye, other_eye) in eyes.into_iter().flatten().zip([false, true]) {
+                    let splat = Self::to_camera(eye, &subpath.walk.lambda, u.light, &vertex);
+                    splats.extend(splat.map(|(uv, value)| Splat { uv, value, group, other_eye }));
+                }
             }
             let next = subpath.scatter(&vertex, &u, rr_depth);
             if !vertex.surface.bsdf.is_delta() {

@@ -10,6 +10,7 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::{BsdfSample, Scattering};
+use crate::tracer::integrator::RenderContext;
 use crate::tracer::integrator::delta_chains::LightBehindDeltas;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights};
@@ -236,23 +237,23 @@ impl BidirectionalTracer {
         }
     }
 
-    /// t = 1: connects a vertex of the light subpath to the camera, and returns the sample of the light stream.
+    /// t = 1: connects a vertex of the light subpath to the camera of `eye`, and returns the sample of the light stream.
     #[inline]
     pub(super) fn to_camera<B: Scattering>(
-        &self,
+        eye: &RenderContext,
         lambda: &SampledWavelengths,
         lens: [f32; 2],
         vertex: &SubpathVertex<B>,
     ) -> Option<([f32; 2], Xyz)> {
-        let connection = self.context.connect_to_camera(vertex, lens)?;
+        let connection = eye.connect_to_camera(vertex, lens)?;
         let (view, scattering) = (&connection.view, &connection.scattering);
-        let pdf = view.uv_per_steradian / self.context.window_area();
+        let pdf = view.uv_per_steradian / eye.window_area();
         let density = pdf * scattering.cos / view.distance2;
         let value = connection.value * camera_weight(&vertex.mis, scattering, density);
         if value.is_black() {
             return None;
         }
-        let factor = self.context.camera_factor(vertex, lambda, &connection);
+        let factor = eye.camera_factor(vertex, lambda, &connection);
         (!factor.is_black()).then(|| (view.uv, lambda.to_xyz(value * factor)))
     }
 }

@@ -1,0 +1,114 @@
+//! `--stereo`: the pictures of two eyes from one render, each on a film of its own.
+
+use miette::{IntoDiagnostic, Result};
+
+use crate::client::{ClientError, Denoise, Film};
+use crate::image::stereo::StereoLayout;
+use crate::render::device::Device;
+use crate::render::options::RenderOptions;
+use crate::render::run_spec::RunSpec;
+use crate::scene::SceneDesc;
+use crate::scene::desc::{ComfortableDepth, ConvergenceChoice, StereoRig, StereoScreen};
+use crate::stream::{Block, Sample, eye, replicate};
+use crate::tracer::{Camera, PrepareOptions, Scene};
+
+/// What is asked for of the pictures of two eyes.
+#[derive(Clone, Copy, Debug)]
+pub struct StereoOptions {
+    /// How a PNG file shows both; `None` for a file of each.
+    pub layout: Option<StereoLayout>,
+    /// Distance between the eyes, world units.
+    pub interocular: Option<f64>,
+    /// What they look at.
+    pub convergence: ConvergenceChoice,
+}
+
+/// The right eye of a render; the left one has the render's own camera and film.
+pub struct RightEye {
+    /// Its camera.
+    pub camera: Camera,
+    /// Its film.
+    pub film: Box<dyn Film>,
+    /// Whether indices alternate between replicates.
+    replicated: bool,
+}
+
+/// Refuses options that two eyes do not go with, before any work.
+pub fn check(args: &RenderOptions) -> Result<()> {
+    if args.stereo.is_none() {
+        return Ok(());
+    }
+    let refused = [
+        (args.adaptive, "--adaptive steers the samples by the error of one picture", "leave --adaptive away"),
+        (args.check_plan > 0.0, "--check-plan compares the samples of one eye", "leave --check-plan away"),
+        (args.denoise != Denoise::Off, "the noise filter does not see the right eye", "leave --denoise away"),
+        (args.light_groups.is_some(), "light groups are those of one eye", "leave --light-groups away"),
+        (
+            args.reweight_fireflies.is_some(),
+            "--reweight-fireflies compares samples of equal weight",
+            "leave --reweight-fireflies away",
+        ),
+        (
+            args.state.is_some() || args.resume,
+            "the state of a render holds one eye",
+            "leave --state and --resume away",
+        ),
+        (args.tev.is_some(), "tev is shown one eye", "leave --tev away"),
+    ];
+    match refused.into_iter().find(|(wrong, ..)| *wrong) {
+        Some((_, why, advice)) => Err(miette::miette!(help = advice, "--stereo: {why}")),
+        None => Ok(()),
+    }
+}
+
+/// The rig for the camera of a scene, the cameras of its eyes, and one line about it.
+///
+/// # Errors
+///
+/// Those of [`StereoRig::of`] and [`StereoRig::eyes`].
+pub fn set_up(
+    options: &StereoOptions,
+    desc: &SceneDesc,
+    scene: &Scene,
+    middle: &Camera,
+) -> Result<(StereoRig, [Camera; 2], String)> {
+    let axis = desc.camera.to_world.matrix3.z_axis.normalize_or_zero();
+    let origin = desc.space.point(desc.camera.to_world.translation);
+    let seen = middle.ray([0.5; 2], [0.5; 2]).and_then(|ray| scene.closest(&ray));
+    let depth = seen.map(|hit| (hit.point.p.as_dvec3() - origin).dot(axis) / desc.space.scale);
+    let rig = StereoRig::of(options.interocular, options.convergence, &desc.camera, depth).into_diagnostic()?;
+    let film = &desc.film;
+    let aspect = f64::from(film.width) / f64::from(film.height);
+    let descs = rig.eyes(&desc.camera, aspect).into_diagnostic()?;
+    let camera = |eye| Camera::new(eye, film, &PrepareOptions::from_film(film)).map(|c| c.placed(&desc.space));
+    let [left, right] = &descs;
+    let cameras = [camera(left).into_diagnostic()?, camera(right).into_diagnostic()?];
+    let comfortable = ComfortableDepth::of(&rig, &desc.camera, aspect, StereoScreen::default()).into_diagnostic()?;
+    Ok((rig, cameras, format!("{rig}; {comfortable}")))
+}
+
+impl RightEye {
+    /// The right eye with an empty film like that of the left.
+    ///
+    /// # Errors
+    ///
+    /// As for the film of the left eye.
+    pub fn new(camera: Camera, run: &RunSpec, device: &Device, threads: usize) -> Result<Self> {
+        let film = device.client(run.film, threads, None)?;
+        Ok(Self { camera, film, replicated: run.replicated })
+    }
+
+    /// The samples of the left and of the right eye in a block.
+    pub fn of_eyes<'a>(&self, block: &'a Block) -> [&'a [Sample]; 2] {
+        let first = block.header.first_index;
+        let index = if self.replicated { replicate(first).1 } else { first };
+        let (own, other) = (block.samples(), block.groups().next().unwrap_or_default());
+        if eye(index).0 == 0 { [own, other] } else { [other, own] }
+    }
+
+    /// Adds samples of the right eye in this block.
+    pub fn add(&mut self, block: &Block, samples: &[Sample]) -> Result<(), ClientError> {
+        self.film.count_paths(block.header.paths);
+        self.film.add(samples)
+    }
+}

@@ -1,0 +1,231 @@
+//! Camera paths for two eyes that share their first vertex (paper §6: stereo).
+//!
+//! A path from one eye, `own`, that meets a surface at x is also one of the other eye, if that sees x: what comes after x is the same, only the
+//! material at x is seen from another direction. So it gives both eyes a sample, for the price of a shadow ray and of a few more evaluations of
+//! one material. The samples of each eye then come from two techniques, its own camera rays and those of the other eye, and are weighted
+//! by multiple importance sampling (Veach and Guibas 1995, the balance heuristic):
+//!
+//! - **Place.** Per unit of area at x, camera rays of an eye e have the density qₑ = (uv per steradian) · |cos θ| / d². A camera sample counts
+//!   with the weight wₑ = qₑ / (q_own + q_other) of its place on the screen of e. These weights add up to the same in all of the screen, so
+//!   that the mean of samples, Σ w·value / Σ w, is that of the picture: rays of e have 1 per unit of its screen, and those that come from the
+//!   other eye q_other / qₑ, where both count by wₑ … and their sum is 1.
+//! - **Direction.** Direction ωᵢ at x is sampled with the density pₑ of the eye e whose path it is, and weighted as if with the mean
+//!   p̄ = w_own · p_own + w_other · p_other of both, whichever eye it was. The throughput behind x is fₑ cos / p̄ for the eye e; p̄ also is the density
+//!   in the MIS weights of next-event estimation. What is left is bounded wherever a path of one eye alone would be, however different the
+//!   highlights of both eyes are.
+//! - **What is not shared**: x on a delta, on a light, on a dispersive material or in a scene with media, and x that the other eye does not see
+//!   or sees from the other side of the surface. Then only `own` has a sample, of weight 1, and takes twice as many branches, because
+//!   its place of the screen has half of the paths. Deltas of a mixture at a shared x are seen by `own` alone: what they show counts 1 / w_own.
+//!
+//! All conditions depend on x alone and on both eyes in the same way, so that paths of both agree on them.
+
+use glam::{Vec3, Vec4};
+
+use crate::math::pdf::PdfW;
+use crate::spectrum::{SampledSpectrum, SampledWavelengths};
+use crate::stream::{FaultyValue, MAX_VALUE, SampleSink, faults};
+use crate::tracer::accel::PrimRange;
+use crate::tracer::bsdf::{BsdfSample, Scattering};
+use crate::tracer::camera::CameraView;
+use crate::tracer::light::{LightSample, Lights};
+use crate::tracer::light_groups::LightCredits;
+use crate::tracer::mis;
+use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::vertex::SurfaceVertex;
+
+use super::RenderContext;
+use super::direct_lighting::PathState;
+
+/// A value for each eye of a pair: for the one whose path it is, and for the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ForEyes<T> {
+    pub(super) own: T,
+    pub(super) other: T,
+}
+
+impl ForEyes<SampledSpectrum> {
+    /// All for the eye whose path it is.
+    pub(super) const OWN: Self = Self { own: SampledSpectrum::ONE, other: SampledSpectrum::ZERO };
+}
+
+/// Where a camera path begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CameraPlace {
+    pub(super) uv: [f64; 2],
+    /// The numbers that choose the point of the lens.
+    pub(super) lens: [f32; 2],
+}
+
+/// The samples of a path: that of its own eye, and that of the other, if they share its first vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SamplePair {
+    own: EyeSample,
+    other: Option<EyeSample>,
+}
+
+/// A camera sample at the wavelengths of its path.
+#[derive(Clone, Copy, Debug)]
+struct EyeSample {
+    uv: [f32; 2],
+    radiance: SampledSpectrum,
+    weight: f32,
+}
+
+impl SamplePair {
+    /// The sample of one eye.
+    pub(super) fn alone(uv: [f64; 2], radiance: SampledSpectrum) -> Self {
+        Self { own: EyeSample { uv: uv.map(|c| c as f32), radiance, weight: 1.0 }, other: None }
+    }
+
+    /// Samples of both.
+    pub(super) fn shared(uv: [f64; 2], shared: &SharedVertex, radiance: ForEyes<SampledSpectrum>) -> Self {
+        let ForEyes { own, other } = shared.weights;
+        Self {
+            own: EyeSample { uv: uv.map(|c| c as f32), radiance: radiance.own, weight: own },
+            other: Some(EyeSample { uv: shared.uv, radiance: radiance.other, weight: other }),
+        }
+    }
+
+    /// Sends the samples, each with `weight` times its own.
+    pub(super) fn send(&self, lambda: &SampledWavelengths, weight: f32, out: &mut impl SampleSink) {
+        let EyeSample { uv, radiance, weight: share } = self.own;
+        out.camera(uv, lambda.to_xyz(radiance), weight * share);
+        if let Some(EyeSample { uv, radiance, weight: share }) = self.other {
+            out.camera_of_other_eye(uv, lambda.to_xyz(radiance), weight * share);
+        }
+    }
+}
+
+/// The first vertex of a path, seen by both eyes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SharedVertex {
+    /// Where the other eye sees it.
+    pub(super) uv: [f32; 2],
+    /// The direction to the other eye, in the shading frame.
+    wo: Vec3,
+    /// The weights of the samples of both eyes.
+    pub(super) weights: ForEyes<f32>,
+}
+
+/// The values of f·|cos| of both eyes for one direction, over their greatest in each lane, which is `most`.
+struct SharedScattering {
+    most: SampledSpectrum,
+    shares: ForEyes<SampledSpectrum>,
+    /// The mean density of both eyes.
+    pdf: PdfW,
+}
+
+impl SharedVertex {
+    /// The material at `vertex` for both eyes; `None` where it is black for both.
+    #[inline]
+    fn eval<B: Scattering>(&self, vertex: &SurfaceVertex<B>, wi: Vec3) -> Option<SharedScattering> {
+        let of = |wo| vertex.bsdf.eval(wo, wi).unwrap_or((SampledSpectrum::ZERO, PdfW(0.0)));
+        let (own, other) = (of(vertex.wo), of(self.wo));
+        let ForEyes { own: w_own, other: w_other } = self.weights;
+        let pdf = PdfW(w_own * own.1.0 + w_other * other.1.0);
+        let most = SampledSpectrum(own.0.0.max(other.0.0));
+        if most.is_black() || pdf.0.is_nan() || pdf.0 <= 0.0 {
+            return None;
+        }
+        let share = |f: SampledSpectrum| SampledSpectrum(f.0 / most.0.max(Vec4::splat(f32::MIN_POSITIVE)));
+        Some(SharedScattering { most, shares: ForEyes { own: share(own.0), other: share(other.0) }, pdf })
+    }
+
+    /// The sample `s` of the material at `vertex`, which is no delta, weighted for both eyes, and the share of each eye in what it finds.
+    pub(super) fn share_sample<B: Scattering>(
+        &self,
+        vertex: &SurfaceVertex<B>,
+        s: &BsdfSample,
+    ) -> Option<(BsdfSample, ForEyes<SampledSpectrum>)> {
+        let SharedScattering { most, shares, pdf } = self.eval(vertex, s.wi)?;
+        Some((BsdfSample { weight: most * (1.0 / pdf.0), pdf, ..*s }, shares))
+    }
+}
+
+impl RenderContext {
+    /// The vertex at the end of the first segment as the other eye sees it; `None` where the eyes do not share it. `lens` has the numbers that chose the
+    /// point of the lens.
+    pub(super) fn share<B: Scattering>(
+        &self,
+        other: &RenderContext,
+        vertex: &SurfaceVertex<B>,
+        lens: [f32; 2],
+    ) -> Option<SharedVertex> {
+        let SurfaceVertex { hit, frame, bsdf, wo, .. } = vertex;
+        let is_alone = bsdf.is_delta() || bsdf.is_dispersive() || hit.light.is_some();
+        if is_alone || self.hide_emitters || self.scene.media().is_some() {
+            return None;
+        }
+        let own_view = self.camera.view(hit.point.p, lens, &self.window)?;
+        let other_view = other.camera.view(hit.point.p, lens, &other.window)?;
+        let cosine = |view: &CameraView| -view.direction.dot(hit.point.ng);
+        let (own_cosine, other_cosine) = (cosine(&own_view), cosine(&other_view));
+        let other_wo = frame.to_local(-other_view.direction);
+        if own_cosine * other_cosine <= 0.0 || wo.z * other_wo.z <= 0.0 {
+            return None;
+        }
+        let density = |view: &CameraView, cosine: f32| view.uv_per_steradian * cosine.abs() / view.distance2;
+        let (own, other) = (density(&own_view, own_cosine), density(&other_view, other_cosine));
+        let weights = ForEyes { own: own / (own + other), other: other / (own + other) };
+        let is_open = |view: &CameraView| {
+            let ray = hit.spawn_to(view.origin, -view.direction);
+            self.scene.open_share(&ray, PrimRange::NONE) == 1.0
+        };
+        // What has passed a surface that is not all there is not shared, for both eyes.
+        let shared = weights.own > 0.0
+            && weights.other > 0.0
+            && is_open(&other_view)
+            && (!self.scene.has_holes() || is_open(&own_view));
+        shared.then_some(SharedVertex { uv: other_view.uv, wo: other_wo, weights })
+    }
+}
+
+impl<C: LightCredits> PathState<C> {
+    /// As [`add_direct`](Self::add_direct) at a vertex that both eyes share. Returns what the other eye sees.
+    pub(super) fn add_shared_direct<B: Scattering>(
+        &mut self,
+        context: &RenderContext,
+        vertex: &SurfaceVertex<B>,
+        shared: &SharedVertex,
+        u: &VertexNumbers,
+    ) -> SampledSpectrum {
+        let (scene, walk) = (&context.scene, self.walk);
+        let lights = scene.lights();
+        let sampled = lights.sample_by_contribution(vertex.light_context(), u.light_choice, u.light, |light, sample| {
+            self.shared_contribution(lights, vertex, shared, light, sample)
+        });
+        let Some((light, sample, value)) = sampled else { return SampledSpectrum::ZERO };
+        let value = value * vertex.light_factor(scene, light, &sample, (&walk).into());
+        if value.is_black() {
+            return SampledSpectrum::ZERO;
+        }
+        let shares = shared.eval(vertex, vertex.frame.to_local(sample.wi)).map(|scattering| scattering.shares);
+        let Some(ForEyes { own, other }) = shares else { return SampledSpectrum::ZERO };
+        self.radiance += value * own;
+        value * other
+    }
+
+    /// The greater of the contributions of a light sample to both eyes, if nothing occludes it.
+    fn shared_contribution<B: Scattering>(
+        &mut self,
+        lights: &Lights,
+        vertex: &SurfaceVertex<B>,
+        shared: &SharedVertex,
+        light: u32,
+        sample: &LightSample,
+    ) -> Option<SampledSpectrum> {
+        let wi = vertex.frame.to_local(sample.wi);
+        let SharedScattering { most, pdf, .. } = shared.eval(vertex, wi)?;
+        if !vertex.hit.sides_agree(sample.wi, vertex.wo.z * wi.z < 0.0) {
+            return None;
+        }
+        let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
+        let emission = self.emission_of(lights, light, sample);
+        let value = self.walk.throughput * most * emission * (self.wavelength_weight * sample.scale * weight / sample.pdf.0);
+        if !value.is_within(MAX_VALUE) {
+            faults::raise(FaultyValue::LightSample, value.into(), vertex.hit.known_surface(), Some(light));
+            return None;
+        }
+        (!value.is_black()).then_some(value)
+    }
+}
