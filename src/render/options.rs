@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::client::{Denoise, Settings, SplatFilter};
+use crate::image::stereo::StereoLayout;
 use crate::render::forced::Forced;
-use crate::scene::desc::{AovDesc, IntegratorKind};
-use crate::render::stereo::StereoOptions;
+use crate::scene::desc::{AovDesc, ConvergenceChoice, IntegratorKind};
 use crate::scene::light_groups::NamedGroup;
 use crate::study::ErrorQuantile;
 use crate::tracer::accel::SimdKernel;
@@ -112,6 +112,17 @@ pub struct RenderOptions {
     pub gpu_timings: Option<PathBuf>,
     /// Fraction of the paths that general code also traces.
     pub check_plan: f64,
+}
+
+/// What is asked for of the pictures of two eyes.
+#[derive(Clone, Copy, Debug)]
+pub struct StereoOptions {
+    /// How a PNG file shows both; `None` for a file of each.
+    pub layout: Option<StereoLayout>,
+    /// Distance between the eyes, world units.
+    pub interocular: Option<f64>,
+    /// What they look at.
+    pub convergence: ConvergenceChoice,
 }
 
 impl RenderOptions {

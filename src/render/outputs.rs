@@ -40,6 +40,14 @@ pub struct RightPicture<'a> {
     pub layout: Option<StereoLayout>,
 }
 
+/// The pictures of both eyes.
+struct BothEyes<'a> {
+    films: [&'a mut dyn Film; 2],
+    /// Their additional layers for EXR files.
+    layers: [Vec<Channel>; 2],
+    layout: Option<StereoLayout>,
+}
+
 /// The picture files of a run.
 pub struct Outputs {
     files: Vec<(PathBuf, StereoFormat)>,
@@ -127,7 +135,12 @@ impl Outputs {
         seconds: &mut Seconds,
     ) -> Result<()> {
         if let Some(right) = extras.right {
-            return self.write_eyes(client, right, run, outcome, settings, extras.layers, seconds);
+            let eyes = BothEyes {
+                films: [client, right.film],
+                layers: [extras.layers, right.layers],
+                layout: right.layout,
+            };
+            return self.write_eyes(eyes, run, outcome, settings, seconds);
         }
         let mut first_error = Ok(());
         let wants = |format| self.files.iter().any(|(_, f)| *f == format);
@@ -161,17 +174,14 @@ impl Outputs {
     /// As [`write`](Self::write), for two eyes.
     fn write_eyes(
         &self,
-        left: &mut dyn Film,
-        right: RightPicture<'_>,
+        BothEyes { films: [left, right], layers: [left_layers, right_layers], layout }: BothEyes<'_>,
         run: &RunSpec,
         outcome: &RunEnd,
         settings: &Settings,
-        layers: Vec<Channel>,
         seconds: &mut Seconds,
     ) -> Result<()> {
         let start = Instant::now();
         let coding = stereo::coding(settings).into_diagnostic()?;
-        let RightPicture { film: right, layers: right_layers, layout } = right;
         let paths = left.counts().paths();
         let shows = self.files.iter().any(|(_, format)| *format != EXR);
         let display = |film: &mut dyn Film| film.display(settings).into_diagnostic();
@@ -181,7 +191,7 @@ impl Outputs {
         let eyes = self
             .writes_exr()
             .then(|| {
-                let left = file_layers(&develop(left)?, run, outcome, layers);
+                let left = file_layers(&develop(left)?, run, outcome, left_layers);
                 let right = file_layers(&develop(right)?, run, outcome, right_layers);
                 let eyes = Eye::BOTH.map(Eye::name).into_iter().zip([left, right]).collect();
                 exr::Layers::of_views(eyes).map_err(|reason| miette::miette!("{reason}"))

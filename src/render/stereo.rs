@@ -3,25 +3,13 @@
 use miette::{IntoDiagnostic, Result};
 
 use crate::client::{ClientError, Denoise, Film};
-use crate::image::stereo::StereoLayout;
 use crate::render::device::Device;
-use crate::render::options::RenderOptions;
+use crate::render::options::{RenderOptions, StereoOptions};
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
-use crate::scene::desc::{ComfortableDepth, ConvergenceChoice, StereoRig, StereoScreen};
+use crate::scene::desc::{ComfortableDepth, StereoRig, StereoScreen};
 use crate::stream::{Block, Sample, eye, replicate};
 use crate::tracer::{Camera, PrepareOptions, Scene};
-
-/// What is asked for of the pictures of two eyes.
-#[derive(Clone, Copy, Debug)]
-pub struct StereoOptions {
-    /// How a PNG file shows both; `None` for a file of each.
-    pub layout: Option<StereoLayout>,
-    /// Distance between the eyes, world units.
-    pub interocular: Option<f64>,
-    /// What they look at.
-    pub convergence: ConvergenceChoice,
-}
 
 /// The right eye of a render; the left one has the render's own camera and film.
 pub struct RightEye {

@@ -18,5 +18,6 @@ mod render_error;
 mod serve;
 mod simd;
 mod state;
+mod stereo;
 mod study;
 mod warnings;

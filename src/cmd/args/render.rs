@@ -12,9 +12,8 @@ use crate::cmd::args::values::{
     positive_length, share, stereo_layout,
 };
 use crate::image::stereo::StereoLayout;
-use crate::render::stereo::StereoOptions;
 use crate::scene::desc::ConvergenceChoice;
-use crate::render::options::{RenderOptions, SceneOptions};
+use crate::render::options::{RenderOptions, SceneOptions, StereoOptions};
 use crate::study::ErrorQuantile;
 
 /// Options of `pointillist render`.
