@@ -86,7 +86,7 @@ impl DisplayCoding {
 
     /// Linear Rec.709 of linear light of the display's primaries; negative where Rec.709 lacks the colour.
     #[inline]
-    pub fn to_rec709(&self, light: Vec3) -> Vec3 {
+    pub fn rec709_from_display(&self, light: Vec3) -> Vec3 {
         match &self.gamut {
             Gamut::Rec709 => light,
             Gamut::Other([to_rec709, _]) => *to_rec709 * light,
@@ -95,7 +95,7 @@ impl DisplayCoding {
 
     /// Linear light of the display's primaries of linear Rec.709.
     #[inline]
-    pub fn from_rec709(&self, light: Vec3) -> Vec3 {
+    pub fn display_from_rec709(&self, light: Vec3) -> Vec3 {
         match &self.gamut {
             Gamut::Rec709 => light,
             Gamut::Other([_, from_rec709]) => *from_rec709 * light,

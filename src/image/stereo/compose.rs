@@ -37,8 +37,8 @@ pub fn compose(
                     coding.encode(0.5 * (a + b))
                 }
                 StereoSource::Mix(glasses, [x, y]) => {
-                    let light = eyes.map(|eye| coding.to_rec709(coding.decode(eye.at(x, y))));
-                    coding.encode(coding.from_rec709(mix(glasses, light)))
+                    let light = eyes.map(|eye| coding.rec709_from_display(coding.decode(eye.at(x, y))));
+                    coding.encode(coding.display_from_rec709(mix(glasses, light)))
                 }
             };
         }

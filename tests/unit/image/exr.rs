@@ -114,8 +114,8 @@ fn views_in_one_part_are_read() {
         .iter()
         .zip(1..)
         .map(|(name, i)| AnyChannel::new(Text::new_or_panic(name), FlatSamples::F32(vec![i as f32; 2])));
-    let mut attributes = LayerAttributes::default();
-    attributes.multi_view_names = Some(["left", "right"].map(Text::new_or_panic).to_vec());
+    let views = Some(["left", "right"].map(Text::new_or_panic).to_vec());
+    let attributes = LayerAttributes { multi_view_names: views, ..LayerAttributes::default() };
     let channels = AnyChannels::sort(channels.collect());
     let part = Layer::new((2, 1), attributes, Encoding::SMALL_LOSSLESS, channels);
     Image::from_layer(part).write().to_file(&path).unwrap();
