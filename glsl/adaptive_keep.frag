@@ -5,7 +5,7 @@
 
 #include "include/adaptive.glsl"
 
-// The light that has come to this level, the statistics of the next coarser one, and the edges of this one.
+// The light that has come to this level; statistics and edges of the next coarser one.
 layout(set = 0, binding = 0) uniform sampler2D light;
 layout(set = 0, binding = 1) uniform sampler2D coarser;
 layout(set = 0, binding = 2) uniform sampler2D edges;
@@ -16,8 +16,8 @@ layout(location = 0) out vec4 kept;
 const float SAMPLES = 48.0;
 const float RATE = 0.8;
 // Significance of gradients from which on some of the light is kept, and all of it.
-const float EDGE_FIRST = 7.0;
-const float EDGE_LAST = 14.0;
+const float EDGE_FIRST = 9.0;
+const float EDGE_LAST = 18.0;
 
 float share(ivec2 at) {
     vec4 around = interpolated(coarser, at);
@@ -27,9 +27,10 @@ float share(ivec2 at) {
         by_density = clamp(1.0 + float(push.level) - wanted, 0.0, 1.0);
     }
     float largest = 0.0;
+    ivec2 last = textureSize(edges, 0) - 1;
     for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x) {
-            largest = max(largest, texelFetch(edges, clamp(at + ivec2(x, y), ivec2(0), push.extent - 1), 0).r);
+            largest = max(largest, texelFetch(edges, clamp((at >> 1) + ivec2(x, y), ivec2(0), last), 0).r);
         }
     }
     return max(by_density, clamp((largest - EDGE_FIRST) / (EDGE_LAST - EDGE_FIRST), 0.0, 1.0));

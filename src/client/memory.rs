@@ -34,11 +34,12 @@ pub fn film_memory(
             list.extend(sums(&format!("{name} variance"), TexelFormat::R32F, Summation::TwoFloat, padded));
         }
         if effects.adapts(spec, light) {
+            let half = extent.map(|n| (n / 2).max(1));
             list.extend([
                 with_mips("adaptive statistics", TexelFormat::Rg32F, extent),
-                with_mips("adaptive edges", TexelFormat::R32F, extent),
+                with_mips("adaptive edges", TexelFormat::R32F, half),
                 with_mips("adaptive kept", TexelFormat::Rgba32F, extent),
-                with_mips("adaptive passed", TexelFormat::Rgba32F, extent.map(|n| (n / 2).max(1))),
+                with_mips("adaptive passed", TexelFormat::Rgba32F, half),
             ]);
             continue;
         }

@@ -23,13 +23,13 @@ pub struct AdaptiveFilterPass {
     images: Option<AdaptiveImages>,
 }
 
-/// All but `passed` have the picture's extent; all have mip levels.
+/// All have mip levels; `edges` and `passed` have half the picture's extent and begin with level 1.
 struct AdaptiveImages {
     statistics: Image,
     edges: Image,
     /// The light that a level keeps, in the end with that of all coarser levels.
     kept: Image,
-    /// The light that comes to levels from 1 on, each at the level before.
+    /// The light that comes to a level.
     passed: Image,
 }
 
@@ -51,11 +51,12 @@ pub struct AdaptiveInput<'a> {
 impl AdaptiveImages {
     fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
         let image = |name, format, extent| Image::with_mips(gpu, name, format, extent);
+        let half = extent.map(|n| (n / 2).max(1));
         Ok(Self {
             statistics: image("adaptive statistics", TexelFormat::Rg32F, extent)?,
-            edges: image("adaptive edges", TexelFormat::R32F, extent)?,
+            edges: image("adaptive edges", TexelFormat::R32F, half)?,
             kept: image("adaptive kept", TexelFormat::Rgba32F, extent)?,
-            passed: image("adaptive passed", TexelFormat::Rgba32F, extent.map(|n| (n / 2).max(1)))?,
+            passed: image("adaptive passed", TexelFormat::Rgba32F, half)?,
         })
     }
 }
@@ -125,14 +126,14 @@ impl AdaptiveFilterPass {
             cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[whole(statistics, level)]);
         }
         cmd.access(statistics, Access::Sampled);
-        for level in 0..edges.levels() - 1 {
+        cmd.access(edges, Access::ColorWrite);
+        for level in 1..statistics.levels() {
             let pipeline = self.edges.get(&[], &[edges.format()])?;
-            cmd.access_levels(edges, level..level + 1, Access::ColorWrite);
-            let push = self::push(input, edges.extent(level), level);
+            let push = self::push(input, statistics.extent(level), level);
             let textures = [Texture::level(statistics, level)];
-            cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[whole(edges, level)]);
-            cmd.access_levels(edges, level..level + 1, Access::Sampled);
+            cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[whole(edges, level - 1)]);
         }
+        cmd.access(edges, Access::Sampled);
         Ok(())
     }
 

@@ -12,7 +12,7 @@
 //! | batch: colour, and variance with means | 16 + 20 | with the first batch, for both streams |
 //! | picture: XYZ and encoded | 16 + 4, or 8 for scRGB | with the first repaint |
 //! | another picture XYZ | 16 | with the first repaint that post-processes |
-//! | adaptive filter: 8, 4, 16 and 4, with mip levels | 43 | with the first repaint that filters the light stream |
+//! | adaptive filter: 8, 1, 16 and 4, with mip levels | 39 | with the first repaint that filters the light stream |
 //! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so; the atlas on lavapipe only |
 //!
 //! If the CPU computes the sums, the device has neither the second floats nor a batch. A film below 190² texels has several copies of the

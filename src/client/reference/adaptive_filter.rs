@@ -36,9 +36,10 @@
 //! # Edges
 //!
 //! At a silhouette or the border of a caustic the light is not differentiable, and a wide kernel would carry it across. A level keeps the
-//! light near a significant gradient: let `g` be the difference between the columns on both sides of a texel, weighted (1, 2, 1), and
+//! light where the next one, to which it would pass on, has a significant gradient: let `g` be the difference between the columns on both sides of a texel, weighted (1, 2, 1), and
 //! `v` its variance, which the sums `ΣY²` of the six texels give. `z² = g²/v`, horizontal plus vertical, follows a χ² distribution of two
-//! degrees of freedom where the light is even. Shares rise from 0 to 1 between the [`EDGE`] values, by the largest z² of the 3×3 texels.
+//! degrees of freedom where the light is even. Shares rise from 0 to 1 between the [`EDGE`] values, by the largest z² of
+//! the 3×3 coarser texels around, which is what the wider kernel reaches.
 //! The z² of n samples is n at most (Cauchy–Schwarz), so that a few samples in the dark are no edge. Edges only make kernels
 //! narrower: the rate of the bias holds as a bound.
 //!
@@ -64,7 +65,7 @@ pub const SAMPLES: f32 = 48.0;
 pub const RATE: f32 = 0.8;
 
 /// Values of z² from which on a level keeps some of the light, and all of it.
-pub const EDGE: [f32; 2] = [7.0, 14.0];
+pub const EDGE: [f32; 2] = [9.0, 18.0];
 
 /// Weights of texels beside each other in a gradient.
 const ACROSS: [f32; 3] = [1.0, 2.0, 1.0];
@@ -81,10 +82,11 @@ pub fn adaptive_filter(sums: Grid<Vec4>, inverse_scale: f32, finest: usize) -> O
     let mut kept = Vec::with_capacity(statistics.len());
     let mut passed = sums;
     for level in 0..statistics.len() - 1 {
-        let [fine, coarse] = [&statistics[level], &statistics[level + 1]];
-        let area = (2.0 * level as f32).exp2();
-        let edges = map(fine, |at| edge(fine, at, area))?;
-        let keeps = |at| if level < finest { 0.0 } else { share(&edges, coarse, at, level) };
+        let coarse = &statistics[level + 1];
+        let extent = [passed.width(), passed.height()];
+        let area = (2.0 * (level + 1) as f32).exp2();
+        let edges = map(coarse, |at| edge(coarse, at, area))?;
+        let keeps = |at| if level < finest { 0.0 } else { share(coarse, &edges, extent, at, level) };
         let here = map(&passed, |at| passed.at(at[0], at[1]) * keeps(at))?;
         passed = downsample(&map(&passed, |[x, y]| passed.at(x, y) - here.at(x, y))?)?;
         kept.push(here);
@@ -133,17 +135,18 @@ fn beside(i: usize, k: usize, size: usize) -> usize {
     (i + k).saturating_sub(1).min(size - 1)
 }
 
-/// Share of the light that a level keeps at a texel: as the density at the coarser level asks for, or all of it at an edge.
-fn share(edges: &Grid<f32>, coarse: &Grid<Vec2>, at: [usize; 2], level: usize) -> f32 {
-    let extent = [edges.width(), edges.height()];
+/// Share of the light that a `level` of this extent keeps at a texel: as the density at the coarser level asks for, or all of it at an edge
+/// there.
+fn share(coarse: &Grid<Vec2>, edges: &Grid<f32>, extent: [usize; 2], at: [usize; 2], level: usize) -> f32 {
     let around = interpolated(coarse, extent, at);
     let density = if around.y > 0.0 { around.x * (around.x / around.y) } else { 0.0 };
     let wanted = 0.5 * (SAMPLES.log2() - RATE * density.log2());
     let by_density = (1.0 + level as f32 - wanted).clamp(0.0, 1.0);
     let mut largest = 0.0f32;
-    for y in at[1].saturating_sub(1)..(at[1] + 2).min(extent[1]) {
-        for x in at[0].saturating_sub(1)..(at[0] + 2).min(extent[0]) {
-            largest = largest.max(edges.at(x, y));
+    for j in 0..3 {
+        let row = edges.row(beside(at[1] / 2, j, edges.height()));
+        for i in 0..3 {
+            largest = largest.max(row[beside(at[0] / 2, i, edges.width())]);
         }
     }
     by_density.max(((largest - EDGE[0]) / (EDGE[1] - EDGE[0])).clamp(0.0, 1.0))
