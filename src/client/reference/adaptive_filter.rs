@@ -14,8 +14,8 @@
 //! A pyramid bounds the cost of wide kernels. From the finest level on, each level of the light keeps the share `s` of every texel and
 //! passes `1 − s` on to the next, of half the resolution. From the coarsest level back, what a level has kept is added to the coarser
 //! levels' sum, interpolated by quadratic B-splines. With downsampling as a matrix `D` of polyphase averages
-//! ([`polyphase`](crate::client::reference::mips::polyphase)), interpolation is `U = B·Dᵀ·m/n` ([`interpolation`]) for `m` fine and `n` coarse texels along an axis, and `B` the
-//! filter (1, 2, 1)/4 with reflection at both ends. `D` has rows that sum to 1 and columns that sum to `n/m`, and `B` is symmetric with
+//! ([`polyphase`](crate::client::reference::mips::polyphase)), interpolation is `U = B·Dᵀ·m/n` ([`interpolation`]) for `m` fine and `n`
+//! coarse texels along an axis, and `B` the filter (1, 2, 1)/4 with reflection at both ends. `D` has rows that sum to 1 and columns that sum to `n/m`, and `B` is symmetric with
 //! sums of 1: thus the columns of `U` sum to `m/n`, so that energy is kept, and its rows to 1, so that a constant stays constant, at
 //! borders and corners and for odd sizes too, up to rounding. The film's overscan is left out: light of the picture stays in the picture.
 //!
@@ -36,8 +36,8 @@
 //! # Edges
 //!
 //! At a silhouette or the border of a caustic the light is not differentiable, and a wide kernel would carry it across. A level keeps the
-//! light where the next one, to which it would pass on, has a significant gradient: let `g` be the difference between the columns on both sides of a texel, weighted (1, 2, 1), and
-//! `v` its variance, which the sums `ΣY²` of the six texels give. `z² = g²/v`, horizontal plus vertical, follows a χ² distribution of two
+//! light where the next one, to which it would pass on, has a significant gradient: let `g` be the difference
+//! between the columns on both sides of a texel, weighted (1, 2, 1), and `v` its variance, which the sums `ΣY²` of the six texels give. `z² = g²/v`, horizontal plus vertical, follows a χ² distribution of two
 //! degrees of freedom where the light is even. Shares rise from 0 to 1 between the [`EDGE`] values, by the largest z² of
 //! the 3×3 coarser texels around, which is what the wider kernel reaches.
 //! The z² of n samples is n at most (Cauchy–Schwarz), so that a few samples in the dark are no edge. Edges only make kernels
@@ -45,7 +45,7 @@
 //!
 //! # Which streams
 //!
-//! FLIP of particle tracing at 1 sample per pixel falls to .60 (`caustic.xml`) and .59 (`cove.xml`) of the plain display's, and noise masking,
+//! FLIP of particle tracing at 1 sample per pixel falls to .60 (`caustic.xml`) and .62 (`cove.xml`) of the plain display's, and noise masking,
 //! which blurs both sides of an edge, is worse on caustics: the filter is the light stream's default. The camera stream shows a mean, whose
 //! noise does not come from density. There the same kernels, by the variance, win over noise masking and lose to wavelets
 //! (`tools/README.md` has the numbers), so that they are not offered.
