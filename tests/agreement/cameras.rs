@@ -99,12 +99,12 @@ fn rays_of_one_direction() {
     assert_pairs("distant", &room(ProjectionDesc::Beam(0.7)), &methods, PLAN, PHOTONS);
 }
 
-/// The floor measures the light that arrives at it, but for what the balls hide.
+/// Meters stay away from the floor: what light paths add there grows with one over the squared distance.
 #[test]
 fn meters_of_irradiance() {
     for surface in [MeterSurface::Disk, MeterSurface::Sphere { center: DVec3::ZERO, radius: 0.5 }] {
         let mut desc = room(ProjectionDesc::Irradiance(surface));
-        desc.camera.to_world = DAffine3::from_translation(DVec3::new(0.2, -1.5, 0.6));
+        desc.camera.to_world = DAffine3::from_translation(DVec3::new(0.2, -1.5, 1.3));
         desc.camera.near_clip = 1e-4;
         assert_all_pairs("irradiancemeter", &desc, PLAN, PHOTONS);
     }

@@ -90,7 +90,7 @@ fn lines(served: &Served, count: usize) -> Vec<String> {
     }
 }
 
-const HELLO: &[u8] = b"PNTLLIVE\x01\x00\x00";
+const HELLO: &[u8] = b"PNTLLIVE\x02\x00\x00";
 
 /// A copy of what a viewer with the token has sent gets nobody in: the first message of the handshake could be an old one.
 #[test]
@@ -102,7 +102,7 @@ fn a_recorded_greeting_gets_nobody_in() {
     let (mut socket, _) = recorder.accept().unwrap();
     let mut recorded = vec![0; 11];
     socket.read_exact(&mut recorded).unwrap();
-    socket.write_all(b"PNTLLIVE\x01\x00\x01").unwrap();
+    socket.write_all(b"PNTLLIVE\x02\x00\x01").unwrap();
     let mut message = [0; 48];
     socket.read_exact(&mut message).unwrap();
     recorded.extend(message);
@@ -123,7 +123,7 @@ fn strangers_are_refused_with_a_line_each() {
     let cases: [(&[u8], &str); 8] = [
         (b"GET / HTTP/1.1\r\n\r\n", "does not speak the protocol"),
         (b"", "gone"),
-        (b"PNTLLIVE\x02\x00\x00", "version 2"),
+        (b"PNTLLIVE\x01\x00\x00", "version 1"),
         (&HELLO[..5], "gone"),
         (&oversized, "4294967295 bytes, of which 1048576"),
         (&samples_from_a_viewer, "unknown kind 66"),
