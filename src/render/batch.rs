@@ -31,8 +31,8 @@ use crate::render::report::{ErrorReport, PlanCheck, RenderReport};
 use crate::render::run_spec::{RunEnd, RunSpec};
 use crate::render::state::identity::luminance_scale;
 use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
-use crate::render::timings::{self, TimingCapture};
 use crate::render::stereo::{self, RightEye};
+use crate::render::timings::{self, TimingCapture};
 use crate::render::{effect_plan, layers, observed, predictions, process, warnings};
 use crate::scene::Loaded;
 use crate::scene::light_groups::{of_sources, text};
@@ -231,7 +231,8 @@ impl<'a> BatchRender<'a> {
             }
             None => (scene, None),
         };
-        let right_eye = right_camera.map(|camera| RightEye::new(camera, &run, &device, threads)).transpose()?;
+        let right_eye =
+            right_camera.map(|camera| RightEye::new(camera, &run, &device, threads)).transpose()?;
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
             if device.gpu().is_none() {

@@ -8,11 +8,11 @@ use crate::accounting::observer::Observer;
 use crate::client::{ClientError, Film};
 use crate::render::film_writer::FilmWriter;
 use crate::render::light_groups::GroupFilms;
-use crate::render::stereo::RightEye;
 use crate::render::live_outputs::LiveOutputs;
 use crate::render::process;
 use crate::render::progress::Progress;
 use crate::render::state::Recorder;
+use crate::render::stereo::RightEye;
 use crate::render::timings::TimingCapture;
 use crate::server::Server;
 use crate::stream::block::Block;
@@ -95,7 +95,9 @@ pub fn drive(
     let mut aborted = false;
     loop {
         let rasterise = Instant::now();
-        let onto = FilmWriter::new(client, observer).with_groups(groups.as_deref_mut()).with_right_eye(right_eye.as_deref_mut());
+        let onto = FilmWriter::new(client, observer)
+            .with_groups(groups.as_deref_mut())
+            .with_right_eye(right_eye.as_deref_mut());
         let drained =
             take(drive, lanes, onto, recorder.as_deref_mut(), &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();

@@ -10,11 +10,11 @@ use crate::client::{Denoise, DisplayImage, Film, FilmData, Readback, Settings, d
 use crate::color::Profile;
 use crate::denoise::filtered_picture::FilteredPicture;
 use crate::denoise::view_filter;
+use crate::image::ImageError;
 use crate::image::exr::Channel;
 use crate::image::png::{PngPicture, Transfer};
 use crate::image::stereo::{Eye, StereoFormat, StereoLayout, pair_paths, write_jps, write_mpo};
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
-use crate::image::ImageError;
 use crate::image::{Attribute, exr, png};
 use crate::render::figures::{Seconds, is_special};
 use crate::render::options::RenderOptions;
@@ -207,9 +207,11 @@ impl Outputs {
                 }
                 StereoFormat::Plain(FileFormat::Png) => match (layout, &shown) {
                     (_, None) => Ok(()),
-                    (Some(layout), Some(eyes)) => stereo::compose(eyes.clone(), layout, settings)
-                        .into_diagnostic()
-                        .and_then(|shown| FilmSnapshot::Png(shown, paths).write(path, run, outcome, settings)),
+                    (Some(layout), Some(eyes)) => {
+                        stereo::compose(eyes.clone(), layout, settings).into_diagnostic().and_then(|shown| {
+                            FilmSnapshot::Png(shown, paths).write(path, run, outcome, settings)
+                        })
+                    }
                     (None, Some(eyes)) => pair_paths(path).iter().zip(eyes).try_for_each(|(path, eye)| {
                         FilmSnapshot::Png(eye.clone(), paths).write(path, run, outcome, settings)
                     }),

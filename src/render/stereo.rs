@@ -64,14 +64,17 @@ pub fn set_up(
     let origin = desc.space.point(desc.camera.to_world.translation);
     let seen = middle.ray([0.5; 2], [0.5; 2]).and_then(|ray| scene.closest(&ray));
     let depth = seen.map(|hit| (hit.point.p.as_dvec3() - origin).dot(axis) / desc.space.scale);
-    let rig = StereoRig::of(options.interocular, options.convergence, &desc.camera, depth).into_diagnostic()?;
+    let rig =
+        StereoRig::of(options.interocular, options.convergence, &desc.camera, depth).into_diagnostic()?;
     let film = &desc.film;
     let aspect = f64::from(film.width) / f64::from(film.height);
     let descs = rig.eyes(&desc.camera, aspect).into_diagnostic()?;
-    let camera = |eye| Camera::new(eye, film, &PrepareOptions::from_film(film)).map(|c| c.placed(&desc.space));
+    let camera =
+        |eye| Camera::new(eye, film, &PrepareOptions::from_film(film)).map(|c| c.placed(&desc.space));
     let [left, right] = &descs;
     let cameras = [camera(left).into_diagnostic()?, camera(right).into_diagnostic()?];
-    let comfortable = ComfortableDepth::of(&rig, &desc.camera, aspect, StereoScreen::default()).into_diagnostic()?;
+    let comfortable =
+        ComfortableDepth::of(&rig, &desc.camera, aspect, StereoScreen::default()).into_diagnostic()?;
     Ok((rig, cameras, format!("{rig}; {comfortable}")))
 }
 

@@ -467,5 +467,14 @@ fn order(
     window: UvWindow,
     epoch: Epoch,
 ) -> RenderOrder {
-    RenderOrder { scene, camera, right_eye: None, range, window, epoch, sampling: Default::default(), check: None }
+    RenderOrder {
+        scene,
+        camera,
+        right_eye: None,
+        range,
+        window,
+        epoch,
+        sampling: Default::default(),
+        check: None,
+    }
 }

@@ -21,7 +21,7 @@ fn eyes(desc: &SceneDesc, interocular: f64) -> [Camera; 2] {
     [0.5, -0.5].map(|side| {
         let mut desc = desc.clone();
         let right = DVec3::new(side * interocular, 0.0, 0.0);
-        desc.camera.to_world = desc.camera.to_world * DAffine3::from_translation(right);
+        desc.camera.to_world *= DAffine3::from_translation(right);
         Camera::of(&desc).expect("the camera is valid")
     })
 }
@@ -48,14 +48,17 @@ fn check(name: &str, interocular: f64, methods: &[Method]) {
                 least = least.min(welch::p_value(t, freedom) * blocks as f64);
             }
             let mean = |of: &dyn Fn(usize) -> f64| (0..blocks).map(of).sum::<f64>() / blocks as f64;
-            let means_pair = (0..pair.len()).map(|k| mean(&|i| pair[k][eye * blocks + i])).collect::<Vec<_>>();
+            let means_pair =
+                (0..pair.len()).map(|k| mean(&|i| pair[k][eye * blocks + i])).collect::<Vec<_>>();
             let means_alone = (0..alone.len()).map(|k| mean(&|i| alone[k][i])).collect::<Vec<_>>();
             let (a, b) = (welch::moments(means_pair.into_iter()), welch::moments(means_alone.into_iter()));
             let (t, freedom) = welch::t(a, b, 0.0, n);
             let of_mean = welch::p_value(t, freedom);
             println!(
                 "{name} {method:?} eye {eye}: means {:.5} {:.5}, p {of_mean:.4}, blocks {least:.4}; variance of the pair over that alone {:.3}",
-                a.0, b.0, variances[0] / variances[1]
+                a.0,
+                b.0,
+                variances[0] / variances[1]
             );
             assert!(of_mean >= LEVEL && least >= LEVEL, "{name} {method:?}, eye {eye}: p {of_mean}, {least}");
         }
@@ -83,7 +86,12 @@ fn glossy() {
 /// Holes, layers of plastic, bumps.
 #[test]
 fn materials() {
-    for name in ["plugins/bsdf_mask.xml", "plugins/bsdf_plastic.xml", "plugins/bsdf_bumpmap.xml", "plugins/bsdf_principled.xml"] {
+    for name in [
+        "plugins/bsdf_mask.xml",
+        "plugins/bsdf_plastic.xml",
+        "plugins/bsdf_bumpmap.xml",
+        "plugins/bsdf_principled.xml",
+    ] {
         check(name, 0.5, &[Method::Path]);
     }
 }

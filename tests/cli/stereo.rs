@@ -57,7 +57,8 @@ fn views_of_an_exr_file() {
         assert_eq!(file.views, ["left", "right"]);
         let mean = |view: &str, of: &str| {
             let view = file.view(view).expect("the view is there");
-            let (_, values) = view.channels.iter().find(|(name, _)| name == of).expect("the channel is there");
+            let (_, values) =
+                view.channels.iter().find(|(name, _)| name == of).expect("the channel is there");
             values.iter().sum::<f32>() / values.len() as f32
         };
         let [left, right] = ["left", "right"].map(|view| mean(view, "G"));

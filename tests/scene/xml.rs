@@ -410,10 +410,11 @@ fn nothing_is_ignored_in_silence() {
     };
     warned("<shape type=\"sphere\"><float name=\"radus\" value=\"1\"/></shape>", "did you mean `radius`?");
     warned("<bsdf type=\"diffuse\"><rgb name=\"color\" value=\"1\"/></bsdf>", "known here: reflectance");
-    warned("<shape type=\"disk\"><sensor type=\"perspective\"/></shape>", "no use");
     warned("<shape type=\"disk\">hello</shape>", "text between elements");
     warned("<sensor type=\"perspective\"/>", "another sensor");
     warned("<path value=\"not/there\"/>", "no folder");
+    let seated = render(&refuse("<shape type=\"disk\"><sensor type=\"perspective\"/></shape>"));
+    assert!(seated.contains("no sensor stands in a shape but for an `irradiancemeter`"), "{seated}");
     let film = camera("", "<string name=\"pixel_format\" value=\"rgb\"/>").expect("valid");
     assert_eq!(miette::Diagnostic::severity(&film.warnings[0]), Some(Severity::Advice));
     let dark = try_read(SENSOR, &[]).expect("valid");

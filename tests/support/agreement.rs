@@ -146,7 +146,12 @@ pub fn repeat_through(camera: &Camera, desc: &SceneDesc, method: Method, plan: P
 }
 
 /// The pictures of both eyes per seed, one after the other, from one tracer. `plan` has the paths of both together.
-pub fn repeat_pair(desc: &SceneDesc, [left, right]: &[Camera; 2], method: Method, plan: Plan) -> Vec<Vec<f64>> {
+pub fn repeat_pair(
+    desc: &SceneDesc,
+    [left, right]: &[Camera; 2],
+    method: Method,
+    plan: Plan,
+) -> Vec<Vec<f64>> {
     let paths = plan.paths_per_pixel * (plan.side as u64).pow(2);
     repeat_seeds(desc, left, plan, 1000 * (method as u32 + 11), |context| {
         let eyes = &context;
@@ -176,7 +181,8 @@ fn repeat_seeds(
 ) -> Vec<Vec<f64>> {
     let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
     let picture = |seed: u32| {
-        let context = RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, first + seed, plan.window);
+        let context =
+            RenderContext::new(scene.clone(), camera.clone(), &desc.integrator, first + seed, plan.window);
         picture(RenderContext { cells: ScreenCells::of_pixels([plan.side as f64; 2]), ..context })
     };
     let half = plan.seeds / 2;

@@ -8,12 +8,12 @@ use clap::{ArgGroup, Args};
 use crate::client::Denoise;
 use crate::cmd::args::display::DisplayArgs;
 use crate::cmd::args::values::{
-    AovArg, EACH_EMITTER, LightGroupsArg, StereoLayoutArg, aov, count, error, host_port, light_groups, positive, seconds,
-    positive_length, share, stereo_layout,
+    AovArg, EACH_EMITTER, LightGroupsArg, StereoLayoutArg, aov, count, error, host_port, light_groups,
+    positive, positive_length, seconds, share, stereo_layout,
 };
 use crate::image::stereo::StereoLayout;
-use crate::scene::desc::ConvergenceChoice;
 use crate::render::options::{RenderOptions, SceneOptions, StereoOptions};
+use crate::scene::desc::ConvergenceChoice;
 use crate::study::ErrorQuantile;
 
 /// Options of `pointillist render`.

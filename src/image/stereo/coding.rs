@@ -53,17 +53,12 @@ impl DisplayCoding {
     }
 
     fn of(curves: impl Fn(f32) -> Vec3, gamut: Gamut) -> Self {
-        let at = |value: f32| curves(value / 255.0).to_array();
-        let (mut linear, mut edges) = ([[0.0; 256]; 3], [[0.0; 255]; 3]);
-        for value in 0..256 {
-            let light = at(value as f32);
-            (0..3).for_each(|c| linear[c][value] = light[c]);
+        let at = |c: usize, value: f32| curves(value / 255.0)[c];
+        Self {
+            linear: std::array::from_fn(|c| std::array::from_fn(|value| at(c, value as f32))),
+            edges: std::array::from_fn(|c| std::array::from_fn(|value| at(c, value as f32 + 0.5))),
+            gamut,
         }
-        for value in 0..255 {
-            let light = at(value as f32 + 0.5);
-            (0..3).for_each(|c| edges[c][value] = light[c]);
-        }
-        Self { linear, edges, gamut }
     }
 
     /// Whether the primaries are those of Rec.709 and sRGB.

@@ -374,7 +374,12 @@ impl<C: LightCredits> PathState<C> {
 
     /// The emission of a light sample.
     #[inline(always)]
-    pub(super) fn emission_of(&mut self, lights: &Lights, light: u32, sample: &LightSample) -> SampledSpectrum {
+    pub(super) fn emission_of(
+        &mut self,
+        lights: &Lights,
+        light: u32,
+        sample: &LightSample,
+    ) -> SampledSpectrum {
         let at = sample.target.unwrap_or(Vec3::ZERO);
         self.emission.emission(lights, light, at, sample.wi, &self.walk.lambda)
     }

@@ -191,15 +191,19 @@ impl<C: LightCredits> PathState<C> {
     ) -> SampledSpectrum {
         let (scene, walk) = (&context.scene, self.walk);
         let lights = scene.lights();
-        let sampled = lights.sample_by_contribution(vertex.light_context(), u.light_choice, u.light, |light, sample| {
-            self.shared_contribution(lights, vertex, shared, light, sample)
-        });
+        let sampled = lights.sample_by_contribution(
+            vertex.light_context(),
+            u.light_choice,
+            u.light,
+            |light, sample| self.shared_contribution(lights, vertex, shared, light, sample),
+        );
         let Some((light, sample, value)) = sampled else { return SampledSpectrum::ZERO };
         let value = value * vertex.light_factor(scene, light, &sample, (&walk).into());
         if value.is_black() {
             return SampledSpectrum::ZERO;
         }
-        let shares = shared.eval(vertex, vertex.frame.to_local(sample.wi)).map(|scattering| scattering.shares);
+        let shares =
+            shared.eval(vertex, vertex.frame.to_local(sample.wi)).map(|scattering| scattering.shares);
         let Some(ForEyes { own, other }) = shares else { return SampledSpectrum::ZERO };
         self.radiance += value * own;
         value * other
@@ -221,7 +225,10 @@ impl<C: LightCredits> PathState<C> {
         }
         let weight = if sample.delta { 1.0 } else { mis::power(sample.pdf, pdf) };
         let emission = self.emission_of(lights, light, sample);
-        let value = self.walk.throughput * most * emission * (self.wavelength_weight * sample.scale * weight / sample.pdf.0);
+        let value = self.walk.throughput
+            * most
+            * emission
+            * (self.wavelength_weight * sample.scale * weight / sample.pdf.0);
         if !value.is_within(MAX_VALUE) {
             faults::raise(FaultyValue::LightSample, value.into(), vertex.hit.known_surface(), Some(light));
             return None;

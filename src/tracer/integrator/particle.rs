@@ -41,9 +41,7 @@ impl Integrator for ParticleTracer {
         let Some(emission) = scene.lights.emit(&numbers.emission()) else { return };
         let emitted = scene.lights.emitted(&emission, &lambda);
         let group = scene.lights.group(emission.light);
-        if context.longest() >= 1
-            && !emitted.is_black()
-        {
+        if context.longest() >= 1 && !emitted.is_black() {
             let sample = |eye: &RenderContext| {
                 let (view, factor) = eye.connect_light_to_camera(&emission, &lambda, lens)?;
                 Some((view.uv, lambda.to_xyz(emitted * factor)))

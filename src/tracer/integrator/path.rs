@@ -108,7 +108,8 @@ impl PathTracer {
         B::record(|| PathEvent::Begins((&path.walk).into()));
         if let Some(ray) = camera.ray(uv, numbers.lens) {
             if let Some(other) = &self.context.other_eye {
-                let pair = self.follow_pair::<B>(other, path, ray, CameraPlace { uv, lens: numbers.lens }, &sampler);
+                let pair =
+                    self.follow_pair::<B>(other, path, ray, CameraPlace { uv, lens: numbers.lens }, &sampler);
                 return pair.send(&lambda, start.weight, out);
             }
             self.follow::<B>(&mut path, ray, &sampler);
