@@ -66,9 +66,9 @@ fn a_lens_focuses_on_the_target() {
         let desc = crate::scene::load_str("t.xml", &text, &[]).expect("valid").desc;
         let scene = Scene::prepare(&desc).expect("valid");
         let mut user = SceneEditor::new(desc, scene).expect("a camera");
-        let before = user.camera_desc().perspective().unwrap().lens.focus_distance;
+        let before = user.camera_desc().perspective().expect("a plane of projection").lens.focus_distance;
         user.gesture(Gesture::Focus(point), [200, 100]);
-        (before, user.camera_desc().perspective().unwrap().lens.focus_distance)
+        (before, user.camera_desc().perspective().expect("a plane of projection").lens.focus_distance)
     };
     let lens = "<sensor type=\"thinlens\"><float name=\"aperture_radius\" value=\"0.1\"/>\
                 <float name=\"focus_distance\" value=\"2.5\"/></sensor>";
@@ -276,7 +276,7 @@ fn objects_and_lens_are_edited() {
     settle(&mut user);
     assert!(set_lens(&mut user, "distance in focus", 4.0));
     let camera = user.edits().camera.expect("a changed camera");
-    let lens = camera.perspective().unwrap().lens;
+    let lens = camera.perspective().expect("a plane of projection").lens;
     assert!(lens.radius == 0.2 && (lens.focus_distance - 4.0).abs() < 1e-12, "{camera:?}");
     assert_eq!(user.desc().camera.lens_radius(), 0.2);
     let undone: Vec<String> = std::iter::from_fn(|| user.undo()).collect();
