@@ -32,6 +32,15 @@ fn every_scene_has_its_effects() {
     for (name, desc) in scenes() {
         let expected: &[&str] = match name.as_str() {
             "brushed" => &["wavelengths", "transmission", "glossy", "environment", "light-choice"],
+            "candle" => &[
+                "wavelengths",
+                "glossy",
+                "environment",
+                "light-choice",
+                "smooth-normals",
+                "opacity",
+                "media",
+            ],
             "caustic" => &["wavelengths", "transmission", "deltas", "light-choice", "smooth-normals"],
             "cornell" => &["wavelengths"],
             "cornell_spheres" => &["wavelengths", "transmission", "deltas"],
