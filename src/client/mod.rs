@@ -9,7 +9,8 @@
 //! 2. A full batch, or [`Film::flush`], is rasterised: **splat** draws every sample as a filter-shaped sprite into the batch
 //!    image, **fold** adds that image to the two-float sums `[X, Y, Z, W]`.
 //! 3. **variance** draws the same samples again: squared deviations of luminance from the mean.
-//! 4. A repaint builds **mips** of both, and takes the level of detail log₄(P/S) of each stream ([`lod`]).
+//! 4. A repaint builds **mips** of both, and takes the level of detail log₄(P/S) of each stream ([`lod`]). The light stream's sums are
+//!    **filtered adaptively** instead: where samples are few their light is spread further ([`reference::adaptive_filter`]).
 //! 5. **reconstruct** raises the level of detail where the variance asks for it (strength `Vm`), reads both streams through
 //!    a windowed Gaussian on two levels, normalises, and adds light stream · Lw.
 //! 6. **glare**, if it is on, convolves the picture with the eye's point-spread function.

@@ -220,6 +220,28 @@ impl BlockSink {
         self.block.rejections.add(rejected);
     }
 
+    /// The sample of the camera stream; one that breaks the rules is rejected.
+    #[inline]
+    fn camera_sample(&mut self, uv: [f32; 2], value: Xyz, weight: f32) -> Option<Sample> {
+        let sample = Sample { uv, xyz: value * weight, w: weight };
+        if weight > 0.0 && sample.is_sound() && self.contains(uv) {
+            return Some(sample);
+        }
+        self.reject(uv, sample.xyz, weight);
+        None
+    }
+
+    /// The sample of the light stream; one that breaks the rules is rejected.
+    #[inline]
+    fn light_sample(&mut self, uv: [f32; 2], value: Xyz) -> Option<Sample> {
+        let sample = Sample { uv, xyz: value, w: -1.0 };
+        if sample.is_sound() && self.contains(uv) {
+            return Some(sample);
+        }
+        self.reject(uv, value, 1.0);
+        None
+    }
+
     /// True if `uv` lies in the window. False for NaN.
     #[inline]
     fn contains(&self, uv: [f32; 2]) -> bool {
@@ -231,21 +253,15 @@ impl BlockSink {
 impl SampleSink for BlockSink {
     #[inline]
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        let sample = Sample { uv, xyz: value * weight, w: weight };
-        if weight > 0.0 && sample.is_sound() && self.contains(uv) {
+        if let Some(sample) = self.camera_sample(uv, value, weight) {
             self.push(sample);
-        } else {
-            self.reject(uv, sample.xyz, weight);
         }
     }
 
     #[inline]
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        let sample = Sample { uv, xyz: value, w: -1.0 };
-        if sample.is_sound() && self.contains(uv) {
+        if let Some(sample) = self.light_sample(uv, value) {
             self.push(sample);
-        } else {
-            self.reject(uv, value, 1.0);
         }
     }
 
@@ -263,29 +279,20 @@ impl SampleSink for BlockSink {
     }
 
     fn light_of_group(&mut self, uv: [f32; 2], value: Xyz, group: u8) {
-        let sample = Sample { uv, xyz: value, w: -1.0 };
-        if !(sample.is_sound() && self.contains(uv)) {
-            return self.reject(uv, value, 1.0);
-        }
+        let Some(sample) = self.light_sample(uv, value) else { return };
         self.groups = self.groups.max(usize::from(group) + 1).min(MOST_GROUPS);
         self.push_with_parts(sample, std::iter::once((group, sample)));
     }
 
     fn camera_of_other_eye(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        let sample = Sample { uv, xyz: value * weight, w: weight };
-        if weight > 0.0 && sample.is_sound() && self.contains(uv) {
+        if let Some(sample) = self.camera_sample(uv, value, weight) {
             self.push_of_other_eye(sample);
-        } else {
-            self.reject(uv, sample.xyz, weight);
         }
     }
 
     fn light_of_other_eye(&mut self, uv: [f32; 2], value: Xyz) {
-        let sample = Sample { uv, xyz: value, w: -1.0 };
-        if sample.is_sound() && self.contains(uv) {
+        if let Some(sample) = self.light_sample(uv, value) {
             self.push_of_other_eye(sample);
-        } else {
-            self.reject(uv, value, 1.0);
         }
     }
 

@@ -5,11 +5,11 @@
 //! one material. The samples of each eye then come from two techniques, its own camera rays and those of the other eye, and are weighted
 //! by multiple importance sampling (Veach and Guibas 1995, the balance heuristic):
 //!
-//! - **Place.** Per unit of area at x, camera rays of an eye e have the density qₑ = (uv per steradian) · |cos θ| / d². A camera sample counts
-//!   with the weight wₑ = qₑ / (q_own + q_other) of its place on the screen of e. These weights add up to the same in all of the screen, so
-//!   that the mean of samples, Σ w·value / Σ w, is that of the picture: rays of e have 1 per unit of its screen, and those that come from the
-//!   other eye q_other / qₑ, where both count by wₑ … and their sum is 1.
-//! - **Direction.** Direction ωᵢ at x is sampled with the density pₑ of the eye e whose path it is, and weighted as if with the mean
+//! - **Place.** Per unit of area at x, camera rays of an eye e have the density qₑ = (uv per steradian) · |cos θ| / d². Per unit of the screen
+//!   of e, samples have the density 1 by rays of e, and q_f / qₑ by those of the other eye f. Each counts with the weight
+//!   wₑ = qₑ / (qₑ + q_f), so that the weights have the density wₑ · (1 + q_f / qₑ) = 1 everywhere on the screen: the mean of the
+//!   samples, Σ w·value / Σ w, is that of the picture.
+//! - **Direction.** The direction ωᵢ at x is sampled with the density pₑ of the eye e whose path it is, and weighted as if with the mean
 //!   p̄ = w_own · p_own + w_other · p_other of both, whichever eye it was. The throughput behind x is fₑ cos / p̄ for the eye e; p̄ also is the density
 //!   in the MIS weights of next-event estimation. What is left is bounded wherever a path of one eye alone would be, however different the
 //!   highlights of both eyes are.
