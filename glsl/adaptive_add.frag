@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // Adaptive filtering: what coarser levels have kept is added to what this level has.
 

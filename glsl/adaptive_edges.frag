@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // Adaptive filtering: how significant the gradient of luminance is at every texel of a level, in squared standard deviations.
 

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // Adaptive filtering: the part of the light that has come to a level and stays there, by the density of samples and at edges.
 

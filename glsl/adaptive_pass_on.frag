@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // Adaptive filtering: the light that comes to the next coarser level, which is what the finer one has not kept.
 

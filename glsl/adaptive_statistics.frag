@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // Adaptive filtering: what the widths of kernels are taken from, [Y, Y²/W] of every pixel of the picture.
 

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // One stage of noise masking by bilateral filtering guided by the variance (paper §4.2): 5x5 texels, `stride` apart, weigh
 // less the more standard errors lie between them and the centre. Reference: src/client/reference/bilateral.rs.

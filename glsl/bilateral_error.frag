@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // Squared standard error of a texel's displayed value, in units of the luminance scale. Reference: src/client/reference/bilateral.rs.
 

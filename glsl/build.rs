@@ -35,6 +35,9 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
+/// What a shader names that is compiled a second time, for images of several layers, as `NAME.layers`.
+const LAYERS: &str = "include/layers.glsl";
+
 /// Names of all shaders (`splat.vert`, …) with the hash of their sources, sorted.
 fn shaders(glsl: &Path) -> Outcome<Vec<(String, u64)>> {
     let mut shared = String::new();
@@ -44,7 +47,9 @@ fn shaders(glsl: &Path) -> Outcome<Vec<(String, u64)>> {
     let mut list = Vec::new();
     for name in files(glsl, &["vert", "frag", "comp"])? {
         let text = fs::read_to_string(glsl.join(&name))?;
-        list.push((name, fnv1a(text.as_bytes(), fnv1a(shared.as_bytes(), FNV_OFFSET))));
+        let hash = fnv1a(text.as_bytes(), fnv1a(shared.as_bytes(), FNV_OFFSET));
+        let layered = text.contains(LAYERS).then(|| (format!("{name}.layers"), hash));
+        list.extend([(name, hash)].into_iter().chain(layered));
     }
     Ok(list)
 }
@@ -145,13 +150,18 @@ fn compile_all(glsl: &Path, shaders: &[(String, u64)], out: &Path) -> Outcome<()
         Ok(shaderc::ResolvedInclude { resolved_name: name.to_owned(), content })
     });
     for (name, _) in shaders {
-        let kind = match name.rsplit('.').next() {
+        let mut options = options.clone();
+        let source = name.strip_suffix(".layers").unwrap_or(name);
+        if source != name {
+            options.add_macro_definition("LAYERS", None);
+        }
+        let kind = match source.rsplit('.').next() {
             Some("vert") => shaderc::ShaderKind::Vertex,
             Some("comp") => shaderc::ShaderKind::Compute,
             _ => shaderc::ShaderKind::Fragment,
         };
-        let text = fs::read_to_string(glsl.join(name))?.replace('\r', "");
-        let code = compiler.compile_into_spirv(&text, kind, name, "main", Some(&options))?;
+        let text = fs::read_to_string(glsl.join(source))?.replace('\r', "");
+        let code = compiler.compile_into_spirv(&text, kind, source, "main", Some(&options))?;
         fs::write(out.join(format!("{name}.spv")), code.as_binary_u8())?;
     }
     Ok(())

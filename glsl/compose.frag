@@ -1,4 +1,6 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // A layer of the picture: a region that has samples of its own, mixed with what is there, or a group of lights, added to it.
 

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // The relative standard error of one stream as grey: black is exact, white is 100 % (the paper's Figure 5, right).
 

@@ -1,5 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define COMPUTE
+#include "include/layers.glsl"
 
 // Glare, third pass: two rows of all channels come back from their frequencies into the picture.
 
@@ -29,6 +31,7 @@ void store(uint x, uint y, vec3 xyz) {
 void main() {
     uint pair = gl_WorkGroupID.x;
     uint pairs = (push.extent.y + 1u) / 2u;
+    uint layer_start = uint(LAYER) * (HALF + 1u) * pairs;
     vec3 upper[KEPT];
     vec3 lower[KEPT];
     for (uint i = 0u; i < KEPT; i++) {
@@ -41,7 +44,7 @@ void main() {
         for (uint k = gl_LocalInvocationIndex; k < HALF; k += THREADS) {
             uint frequency = 2u * k + odd;
             bool mirrored = frequency > HALF;
-            vec4 two = work(channel, (mirrored ? 2u * HALF - frequency : frequency) * pairs + pair);
+            vec4 two = work(channel, layer_start + (mirrored ? 2u * HALF - frequency : frequency) * pairs + pair);
             two = mirrored ? two * vec4(1.0, -1.0, 1.0, -1.0) : two;
             line[place(k)] = two.xy + vec2(-two.w, two.z);
         }

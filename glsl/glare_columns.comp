@@ -1,5 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define COMPUTE
+#include "include/layers.glsl"
 
 // Glare, second pass: one column of row frequencies is convolved with the kernel, by both halves of its transform.
 
@@ -22,7 +24,9 @@ void convolve(uint odd) {
 
 void main() {
     uint height = push.extent.y;
-    uint first = gl_WorkGroupID.x * ((height + 1u) / 2u * 2u);
+    // Columns of a layer, and then those of the next one.
+    uint column = uint(LAYER) * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint first = column * ((height + 1u) / 2u * 2u);
     for (uint y = gl_LocalInvocationIndex; y < HALF; y += THREADS) {
         line[y] = y < height ? work[first + y] : vec2(0.0);
     }

@@ -1,5 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define COMPUTE
+#include "include/layers.glsl"
 
 // Glare, first pass: two rows of one channel, one as real and the other as imaginary part, become their frequencies.
 
@@ -28,6 +30,7 @@ float light(uint x, uint y) {
 void main() {
     uint pair = gl_WorkGroupID.x;
     uint pairs = (push.extent.y + 1u) / 2u;
+    uint layer_start = uint(LAYER) * (HALF + 1u) * pairs;
     for (uint odd = 0u; odd < 2u; odd++) {
         for (uint x = gl_LocalInvocationIndex; x < HALF; x += THREADS) {
             vec2 two = vec2(light(x, 2u * pair), light(x, 2u * pair + 1u));
@@ -39,7 +42,7 @@ void main() {
             uint mirror = odd == 0u ? (HALF - k) % HALF : HALF - 1u - k;
             vec2 a = line[place(k)];
             vec2 b = conjugate(line[place(mirror)]);
-            work[(2u * k + odd) * pairs + pair] = 0.5 * vec4(a + b, turned(a - b, false));
+            work[layer_start + (2u * k + odd) * pairs + pair] = 0.5 * vec4(a + b, turned(a - b, false));
         }
         barrier();
     }

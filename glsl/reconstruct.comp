@@ -1,5 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define COMPUTE
+#include "include/layers.glsl"
 
 // The same as reconstruct.frag, for a Gaussian whose level of detail is the same for the whole picture. A workgroup loads the texels that
 // its pixels read of both levels once, into memory that it shares: each of them is read by up to 25 pixels, or 100 on the second level.

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // The two images of sums become one image of radiance: blur by sample count and variance, normalise, add (paper §4.3).
 

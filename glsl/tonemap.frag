@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // XYZ becomes an encoded picture: tone curve, matrix P, constant-luminance desaturation, transfer (paper §4.3), dither.
 // Specialization constants, from src/client/effects.rs, compile out what is off.

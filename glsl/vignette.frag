@@ -1,4 +1,6 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
+#include "include/layers.glsl"
 
 // Light lost towards the corners of the picture. Reference: src/client/post_process/vignette.rs.
 

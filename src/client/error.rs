@@ -44,6 +44,17 @@ pub enum ClientError {
     #[error("the film keeps no variance, which noise masking and the error view need: make it with one")]
     NoVariance,
 
+    /// The device cannot draw both eyes at once.
+    #[error(
+        "this device cannot draw to several layers of an image (it lacks shaderOutputLayer), which pictures of two eyes need: \
+         update the graphics driver or choose another --device"
+    )]
+    Layers,
+
+    /// The pictures of both eyes cannot be composed.
+    #[error(transparent)]
+    Stereo(#[from] crate::image::stereo::StereoError),
+
     /// Open Image Denoise is missing or failed.
     #[error(transparent)]
     Oidn(#[from] crate::client::oidn::OidnError),

@@ -17,6 +17,7 @@ use crate::client::sample_sums::{SampleSums, SumsPlace};
 use crate::client::settings::{DisplayImage, FilmCounts, FilmData, FilmSpec, Settings, SplatFilter};
 use crate::gpu::{Cmd, FrameNumber, Gpu, Image, Region};
 use crate::image::Grid;
+use crate::image::stereo::Eye;
 use crate::stream::{PathCounts, Sample};
 
 /// Picture pixels per texel of coarse sums, along each axis.
@@ -53,7 +54,7 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Extent`] for a side of 0 or too large, [`ClientError::Threads`] for the thread that sorts its samples.
     pub fn new(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        Self::with_sums(gpu, spec, SumsPlace::Device)
+        Self::with_sums(gpu, spec, SumsPlace::Device, 1)
     }
 
     /// As [`new`](Self::new), with sums computed on the CPU as by the reference, for devices that are the CPU. The bits differ from those
@@ -63,14 +64,32 @@ impl VulkanFilm {
     ///
     /// [`ClientError::Extent`].
     pub fn summed_on_host(gpu: Arc<Gpu>, spec: FilmSpec) -> Result<Self, ClientError> {
-        Self::with_sums(gpu, spec, SumsPlace::Host)
+        Self::with_sums(gpu, spec, SumsPlace::Host, 1)
     }
 
-    fn with_sums(gpu: Arc<Gpu>, spec: FilmSpec, place: SumsPlace) -> Result<Self, ClientError> {
+    /// The same film without samples for two eyes, both of which are layers of the same images. Its display shows both as
+    /// [`Settings::stereo`] says; counts, sums and texels that are read are those of the left eye where no other is asked for.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), and [`ClientError::Layers`].
+    pub fn with_right_eye(self) -> Result<Self, ClientError> {
+        if !self.gpu.draws_layers() {
+            return Err(ClientError::Layers);
+        }
+        Self::with_sums(self.gpu, self.spec, self.place, 2)
+    }
+
+    /// Whether it has a right eye.
+    pub fn has_right_eye(&self) -> bool {
+        self.sums.eyes() > 1
+    }
+
+    fn with_sums(gpu: Arc<Gpu>, spec: FilmSpec, place: SumsPlace, eyes: u32) -> Result<Self, ClientError> {
         Ok(Self {
             spec,
             place,
-            sums: SampleSums::new(&gpu, spec, place)?,
+            sums: SampleSums::new(&gpu, spec, place, eyes)?,
             gpu,
             coarse: None,
             is_coarse: false,
@@ -101,7 +120,7 @@ impl VulkanFilm {
         Some(ReferenceFilm::with_sums(state, sums, threads))
     }
 
-    /// Restores sums read from a film of the same specification by [`begin_backup`](Self::begin_backup).
+    /// Restores sums read from a film of one eye and of the same specification by [`begin_backup`](Self::begin_backup).
     ///
     /// # Errors
     ///
@@ -118,7 +137,7 @@ impl VulkanFilm {
     /// [`ClientError::Gpu`].
     pub fn begin_backup(&mut self) -> Result<Readback<FilmData>, ClientError> {
         self.flush()?;
-        self.present_mut().develop(0)
+        self.present_mut().develop(Eye::Left, 0)
     }
 
     /// The specification of the film.
@@ -144,7 +163,7 @@ impl VulkanFilm {
         self.clear();
         if self.coarse.is_none() {
             let spec = Self::coarse_spec(&self.spec);
-            self.coarse = Some(SampleSums::new(&self.gpu, spec, self.place)?);
+            self.coarse = Some(SampleSums::new(&self.gpu, spec, self.place, self.sums.eyes())?);
         }
         self.is_coarse = true;
         Ok(())
@@ -208,6 +227,29 @@ impl VulkanFilm {
         (samples + more, time + longer)
     }
 
+    /// Adds samples of the right eye; without one they are ignored.
+    ///
+    /// # Errors
+    ///
+    /// As [`add`](Film::add).
+    pub fn add_right(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
+        self.present_mut().add(Eye::Right, samples)
+    }
+
+    /// The sums of the right eye, as [`develop`](Film::develop) returns those of the left; `None` without it.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Gpu`].
+    pub fn develop_right(&mut self) -> Result<Option<FilmData>, ClientError> {
+        if !self.has_right_eye() {
+            return Ok(None);
+        }
+        self.complete()?;
+        let sums = self.present_mut();
+        sums.develop(Eye::Right, sums.spec().pad())?.wait().map(Some)
+    }
+
     /// Whether camera and light stream have images, which are allocated with their first sample.
     pub fn allocated_streams(&self) -> [bool; 2] {
         self.present().allocated_streams()
@@ -268,19 +310,19 @@ impl VulkanFilm {
         }
     }
 
-    /// As [`paint`](Self::paint) at full resolution, with this denoised picture of the same samples (scene-linear XYZ, the film's size)
-    /// instead of the reconstructed sums.
+    /// As [`paint`](Self::paint) at full resolution, with these denoised pictures of the same samples, one for each eye (scene-linear XYZ,
+    /// the film's size), instead of the reconstructed sums.
     pub fn paint_filtered(
         &mut self,
         cmd: &mut Cmd<'_>,
-        picture: &Grid<Vec3>,
+        pictures: &[&Grid<Vec3>],
         settings: &Settings,
         regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let policy = self.policy;
         let (repaint, _) = self.sums();
         repaint.policy = policy;
-        repaint.paint_filtered(cmd, picture, settings, regions)
+        repaint.paint_filtered(cmd, pictures, settings, regions)
     }
 
     /// Whether the sums are in main memory, so that [`develop`](Film::develop) does not wait for a device.
@@ -322,26 +364,27 @@ impl VulkanFilm {
         Ok(sums.weight_at(pixel.map(|at| at / scale + pad))? / (scale * scale) as f32)
     }
 
-    /// Displayed texels of the last [`paint`](Self::paint) within a rectangle of the picture; `None` before the first. Waits for the GPU.
+    /// Displayed texels of an eye in the last [`paint`](Self::paint) within a rectangle of its picture; `None` before the first. Waits for
+    /// the GPU.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`].
-    pub fn shown(&mut self, region: Region) -> Result<Option<ShownTexels>, ClientError> {
-        self.repaint.as_mut().map_or(Ok(None), |repaint| repaint.shown(region))
+    pub fn shown(&mut self, eye: Eye, region: Region) -> Result<Option<ShownTexels>, ClientError> {
+        self.repaint.as_mut().map_or(Ok(None), |repaint| repaint.shown(eye, region))
     }
 
-    /// The reconstructed picture before the tone curve: scene-linear `[X, Y, Z]` of `⌈size / detail⌉` pixels, `[height][width]`, as
+    /// The reconstructed picture of the left eye before the tone curve: scene-linear `[X, Y, Z]` of `⌈size / detail⌉` pixels, `[height][width]`, as
     /// [`paint`](Self::paint) computes it before interpolation; waits for the GPU.
     pub fn reconstruct(&mut self, settings: &Settings, detail: u32) -> Result<Vec<[f32; 3]>, ClientError> {
         let (repaint, sums) = self.repaint()?;
-        repaint.reconstruct(sums, settings, detail)
+        repaint.reconstruct(sums, settings, detail, Eye::Left)
     }
 
     /// Sums including the overscan; `width` and `height` are those of the padded target. Coarse sums have one texel per 4×4 pixels.
     pub fn develop_padded(&mut self) -> Result<FilmData, ClientError> {
         self.complete()?;
-        self.present_mut().develop(0)?.wait()
+        self.present_mut().develop(Eye::Left, 0)?.wait()
     }
 
     /// Rasterises the batch; returns the repaint passes and the sums.
@@ -374,7 +417,7 @@ impl VulkanFilm {
     fn sums(&mut self) -> (&mut Repaint, FilmSums<'_>) {
         let repaint = match &mut self.repaint {
             Some(repaint) => repaint,
-            empty => empty.insert(Repaint::new(&self.gpu, self.spec)),
+            empty => empty.insert(Repaint::new(&self.gpu, self.spec, self.sums.eyes())),
         };
         let sums = self.coarse.as_mut().filter(|_| self.is_coarse).unwrap_or(&mut self.sums);
         (repaint, sums.view())
@@ -383,7 +426,7 @@ impl VulkanFilm {
 
 impl Film for VulkanFilm {
     fn add(&mut self, samples: &[Sample]) -> Result<(), ClientError> {
-        self.present_mut().add(samples)
+        self.present_mut().add(Eye::Left, samples)
     }
 
     fn count_paths(&mut self, paths: PathCounts) {
@@ -428,6 +471,6 @@ impl Film for VulkanFilm {
     fn begin_develop(&mut self) -> Result<Readback<FilmData>, ClientError> {
         self.complete()?;
         let sums = self.present_mut();
-        sums.develop(sums.spec().pad())
+        sums.develop(Eye::Left, sums.spec().pad())
     }
 }

@@ -158,6 +158,12 @@ blocks! {
         padding: f32,
     }
 
+    /// Constants of `stereo.frag`.
+    StereoPush, 8 {
+        /// Width and height of one eye's picture, pixels.
+        size: [i32; 2],
+    }
+
     /// Constants of `glare_rows.comp`, `glare_columns.comp` and `glare_back.comp`.
     GlarePush, 12 {
         /// Width and height of the picture, pixels.

@@ -9,15 +9,25 @@ use crate::client::pass::fold::FoldPass;
 use crate::client::pass::images::{BatchImages, StreamImages};
 use crate::client::pass::splat::{SplatPass, Sprites, splat_push};
 use crate::client::pass::variance::VariancePass;
+use crate::client::reference::accumulator::Accumulator;
 use crate::client::reference::sums::HostSums;
 use crate::client::settings::{FilmData, FilmSpec};
 use crate::client::state::FilmState;
 use crate::client::upload::{BatchSnapshot, MOST_PENDING, Uploader, VertexBatch};
-use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu};
+use crate::gpu::{Buffer, BufferUse, Cmd, FrameNumber, Gpu, Image};
 use crate::stream::Sample;
 
-/// Images of camera and light; `None` before the stream's first sample.
+/// Images of camera and light, with a layer for each eye; `None` before the stream's first sample.
 pub type Streams = [Option<StreamImages>; 2];
+
+/// The layer of the images that a rasteriser adds to, and how many there are.
+#[derive(Clone, Copy, Debug)]
+pub struct Layer {
+    /// 0, or 1 for the right one of two eyes.
+    pub index: u32,
+    /// The number of eyes.
+    pub count: u32,
+}
 
 /// Rasteriser of batches.
 pub enum Raster {
@@ -31,6 +41,7 @@ pub enum Raster {
 /// Batches, passes and images on a device.
 pub struct DeviceRaster {
     gpu: Arc<Gpu>,
+    layer: Layer,
     uploader: Uploader,
     /// Created with the first batch.
     passes: Option<Passes>,
@@ -47,8 +58,8 @@ struct Passes {
 }
 
 /// Sums in main memory.
+#[derive(Default)]
 pub struct HostRaster {
-    gpu: Arc<Gpu>,
     sums: HostSums,
     /// Whether the images hold the present sums.
     copied: bool,
@@ -62,9 +73,10 @@ impl Raster {
     /// # Errors
     ///
     /// [`ClientError::Threads`].
-    pub fn device(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, ClientError> {
+    pub fn device(gpu: &Arc<Gpu>, spec: &FilmSpec, layer: Layer) -> Result<Self, ClientError> {
         Ok(Self::Device(Box::new(DeviceRaster {
             gpu: gpu.clone(),
+            layer,
             uploader: Uploader::new(gpu, spec)?,
             passes: None,
             rasterised: FrameNumber::default(),
@@ -72,9 +84,8 @@ impl Raster {
     }
 
     /// A rasteriser on the CPU.
-    pub fn host(gpu: &Arc<Gpu>) -> Self {
-        let sums = HostSums::default();
-        Self::Host(Box::new(HostRaster { gpu: gpu.clone(), sums, copied: false, spent: (0, Duration::ZERO) }))
+    pub fn host() -> Self {
+        Self::Host(Box::default())
     }
 
     /// The sums, if in main memory.
@@ -85,13 +96,11 @@ impl Raster {
         }
     }
 
-    /// Moves the rasteriser to another device after this one was lost; `None` if the batch was on it.
-    pub fn moved_to(self, gpu: &Arc<Gpu>) -> Option<Self> {
+    /// The rasteriser for another device after this one was lost; `None` if the batch was on it.
+    pub fn moved(self) -> Option<Self> {
         match self {
             Self::Device(_) => None,
-            Self::Host(host) => {
-                Some(Self::Host(Box::new(HostRaster { gpu: gpu.clone(), copied: false, ..*host })))
-            }
+            Self::Host(host) => Some(Self::Host(Box::new(HostRaster { copied: false, ..*host }))),
         }
     }
 
@@ -168,7 +177,7 @@ impl Raster {
         }
     }
 
-    /// Replaces the sums by ones read from a film, including its overscan.
+    /// Replaces the sums by ones read from a film of one eye, including its overscan.
     pub fn restore(
         &mut self,
         data: &FilmData,
@@ -184,29 +193,16 @@ impl Raster {
         };
         let color = [data.camera.as_flattened(), data.light.as_flattened()];
         let variance = [&data.camera_variance, &data.light_variance];
-        make_images(&device.gpu, spec, color.map(|sums| sums.len() as u64), true, streams)?;
+        make_images(&device.gpu, spec, color.map(|sums| sums.len() as u64), true, 1, streams)?;
         let mut frame = device.gpu.begin()?;
         for (stream, images) in streams.iter_mut().enumerate() {
             let Some(images) = images.as_mut().filter(|_| !color[stream].is_empty()) else { continue };
             // The remainders are cleared to zero.
             images.define(&mut frame.cmd());
-            copy_sums(&device.gpu, &mut frame.cmd(), color[stream], variance[stream], images)?;
+            copy_sums(&device.gpu, &mut frame.cmd(), &[(color[stream], variance[stream])], images)?;
         }
         device.rasterised = frame.submit()?;
         Ok(())
-    }
-
-    /// Records the copy of all sums that the images do not hold yet.
-    pub fn complete(
-        &mut self,
-        cmd: &mut Cmd<'_>,
-        spec: &FilmSpec,
-        streams: &mut Streams,
-    ) -> Result<(), ClientError> {
-        match self {
-            Self::Device(_) => Ok(()),
-            Self::Host(host) => host.copy(cmd, spec, streams),
-        }
     }
 
     /// The sums, if in main memory.
@@ -269,7 +265,8 @@ impl DeviceRaster {
     ) -> Result<(), ClientError> {
         let BatchSnapshot { samples, scale } = batch.moment();
         let inverse_scale = scale.recip();
-        make_images(&self.gpu, spec, samples, true, streams)?;
+        let Layer { index: layer, count } = self.layer;
+        make_images(&self.gpu, spec, samples, true, count, streams)?;
         let passes = match &mut self.passes {
             Some(passes) => passes,
             empty => empty.insert(Passes::new(&self.gpu, spec)?),
@@ -290,11 +287,11 @@ impl DeviceRaster {
             let sprites = Sprites { vertices: &batch, stream: i, push };
             let targets = &mut passes.targets;
             passes.splat.record(cmd, &sprites, &mut targets.color);
-            passes.fold.record(cmd, &mut stream.color, targets, &FoldPush { inverse_scale });
+            passes.fold.record(cmd, layer, &mut stream.color, targets, &FoldPush { inverse_scale });
             if let (Some(pass), Some(deviations), Some(sums)) =
                 (&passes.variance, &mut targets.deviations, &mut stream.variance)
             {
-                pass.record(cmd, &sprites, deviations, sums);
+                pass.record(cmd, layer, &sprites, deviations, sums);
             }
         }
         let number = frame.submit()?;
@@ -325,59 +322,93 @@ impl HostRaster {
         self.spent = (self.spent.0 + samples, self.spent.1 + start.elapsed());
         outcome
     }
+}
 
-    fn copy(&mut self, cmd: &mut Cmd<'_>, spec: &FilmSpec, streams: &mut Streams) -> Result<(), ClientError> {
-        if self.copied {
-            return Ok(());
-        }
-        let drawn = [0, 1].map(|stream| self.sums.stream(stream).map_or(0, |_| 1));
-        make_images(&self.gpu, spec, drawn, false, streams)?;
-        let cmd = &mut cmd.scope("copy");
-        for (i, images) in streams.iter_mut().enumerate() {
-            let Some((sums, images)) = self.sums.stream(i).zip(images.as_mut()) else { continue };
-            copy_sums(&self.gpu, cmd, bytemuck::cast_slice(sums.color_sums()), sums.variance_sums(), images)?;
-        }
-        self.copied = true;
-        Ok(())
+/// Records the copy of the sums of all eyes that the images do not hold yet, where they are in main memory.
+pub fn complete<'a>(
+    gpu: &Arc<Gpu>,
+    cmd: &mut Cmd<'_>,
+    spec: &FilmSpec,
+    eyes: impl Iterator<Item = &'a mut Raster>,
+    streams: &mut Streams,
+) -> Result<(), ClientError> {
+    let host = |raster: &'a mut Raster| match raster {
+        Raster::Device(_) => None,
+        Raster::Host(host) => Some(host),
+    };
+    let mut eyes: Vec<_> = eyes.filter_map(host).collect();
+    if eyes.iter().all(|host| host.copied) {
+        return Ok(());
     }
+    let drawn =
+        [0, 1].map(|stream| eyes.iter().filter(|host| host.sums.stream(stream).is_some()).count() as u64);
+    make_images(gpu, spec, drawn, false, eyes.len() as u32, streams)?;
+    let cmd = &mut cmd.scope("copy");
+    for (i, images) in streams.iter_mut().enumerate() {
+        let Some(images) = images.as_mut().filter(|_| drawn[i] > 0) else { continue };
+        let sums: Vec<_> =
+            eyes.iter().map(|host| host.sums.stream(i).map(floats_of).unwrap_or_default()).collect();
+        copy_sums(gpu, cmd, &sums, images)?;
+    }
+    for host in &mut eyes {
+        host.copied = true;
+    }
+    Ok(())
 }
 
 fn moment(state: &FilmState) -> BatchSnapshot {
     BatchSnapshot { samples: state.samples(), scale: state.scale() }
 }
 
-/// Records the copy of a stream's sums into its images.
+/// The sums of colour and of variance.
+fn floats_of(sums: &Accumulator) -> (&[f32], &[f32]) {
+    (bytemuck::cast_slice(sums.color_sums()), sums.variance_sums())
+}
+
+/// Records the copy of a stream's sums of colour and variance into its images, eye by eye; empty ones are those of an eye without samples.
 fn copy_sums(
     gpu: &Arc<Gpu>,
     cmd: &mut Cmd<'_>,
-    color: &[f32],
-    variance: &[f32],
+    eyes: &[(&[f32], &[f32])],
     images: &mut StreamImages,
 ) -> Result<(), ClientError> {
     // Although dropped here, the buffers live until the frame that reads them has completed.
-    let upload = |sums: &[f32]| Buffer::filled(gpu, "sums", BufferUse::Upload, bytemuck::cast_slice(sums));
+    let mut copy = |sums: &[&[f32]], image: &mut Image| -> Result<(), ClientError> {
+        let longest = sums.iter().map(|sums| sums.len()).max().unwrap_or_default();
+        let upload = |sums: &&[f32]| match sums.is_empty() {
+            true => {
+                Buffer::filled(gpu, "sums", BufferUse::Upload, bytemuck::cast_slice(&vec![0f32; longest]))
+            }
+            false => Buffer::filled(gpu, "sums", BufferUse::Upload, bytemuck::cast_slice(sums)),
+        };
+        let buffers = sums.iter().map(upload).collect::<Result<Vec<_>, _>>()?;
+        cmd.copy_from_buffers(&buffers.iter().collect::<Vec<_>>(), image);
+        Ok(())
+    };
     images.changed();
-    cmd.copy_from_buffer(&upload(color)?, images.color.sums_mut());
+    let (color, variance): (Vec<_>, Vec<_>) = eyes.iter().copied().unzip();
+    copy(&color, images.color.sums_mut())?;
     if let Some(sums) = &mut images.variance {
-        cmd.copy_from_buffer(&upload(variance)?, sums.sums_mut());
+        copy(&variance, sums.sums_mut())?;
     }
     images.written();
     Ok(())
 }
 
-/// Creates a stream's images with its first sample; `folded` as in [`StreamImages::new`].
+/// Creates a stream's images with its first sample; `folded` and `eyes` as in [`StreamImages::new`].
 fn make_images(
     gpu: &Arc<Gpu>,
     spec: &FilmSpec,
     samples: [u64; 2],
     folded: bool,
+    eyes: u32,
     streams: &mut Streams,
 ) -> Result<(), ClientError> {
     /// Name prefixes of the streams' images.
     const NAMES: [&str; 2] = ["camera", "light"];
     for (i, stream) in streams.iter_mut().enumerate() {
         if samples[i] > 0 && stream.is_none() {
-            *stream = Some(StreamImages::new(gpu, NAMES[i], spec, folded)?);
+            *stream = Some(StreamImages::new(gpu, NAMES[i], spec, folded, eyes)?);
         }
     }
     Ok(())

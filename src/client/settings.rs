@@ -9,6 +9,7 @@ use clap::ValueEnum;
 use crate::client::post_process::PostSettings;
 use crate::color::{Profile, pq};
 pub use crate::gpu::ColorOutput;
+use crate::image::stereo::StereoLayout;
 
 /// The names of a display option's values.
 pub trait OptionNames: ValueEnum {
@@ -314,6 +315,8 @@ pub struct Settings {
     pub output: ColorOutput,
     /// Largest luminance of wide-range outputs, cd/m²: highlights roll off to it.
     pub peak: u32,
+    /// How the pictures of two eyes become one, of a film that has both.
+    pub stereo: StereoLayout,
 }
 
 impl Default for Settings {
@@ -338,6 +341,7 @@ impl Default for Settings {
             dither: Dither::default(),
             output: ColorOutput::default(),
             peak: pq::PEAK,
+            stereo: StereoLayout::default(),
         }
     }
 }

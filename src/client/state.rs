@@ -145,10 +145,15 @@ impl FilmState {
         self.counts.light_scale(self.spec.width, self.spec.height)
     }
 
-    /// Level of detail of the camera and of the light stream; `None` without samples.
-    pub fn lods(&self) -> [Option<StreamLod>; 2] {
+    /// The luminance scale, once it is known.
+    pub fn known_scale(&self) -> Option<f32> {
+        self.luminance_scale
+    }
+
+    /// Level of detail of the camera and of the light stream with so many samples; `None` without.
+    pub fn lods(&self, samples: [u64; 2]) -> [Option<StreamLod>; 2] {
         let [width, height] = self.spec.padded_extent();
         let levels = width.max(height).ilog2() as usize + 1;
-        self.samples().map(|samples| StreamLod::new(u64::from(width) * u64::from(height), samples, levels))
+        samples.map(|samples| StreamLod::new(u64::from(width) * u64::from(height), samples, levels))
     }
 }

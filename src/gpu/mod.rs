@@ -45,7 +45,7 @@ pub use device::options::GpuOptions;
 pub use device::physical::{DeviceChoice, DeviceInfo, DeviceKind, devices, devices_with_memory};
 pub use error::GpuError;
 pub use resources::buffer::{Buffer, BufferUse};
-pub use resources::image::{Image, TexelFormat};
+pub use resources::image::{Image, ImageDesc, TexelFormat};
 pub use resources::pipeline::{
     Blend, ComputeDesc, ComputePipeline, GraphicsDesc, Pipeline, Topology, VertexLayout,
 };

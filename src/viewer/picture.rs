@@ -21,6 +21,7 @@ use crate::client::retained::{RETAINED_SAMPLES, RetainedSamples};
 use crate::client::{ClientError, Film, FilmCounts, FilmSpec, Settings};
 use crate::denoise::noise_filter::{EpochView, FilteredFrame};
 use crate::gpu::{FrameNumber, Gpu, Region};
+use crate::image::stereo::Eye;
 use crate::render::figures::human;
 use crate::render::light_groups::{GroupFilms, GroupMemory};
 use crate::render::run_spec::RunSpec;
@@ -575,7 +576,7 @@ impl LivePicture {
         let size = [film.spec().width, film.spec().height];
         // The film may still have another size.
         let fits = (0..2).all(|i| region.origin[i] + region.extent[i] <= size[i]);
-        if fits { film.shown(region) } else { Ok(None) }
+        if fits { film.shown(Eye::Left, region) } else { Ok(None) }
     }
 
     /// Sum of the weights of the camera samples at a pixel; 0 if unknown.

@@ -418,7 +418,7 @@ impl Screen {
                         film.paint_sum(cmd, settings, detail, &mut layers)?
                     }
                     PictureSource::Filtered(picture) => {
-                        film.paint_filtered(cmd, picture, settings, &mut regions)?
+                        film.paint_filtered(cmd, &[picture], settings, &mut regions)?
                     }
                 })
             }

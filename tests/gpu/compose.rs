@@ -5,6 +5,7 @@ use glam::{Mat3, Vec3};
 use pointillist::client::pass::compose::PictureLayer;
 use pointillist::client::{Film, Reconstruction, SplatFilter};
 use pointillist::gpu::Region;
+use pointillist::image::stereo::Eye;
 
 /// Inside is the mean with the region's share, outside nothing has changed, at every internal resolution.
 #[test]
@@ -28,7 +29,8 @@ fn a_region_is_mixed_with_its_share_and_nothing_else_changes() {
         whole.paint(&mut frame.cmd(), &settings, detail, &mut regions).expect("paint");
         gpu().wait(frame.submit().expect("submit")).expect("wait");
         let extent = [65, 50];
-        let shown = whole.shown(Region { origin: [0, 0], extent }).expect("read").expect("painted").xyz;
+        let shown =
+            whole.shown(Eye::Left, Region { origin: [0, 0], extent }).expect("read").expect("painted").xyz;
         let coarse = |x: u32, y: u32, width: u32| (y / detail * width.div_ceil(detail) + x / detail) as usize;
         for (i, shown) in shown.iter().enumerate() {
             let [x, y] = [i as u32 % 65, i as u32 / 65];
@@ -77,7 +79,7 @@ fn a_mix_is_the_sum_of_its_layers() {
         whole.paint_sum(&mut frame.cmd(), &settings, detail, &mut layers).expect("paint");
         gpu().wait(frame.submit().expect("submit")).expect("wait");
         let region = Region { origin: [0, 0], extent: [65, 50] };
-        let shown = whole.shown(region).expect("read").expect("painted").xyz;
+        let shown = whole.shown(Eye::Left, region).expect("read").expect("painted").xyz;
         for (i, shown) in shown.iter().enumerate() {
             let [x, y] = [i as u32 % 65, i as u32 / 65];
             let at = (y / detail * 65u32.div_ceil(detail) + x / detail) as usize;

@@ -55,6 +55,7 @@ fn validation_catches_a_planted_hazard() {
             push_bytes: size_of::<DownsamplePush>(),
             textures: 2,
             attachments: &[(TexelFormat::R32F, Blend::Replace); 2],
+            layers: 1,
             topology: Topology::Fullscreen,
             vertex: VertexLayout::default(),
         },

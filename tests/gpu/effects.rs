@@ -25,7 +25,7 @@ fn painted(film: &mut VulkanFilm, settings: &Settings, detail: u32) -> Vec<u8> {
     let mut frame = gpu.begin().expect("a frame");
     let image = film.paint(&mut frame.cmd(), settings, detail, &mut []).expect("paint");
     frame.submit().expect("submit");
-    read_image(&gpu, image, Region { origin: [0, 0], extent }).expect("read")
+    read_image(&gpu, image, 0, Region { origin: [0, 0], extent }).expect("read")
 }
 
 /// Detail 1 is the picture as ever; coarser ones are close to it, smooth, and of full size.

@@ -119,7 +119,7 @@ fn an_impatient_film_has_the_same_glare_later() {
         film.paint(&mut frame.cmd(), &settings, 1, &mut []).expect("paint");
         gpu().wait(frame.submit().expect("submit")).expect("wait");
         let image = film.painted().expect("painted");
-        read_image(gpu(), image, Region { origin: [0, 0], extent: [40, 31] }).expect("read")
+        read_image(gpu(), image, 0, Region { origin: [0, 0], extent: [40, 31] }).expect("read")
     };
     let first = paint(&mut film);
     while !film.is_background_ready() {

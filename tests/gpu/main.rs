@@ -24,6 +24,7 @@ mod post_process;
 mod reference;
 mod shaders;
 mod soak;
+mod stereo;
 mod swapchain;
 mod tiles;
 mod timing;

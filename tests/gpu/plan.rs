@@ -84,7 +84,7 @@ fn pipelines_are_compiled_aside() {
         film.paint(&mut frame.cmd(), settings, 1, &mut []).expect("paint");
         own.wait(frame.submit().expect("submit")).expect("wait");
         let image = film.painted().expect("painted");
-        let bytes = read_image(&own, image, Region { origin: [0, 0], extent: [64, 48] }).expect("read");
+        let bytes = read_image(&own, image, 0, Region { origin: [0, 0], extent: [64, 48] }).expect("read");
         bytes.chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect::<Vec<_>>()
     };
     let plain = settings(Reconstruction::Gaussian, 0.0);

@@ -23,8 +23,14 @@ fn every_source_is_embedded() {
         .filter(|name| name.ends_with(".vert") || name.ends_with(".frag") || name.ends_with(".comp"))
         .collect();
     sources.sort();
-    assert_eq!(shader_names().collect::<Vec<_>>(), sources);
-    assert!(!sources.is_empty());
+    let (layered, single): (Vec<_>, Vec<_>) = shader_names().partition(|name| name.ends_with(".layers"));
+    assert_eq!(single, sources);
+    assert!(!sources.is_empty() && !layered.is_empty());
+    for name in layered {
+        let source = name.strip_suffix(".layers").expect("as filtered");
+        let text = fs::read_to_string(glsl().join(source)).expect("its source");
+        assert!(text.contains("include/layers.glsl"), "{source} has no layers");
+    }
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn noise(gpu: &Arc<Gpu>, [width, height]: [u32; 2], seed: u64) -> (Image, Vec<[u
     let mut buffer = Buffer::new(gpu, "noise", BufferUse::Upload, bytes.len()).expect("a buffer");
     buffer.mapped_mut().copy_from_slice(&bytes);
     let mut frame = gpu.begin().expect("a frame");
-    frame.cmd().copy_from_buffer(&buffer, &mut image);
+    frame.cmd().copy_from_buffers(&[&buffer], &mut image);
     frame.submit().expect("submit");
     (image, pixels)
 }

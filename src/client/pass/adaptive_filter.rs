@@ -5,7 +5,9 @@ use std::sync::Arc;
 use crate::client::layout::{AdaptivePush, DownsamplePush};
 use crate::client::pass::mips::taps;
 use crate::client::pass::{CompilePolicy, ShaderVariants};
-use crate::gpu::{Access, Attachment, Blend, Cmd, Gpu, GpuError, Image, LoadOp, TexelFormat, Texture};
+use crate::gpu::{
+    Access, Attachment, Blend, Cmd, Gpu, GpuError, Image, ImageDesc, LoadOp, TexelFormat, Texture,
+};
 
 /// Spreads the light of every texel as far as the density of samples around it requires.
 ///
@@ -49,8 +51,10 @@ pub struct AdaptiveInput<'a> {
 }
 
 impl AdaptiveImages {
-    fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
-        let image = |name, format, extent| Image::with_mips(gpu, name, format, extent);
+    fn new(gpu: &Arc<Gpu>, extent: [u32; 2], layers: u32) -> Result<Self, GpuError> {
+        let image = |name, format, extent| {
+            Image::of(gpu, name, ImageDesc::new(format, extent).layered(layers).with_mips())
+        };
         let half = extent.map(|n| (n / 2).max(1));
         Ok(Self {
             statistics: image("adaptive statistics", TexelFormat::Rg32F, extent)?,
@@ -85,7 +89,7 @@ impl AdaptiveFilterPass {
         // Coarse sums of a moving picture have another extent.
         let mut images = match self.images.take().filter(|images| images.kept.extent(0) == input.extent) {
             Some(images) => images,
-            None => AdaptiveImages::new(&self.gpu, input.extent)?,
+            None => AdaptiveImages::new(&self.gpu, input.extent, input.sums.layers())?,
         };
         let cmd = &mut cmd.scope("adaptive filter");
         let last = images.kept.levels() - 1;

@@ -6,7 +6,7 @@ use crate::client::layout::BilateralPush;
 use crate::client::pass::images::StreamImages;
 use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::client::reference::bilateral::STAGES;
-use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
+use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, ImageDesc, TexelFormat, Texture};
 
 /// Averages the sums of a stream over neighbours whose difference the variance explains, in three stages.
 ///
@@ -28,9 +28,13 @@ struct BilateralImages {
 }
 
 impl BilateralImages {
-    fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
-        let sums = |name| Image::new(gpu, name, TexelFormat::Rgba32F, extent);
-        let errors = |name| Image::new(gpu, name, TexelFormat::R32F, extent);
+    /// Images of the extent and the layers of these sums.
+    fn like(gpu: &Arc<Gpu>, sums: &Image) -> Result<Self, GpuError> {
+        let image = |name, format| {
+            Image::of(gpu, name, ImageDesc::new(format, sums.extent(0)).layered(sums.layers()))
+        };
+        let sums = |name| image(name, TexelFormat::Rgba32F);
+        let errors = |name| image(name, TexelFormat::R32F);
         Ok(Self {
             sums: [sums("bilateral sums 0")?, sums("bilateral sums 1")?],
             errors: [errors("bilateral errors 0")?, errors("bilateral errors 1")?],
@@ -63,7 +67,7 @@ impl BilateralPass {
     ) -> Result<(), GpuError> {
         let images = match &mut self.images[usize::from(summed)] {
             Some(images) => images,
-            empty => empty.insert(BilateralImages::new(&self.gpu, stream.color.sums().extent(0))?),
+            empty => empty.insert(BilateralImages::like(&self.gpu, stream.color.sums())?),
         };
         let cmd = &mut cmd.scope("bilateral");
         let color = stream.color.sums();

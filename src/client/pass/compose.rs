@@ -96,7 +96,7 @@ fn draw(
                 padding: 0.0,
             };
             cmd.bind(pipeline, bytemuck::bytes_of(&push), &textures);
-            cmd.draw_triangle();
+            cmd.draw_triangle(pipeline);
         }
     });
     Ok(())

@@ -24,20 +24,22 @@ impl FoldPass {
             push_bytes: size_of::<FoldPush>(),
             textures: 0,
             images: &[true; 4],
+            layers: 1,
         };
         Ok(Self { pipeline: ComputePipeline::new(gpu, &desc)? })
     }
 
-    /// Adds `batch.color` to `sums`.
+    /// Adds `batch.color` to a layer of `sums`.
     pub fn record(
         &self,
         cmd: &mut Cmd<'_>,
+        layer: u32,
         sums: &mut AccumulatorImages,
         batch: &mut BatchImages,
         push: &FoldPush,
     ) {
         let means = batch.deviations.as_mut().map(|deviations| &mut deviations.means);
         let cmd = &mut cmd.scope("fold");
-        sums.fold(cmd, &self.pipeline, bytemuck::bytes_of(push), &mut batch.color, means);
+        sums.fold(cmd, layer, &self.pipeline, bytemuck::bytes_of(push), &mut batch.color, means);
     }
 }

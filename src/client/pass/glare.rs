@@ -25,8 +25,16 @@ pub struct GlarePass {
     under_way: Option<(GlareKey, BackgroundTask<Result<GlareConvolution, ClientError>>)>,
 }
 
-/// Extent of the picture and state of the eye.
-type GlareKey = ([u32; 2], Glare);
+/// What a convolution is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct GlareKey {
+    /// Width and height of the picture.
+    extent: [u32; 2],
+    /// Its layers.
+    layers: u32,
+    /// State of the eye.
+    glare: Glare,
+}
 
 /// Tables and shaders of the convolution for one picture and one eye.
 struct GlareConvolution {
@@ -35,9 +43,10 @@ struct GlareConvolution {
     shaders: Arc<GlareShaders>,
 }
 
-/// Shaders for transforms of these lengths.
+/// Shaders for transforms of these lengths, of pictures with so many layers.
 struct GlareShaders {
     halves: [usize; 2],
+    layers: u32,
     rows: ComputePipeline,
     columns: ComputePipeline,
     back: ComputePipeline,
@@ -52,7 +61,7 @@ struct GlareTables {
     gain: Buffer,
     /// Spectrum of each channel's kernel; a single one if they are equal.
     kernels: Vec<Buffer>,
-    /// Row frequencies of each channel.
+    /// Row frequencies of each channel, layer by layer.
     work: [Buffer; 3],
 }
 
@@ -62,7 +71,7 @@ impl GlarePass {
         Self { gpu: gpu.clone(), convolution: None, under_way: None }
     }
 
-    /// Adds glare to the picture, in place; `picture` was created by [`Image::storage`]. When its extent or `glare` changes, the
+    /// Adds glare to the picture, in place; `picture` is an image [for storage](crate::gpu::ImageDesc::storage). When its extent or `glare` changes, the
     /// convolution is set up anew, at once or in the background according to `policy`. Until it is ready the picture gets the previous
     /// glare, or none if the extent has changed.
     ///
@@ -77,9 +86,10 @@ impl GlarePass {
         glare: &Glare,
         policy: BackgroundPolicy,
     ) -> Result<(), ClientError> {
-        let extent = picture.extent(0);
-        self.make((extent, *glare), policy)?;
-        if let Some(convolution) = self.convolution.as_ref().filter(|made| made.key.0 == extent) {
+        let key = GlareKey { extent: picture.extent(0), layers: picture.layers(), glare: *glare };
+        self.make(key, policy)?;
+        let fits = |made: &&GlareConvolution| GlareKey { glare: *glare, ..made.key } == key;
+        if let Some(convolution) = self.convolution.as_ref().filter(fits) {
             convolution.shaders.record(&mut cmd.scope("glare"), &convolution.tables, picture);
         }
         Ok(())
@@ -122,28 +132,29 @@ impl GlarePass {
 impl GlareConvolution {
     /// Reuses the shaders of `old` if the lengths are the same.
     fn new(gpu: &Arc<Gpu>, key: GlareKey, old: Option<Arc<GlareShaders>>) -> Result<Self, ClientError> {
-        let tables = GlareTables::new(gpu, key.0, &key.1)?;
+        let tables = GlareTables::new(gpu, key)?;
         let halves = [tables.axes[0].half, tables.axes[1].half];
-        let shaders = match old.filter(|old| old.halves == halves) {
+        let shaders = match old.filter(|old| (old.halves, old.layers) == (halves, key.layers)) {
             Some(old) => old,
-            None => Arc::new(GlareShaders::new(gpu, &tables.axes)?),
+            None => Arc::new(GlareShaders::new(gpu, &tables.axes, key.layers)?),
         };
         Ok(Self { key, tables, shaders })
     }
 }
 
 impl GlareShaders {
-    fn new(gpu: &Arc<Gpu>, [across, down]: &[FourierAxis; 2]) -> Result<Self, GpuError> {
+    fn new(gpu: &Arc<Gpu>, [across, down]: &[FourierAxis; 2], layers: u32) -> Result<Self, GpuError> {
         let make = |shader, axis: &FourierAxis, images: &[bool]| {
             let mut constants = [1; STAGES + 1];
             constants[0] = axis.half as u32;
             constants[1..=axis.radices.len()].copy_from_slice(&axis.radices);
             let shader = (shader, &constants[..]);
             let push_bytes = size_of::<GlarePush>();
-            ComputePipeline::new(gpu, &ComputeDesc { shader, push_bytes, textures: 0, images })
+            ComputePipeline::new(gpu, &ComputeDesc { shader, push_bytes, textures: 0, images, layers })
         };
         Ok(Self {
             halves: [across.half, down.half],
+            layers,
             rows: make("glare_rows.comp", across, &[false, true, false, false])?,
             columns: make("glare_columns.comp", down, &[false; 3])?,
             back: make("glare_back.comp", across, &[false, true, false, false, false])?,
@@ -177,7 +188,7 @@ impl GlareShaders {
 }
 
 impl GlareTables {
-    fn new(gpu: &Arc<Gpu>, extent: [u32; 2], glare: &Glare) -> Result<Self, ClientError> {
+    fn new(gpu: &Arc<Gpu>, GlareKey { extent, layers, glare }: GlareKey) -> Result<Self, ClientError> {
         let [width, height] = extent;
         let axes = extent.map(|n| FourierAxis::new(n as usize));
         let no_memory = || ClientError::Memory {
@@ -185,15 +196,15 @@ impl GlareTables {
             bytes: u64::from(width) * u64::from(height) * 2 * size_of::<[f32; 3]>() as u64,
         };
         let columns = axes[0].half + 1;
-        let work = work_bytes(&axes);
-        if !fits(gpu, &axes) {
+        let work = layers as usize * work_bytes(&axes);
+        if !fits(gpu, &axes) || work > gpu.storage_bytes() {
             let most = gpu.shared_bytes() / size_of::<[f32; 2]>();
             let limit = most.min((gpu.storage_bytes() / size_of::<[f32; 2]>()).isqrt()) as u32;
             return Err(
                 GpuError::TooLarge { name: "the picture for glare".into(), width, height, limit }.into()
             );
         }
-        let kernel = GlareKernel::new([width as usize, height as usize], glare).ok_or_else(no_memory)?;
+        let kernel = GlareKernel::new([width as usize, height as usize], &glare).ok_or_else(no_memory)?;
         let spectra = spectrum(&kernel, [&axes[0], &axes[1]]).ok_or_else(no_memory)?;
         let kernels = spectra.chunks_exact(columns * (axes[1].half + 1));
         let scratch = |name| Buffer::new(gpu, name, BufferUse::Scratch, work);

@@ -15,6 +15,8 @@
 //! | adaptive filter: 8, 1, 16 and 4, with mip levels | 39 | with the first repaint that filters the light stream |
 //! | atlas of mip levels, bilateral filter | 24, 40 | with the first repaint that masks noise so; the atlas on lavapipe only |
 //!
+//! A film of two eyes has two layers of each, but for the batch.
+//!
 //! If the CPU computes the sums, the device has neither the second floats nor a batch. A film below 190² texels has several copies of the
 //! batch ([`FilmSpec::batch_slots`]). The window always accumulates the variance: it could not be computed later, because the samples are
 //! gone by then. Glare has tables of its own and one complex number per channel and frequency.
@@ -25,7 +27,7 @@ use crate::client::compiled_effects::{DETAILS, Effects};
 use crate::client::post_process::PicturePair;
 use crate::client::settings::{FilmSpec, Summation};
 use crate::gpu::{
-    Access, Attachment, Cmd, ComputePipeline, Gpu, GpuError, Image, StorageBinding, TexelFormat,
+    Access, Attachment, Cmd, ComputePipeline, Gpu, GpuError, Image, ImageDesc, StorageBinding, TexelFormat,
 };
 
 /// Sums of one or two floats per value, which [fold](crate::client::pass::fold) updates in place.
@@ -37,26 +39,29 @@ pub struct AccumulatorImages {
 }
 
 impl AccumulatorImages {
-    /// Creates images of this format; with `rests` for sums of two floats.
+    /// Creates images of this format and a layer for each eye; with `rests` for sums of two floats.
     fn new(
         gpu: &Arc<Gpu>,
         name: &str,
         format: TexelFormat,
         rests: bool,
         extent: [u32; 2],
+        layers: u32,
     ) -> Result<Self, GpuError> {
-        let rest = || Image::storage(gpu, &format!("{name} rests"), format, extent);
+        let desc = ImageDesc::new(format, extent).layered(layers).storage();
+        let rest = || Image::of(gpu, &format!("{name} rests"), desc);
         Ok(Self {
-            sums: Image::storage_with_mips(gpu, &format!("{name} sums"), format, extent)?,
+            sums: Image::of(gpu, &format!("{name} sums"), desc.with_mips())?,
             rests: rests.then(rest).transpose()?,
         })
     }
 
-    /// Runs a compute shader for every texel that adds `batch` to the sums and, if present, writes the `means`. Bindings: sums, rests,
-    /// batch, means; a binding that the shader does not read holds the sums.
+    /// Runs a compute shader for every texel of a layer that adds `batch` to the sums and, if present, writes the `means`. Bindings: sums,
+    /// rests, batch, means; a binding that the shader does not read holds the sums.
     pub fn fold(
         &mut self,
         cmd: &mut Cmd<'_>,
+        layer: u32,
         pipeline: &ComputePipeline,
         push: &[u8],
         batch: &mut Image,
@@ -69,17 +74,18 @@ impl AccumulatorImages {
         for image in rests.iter_mut().chain([&mut *batch]) {
             cmd.access(image, Access::Storage);
         }
-        let mut bindings = vec![&*sums, rests.as_ref().unwrap_or(sums), batch];
+        let of_layer = |image| StorageBinding::Layer(image, layer);
+        let rests = rests.as_ref().unwrap_or(sums);
+        let mut bindings = vec![of_layer(sums), of_layer(rests), StorageBinding::Image(batch)];
         if pipeline.bindings() > bindings.len() {
             bindings.push(match means {
                 Some(means) => {
                     cmd.access(means, Access::Storage);
-                    means
+                    StorageBinding::Image(means)
                 }
-                None => sums,
+                None => of_layer(sums),
             });
         }
-        let bindings: Vec<_> = bindings.into_iter().map(StorageBinding::Image).collect();
         let [width, height] = sums.extent(0);
         cmd.dispatch(pipeline, push, &bindings, [width.div_ceil(GROUP[0]), height.div_ceil(GROUP[1])]);
     }
@@ -121,12 +127,18 @@ pub struct StreamImages {
 }
 
 impl StreamImages {
-    /// Images of the stream `name` for this film. `folded` is false if the device only receives copies of the sums, which need no second
+    /// Images of the stream `name` for this film, with a layer for each of its `eyes`. `folded` is false if the device only receives copies of the sums, which need no second
     /// floats.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, spec: &FilmSpec, folded: bool) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        spec: &FilmSpec,
+        folded: bool,
+        eyes: u32,
+    ) -> Result<Self, GpuError> {
         let extent = spec.padded_extent();
         let sums = |what: &str, format, rests| {
-            AccumulatorImages::new(gpu, &format!("{name} {what}"), format, rests, extent)
+            AccumulatorImages::new(gpu, &format!("{name} {what}"), format, rests, extent, eyes)
         };
         let variance = || sums("variance", TexelFormat::R32F, folded);
         Ok(Self {
@@ -158,7 +170,11 @@ impl StreamImages {
         let full = sums.extent(0);
         let mut atlas = match self.atlas.take() {
             Some(atlas) => atlas,
-            None => Image::new(gpu, "atlas", TexelFormat::Rgba32F, atlas_extent(full, sums.levels()))?,
+            None => {
+                let extent = atlas_extent(full, sums.levels());
+                let desc = ImageDesc::new(TexelFormat::Rgba32F, extent).layered(sums.layers());
+                Image::of(gpu, "atlas", desc)?
+            }
         };
         if !std::mem::replace(&mut self.atlas_done, true) {
             let origins: Vec<_> = (0..sums.levels()).map(|level| atlas_origin(full, level)).collect();
@@ -241,7 +257,8 @@ impl BatchImages {
     /// Images of this film's padded extent; render targets have all batch slots stacked vertically.
     pub fn new(gpu: &Arc<Gpu>, spec: &FilmSpec) -> Result<Self, GpuError> {
         let [width, height] = spec.padded_extent();
-        let make = |name, format, height| Image::storage(gpu, name, format, [width, height]);
+        let make =
+            |name, format, height| Image::of(gpu, name, ImageDesc::new(format, [width, height]).storage());
         let high = height * spec.batch_slots();
         let deviations = || {
             let variance = make("batch variance", TexelFormat::R32F, high)?;
@@ -257,6 +274,8 @@ impl BatchImages {
 /// Images written by a repaint.
 pub struct PictureImages {
     extent: [u32; 2],
+    /// Layers: one for each eye.
+    eyes: u32,
     /// Scene-linear XYZ for each of [`DETAILS`], created on first use.
     xyz: [Option<PicturePair>; DETAILS.len()],
     /// Encoded R, G, B at full size, created on first use.
@@ -266,9 +285,9 @@ pub struct PictureImages {
 }
 
 impl PictureImages {
-    /// Images of this extent in picture pixels, without padding.
-    pub fn new(extent: [u32; 2]) -> Self {
-        Self { extent, xyz: [const { None }; DETAILS.len()], encoded: None, last: 0 }
+    /// Images of this extent in picture pixels, without padding, with a layer for each of these `eyes`.
+    pub fn new(extent: [u32; 2], eyes: u32) -> Self {
+        Self { extent, eyes, xyz: [const { None }; DETAILS.len()], encoded: None, last: 0 }
     }
 
     /// The encoded picture of the last request.
@@ -300,12 +319,18 @@ impl PictureImages {
         let format = effects.encoded_format();
         let pair = match &mut self.xyz[at] {
             Some(pair) => pair,
-            empty => empty.insert(PicturePair::new(gpu, self.extent.map(|n| n.div_ceil(DETAILS[at])))?),
+            empty => {
+                let extent = self.extent.map(|n| n.div_ceil(DETAILS[at]));
+                empty.insert(PicturePair::new(gpu, extent, self.eyes)?)
+            }
         };
         self.encoded = self.encoded.take().filter(|image| image.format() == format);
         let encoded = match &mut self.encoded {
             Some(image) => image,
-            empty => empty.insert(Image::new(gpu, "picture encoded", format, self.extent)?),
+            empty => {
+                let desc = ImageDesc::new(format, self.extent).layered(self.eyes);
+                empty.insert(Image::of(gpu, "picture encoded", desc)?)
+            }
         };
         Ok((&mut pair.xyz, encoded))
     }

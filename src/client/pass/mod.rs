@@ -14,6 +14,7 @@
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
 //! | [`PostPass`](crate::client::post_process) | what changes the picture, if asked for | [`post_process`](crate::client::post_process) |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
+//! | [`stereo`](stereo) | the pictures of two eyes as one, of a film that has both | [`image::stereo`](crate::image::stereo) |
 //! | [`wavelet`] | the noise filter, before a picture is shown through it | [`client/wavelet`](crate::client::wavelet) |
 //!
 //! [`VulkanFilm`](crate::client::film::VulkanFilm) runs the passes of a batch, down to `variance`; `denoise` runs
@@ -54,6 +55,7 @@ pub mod mips;
 pub mod reconstruct;
 pub mod repaint;
 pub mod splat;
+pub mod stereo;
 pub mod tonemap;
 pub mod variance;
 pub mod wavelet;
@@ -64,20 +66,44 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::client::background::BackgroundTask;
 use crate::gpu::{Blend, Gpu, GpuError, GraphicsDesc, Pipeline, TexelFormat, Topology, VertexLayout};
 
-/// Whether a repaint is skipped while a pipeline is compiled on another thread, or blocks until it is compiled (the default). Shared by all
-/// passes of a repaint.
-#[derive(Clone, Debug, Default)]
-pub struct CompilePolicy(Arc<AtomicBool>);
+/// How the pipelines of a repaint are compiled: whether it is skipped while another thread compiles one or blocks until then (the default),
+/// and for images of how many layers. Shared by all passes of a repaint.
+#[derive(Clone, Debug)]
+pub struct CompilePolicy {
+    aside: Arc<AtomicBool>,
+    layers: u32,
+}
+
+impl Default for CompilePolicy {
+    fn default() -> Self {
+        Self::for_layers(1)
+    }
+}
 
 impl CompilePolicy {
-    /// Sets the policy for everything recorded from now on.
+    /// For images of so many layers, all of which are drawn at once.
+    pub fn for_layers(layers: u32) -> Self {
+        Self { aside: Arc::default(), layers }
+    }
+
+    /// The same for images of one layer.
+    pub fn of_one_layer(&self) -> Self {
+        Self { layers: 1, ..self.clone() }
+    }
+
+    /// Layers of the images.
+    pub fn layers(&self) -> u32 {
+        self.layers
+    }
+
+    /// Sets whether everything recorded from now on has its pipelines compiled on another thread.
     pub fn set_aside(&self, aside: bool) {
-        self.0.store(aside, Ordering::Relaxed);
+        self.aside.store(aside, Ordering::Relaxed);
     }
 
     /// Whether pipelines are compiled on another thread.
     pub fn is_aside(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.aside.load(Ordering::Relaxed)
     }
 }
 
@@ -211,27 +237,20 @@ impl ShaderVariants {
             (variants.gpu.clone(), variants.shader, *push_bytes, *textures);
         let owned = constants.to_vec();
         let attachments: Vec<_> = formats.iter().map(|format| (*format, *blend)).collect();
-        variants.get(constants, move || blended(&gpu, (frag, &owned), push_bytes, textures, &attachments))
+        let layers = variants.policy.layers();
+        variants.get(constants, move || {
+            let desc = GraphicsDesc {
+                name: frag,
+                vert: ("fullscreen.vert", &[]),
+                frag: (frag, &owned),
+                push_bytes,
+                textures,
+                attachments: &attachments,
+                layers,
+                topology: Topology::Fullscreen,
+                vertex: VertexLayout::default(),
+            };
+            Pipeline::new(&gpu, &desc)
+        })
     }
-}
-
-/// A pipeline whose fragment shader runs once per texel of its attachments, each with its own blend mode.
-fn blended(
-    gpu: &Arc<Gpu>,
-    frag: (&str, &[u32]),
-    push_bytes: usize,
-    textures: u32,
-    attachments: &[(TexelFormat, Blend)],
-) -> Result<Pipeline, GpuError> {
-    let desc = GraphicsDesc {
-        name: frag.0,
-        vert: ("fullscreen.vert", &[]),
-        frag,
-        push_bytes,
-        textures,
-        attachments,
-        topology: Topology::Fullscreen,
-        vertex: VertexLayout::default(),
-    };
-    Pipeline::new(gpu, &desc)
 }

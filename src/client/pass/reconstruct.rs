@@ -100,11 +100,11 @@ impl ReconstructPass {
         let extent = target.extent(0);
         let tiled = self.gpu.prefers_compute() && kind == Reconstruction::Gaussian && !masking;
         if tiled && streams.iter().flatten().all(|stream| fits_tiles(stream, push.texels, extent)) {
-            let gpu = self.gpu.clone();
+            let (gpu, layers) = (self.gpu.clone(), target.layers());
             let pipeline = self.tiled.get(&constants, move || {
                 let (shader, push_bytes) =
                     (("reconstruct.comp", &constants[..]), size_of::<ReconstructPush>());
-                let desc = ComputeDesc { shader, push_bytes, textures: TEXTURES, images: &[true] };
+                let desc = ComputeDesc { shader, push_bytes, textures: TEXTURES, images: &[true], layers };
                 ComputePipeline::new(&gpu, &desc)
             })?;
             let cmd = &mut cmd.scope("reconstruct");

@@ -1,4 +1,5 @@
-//! One repaint: mips, reconstruction, regions, glare, post-processes, tone mapping, and readback.
+//! One repaint: mips, reconstruction, regions, glare, post-processes, tone mapping, and readback. Where there are two eyes, each pass draws
+//! both as layers of one image; at the end they become one picture.
 
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ use crate::client::pass::glare::{GlarePass, glare_detail};
 use crate::client::pass::images::{PictureImages, StreamImages};
 use crate::client::pass::mips::MipsPass;
 use crate::client::pass::reconstruct::{FilteredSums, ReconstructPass, StreamInput, levels_needed};
+use crate::client::pass::stereo::{StereoPass, composed_extent};
 use crate::client::pass::tonemap::TonemapPass;
 use crate::client::post_process::{PictureGrid, PostPasses};
 use crate::client::readback::Readback;
@@ -25,6 +27,7 @@ use crate::client::settings::{ColorOutput, DisplayImage, DisplayView, FilmSpec, 
 use crate::color::pq;
 use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, Image, Region, TexelFormat, read_image};
 use crate::image::Grid;
+use crate::image::stereo::Eye;
 
 /// Camera and light, each with its level of detail; `None` without samples.
 type Streams<'a> = [Option<(&'a mut StreamImages, StreamLod)>; 2];
@@ -54,6 +57,8 @@ pub struct Repaint {
     glare: GlarePass,
     post: PostPasses,
     tonemap: TonemapPass,
+    /// Where there are two eyes.
+    stereo: Option<StereoPass>,
     picture: PictureImages,
     /// Whether a repaint blocks on tables that take long to compute.
     pub policy: BackgroundPolicy,
@@ -66,9 +71,9 @@ pub struct Repaint {
 }
 
 impl Repaint {
-    /// Creates the passes for this film; images are allocated on first use.
-    pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec) -> Self {
-        let compiling = CompilePolicy::default();
+    /// Creates the passes for this film of so many eyes; images are allocated on first use.
+    pub fn new(gpu: &Arc<Gpu>, spec: FilmSpec, eyes: u32) -> Self {
+        let compiling = CompilePolicy::for_layers(eyes);
         Self {
             gpu: gpu.clone(),
             spec,
@@ -81,7 +86,8 @@ impl Repaint {
             glare: GlarePass::new(gpu),
             post: PostPasses::new(gpu, &compiling),
             tonemap: TonemapPass::new(gpu, &compiling),
-            picture: PictureImages::new([spec.width, spec.height]),
+            stereo: (eyes > 1).then(|| StereoPass::new(gpu, &compiling)),
+            picture: PictureImages::new([spec.width, spec.height], eyes),
             policy: BackgroundPolicy::Block,
             shows_glare: false,
             compiling,
@@ -107,18 +113,18 @@ impl Repaint {
         })
     }
 
-    /// Records regions, glare, post-processes and encoding of this picture (scene-linear XYZ, the film's size) instead of the reconstructed
-    /// sums.
+    /// Records regions, glare, post-processes and encoding of the picture of each eye (scene-linear XYZ, the film's size) instead of the
+    /// reconstructed sums.
     pub fn paint_filtered(
         &mut self,
         cmd: &mut Cmd<'_>,
-        picture: &Grid<Vec3>,
+        pictures: &[&Grid<Vec3>],
         settings: &Settings,
         regions: &mut [PictureLayer<'_>],
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, 1);
         self.attempt(&effects, |this| {
-            this.upload(cmd, picture, &effects)?;
+            this.upload(cmd, pictures, &effects)?;
             this.finish(cmd, settings, &effects, regions)
         })
     }
@@ -157,7 +163,10 @@ impl Repaint {
                 self.drawn = true;
             }
         }
-        Ok(self.picture.get(&self.gpu, effects)?.1)
+        match self.stereo.as_mut().and_then(StereoPass::composed) {
+            Some(composed) => Ok(composed),
+            None => Ok(self.picture.get(&self.gpu, effects)?.1),
+        }
     }
 
     /// Whether the last repaint left the previous picture in place because a pipeline is being compiled.
@@ -188,21 +197,24 @@ impl Repaint {
         detail: u32,
     ) -> Result<&mut Image, ClientError> {
         let effects = self.effects(settings, detail);
-        self.upload(cmd, picture, &effects)?;
+        self.upload(cmd, &[picture], &effects)?;
         Ok(self.picture.get(&self.gpu, &effects)?.0)
     }
 
-    /// Records the upload of a denoised picture.
+    /// Records the upload of a denoised picture for each eye.
     fn upload(
         &mut self,
         cmd: &mut Cmd<'_>,
-        picture: &Grid<Vec3>,
+        pictures: &[&Grid<Vec3>],
         effects: &Effects,
     ) -> Result<(), ClientError> {
-        let texels = coarse_texels(picture, effects.detail as usize);
-        let upload = Buffer::filled(&self.gpu, "filtered", BufferUse::Upload, bytemuck::cast_slice(&texels))?;
+        let upload = |picture: &&Grid<Vec3>| {
+            let texels = coarse_texels(picture, effects.detail as usize);
+            Buffer::filled(&self.gpu, "filtered", BufferUse::Upload, bytemuck::cast_slice(&texels))
+        };
+        let buffers = pictures.iter().map(upload).collect::<Result<Vec<_>, _>>()?;
         let (xyz, _) = self.picture.get(&self.gpu, effects)?;
-        cmd.scope("copy").copy_from_buffer(&upload, xyz);
+        cmd.scope("copy").copy_from_buffers(&buffers.iter().collect::<Vec<_>>(), xyz);
         Ok(())
     }
 
@@ -220,7 +232,11 @@ impl Repaint {
         }
         self.glare_and_post_processes(cmd, settings, effects)?;
         let (xyz, encoded) = self.picture.get(&self.gpu, effects)?;
-        Ok(self.tonemap.record(cmd, effects, settings, xyz, encoded)?)
+        self.tonemap.record(cmd, effects, settings, xyz, encoded)?;
+        if let Some(stereo) = &mut self.stereo {
+            stereo.record(cmd, settings, encoded)?;
+        }
+        Ok(())
     }
 
     /// Records glare and post-processes of the picture, if enabled.
@@ -261,22 +277,26 @@ impl Repaint {
 
     /// The encoded picture of the last repaint; `None` before the first.
     pub fn painted(&mut self) -> Option<&mut Image> {
-        self.picture.painted()
+        match &mut self.stereo {
+            Some(stereo) => stereo.composed(),
+            None => self.picture.painted(),
+        }
     }
 
-    /// Displayed texels of the last repaint within a rectangle; `None` before the first. Waits for the GPU.
+    /// Displayed texels of one eye in the last repaint within a rectangle; `None` before the first. Waits for the GPU.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`].
-    pub fn shown(&mut self, region: Region) -> Result<Option<ShownTexels>, ClientError> {
+    pub fn shown(&mut self, eye: Eye, region: Region) -> Result<Option<ShownTexels>, ClientError> {
         let gpu = self.gpu.clone();
         let Some((xyz, detail, encoded)) = self.picture.shown() else { return Ok(None) };
+        let layer = (eye as u32).min(encoded.layers() - 1);
         let Region { origin: [x, y], extent: [width, height] } = region;
         let first = [x / detail, y / detail];
         let last = [(x + width - 1) / detail, (y + height - 1) / detail];
         let coarse = [last[0] - first[0] + 1, last[1] - first[1] + 1];
-        let texels = floats(&read_image(&gpu, xyz, Region { origin: first, extent: coarse })?);
+        let texels = floats(&read_image(&gpu, xyz, layer, Region { origin: first, extent: coarse })?);
         let texel = |x: u32, y: u32| {
             let at = 4 * ((y / detail - first[1]) * coarse[0] + x / detail - first[0]) as usize;
             [texels[at], texels[at + 1], texels[at + 2]]
@@ -284,11 +304,11 @@ impl Repaint {
         let rows = y..y + height;
         let xyz = rows.flat_map(|y| (x..x + width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
         let format = encoded.format();
-        let displayed = decoded(format, &read_image(&gpu, encoded, region)?);
+        let displayed = decoded(format, &read_image(&gpu, encoded, layer, region)?);
         Ok(Some(ShownTexels { xyz, displayed }))
     }
 
-    /// The encoded picture in 8 bits, whatever the format of the window.
+    /// The encoded picture in 8 bits, whatever the format of the window; that of two eyes is composed.
     ///
     /// # Errors
     ///
@@ -302,14 +322,17 @@ impl Repaint {
         let gpu = self.gpu.clone();
         self.policy = BackgroundPolicy::Block;
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
-        let (width, height) = (self.spec.width, self.spec.height);
+        let [width, height] = match &self.stereo {
+            Some(_) => composed_extent(settings.stereo, [self.spec.width, self.spec.height])?,
+            None => [self.spec.width, self.spec.height],
+        };
         let bytes = width as usize * height as usize * TexelFormat::Rgba8.bytes();
         let buffer = Buffer::new(&gpu, "picture readback", BufferUse::Readback, bytes)?;
         let mut frame = gpu.begin()?;
         let cmd = &mut frame.cmd();
-        self.paint(cmd, sums, &settings, 1, &mut [])?;
-        let (_, encoded) = self.picture.get(&self.gpu, &self.effects(&settings, 1))?;
-        cmd.scope("readback").copy_to_buffer(encoded, region(&self.spec, 1), &buffer);
+        let encoded = self.paint(cmd, sums, &settings, 1, &mut [])?;
+        let whole = Region { origin: [0, 0], extent: [width, height] };
+        cmd.scope("readback").copy_to_buffer(encoded, 0, whole, &buffer);
         let number = frame.submit()?;
         Ok(Readback::new(move || {
             gpu.wait(number)?;
@@ -318,12 +341,13 @@ impl Repaint {
         }))
     }
 
-    /// The picture before the tone curve, scene-linear `[X, Y, Z]`, of `⌈size / detail⌉` pixels; waits for the GPU.
+    /// One eye's picture before the tone curve, scene-linear `[X, Y, Z]`, of `⌈size / detail⌉` pixels; waits for the GPU.
     pub fn reconstruct(
         &mut self,
         sums: FilmSums<'_>,
         settings: &Settings,
         detail: u32,
+        eye: Eye,
     ) -> Result<Vec<[f32; 3]>, ClientError> {
         let gpu = self.gpu.clone();
         let effects = self.effects(settings, detail);
@@ -334,7 +358,8 @@ impl Repaint {
         self.glare_and_post_processes(&mut frame.cmd(), settings, &effects)?;
         frame.submit()?;
         let (xyz, _) = self.picture.get(&gpu, &effects)?;
-        let bytes = read_image(&gpu, xyz, region(&self.spec, effects.detail))?;
+        let layer = (eye as u32).min(xyz.layers() - 1);
+        let bytes = read_image(&gpu, xyz, layer, region(&self.spec, effects.detail))?;
         Ok(floats(&bytes).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect())
     }
 

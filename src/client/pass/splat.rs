@@ -102,6 +102,7 @@ pub fn sprite_pipeline(
             push_bytes: size_of::<SplatPush>(),
             textures,
             attachments: &[(format, Blend::Add)],
+            layers: 1,
             topology: if quads { Topology::Quads } else { Topology::Points },
             // Attributes: uv, and xyz with w.
             vertex: VertexLayout { stride: STRIDE as u32, attributes: &[(2, 0), (4, 8)] },

@@ -8,7 +8,9 @@ use crate::client::layout::TonemapPush;
 use crate::client::pass::{CompilePolicy, ShaderVariants};
 use crate::client::settings::{Dither, Settings};
 use crate::color::TransferTable;
-use crate::gpu::{Access, Attachment, Buffer, BufferUse, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
+use crate::gpu::{
+    Access, Attachment, Buffer, BufferUse, Cmd, Gpu, GpuError, Image, ImageDesc, TexelFormat, Texture,
+};
 
 /// Tone curve, matrix, desaturation at constant luminance, transfer, dither and rounding.
 ///
@@ -40,7 +42,7 @@ impl TonemapPass {
         xyz: &mut Image,
         encoded: &mut Image,
     ) -> Result<(), GpuError> {
-        self.upload(cmd, effects, settings)?;
+        self.upload(cmd, effects, settings, xyz.layers())?;
         let pipeline = self.pipelines.get(&effects.tonemap_constants(), &[effects.encoded_format()])?;
         let cmd = &mut cmd.scope("tonemap");
         cmd.access(xyz, Access::Sampled);
@@ -54,38 +56,43 @@ impl TonemapPass {
         Ok(())
     }
 
-    /// Uploads the tables that are read, once.
-    fn upload(&mut self, cmd: &mut Cmd<'_>, effects: &Effects, settings: &Settings) -> Result<(), GpuError> {
+    /// Uploads the tables that are read, once, to so many layers.
+    fn upload(
+        &mut self,
+        cmd: &mut Cmd<'_>,
+        effects: &Effects,
+        settings: &Settings,
+        layers: u32,
+    ) -> Result<(), GpuError> {
         if let Some(table) = settings.profile.transfer.as_ref().filter(|_| effects.table)
             && self.transfer.as_ref().is_none_or(|(held, _)| held != table)
         {
             let texels: Vec<[f32; 4]> = table.0.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
-            let extent = [texels.len() as u32, 1];
-            let texels = bytemuck::cast_slice(&texels);
-            let image = filled(&self.gpu, cmd, "transfer", TexelFormat::Rgba32F, extent, texels)?;
+            let desc = ImageDesc::new(TexelFormat::Rgba32F, [texels.len() as u32, 1]).layered(layers);
+            let image = filled(&self.gpu, cmd, "transfer", desc, bytemuck::cast_slice(&texels))?;
             self.transfer = Some((table.clone(), image));
         }
         if effects.dither == Dither::BlueNoise && self.mask.is_none() {
-            let (extent, texels) = ([MASK_SIDE as u32; 2], bytemuck::cast_slice(blue_noise()));
-            self.mask = Some(filled(&self.gpu, cmd, "blue noise", TexelFormat::R32F, extent, texels)?);
+            let desc = ImageDesc::new(TexelFormat::R32F, [MASK_SIDE as u32; 2]).layered(layers);
+            let texels = bytemuck::cast_slice(blue_noise());
+            self.mask = Some(filled(&self.gpu, cmd, "blue noise", desc, texels)?);
         }
         Ok(())
     }
 }
 
-/// Creates an image with these texels, ready to be sampled.
+/// Creates an image with these texels in every layer, ready to be sampled.
 fn filled(
     gpu: &Arc<Gpu>,
     cmd: &mut Cmd<'_>,
     name: &str,
-    format: TexelFormat,
-    extent: [u32; 2],
+    desc: ImageDesc,
     texels: &[u8],
 ) -> Result<Image, GpuError> {
     let buffer = Buffer::filled(gpu, name, BufferUse::Upload, texels)?;
-    let mut image = Image::new(gpu, name, format, extent)?;
+    let mut image = Image::of(gpu, name, desc)?;
     let cmd = &mut cmd.scope("upload");
-    cmd.copy_from_buffer(&buffer, &mut image);
+    cmd.copy_from_buffers(&vec![&buffer; desc.layers as usize], &mut image);
     cmd.access(&mut image, Access::Sampled);
     // Dropping the buffer retires it, so it lives until the frame has completed.
     Ok(image)

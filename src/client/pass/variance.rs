@@ -27,15 +27,17 @@ impl VariancePass {
             push_bytes: 0,
             textures: 0,
             images: &[true; 3],
+            layers: 1,
         };
         let fold = ComputePipeline::new(gpu, &fold)?;
         Ok(Self { splat, fold })
     }
 
-    /// Adds the deviations of `sprites` from `batch.means` to `sums`.
+    /// Adds the deviations of `sprites` from `batch.means` to a layer of `sums`.
     pub fn record(
         &self,
         cmd: &mut Cmd<'_>,
+        layer: u32,
         sprites: &Sprites<'_>,
         batch: &mut Deviations,
         sums: &mut AccumulatorImages,
@@ -43,6 +45,6 @@ impl VariancePass {
         let cmd = &mut cmd.scope("variance");
         cmd.access(&mut batch.means, Access::Sampled);
         sprites.draw(cmd, &self.splat, &[Texture::texels(&batch.means)], &mut batch.variance);
-        sums.fold(&mut cmd.scope("variance fold"), &self.fold, &[], &mut batch.variance, None);
+        sums.fold(&mut cmd.scope("variance fold"), layer, &self.fold, &[], &mut batch.variance, None);
     }
 }

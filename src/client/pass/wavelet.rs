@@ -115,7 +115,7 @@ impl WaveletPass {
         let mut cmd = frame.cmd();
         let mut cmd = cmd.scope("features");
         for (image, buffer) in images.iter_mut().zip(&buffers) {
-            cmd.copy_from_buffer(buffer, image);
+            cmd.copy_from_buffers(&[buffer], image);
             cmd.access(image, Access::Sampled);
         }
         let textures = images.each_ref().map(Texture::texels);
@@ -155,7 +155,7 @@ impl WaveletPass {
     fn record(&mut self, cmd: &mut Cmd<'_>) -> Result<(), GpuError> {
         let Self { extent, shaders, weights, images, upload, readback, .. } = self;
         for (buffer, half) in upload.iter().zip(&mut images.halves) {
-            cmd.copy_from_buffer(buffer, half);
+            cmd.copy_from_buffers(&[buffer], half);
             cmd.access(half, Access::Sampled);
         }
         images.separate(cmd, *extent, &mut shaders.separate)?;
@@ -169,7 +169,7 @@ impl WaveletPass {
             images.sums.swap(0, 1);
         }
         images.finish(cmd, *extent, &mut shaders.finish)?;
-        cmd.copy_to_buffer(&mut images.band, Region { origin: [0, 0], extent: *extent }, readback);
+        cmd.copy_to_buffer(&mut images.band, 0, Region { origin: [0, 0], extent: *extent }, readback);
         Ok(())
     }
 }

@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::client::pass::{CompilePolicy, ShaderVariants};
-use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, TexelFormat, Texture};
+use crate::gpu::{Access, Attachment, Cmd, Gpu, GpuError, Image, ImageDesc, TexelFormat, Texture};
 use crate::image::Grid;
 
 /// A post-process by its parameters. They are part of the [`Settings`](crate::client::Settings), and options of the command line.
@@ -131,26 +131,27 @@ pub fn apply<P: PostProcess>(process: &P, picture: &Grid<Vec3>, grid: PictureGri
 /// A scene-linear picture, and an image of the same extent for the next one, created on first use.
 pub struct PicturePair {
     gpu: Arc<Gpu>,
+    desc: ImageDesc,
     /// X, Y, Z of the picture.
     pub xyz: Image,
     spare: Option<Image>,
 }
 
 impl PicturePair {
-    /// A picture of this extent.
-    pub fn new(gpu: &Arc<Gpu>, extent: [u32; 2]) -> Result<Self, GpuError> {
+    /// A picture of this extent, with so many layers.
+    pub fn new(gpu: &Arc<Gpu>, extent: [u32; 2], layers: u32) -> Result<Self, GpuError> {
         // A storage image, since glare and reconstruction write it from compute shaders.
-        let xyz = Image::storage(gpu, "picture XYZ", TexelFormat::Rgba32F, extent)?;
-        Ok(Self { gpu: gpu.clone(), xyz, spare: None })
+        let desc = ImageDesc::new(TexelFormat::Rgba32F, extent).layered(layers).storage();
+        Ok(Self { gpu: gpu.clone(), xyz: Image::of(gpu, "picture XYZ", desc)?, desc, spare: None })
     }
 
     /// The picture, and the image for the next one.
     fn both(&mut self) -> Result<(&mut Image, &mut Image), GpuError> {
-        let Self { gpu, xyz, spare } = self;
+        let Self { gpu, desc, xyz, spare } = self;
         let spare = match spare {
             Some(spare) => spare,
             empty => {
-                let spare = Image::storage(gpu, "picture spare", TexelFormat::Rgba32F, xyz.extent(0))?;
+                let spare = Image::of(gpu, "picture spare", *desc)?;
                 empty.insert(spare)
             }
         };

@@ -145,7 +145,7 @@ impl Film for ReferenceFilm {
     fn display(&mut self, settings: &Settings) -> Result<DisplayImage, ClientError> {
         self.complete()?;
         let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
-        let (spec, lods) = (self.state.spec(), self.state.lods());
+        let (spec, lods) = (self.state.spec(), self.state.lods(self.state.samples()));
         let p = ReconstructParameters {
             spec: *spec,
             method: settings.reconstruction,

@@ -202,7 +202,7 @@ mod tests {
         panel.draw_image(&mut cmd, &mut target, draw).expect("drawn");
         frame.submit().expect("submit");
         let region = Region { origin: [16, 16], extent: [1, 1] };
-        let bytes = read_image(&gpu, &mut target, region).expect("the texel");
+        let bytes = read_image(&gpu, &mut target, 0, region).expect("the texel");
         assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
         bytes
     }

@@ -87,6 +87,8 @@ pub enum StorageBinding<'a> {
     Buffer(&'a Buffer),
     /// Level 0 of an image that [`Cmd::access`] has made ready for [`Access::Storage`].
     Image(&'a Image),
+    /// The same of one of its layers, as an image by itself.
+    Layer(&'a Image, u32),
     /// An image that [`Cmd::access`] has made ready for [`Access::Sampled`].
     Texture(Texture<'a>),
 }
@@ -132,10 +134,12 @@ impl Cmd<'_> {
         unsafe { self.gpu.device.cmd_pipeline_barrier2(self.raw, info) };
     }
 
-    /// Renders to `attachments`, all of one extent; `draw` records the draws.
+    /// Renders to all layers of `attachments`, which have one extent and as many layers; `draw` records the draws.
     pub fn rendering(&mut self, attachments: &[Attachment<'_>], draw: impl FnOnce(&mut Self)) {
         let views: Vec<_> = attachments.iter().map(|a| (a.image.view_of(Some(a.level)), a.load)).collect();
-        self.render_into(&views, attachments.first().map_or([1, 1], |a| a.image.extent(a.level)), draw);
+        let (extent, layers) =
+            attachments.first().map_or(([1, 1], 1), |a| (a.image.extent(a.level), a.image.layers()));
+        self.render_into(&views, extent, layers, draw);
     }
 
     /// Runs the fragment shader of `pipeline` once for every texel of `attachments`.
@@ -148,15 +152,16 @@ impl Cmd<'_> {
     ) {
         self.rendering(attachments, |cmd| {
             cmd.bind(pipeline, push, textures);
-            cmd.draw_triangle();
+            cmd.draw_triangle(pipeline);
         });
     }
 
-    /// Renders to views of this extent, whose images are ready.
+    /// Renders to views of this extent and of so many layers, whose images are ready.
     pub(in crate::gpu) fn render_into(
         &mut self,
         views: &[(vk::ImageView, LoadOp)],
         [width, height]: [u32; 2],
+        layers: u32,
         draw: impl FnOnce(&mut Self),
     ) {
         let attachments: Vec<_> = views
@@ -182,8 +187,10 @@ impl Cmd<'_> {
             min_depth: 0.0,
             max_depth: 1.0,
         };
-        let info =
-            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(layers)
+            .color_attachments(&attachments);
         // SAFETY: the frame is recording, the views belong to live images in the layout that `access` gave them.
         unsafe {
             self.gpu.device.cmd_begin_rendering(self.raw, &info);
@@ -232,10 +239,10 @@ impl Cmd<'_> {
             .image_layout(Access::Sampled.layout())
     }
 
-    /// Draws one triangle that covers the attachments.
-    pub fn draw_triangle(&mut self) {
+    /// Draws one triangle that covers the attachments, or each of the layers that this pipeline draws to.
+    pub fn draw_triangle(&mut self, pipeline: &Pipeline) {
         // SAFETY: the pipeline reads no vertices.
-        unsafe { self.gpu.device.cmd_draw(self.raw, 3, 1, 0, 0) };
+        unsafe { self.gpu.device.cmd_draw(self.raw, 3, pipeline.layers, 0, 0) };
     }
 
     /// Draws the sprites `first .. first + count` of a vertex buffer with `stride` bytes per vertex, as points or quads depending on the
@@ -254,7 +261,7 @@ impl Cmd<'_> {
         }
     }
 
-    /// Runs `across` × `down` workgroups of a compute shader with these push constants and bindings 0, 1, ….
+    /// Runs `across` × `down` workgroups of a compute shader for each layer, with these push constants and bindings 0, 1, ….
     pub fn dispatch(
         &mut self,
         pipeline: &ComputePipeline,
@@ -268,12 +275,16 @@ impl Cmd<'_> {
             StorageBinding::Buffer(buffer) => {
                 [vk::DescriptorBufferInfo::default().buffer(buffer.raw).range(vk::WHOLE_SIZE)]
             }
-            StorageBinding::Image(_) | StorageBinding::Texture(_) => Default::default(),
+            StorageBinding::Image(_) | StorageBinding::Layer(..) | StorageBinding::Texture(_) => {
+                Default::default()
+            }
         });
+        let stored = |view| {
+            [vk::DescriptorImageInfo::default().image_view(view).image_layout(Access::Storage.layout())]
+        };
         let images = bindings.iter().map(|binding| match binding {
-            StorageBinding::Image(image) => [vk::DescriptorImageInfo::default()
-                .image_view(image.view_of(Some(0)))
-                .image_layout(Access::Storage.layout())],
+            StorageBinding::Image(image) => stored(image.view_of(Some(0))),
+            StorageBinding::Layer(image, layer) => stored(image.layer_view(*layer)),
             StorageBinding::Texture(texture) => [self.sampled(texture)],
             StorageBinding::Buffer(_) => Default::default(),
         });
@@ -286,7 +297,7 @@ impl Cmd<'_> {
                     StorageBinding::Buffer(_) => {
                         write.descriptor_type(vk::DescriptorType::STORAGE_BUFFER).buffer_info(buffer)
                     }
-                    StorageBinding::Image(_) => {
+                    StorageBinding::Image(_) | StorageBinding::Layer(..) => {
                         write.descriptor_type(vk::DescriptorType::STORAGE_IMAGE).image_info(image)
                     }
                     StorageBinding::Texture(_) => {
@@ -305,7 +316,7 @@ impl Cmd<'_> {
                 self.gpu.device.cmd_push_constants(self.raw, layout, stage, 0, push);
             }
             self.gpu.push_descriptor.cmd_push_descriptor_set(self.raw, compute, layout, 0, &writes);
-            self.gpu.device.cmd_dispatch(self.raw, across, down, 1);
+            self.gpu.device.cmd_dispatch(self.raw, across, down, pipeline.layers);
         }
     }
 }

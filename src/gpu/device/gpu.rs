@@ -82,6 +82,7 @@ pub struct Gpu {
     pub(in crate::gpu) sampler: vk::Sampler,
     info: DeviceInfo,
     large_points: bool,
+    draws_layers: bool,
     prefers_compute: bool,
     is_processor: bool,
     /// Last field, so that it is destroyed after the device.
@@ -183,6 +184,7 @@ impl Gpu {
             compiled: Mutex::default(),
             sampler: vk::Sampler::null(),
             large_points: physical.large_points && !options.quads,
+            draws_layers: physical.output_layer,
             is_processor,
             prefers_compute: options.compute.unwrap_or(!is_processor)
                 && limits.max_compute_work_group_invocations >= 256,
@@ -223,6 +225,12 @@ impl Gpu {
     /// Whether points of at least 8 pixels can be drawn; sprites are instanced quads otherwise.
     pub fn large_points(&self) -> bool {
         self.large_points
+    }
+
+    /// Whether one draw covers several layers of an image (`shaderOutputLayer`), which the pictures of two eyes need. Multiview would do as
+    /// well, but lavapipe of Mesa 22.3 draws all views to the first layer.
+    pub fn draws_layers(&self) -> bool {
+        self.draws_layers
     }
 
     /// Whether a pass with both a compute and a fragment shader should use the former, with up to 256 threads per workgroup: on GPUs,
@@ -441,12 +449,13 @@ impl Gpu {
         &self,
         image: vk::Image,
         format: vk::Format,
+        kind: vk::ImageViewType,
         levels: vk::ImageSubresourceRange,
         name: &str,
     ) -> Result<vk::ImageView, GpuError> {
         let info = vk::ImageViewCreateInfo::default()
             .image(image)
-            .view_type(vk::ImageViewType::TYPE_2D)
+            .view_type(kind)
             .format(format)
             .subresource_range(levels);
         // SAFETY: the image has these levels and this format.
@@ -487,8 +496,10 @@ fn create_device(
     }
     extensions.extend(physical.calibrated.map(|name| name.as_ptr()));
     let features = vk::PhysicalDeviceFeatures::default().large_points(physical.large_points);
-    let mut v12 =
-        vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true).host_query_reset(true);
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+        .timeline_semaphore(true)
+        .host_query_reset(true)
+        .shader_output_layer(physical.output_layer);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
         .synchronization2(true)

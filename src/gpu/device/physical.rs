@@ -167,6 +167,8 @@ pub(in crate::gpu) struct PhysicalDevice {
     pub info: DeviceInfo,
     /// Whether points of at least 8 pixels can be drawn; otherwise sprites are instanced quads.
     pub large_points: bool,
+    /// Whether vertex shaders choose the layer that they draw to.
+    pub output_layer: bool,
     /// Family of a queue for graphics and compute.
     pub queue_family: u32,
     /// Valid bits of a timestamp on that queue; 0 if timing is not supported.
@@ -228,6 +230,7 @@ impl PhysicalDevice {
             raw,
             info,
             large_points: false,
+            output_layer: false,
             queue_family: 0,
             timestamp_bits: 0,
             calibrated,
@@ -293,6 +296,7 @@ impl PhysicalDevice {
         unsafe { instance.raw.get_physical_device_features2(self.raw, &mut all) };
         let large_points = all.features.large_points == vk::TRUE;
         self.large_points = large_points && self.limits.point_size_range[1] >= 8.0;
+        self.output_layer = v12.shader_output_layer == vk::TRUE;
         for (have, name) in [
             (v12.timeline_semaphore, "timelineSemaphore"),
             (v12.host_query_reset, "hostQueryReset"),

@@ -53,17 +53,55 @@ impl TexelFormat {
     }
 }
 
+/// The shape and the uses of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageDesc {
+    /// Its texels.
+    pub format: TexelFormat,
+    /// Width and height, texels.
+    pub extent: [u32; 2],
+    /// Layers. Shaders see an image of several as an array, and one draw covers all of them.
+    pub layers: u32,
+    /// Whether it has mip levels down to 1×1.
+    pub mips: bool,
+    /// Whether compute shaders read and write it; of [`TexelFormat::Rgba32F`] or [`TexelFormat::R32F`], which every device offers for that.
+    pub storage: bool,
+}
+
+impl ImageDesc {
+    /// An image of one layer without mip levels.
+    pub fn new(format: TexelFormat, extent: [u32; 2]) -> Self {
+        Self { format, extent, layers: 1, mips: false, storage: false }
+    }
+
+    /// With this number of layers.
+    pub fn layered(self, layers: u32) -> Self {
+        Self { layers, ..self }
+    }
+
+    /// With mip levels down to 1×1.
+    pub fn with_mips(self) -> Self {
+        Self { mips: true, ..self }
+    }
+
+    /// For compute shaders.
+    pub fn storage(self) -> Self {
+        Self { storage: true, ..self }
+    }
+}
+
 /// An image to render to and read from. Dropping it retires it.
 pub struct Image {
     gpu: Arc<Gpu>,
     pub(in crate::gpu) raw: vk::Image,
-    /// A view of each level, followed by one of all levels.
+    /// A view of each level, followed by one of all levels; of all layers.
     views: Vec<vk::ImageView>,
+    /// A view of level 0 of each layer, where there are several.
+    layer_views: Vec<vk::ImageView>,
     /// Last use of each level.
     pub(in crate::gpu) access: Vec<Access>,
     allocation: Option<Allocation>,
-    format: TexelFormat,
-    extent: [u32; 2],
+    desc: ImageDesc,
 }
 
 /// An error equal to the driver's.
@@ -73,61 +111,28 @@ fn out_of_memory(name: &str, size: u64) -> GpuError {
 }
 
 impl Image {
-    /// Makes an image with undefined contents, without mip levels. `extent` is width and height in texels, `name` is for
+    /// Makes an image of one layer without mip levels, with undefined contents. `extent` is width and height in texels, `name` is for
     /// debuggers and messages.
     ///
     /// # Errors
     ///
-    /// [`GpuError::TooLarge`], [`GpuError::Memory`] or [`GpuError::Call`], naming the image.
+    /// As [`of`](Self::of).
     pub fn new(gpu: &Arc<Gpu>, name: &str, format: TexelFormat, extent: [u32; 2]) -> Result<Self, GpuError> {
-        Self::create(gpu, name, format, extent, false, vk::ImageUsageFlags::empty())
+        Self::of(gpu, name, ImageDesc::new(format, extent))
     }
 
-    /// As [`new`](Self::new), for compute shaders to read and write as well; of [`TexelFormat::Rgba32F`] or [`TexelFormat::R32F`],
-    /// which every device offers for that.
-    pub fn storage(
-        gpu: &Arc<Gpu>,
-        name: &str,
-        format: TexelFormat,
-        extent: [u32; 2],
-    ) -> Result<Self, GpuError> {
-        Self::create(gpu, name, format, extent, false, vk::ImageUsageFlags::STORAGE)
-    }
-
-    /// As [`new`](Self::new), with mip levels down to 1×1.
-    pub fn with_mips(
-        gpu: &Arc<Gpu>,
-        name: &str,
-        format: TexelFormat,
-        extent: [u32; 2],
-    ) -> Result<Self, GpuError> {
-        Self::create(gpu, name, format, extent, true, vk::ImageUsageFlags::empty())
-    }
-
-    /// As [`storage`](Self::storage), with mip levels down to 1×1.
-    pub fn storage_with_mips(
-        gpu: &Arc<Gpu>,
-        name: &str,
-        format: TexelFormat,
-        extent: [u32; 2],
-    ) -> Result<Self, GpuError> {
-        Self::create(gpu, name, format, extent, true, vk::ImageUsageFlags::STORAGE)
-    }
-
-    fn create(
-        gpu: &Arc<Gpu>,
-        name: &str,
-        format: TexelFormat,
-        extent: [u32; 2],
-        mips: bool,
-        more: vk::ImageUsageFlags,
-    ) -> Result<Self, GpuError> {
-        let [width, height] = extent;
+    /// Makes an image with undefined contents.
+    ///
+    /// # Errors
+    ///
+    /// [`GpuError::TooLarge`], [`GpuError::Memory`] or [`GpuError::Call`], naming the image.
+    pub fn of(gpu: &Arc<Gpu>, name: &str, desc: ImageDesc) -> Result<Self, GpuError> {
+        let ImageDesc { format, extent: [width, height], layers, mips, storage } = desc;
         if width.max(height) > gpu.max_extent || width.min(height) == 0 {
             return Err(GpuError::TooLarge { name: name.into(), width, height, limit: gpu.max_extent });
         }
         // Level 0 alone; the driver need not even be asked for an image beyond its limits.
-        let size = u64::from(width) * u64::from(height) * format.bytes() as u64;
+        let size = u64::from(width) * u64::from(height) * u64::from(layers) * format.bytes() as u64;
         if size > gpu.max_allocation {
             return Err(out_of_memory(name, size));
         }
@@ -136,17 +141,17 @@ impl Image {
             | vk::ImageUsageFlags::SAMPLED
             | vk::ImageUsageFlags::TRANSFER_SRC
             | vk::ImageUsageFlags::TRANSFER_DST
-            | more;
+            | if storage { vk::ImageUsageFlags::STORAGE } else { vk::ImageUsageFlags::empty() };
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format.raw())
             .extent(vk::Extent3D { width, height, depth: 1 })
             .mip_levels(level_count)
-            .array_layers(1)
+            .array_layers(layers)
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage);
-        // SAFETY: the format's features were checked when the device was chosen, the extent above.
+        // SAFETY: the format's features were checked when the device was chosen, the extent above; every device has 256 layers.
         let made = unsafe { gpu.device.create_image(&info, None) };
         let raw = gpu.made(made, "vkCreateImage", name)?;
         // From here on a failure drops `image`, which retires what was created.
@@ -154,15 +159,21 @@ impl Image {
             gpu: gpu.clone(),
             raw,
             views: Vec::new(),
+            layer_views: Vec::new(),
             access: vec![Access::Undefined; level_count as usize],
             allocation: None,
-            format,
-            extent,
+            desc,
         };
         image.bind(name)?;
+        let kind = if layers > 1 { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
         for (first, count) in (0..level_count).map(|level| (level, 1)).chain([(0, level_count)]) {
             let name = format!("{name} levels {first}+{count}");
-            image.views.push(gpu.view(raw, format.raw(), levels(first, count), &name)?);
+            image.views.push(gpu.view(raw, format.raw(), kind, levels(first, count), &name)?);
+        }
+        for layer in 0..if layers > 1 { layers } else { 0 } {
+            let range = vk::ImageSubresourceRange { base_array_layer: layer, layer_count: 1, ..levels(0, 1) };
+            let (kind, name) = (vk::ImageViewType::TYPE_2D, format!("{name} layer {layer}"));
+            image.layer_views.push(gpu.view(raw, format.raw(), kind, range, &name)?);
         }
         Ok(image)
     }
@@ -180,15 +191,20 @@ impl Image {
         bound.named(&format!("vkBindImageMemory({name})"))
     }
 
-    /// The view of one level, or of all of them.
+    /// The view of one level, or of all of them; of all layers.
     pub(in crate::gpu) fn view_of(&self, level: Option<u32>) -> vk::ImageView {
         let last = self.views.len() - 1;
         self.views[level.map_or(last, |level| level as usize)]
     }
 
+    /// The view of level 0 of one layer.
+    pub(in crate::gpu) fn layer_view(&self, layer: u32) -> vk::ImageView {
+        self.layer_views.get(layer as usize).copied().unwrap_or(self.views[0])
+    }
+
     /// Width and height of a level, texels: halved and rounded down from level to level, at least 1.
     pub fn extent(&self, level: u32) -> [u32; 2] {
-        self.extent.map(|n| (n >> level).max(1))
+        self.desc.extent.map(|n| (n >> level).max(1))
     }
 
     /// Number of mip levels.
@@ -198,13 +214,19 @@ impl Image {
 
     /// Texel format.
     pub fn format(&self) -> TexelFormat {
-        self.format
+        self.desc.format
+    }
+
+    /// Number of layers.
+    pub fn layers(&self) -> u32 {
+        self.desc.layers
     }
 }
 
 impl Drop for Image {
     fn drop(&mut self) {
-        let views = std::mem::take(&mut self.views);
+        let mut views = std::mem::take(&mut self.views);
+        views.append(&mut self.layer_views);
         self.gpu.retire(Retired::Image(self.raw, views, self.allocation.take()));
     }
 }

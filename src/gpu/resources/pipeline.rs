@@ -1,5 +1,6 @@
 //! Graphics and compute pipelines, specialized by constants.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use ash::vk;
@@ -56,6 +57,8 @@ pub struct GraphicsDesc<'a> {
     pub textures: u32,
     /// Format and blending of each attachment.
     pub attachments: &'a [(TexelFormat, Blend)],
+    /// Layers of the attachments and of the textures, all of which are drawn at once; several need [`Gpu::draws_layers`].
+    pub layers: u32,
     /// The primitives that are drawn.
     pub topology: Topology,
     /// Attributes of a vertex; not used by [`Topology::Fullscreen`].
@@ -70,6 +73,7 @@ pub struct Pipeline {
     pub(in crate::gpu) handles: PipelineHandles,
     pub(in crate::gpu) textures: u32,
     pub(in crate::gpu) push_bytes: usize,
+    pub(in crate::gpu) layers: u32,
 }
 
 /// Stages of a graphics pipeline that see push constants.
@@ -93,6 +97,7 @@ impl Pipeline {
             handles: spare.unwrap_or_default(),
             textures: desc.textures,
             push_bytes: desc.push_bytes,
+            layers: desc.layers,
         };
         if spare.is_none() {
             let (texture, fragment) =
@@ -122,6 +127,11 @@ fn leave(gpu: &Gpu, description: &mut String, handles: PipelineHandles) {
     }
 }
 
+/// The variant of a shader for images of so many layers: see `glsl/include/layers.glsl`.
+fn variant(shader: &str, layers: u32) -> Cow<'_, str> {
+    if layers > 1 { format!("{shader}.layers").into() } else { shader.into() }
+}
+
 /// The description of a compute pipeline.
 #[derive(Clone, Copy, Debug)]
 pub struct ComputeDesc<'a> {
@@ -133,6 +143,8 @@ pub struct ComputeDesc<'a> {
     pub textures: u32,
     /// Further bindings: true for a storage image, false for a storage buffer.
     pub images: &'a [bool],
+    /// Layers of the images, each of which has workgroups of its own.
+    pub layers: u32,
 }
 
 /// A compute pipeline with its layouts. When dropped it is kept for reuse by description.
@@ -142,6 +154,7 @@ pub struct ComputePipeline {
     description: String,
     pub(in crate::gpu) handles: PipelineHandles,
     pub(in crate::gpu) push_bytes: usize,
+    pub(in crate::gpu) layers: u32,
     bindings: usize,
 }
 
@@ -161,6 +174,7 @@ impl ComputePipeline {
             description,
             handles: spare.unwrap_or_default(),
             push_bytes: desc.push_bytes,
+            layers: desc.layers,
             bindings: desc.textures as usize + desc.images.len(),
         };
         if spare.is_some() {
@@ -175,7 +189,7 @@ impl ComputePipeline {
         let bindings: Vec<_> =
             textures.chain(desc.images.iter().map(kind)).map(|kind| (kind, compute)).collect();
         make_layouts(gpu, name, &bindings, compute, desc.push_bytes, &mut pipeline.handles)?;
-        let module = ShaderModule::new(gpu, name)?;
+        let module = ShaderModule::new(gpu, &variant(name, desc.layers))?;
         let constants = Constants::new(constants);
         let constants = constants.info();
         let stage = vk::PipelineShaderStageCreateInfo::default()
@@ -265,7 +279,8 @@ impl Constants {
 }
 
 fn compile(gpu: &Gpu, desc: &GraphicsDesc<'_>, layout: vk::PipelineLayout) -> Result<vk::Pipeline, GpuError> {
-    let (vert, frag) = (ShaderModule::new(gpu, desc.vert.0)?, ShaderModule::new(gpu, desc.frag.0)?);
+    let vert = ShaderModule::new(gpu, &variant(desc.vert.0, desc.layers))?;
+    let frag = ShaderModule::new(gpu, &variant(desc.frag.0, desc.layers))?;
     let constants = [desc.vert.1, desc.frag.1].map(Constants::new);
     let constants = constants.each_ref().map(Constants::info);
     let stage = |flag, module: &ShaderModule<'_>| {

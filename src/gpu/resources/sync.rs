@@ -3,6 +3,8 @@
 //! Every image tracks the last use of each level; [`Cmd::access`](crate::gpu::Cmd::access) names the next use, and the barrier follows from
 //! the two.
 
+use std::ops::Range;
+
 use ash::vk;
 
 /// A use of a level of an image.
@@ -17,7 +19,7 @@ pub enum Access {
     /// Read by a fragment or a compute shader.
     Sampled,
     /// Read and written by a compute shader, texel by texel; only images made by
-    /// [`Image::storage`](crate::gpu::Image::storage).
+    /// [for storage](crate::gpu::ImageDesc::storage).
     Storage,
     /// Copied from.
     TransferRead,
@@ -83,24 +85,24 @@ impl Access {
     }
 }
 
-/// `count` levels of an image from `first` on.
+/// `count` levels of an image from `first` on, of all its layers.
 pub(in crate::gpu) fn levels(first: u32, count: u32) -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange {
         aspect_mask: vk::ImageAspectFlags::COLOR,
         base_mip_level: first,
         level_count: count,
         base_array_layer: 0,
-        layer_count: 1,
+        layer_count: vk::REMAINING_ARRAY_LAYERS,
     }
 }
 
-/// One level of an image, as copies name it.
-pub(in crate::gpu) fn level(mip_level: u32) -> vk::ImageSubresourceLayers {
+/// One level of some layers of an image, as copies name it.
+pub(in crate::gpu) fn level(mip_level: u32, layers: Range<u32>) -> vk::ImageSubresourceLayers {
     vk::ImageSubresourceLayers {
         aspect_mask: vk::ImageAspectFlags::COLOR,
         mip_level,
-        base_array_layer: 0,
-        layer_count: 1,
+        base_array_layer: layers.start,
+        layer_count: layers.end - layers.start,
     }
 }
 

@@ -175,7 +175,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         let [width, height] = target.extent;
         let mut outcome = Ok(());
         let paint = |cmd: &mut Cmd<'_>, view, load| {
-            cmd.render_into(&[(view, load)], [width, height], |cmd| {
+            cmd.render_into(&[(view, load)], [width, height], 1, |cmd| {
                 outcome = record(renderer, cmd.raw, vk::Extent2D { width, height });
             });
         };
@@ -195,9 +195,9 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         cmd.access(image, Access::Sampled);
         cmd.access_shown(target.raw, &mut target.access, Access::ColorBlend);
         let texture = Texture::texels(image);
-        cmd.render_into(&[(target.view, LoadOp::Keep)], target.extent, |cmd| {
+        cmd.render_into(&[(target.view, LoadOp::Keep)], target.extent, 1, |cmd| {
             cmd.bind(&conversion.pipeline, &[], &[texture]);
-            cmd.draw_triangle();
+            cmd.draw_triangle(&conversion.pipeline);
         });
         Ok(())
     }
@@ -214,6 +214,7 @@ fn blend(gpu: &Arc<Gpu>, format: TexelFormat, encoding: u32) -> Result<Pipeline,
             push_bytes: 0,
             textures: 1,
             attachments: &[(format, Blend::Over)],
+            layers: 1,
             topology: Topology::Fullscreen,
             vertex: VertexLayout::default(),
         },

@@ -96,7 +96,8 @@ impl SwapchainImages {
             gpu.name(raw, &format!("window image {i}"));
             let drawn = gpu.semaphore(&format!("window image {i} drawn"))?;
             self.images.push(SwapchainImage { raw, view: vk::ImageView::null(), drawn });
-            self.images[i].view = gpu.view(raw, self.format, levels(0, 1), &format!("window image {i}"))?;
+            let (kind, name) = (vk::ImageViewType::TYPE_2D, format!("window image {i}"));
+            self.images[i].view = gpu.view(raw, self.format, kind, levels(0, 1), &name)?;
         }
         Ok(())
     }
@@ -196,9 +197,9 @@ impl CopyRegion {
             [vk::Offset3D { x: a[0], y: a[1], z: 0 }, vk::Offset3D { x: b[0], y: b[1], z: 1 }]
         };
         vk::ImageBlit::default()
-            .src_subresource(level(0))
+            .src_subresource(level(0, 0..1))
             .src_offsets(corners(self.from))
-            .dst_subresource(level(0))
+            .dst_subresource(level(0, 0..1))
             .dst_offsets(corners(self.to))
     }
 }
@@ -303,12 +304,12 @@ mod tests {
             let mut texels = buffer.mapped().to_vec();
             let mut frame = gpu.begin().expect("a frame");
             let mut cmd = frame.cmd();
-            cmd.copy_from_buffer(&buffer, &mut picture);
+            cmd.copy_from_buffers(&[&buffer], &mut picture);
             let mut shown = WindowImage::of(&window);
             cmd.show(&mut picture, &mut shown, &[CopyRegion::whole(from)], CopyFilter::Nearest);
             window.access[0] = shown.access;
             gpu.wait(frame.submit().expect("submit")).expect("wait");
-            let read = read_image(&gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");
+            let read = read_image(&gpu, &mut window, 0, Region { origin: [0, 0], extent: to }).expect("read");
             if format != shown_as {
                 // Swaps red and blue.
                 for texel in texels.as_chunks_mut::<4>().0 {

@@ -117,7 +117,7 @@ mod tests {
         let mut reduced = ReducedPictures::default();
         let mut frame = gpu.begin().expect("a frame");
         let mut cmd = frame.cmd();
-        cmd.copy_from_buffer(&buffer, &mut picture);
+        cmd.copy_from_buffers(&[&buffer], &mut picture);
         let corners = |extent: [u32; 2]| [[0, 0], extent.map(|n| n as i32)];
         let whole = CopyRegion { from: corners(from), to: corners(to) };
         let (small, regions) = reduced.of(gpu, &mut cmd, &mut picture, &[whole], true).expect("memory");
@@ -125,7 +125,7 @@ mod tests {
         cmd.show(small, &mut image, &regions, CopyFilter::Linear);
         window.access[0] = image.access;
         gpu.wait(frame.submit().expect("submit")).expect("wait");
-        let read = read_image(gpu, &mut window, Region { origin: [0, 0], extent: to }).expect("read");
+        let read = read_image(gpu, &mut window, 0, Region { origin: [0, 0], extent: to }).expect("read");
         read.chunks_exact(4).map(|texel| texel[0]).collect()
     }
 

@@ -66,6 +66,11 @@ impl DisplayCoding {
         matches!(self.gamut, Gamut::Rec709)
     }
 
+    /// Least linear light that is rounded to a value above the index, by channel; ascending.
+    pub fn edges(&self) -> &[[f32; 255]; 3] {
+        &self.edges
+    }
+
     /// Linear light of the display's primaries.
     #[inline]
     pub fn decode(&self, rgb: [u8; 3]) -> Vec3 {
