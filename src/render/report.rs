@@ -167,7 +167,7 @@ pub struct ErrorReport {
     pub warning: Option<String>,
     /// Error of the denoised picture, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub denoised: Option<ErrorFigures>,
+    pub denoised: Option<ErrorIntervals>,
     /// Errors not included in these values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub besides: Option<&'static str>,
@@ -191,21 +191,21 @@ pub struct ErrorReport {
 /// Errors as in [`ErrorReport`]: of the denoised picture, excluding bias common to both randomisations (they are not stated if there is any), or of the
 /// pictures of both eyes together.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct ErrorFigures {
+pub struct ErrorIntervals {
     pub median: Interval,
     pub p95: Interval,
     pub p99: Interval,
     pub rel_mse: Interval,
 }
 
-impl From<&ErrorEstimate> for ErrorFigures {
+impl From<&ErrorEstimate> for ErrorIntervals {
     fn from(error: &ErrorEstimate) -> Self {
         let [median, p95, p99] = error.relative;
         Self { median, p95, p99, rel_mse: error.rel_mse }
     }
 }
 
-impl ErrorFigures {
+impl ErrorIntervals {
     /// The error at a quantile.
     pub fn at(&self, quantile: ErrorQuantile) -> Interval {
         [self.median, self.p95, self.p99][quantile.index()]
@@ -254,7 +254,7 @@ impl ErrorReport {
 
     /// Adds the error of the denoised picture.
     pub fn with_filtered(self, filtered: Option<&ErrorEstimate>) -> Self {
-        Self { denoised: filtered.map(ErrorFigures::from), ..self }
+        Self { denoised: filtered.map(ErrorIntervals::from), ..self }
     }
 
     /// Part of the run's summary about the error.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::render::report::{ErrorFigures, ErrorReport};
+use crate::render::report::{ErrorIntervals, ErrorReport};
 use crate::render::run_spec::RunEnd;
 use crate::study::format::percent;
 use crate::study::interval::Interval;
@@ -17,7 +17,7 @@ pub struct EyeErrors {
     pub right: ErrorReport,
     /// Error of both pictures together: quantiles over the tiles of both, and the mean of relMSE. The intervals are those of fully correlated
     /// errors.
-    pub both: ErrorFigures,
+    pub both: ErrorIntervals,
 }
 
 impl EyeErrors {
@@ -25,7 +25,7 @@ impl EyeErrors {
     pub fn new(reports: [Option<ErrorReport>; 2], states: [&ErrorStatus; 2]) -> Option<Self> {
         let [left, right] = reports;
         let (left, right) = (left?, right?);
-        let both = ErrorFigures::from(&joint_estimate(states, subset(left.target.is_some())));
+        let both = ErrorIntervals::from(&joint_estimate(states, subset(left.target.is_some())));
         Some(Self { left, right, both })
     }
 
@@ -96,7 +96,7 @@ impl StereoEnd {
             (*name, format!("left eye: {of_left}; right eye: {of_right}"))
         });
         let mut both = RunEnd { notes: compared.collect(), ..outcome };
-        let joint = ErrorFigures::from(&joint_estimate(states, subset(has_target)));
+        let joint = ErrorIntervals::from(&joint_estimate(states, subset(has_target)));
         let note = in_words(joint.at(at), at);
         for end in eyes.iter_mut().chain([&mut both]) {
             end.notes.push(("errorOfBothEyes", note.clone()));
