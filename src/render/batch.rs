@@ -15,6 +15,7 @@ use crate::client::reference::ExactFilm;
 use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
 use crate::denoise::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR};
 use crate::denoise::view_filter::{self, OidnOptions};
+use crate::image::stereo::Eye;
 use crate::render::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use crate::render::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use crate::render::figures::{Seconds, write_json};
@@ -22,8 +23,9 @@ use crate::render::light_groups::{self, GroupFilms, GroupMemory};
 use crate::render::live_outputs::{LiveOutputs, LiveRender};
 use crate::render::load::{self, Opened};
 use crate::render::method::{self, CheckOrder, RenderOrder};
+use crate::render::observed::ObservedPicture;
 use crate::render::options::RenderOptions;
-use crate::render::outputs::{Extras, Outputs, RightPicture};
+use crate::render::outputs::{Extras, Outputs};
 use crate::render::process::tell;
 use crate::render::progress::{Goal, Progress};
 use crate::render::rejected::RejectedReport;
@@ -32,15 +34,16 @@ use crate::render::run_spec::{RunEnd, RunSpec};
 use crate::render::state::identity::luminance_scale;
 use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
 use crate::render::stereo::{self, RightEye};
+use crate::render::stereo_error::{EyeErrors, StereoEnd};
+use crate::render::stereo_outputs::{self, EyePictures};
 use crate::render::timings::{self, TimingCapture};
-use crate::render::{effect_plan, layers, observed, predictions, process, warnings};
+use crate::render::{effect_plan, layers, observed, process, warnings};
 use crate::scene::Loaded;
 use crate::scene::light_groups::{of_sources, text};
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
-use crate::study::prediction::PredictionOutcome;
-use crate::study::{AccumulatedSamples, ErrorEstimate, ErrorStatus, ExactReplicates};
+use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates};
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
@@ -139,8 +142,8 @@ struct BatchRender<'a> {
     lanes: Lanes,
     timings: Option<TimingCapture>,
     seconds: Seconds,
-    /// Error of the denoised picture, once known.
-    filtered_error: Option<ErrorEstimate>,
+    /// Errors of the denoised pictures of the camera or left eye, and of the right eye, once known.
+    filtered_errors: [Option<ErrorEstimate>; 2],
 }
 
 /// Outcome of tracing, apart from the film.
@@ -149,11 +152,18 @@ struct Traced {
     stats: Stats,
     /// Result of `--check-plan`.
     tally: Option<Arc<PlanCheckTally>>,
-    /// Error of the picture and outcomes of predictions; `None` with a single randomisation.
-    error: Option<(Arc<ErrorStatus>, Vec<PredictionOutcome>)>,
-    /// Accumulated samples, for the noise filter.
-    accumulated: Option<AccumulatedSamples>,
+    /// The picture of the camera, or of the left eye.
+    picture: ObservedPicture,
+    /// The picture of the right eye, if there is one.
+    right: Option<ObservedPicture>,
     adaptive: Option<AdaptiveReport>,
+}
+
+impl Traced {
+    /// The states of the errors of both eyes, if there are two and they are known.
+    fn states(&self) -> Option<[&ErrorStatus; 2]> {
+        Some([self.picture.status()?, self.right.as_ref()?.status()?])
+    }
 }
 
 impl<'a> BatchRender<'a> {
@@ -178,6 +188,7 @@ impl<'a> BatchRender<'a> {
         // The sub-pixel variance assumes samples of equal weight.
         run.film.variance =
             (variance && !args.adaptive && args.stereo.is_none()).then_some(VarianceForm::Product);
+        layers::check_eyes(&run.aovs, args.stereo.is_some())?;
         if outputs.writes_exr() {
             layers::check(&run.aovs, &run.film)?;
         } else if !run.aovs.is_empty() {
@@ -261,7 +272,7 @@ impl<'a> BatchRender<'a> {
             lanes,
             timings,
             seconds,
-            filtered_error: None,
+            filtered_errors: [None; 2],
         })
     }
 
@@ -276,12 +287,17 @@ impl<'a> BatchRender<'a> {
         });
         let observer = observer.transpose()?;
         let filters = self.settings.denoise != Denoise::Off;
-        if let Some(observer) = observer.as_ref().filter(|_| filters && run.can_state_filtered_error()) {
-            observer.hold_out();
-        }
-        let witnesses = method::witnesses(run, &self.scene, &self.camera);
-        if let Some((observer, witnesses)) = observer.as_ref().zip(witnesses) {
-            observer.call(witnesses);
+        let equip = |observer: &Observer, camera: &Camera| {
+            if filters && run.can_state_filtered_error() {
+                observer.hold_out();
+            }
+            method::witnesses(run, &self.scene, camera).into_iter().for_each(|paths| observer.call(paths));
+        };
+        observer.iter().for_each(|observer| equip(observer, &self.camera));
+        if let Some(eye) = self.right_eye.as_mut().filter(|_| run.replicated) {
+            let observer = observed::observe(run, goal.error, CheckpointPolicy::Exact)?;
+            equip(&observer, &eye.camera);
+            eye.observer = Some(observer);
         }
         let per_index = run.integrator.paths_per_index();
         let bar = Progress::new(
@@ -372,19 +388,16 @@ impl<'a> BatchRender<'a> {
             }
         }
         bar.finish();
-        live.finish(&mut *self.client)?;
+        live.finish(&mut *self.client, self.right_eye.as_mut())?;
         if run.adaptive && adaptive.is_none() && !driven.interrupted {
             tell(
                 "note: --adaptive: the render has ended before its pilot, so that the screen was sampled evenly",
             );
         }
         self.server.term();
-        let filtered = observer.as_ref().filter(|_| filters);
-        let accumulated = filtered.and_then(Observer::accumulated);
-        let error = observer.map(|observer| observer.end());
-        if let Some((_, predictions)) = &error {
-            predictions::log(run, predictions);
-        }
+        let picture = ObservedPicture::end(observer, filters);
+        let right = self.right_eye.as_mut().map(|eye| ObservedPicture::end(eye.observer.take(), filters));
+        picture.worse(right.as_ref(), args.error_at).log_predictions(run);
         if tally.as_ref().is_some_and(|tally| tally.counts()[0] == 0) {
             tell(&format!(
                 "note: --check-plan {} has compared no path: give a larger share",
@@ -394,7 +407,7 @@ impl<'a> BatchRender<'a> {
         self.seconds.render = driven.wall.as_secs_f64();
         self.seconds.rasterise = driven.rasterise.as_secs_f64();
         self.seconds.trace = tracing_time(&stats).as_secs_f64();
-        Ok(Traced { driven, stats, tally, error, accumulated, adaptive })
+        Ok(Traced { driven, stats, tally, picture, right, adaptive })
     }
 
     /// The check requested by `--check-plan`.
@@ -415,59 +428,69 @@ impl<'a> BatchRender<'a> {
             notes: Vec::new(),
         };
         let start = Instant::now();
-        let [width, height] = self.run.film.padded_extent().map(f64::from);
-        let spp = self.client.counts().paths() as f64 / (width * height);
-        let mut layers = match outputs.writes_exr() {
-            true => layers::trace(&self.run, &self.scene, &self.camera, spp),
-            false => Vec::new(),
-        };
-        if let Some(groups) = &mut self.groups {
-            layers.extend(groups.channels()?);
-        }
-        let start_filter = Instant::now();
-        let denoised = match &traced.accumulated {
-            Some(accumulated) => {
-                let data = self.client.develop().into_diagnostic()?;
-                let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
-                let view = FilteredView { scene: &self.scene, camera: &self.camera, film: &self.run.film };
-                let kind = self.settings.denoise;
-                // If the estimate would not cover all of the error, it is not worth its time.
-                let state = traced.error.as_ref().map(|(state, _)| state);
-                let wants_error = state.is_some_and(|state| self.run.states_filtered_error(state));
-                let apart = accumulated.apart().filter(|_| wants_error);
-                let filtered = view.filter(&accumulated.replicates(), apart, &data, kind, oidn);
-                let (picture, error) = filtered.into_diagnostic()?;
-                if wants_error && error.is_none() && self.recorder.is_some() && !self.args.quiet {
-                    tell(UNKNOWN_FILTERED_ERROR);
-                }
-                self.filtered_error = error;
-                Some(picture)
-            }
-            None => None,
-        };
-        self.seconds.denoise = start_filter.elapsed().as_secs_f64();
-        if let Some((state, _)) = &traced.error {
-            outcome.describe(state, self.args.error_at);
-        }
-        let (client, seconds) = (&mut *self.client, &mut self.seconds);
-        let right = match &mut self.right_eye {
-            Some(RightEye { camera, film, .. }) => {
-                let layers = match outputs.writes_exr() {
-                    true => layers::trace(&self.run, &self.scene, camera, spp),
-                    false => Vec::new(),
+        let [extras, right_extras] = self.extras(outputs, traced)?;
+        let (client, seconds, at) = (&mut *self.client, &mut self.seconds, self.args.error_at);
+        let written = match &mut self.right_eye {
+            Some(eye) => {
+                let end = StereoEnd::new(outcome, traced.states(), self.goal.error.is_some(), at);
+                let pictures = EyePictures {
+                    films: [client, &mut *eye.film],
+                    extras: [extras, right_extras],
+                    layout: self.args.stereo.and_then(|stereo| stereo.layout),
                 };
-                let layout = self.args.stereo.and_then(|stereo| stereo.layout);
-                Some(RightPicture { film: &mut **film, layers, layout })
+                stereo_outputs::write(outputs, pictures, &self.run, &end, &self.settings, seconds)
             }
-            None => None,
+            None => {
+                if let Some(state) = traced.picture.status() {
+                    outcome.describe(state, at);
+                }
+                outputs.write(client, &self.run, &outcome, &self.settings, extras, seconds)
+            }
         };
-        let extras = Extras { layers, denoised, right };
-        let written = outputs.write(client, &self.run, &outcome, &self.settings, extras, seconds);
         if let Some(mut timings) = self.timings.take() {
             timings.client("display and write", start)?;
             timings.finish(Some(&self.server))?;
         }
         written
+    }
+
+    /// Layers and denoised pictures of the camera or left eye, and of the right eye.
+    fn extras(&mut self, outputs: &Outputs, traced: &Traced) -> Result<[Extras; 2]> {
+        let [width, height] = self.run.film.padded_extent().map(f64::from);
+        let spp = self.client.counts().paths() as f64 / (width * height);
+        let mut extras = [Extras::default(), Extras::default()];
+        match &self.right_eye {
+            _ if !outputs.writes_exr() => {}
+            None => extras[0].layers = layers::trace(&self.run, &self.scene, &self.camera, spp),
+            Some(right) => {
+                let cameras = [&self.camera, &right.camera];
+                for (eye, extras) in Eye::BOTH.into_iter().zip(&mut extras) {
+                    extras.layers = layers::trace_eye(&self.run, &self.scene, eye, cameras, spp);
+                }
+            }
+        }
+        if let Some(groups) = &mut self.groups {
+            extras[0].layers.extend(groups.channels()?);
+        }
+        let start = Instant::now();
+        let filter = |picture: &ObservedPicture, camera: &Camera, film: &mut dyn Film| {
+            let view = FilteredView { scene: &self.scene, camera, film: &self.run.film };
+            let oidn = OidnOptions { threads: self.threads, quality: OidnQuality::High };
+            picture.filter(view, &self.run, film, self.settings.denoise, oidn)
+        };
+        let left = filter(&traced.picture, &self.camera, &mut *self.client)?;
+        (extras[0].denoised, self.filtered_errors[0]) = left;
+        if let Some((eye, picture)) = self.right_eye.as_mut().zip(traced.right.as_ref()) {
+            let right = filter(picture, &eye.camera, &mut *eye.film)?;
+            (extras[1].denoised, self.filtered_errors[1]) = right;
+        }
+        let wants_error = traced.picture.status().is_some_and(|state| self.run.states_filtered_error(state));
+        let is_unknown = extras[0].denoised.is_some() && wants_error && self.filtered_errors[0].is_none();
+        if is_unknown && self.recorder.is_some() && !self.args.quiet {
+            tell(UNKNOWN_FILTERED_ERROR);
+        }
+        self.seconds.denoise = start.elapsed().as_secs_f64();
+        Ok(extras)
     }
 
     /// Whether the paths of the picture form a prefix of the sequence, without gaps.
@@ -503,12 +526,26 @@ impl<'a> BatchRender<'a> {
         }
     }
 
+    /// Errors of the pictures of the camera or left eye, and of the right eye, as far as they are known.
+    fn errors(&self, traced: &Traced) -> [Option<ErrorReport>; 2] {
+        let (target, at, filter) = (self.goal.error, self.args.error_at, self.settings.denoise);
+        let of = |picture: &ObservedPicture, filtered: &Option<ErrorEstimate>| {
+            let state = picture.status()?;
+            // Each eye reaches the target at its own time.
+            let reached = if traced.right.is_some() { state.reached } else { traced.driven.reached };
+            let report = ErrorReport::new(state, &self.run, target, at, reached, filter)?;
+            Some(report.with_filtered(filtered.as_ref()))
+        };
+        let [left, right] = &self.filtered_errors;
+        [of(&traced.picture, left), traced.right.as_ref().and_then(|picture| of(picture, right))]
+    }
+
     fn report(&self, outputs: &Outputs, traced: &Traced) -> RenderReport {
         let (run, driven, counts) = (&self.run, &traced.driven, self.client.counts());
         let [width, height] = run.film.padded_extent().map(f64::from);
         let per = |n: u64, time: Duration| n as f64 / time.as_secs_f64().max(1e-9);
-        let (target, at) = (self.goal.error, self.args.error_at);
-        let error = traced.error.as_ref();
+        let [error, right_error] = self.errors(traced);
+        let eyes = traced.states().and_then(|states| EyeErrors::new([error.clone(), right_error], states));
         // Only paths of this run: a resumed state contains others.
         let paths = traced.stats.total().paths * run.integrator.paths_per_index();
         let warnings = self.loaded.warnings.iter().map(ToString::to_string);
@@ -535,10 +572,8 @@ impl<'a> BatchRender<'a> {
             samples_per_second: per(paths, driven.wall),
             paths_per_trace_second: per(paths, tracing_time(&traced.stats)),
             seconds: self.seconds,
-            error: error.and_then(|(state, _)| {
-                ErrorReport::new(state, run, target, at, driven.reached, self.settings.denoise)
-                    .map(|report| report.with_filtered(self.filtered_error.as_ref()))
-            }),
+            error: error.filter(|_| traced.right.is_none()),
+            eyes,
             withheld: self.client.withheld(),
             rejected: self.rejected(&traced.stats),
             device: run.device.clone(),

@@ -17,7 +17,7 @@ use crate::render::timings::TimingCapture;
 use crate::server::Server;
 use crate::stream::block::Block;
 use crate::stream::{DrainOrder, Drained, Epoch, Event, FinishReason, Lanes};
-use crate::study::ErrorQuantile;
+use crate::study::{ErrorQuantile, ErrorStatus};
 
 /// Samples taken from the lanes between polls of clock, Ctrl-C and progress bar.
 const BUDGET: usize = 1 << 16;
@@ -105,7 +105,7 @@ pub fn drive(
             recorder.save(client, observer)?;
         }
         if let Some(live) = &mut live {
-            live.update(client, observer, server)?;
+            live.update(client, observer, right_eye.as_deref_mut(), server)?;
         }
         if let Some(timings) = timings {
             if drained.blocks > 0 {
@@ -113,10 +113,12 @@ pub fn drive(
             }
             timings.frame(Some(server))?;
         }
-        let state = observer.map(Observer::state);
-        let shown = state.as_deref().map(|state| (state, drive.quantity));
+        let right_observer = right_eye.as_deref().and_then(|eye| eye.observer.as_ref());
+        let states = [observer, right_observer].map(|observer| observer.map(Observer::state));
+        let shown = worse(states.each_ref().map(Option::as_deref), drive.quantity);
         bar.update(client.counts().paths(), drive.texels, start.elapsed(), shown);
-        driven.reached |= !drive.deterministic && state.is_some_and(|state| state.reached);
+        let reached = shown.is_some() && states.iter().flatten().all(|state| state.reached);
+        driven.reached |= !drive.deterministic && reached;
         if lanes.is_drained() {
             break;
         }
@@ -153,6 +155,19 @@ pub fn drive(
     Ok(driven)
 }
 
+/// The status of the picture with the larger error, of those of both eyes or of one, with the quantile that it is displayed for.
+fn worse(
+    [left, right]: [Option<&ErrorStatus>; 2],
+    at: ErrorQuantile,
+) -> Option<(&ErrorStatus, ErrorQuantile)> {
+    let error = |status: &ErrorStatus| status.estimate.relative[at.index()].value;
+    let worse = match (left, right) {
+        (Some(left), Some(right)) if error(right) > error(left) => right,
+        (left, right) => left.or(right)?,
+    };
+    Some((worse, at))
+}
+
 /// Moves up to [`BUDGET`] samples to the client. In index order `reached` is set by the block with which the error meets its target.
 fn take(
     drive: Drive,
@@ -175,9 +190,13 @@ fn take(
                 None => return,
             },
         }
-        if let Some(observer) = goal {
-            observer.sync();
-            *reached = observer.state().reached;
+        if goal.is_some() {
+            let is_reached = |observer: &Observer| {
+                observer.sync();
+                observer.state().reached
+            };
+            // The eye with the larger error decides.
+            *reached = [goal, writer.right_observer()].into_iter().flatten().all(is_reached);
         }
     };
     let drained = lanes.drain(BUDGET, give);

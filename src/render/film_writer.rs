@@ -44,6 +44,11 @@ impl<'a> FilmWriter<'a> {
         self.observer
     }
 
+    /// The observer of the right eye's picture, if there is one.
+    pub fn right_observer(&self) -> Option<&Observer> {
+        self.right_eye.as_ref().and_then(|eye| eye.observer.as_ref())
+    }
+
     /// Adds a block from the lanes.
     pub fn block(&mut self, block: &Block) {
         let (mut samples, mut of_right) = (block.samples(), None);

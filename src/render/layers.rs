@@ -10,10 +10,11 @@ use rayon::prelude::*;
 
 use crate::client::FilmSpec;
 use crate::image::exr::Channel;
+use crate::image::stereo::Eye;
 use crate::math::random::Random;
 use crate::render::process::tell;
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::aov::{AovDesc, channel_count};
+use crate::scene::desc::aov::{AovDesc, AovKind, channel_count};
 use crate::scene::limits;
 use crate::tracer::aov::AovTracer;
 use crate::tracer::{Camera, Scene};
@@ -29,6 +30,17 @@ const WORTH_TELLING: u64 = 1 << 29;
 
 /// Increments of the R2 sequence (Roberts 2018) for points on the lens.
 const R2: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+
+/// Refuses layers that need two eyes where there is one.
+pub fn check_eyes(layers: &[AovDesc], has_two: bool) -> Result<()> {
+    match layers.iter().find(|layer| layer.kind == AovKind::Disparity) {
+        Some(layer) if !has_two => Err(miette::miette!(
+            help = "render with --stereo, or leave the layer away: --aov LIST has others than the scene asks for",
+            "the layer `{layer}` is the disparity between the pictures of two eyes, and there is one"
+        )),
+        _ => Ok(()),
+    }
+}
 
 /// Checks that the layers fit into memory, and reports large ones.
 pub fn check(layers: &[AovDesc], film: &FilmSpec) -> Result<()> {
@@ -57,11 +69,31 @@ pub fn check(layers: &[AovDesc], film: &FilmSpec) -> Result<()> {
 
 /// Renders the requested layers; `spp`: samples per pixel of the picture.
 pub fn trace(run: &RunSpec, scene: &Scene, camera: &Camera, spp: f64) -> Vec<Channel> {
+    trace_seen(run, scene, camera, spp, None)
+}
+
+/// As [`trace`], for an eye of a render for two, with the cameras of the left and of the right eye.
+pub fn trace_eye(run: &RunSpec, scene: &Scene, eye: Eye, cameras: [&Camera; 2], spp: f64) -> Vec<Channel> {
+    trace_seen(run, scene, cameras[eye as usize], spp, Some((eye, cameras)))
+}
+
+fn trace_seen(
+    run: &RunSpec,
+    scene: &Scene,
+    camera: &Camera,
+    spp: f64,
+    eyes: Option<(Eye, [&Camera; 2])>,
+) -> Vec<Channel> {
     if run.aovs.is_empty() {
         return Vec::new();
     }
+    let tracer = AovTracer::new(scene, camera, &run.aovs);
+    let tracer = match eyes {
+        Some((_, cameras)) => tracer.with_eyes(cameras, run.film.width),
+        None => tracer,
+    };
     let pass = LayerPass {
-        tracer: AovTracer::new(scene, camera, &run.aovs),
+        tracer,
         camera,
         film: &run.film,
         channels: channel_count(&run.aovs),
@@ -70,7 +102,7 @@ pub fn trace(run: &RunSpec, scene: &Scene, camera: &Camera, spp: f64) -> Vec<Cha
     let bands: Vec<u32> = (0..run.film.height).step_by(BAND as usize).collect();
     let bands: Vec<Vec<f32>> =
         bands.into_par_iter().map(|y| pass.band(y..(y + BAND).min(run.film.height))).collect();
-    let names = run.aovs.iter().flat_map(AovDesc::channels);
+    let names = run.aovs.iter().flat_map(|layer| layer.channels_of(eyes.map(|(eye, _)| eye)));
     let of =
         |c: usize| bands.iter().flat_map(move |band| band.iter().skip(c).step_by(pass.channels).copied());
     names.enumerate().map(|(c, name)| (name, of(c).collect())).collect()

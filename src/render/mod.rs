@@ -7,7 +7,8 @@
 //! | `run_spec.rs`, `method.rs`, `effect_plan.rs`, `remote_order.rs` | what a run is made of; its method of light transport; its effects; the same for a tracer elsewhere |
 //! | `batch.rs`, `drive.rs`, `adaptive.rs`, `progress.rs` | a render from start to end; from the lanes to the film; its adaptive stages; its progress bar |
 //! | `film_writer.rs`, `observed.rs`, `predictions.rs` | where samples are added up; what the accounts of a run begin with; the log of predicted times |
-//! | `outputs.rs`, `live_outputs.rs`, `layers.rs`, `light_groups.rs`, `stereo.rs`, `tev.rs` | files of pictures; snapshots on the way; layers beside the picture; pictures by groups of lights; pictures of two eyes; the viewer tev |
+//! | `outputs.rs`, `live_outputs.rs`, `layers.rs`, `light_groups.rs`, `tev.rs` | files of pictures; snapshots on the way; layers beside the picture; pictures by groups of lights; the viewer tev |
+//! | `stereo.rs`, `stereo_outputs.rs`, `stereo_error.rs` | two eyes; files of their pictures; their stated errors |
 //! | `figures.rs`, `report.rs`, `rejected.rs`, `effect_price.rs` | figures as JSON and on standard output; those of a render; rejected values in words; what each effect costs |
 //! | `state/` | renders in parts: their files, their sum |
 //! | `timings.rs`, `trace.rs`, `pipelines.rs`, `process.rs` | `--gpu-timings`; compiled pipelines on disk; signals and standard error |
@@ -40,6 +41,8 @@ pub mod report;
 pub mod run_spec;
 pub mod state;
 pub mod stereo;
+pub mod stereo_error;
+pub mod stereo_outputs;
 pub mod tev;
 pub mod timings;
 pub mod trace;

@@ -6,14 +6,14 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use crate::client::compiled_effects::Effects;
-use crate::client::{Denoise, DisplayImage, Film, FilmData, Readback, Settings, develop, stereo};
+use crate::client::{Denoise, DisplayImage, Film, FilmData, Readback, Settings, develop};
 use crate::color::Profile;
 use crate::denoise::filtered_picture::FilteredPicture;
 use crate::denoise::view_filter;
 use crate::image::ImageError;
 use crate::image::exr::Channel;
 use crate::image::png::{PngPicture, Transfer};
-use crate::image::stereo::{Eye, StereoFormat, StereoLayout, pair_paths, write_jps, write_mpo};
+use crate::image::stereo::StereoFormat;
 use crate::image::write::{FileFormat, check_place, check_target, same_file};
 use crate::image::{Attribute, exr, png};
 use crate::render::figures::{Seconds, is_special};
@@ -22,30 +22,11 @@ use crate::render::run_spec::{RunEnd, RunSpec, display_options};
 
 /// Pictures of a run beside the film's.
 #[derive(Default)]
-pub struct Extras<'a> {
+pub struct Extras {
     /// Additional layers for EXR files.
     pub layers: Vec<Channel>,
     /// The denoised picture: displayed instead of the film, and a layer of EXR files.
     pub denoised: Option<FilteredPicture>,
-    /// The picture of the right eye, if the film is the left eye's.
-    pub right: Option<RightPicture<'a>>,
-}
-
-/// The picture of the right eye.
-pub struct RightPicture<'a> {
-    pub film: &'a mut dyn Film,
-    /// Its additional layers for EXR files.
-    pub layers: Vec<Channel>,
-    /// How a PNG file shows both eyes; `None` for a file of each.
-    pub layout: Option<StereoLayout>,
-}
-
-/// The pictures of both eyes.
-struct BothEyes<'a> {
-    films: [&'a mut dyn Film; 2],
-    /// Their additional layers for EXR files.
-    layers: [Vec<Channel>; 2],
-    layout: Option<StereoLayout>,
 }
 
 /// The picture files of a run.
@@ -105,6 +86,11 @@ impl Outputs {
         self.files.is_empty()
     }
 
+    /// The files with their formats.
+    pub fn formats(&self) -> &[(PathBuf, StereoFormat)] {
+        &self.files
+    }
+
     /// The files.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.files.iter().map(|(path, _)| path)
@@ -131,17 +117,9 @@ impl Outputs {
         run: &RunSpec,
         outcome: &RunEnd,
         settings: &Settings,
-        extras: Extras<'_>,
+        extras: Extras,
         seconds: &mut Seconds,
     ) -> Result<()> {
-        if let Some(right) = extras.right {
-            let eyes = BothEyes {
-                films: [client, right.film],
-                layers: [extras.layers, right.layers],
-                layout: right.layout,
-            };
-            return self.write_eyes(eyes, run, outcome, settings, seconds);
-        }
         let mut first_error = Ok(());
         let wants = |format| self.files.iter().any(|(_, f)| *f == format);
         let start = Instant::now();
@@ -170,74 +148,48 @@ impl Outputs {
         seconds.write = start.elapsed().as_secs_f64();
         first_error.wrap_err("a picture was rendered but could not be saved")
     }
-
-    /// As [`write`](Self::write), for two eyes.
-    fn write_eyes(
-        &self,
-        BothEyes { films: [left, right], layers: [left_layers, right_layers], layout }: BothEyes<'_>,
-        run: &RunSpec,
-        outcome: &RunEnd,
-        settings: &Settings,
-        seconds: &mut Seconds,
-    ) -> Result<()> {
-        let start = Instant::now();
-        let coding = stereo::coding(settings).into_diagnostic()?;
-        let paths = left.counts().paths();
-        let shows = self.files.iter().any(|(_, format)| *format != EXR);
-        let display = |film: &mut dyn Film| film.display(settings).into_diagnostic();
-        let shown = shows.then(|| Ok::<_, miette::Report>([display(left)?, display(right)?])).transpose()?;
-        let grids = shown.clone().map(|eyes| eyes.map(stereo::grid));
-        let develop = |film: &mut dyn Film| film.develop().into_diagnostic();
-        let eyes = self
-            .writes_exr()
-            .then(|| {
-                let left = file_layers(&develop(left)?, run, outcome, left_layers);
-                let right = file_layers(&develop(right)?, run, outcome, right_layers);
-                let eyes = Eye::BOTH.map(Eye::name).into_iter().zip([left, right]).collect();
-                exr::Layers::of_views(eyes).map_err(|reason| miette::miette!("{reason}"))
-            })
-            .transpose()?;
-        seconds.display = start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        let mut first_error = Ok(());
-        for (path, format) in &self.files {
-            let written = match format {
-                StereoFormat::Plain(FileFormat::Exr) => {
-                    eyes.iter().try_for_each(|eyes| exr::write(path, eyes)).into_diagnostic()
-                }
-                StereoFormat::Plain(FileFormat::Png) => match (layout, &shown) {
-                    (_, None) => Ok(()),
-                    (Some(layout), Some(eyes)) => {
-                        stereo::compose(eyes.clone(), layout, settings).into_diagnostic().and_then(|shown| {
-                            FilmSnapshot::Png(shown, paths).write(path, run, outcome, settings)
-                        })
-                    }
-                    (None, Some(eyes)) => pair_paths(path).iter().zip(eyes).try_for_each(|(path, eye)| {
-                        FilmSnapshot::Png(eye.clone(), paths).write(path, run, outcome, settings)
-                    }),
-                },
-                StereoFormat::Jps | StereoFormat::Mpo => {
-                    let write = if *format == StereoFormat::Jps { write_jps } else { write_mpo };
-                    let eyes = grids.iter().map(|[left, right]| [left, right]);
-                    eyes.into_iter().try_for_each(|eyes| write(path, eyes, &coding)).into_diagnostic()
-                }
-            };
-            first_error = first_error.and(written);
-        }
-        seconds.write = start.elapsed().as_secs_f64();
-        first_error.wrap_err("a picture was rendered but could not be saved")
-    }
 }
 
 const EXR: StereoFormat = StereoFormat::Plain(FileFormat::Exr);
 const PNG: StereoFormat = StereoFormat::Plain(FileFormat::Png);
 
 /// The layers of an EXR file of this film.
-fn file_layers(data: &FilmData, run: &RunSpec, outcome: &RunEnd, beside: Vec<Channel>) -> exr::Layers {
+pub fn file_layers(
+    data: &FilmData,
+    run: &RunSpec,
+    outcome: &RunEnd,
+    beside: &[Channel],
+    settings: &Settings,
+) -> exr::Layers {
     let (attributes, energy) = (run.attributes(data.counts.paths(), outcome), run.film.filter.energy());
     let mut layers = develop::layers(data, &Profile::srgb(), energy, &attributes);
-    layers.channels.extend(beside);
+    layers.channels.extend_from_slice(beside);
+    if beside.iter().any(|(name, _)| name.starts_with("denoised.")) {
+        layers.attributes.extend(filter_attribute(settings));
+    }
     layers
+}
+
+/// Writes a displayed picture of so many paths as a PNG file.
+pub fn write_png(
+    path: &Path,
+    shown: &DisplayImage,
+    paths: u64,
+    run: &RunSpec,
+    outcome: &RunEnd,
+    settings: &Settings,
+) -> Result<(), ImageError> {
+    let picture = PngPicture {
+        width: shown.width,
+        height: shown.height,
+        rgb: &shown.rgb,
+        transfer: Transfer::Gamma(settings.gamma),
+        primaries: settings.profile.primaries,
+    };
+    let mut attributes = run.attributes(paths, outcome);
+    attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
+    attributes.extend(filter_attribute(settings));
+    png::write(path, picture, &attributes)
 }
 
 /// A picture still being computed by a device. Another thread waits for it and writes it, because encoding takes longer than a frame, too.
@@ -288,25 +240,9 @@ impl FilmSnapshot {
     /// Writes the picture.
     fn write(&self, path: &Path, run: &RunSpec, outcome: &RunEnd, settings: &Settings) -> Result<()> {
         let written = match self {
-            FilmSnapshot::Png(shown, paths) => {
-                let picture = PngPicture {
-                    width: shown.width,
-                    height: shown.height,
-                    rgb: &shown.rgb,
-                    transfer: Transfer::Gamma(settings.gamma),
-                    primaries: settings.profile.primaries,
-                };
-                let mut attributes = run.attributes(*paths, outcome);
-                attributes.push(("display".to_string(), Attribute::Text(display_options(settings))));
-                attributes.extend(filter_attribute(settings));
-                png::write(path, picture, &attributes)
-            }
+            FilmSnapshot::Png(shown, paths) => write_png(path, shown, *paths, run, outcome, settings),
             FilmSnapshot::Exr(data, beside) => {
-                let mut layers = file_layers(data, run, outcome, beside.clone());
-                if beside.iter().any(|(name, _)| name.starts_with("denoised.")) {
-                    layers.attributes.extend(filter_attribute(settings));
-                }
-                exr::write(path, &layers)
+                exr::write(path, &file_layers(data, run, outcome, beside, settings))
             }
         };
         written.into_diagnostic()

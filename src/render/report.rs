@@ -11,6 +11,7 @@ use crate::render::figures::{Seconds, human};
 use crate::render::light_groups::LightGroupReport;
 use crate::render::rejected::RejectedReport;
 use crate::render::run_spec::{ChoiceReport, RunSpec};
+use crate::render::stereo_error::EyeErrors;
 use crate::scene::desc::PhotonUse;
 use crate::study::curve::PowerLaw;
 use crate::study::format::{percent, round_percent};
@@ -47,9 +48,12 @@ pub struct RenderReport {
     /// Paths per second of one tracer thread's tracing time.
     pub paths_per_trace_second: f64,
     pub seconds: Seconds,
-    /// Error of the picture; `None` if the run was not divided into replicates.
+    /// Error of the picture; `None` if the run was not divided into replicates, and with two eyes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorReport>,
+    /// Errors of the pictures of two eyes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eyes: Option<EyeErrors>,
     /// Distribution of camera paths by adaptive sampling.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveReport>,
@@ -117,6 +121,9 @@ impl RenderReport {
         if let Some(error) = &self.error {
             line.push_str(&error.summary());
         }
+        if let Some(eyes) = &self.eyes {
+            line.push_str(&eyes.summary());
+        }
         if let Some(withheld) = self.withheld {
             line.push_str(&format!(
                 "; fireflies reweighted: the picture lacks {} of the light",
@@ -160,7 +167,7 @@ pub struct ErrorReport {
     pub warning: Option<String>,
     /// Error of the denoised picture, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub denoised: Option<DenoisedError>,
+    pub denoised: Option<ErrorIntervals>,
     /// Errors not included in these values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub besides: Option<&'static str>,
@@ -181,13 +188,28 @@ pub struct ErrorReport {
     pub curve: Vec<[f64; 3]>,
 }
 
-/// Error of the denoised picture, as in [`ErrorReport`], excluding bias common to both randomisations: it is not stated if there is any.
+/// Errors as in [`ErrorReport`]: of the denoised picture, excluding bias common to both randomisations (they are not stated if there is any), or of the
+/// pictures of both eyes together.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct DenoisedError {
+pub struct ErrorIntervals {
     pub median: Interval,
     pub p95: Interval,
     pub p99: Interval,
     pub rel_mse: Interval,
+}
+
+impl From<&ErrorEstimate> for ErrorIntervals {
+    fn from(error: &ErrorEstimate) -> Self {
+        let [median, p95, p99] = error.relative;
+        Self { median, p95, p99, rel_mse: error.rel_mse }
+    }
+}
+
+impl ErrorIntervals {
+    /// The error at a quantile.
+    pub fn at(&self, quantile: ErrorQuantile) -> Interval {
+        [self.median, self.p95, self.p99][quantile.index()]
+    }
 }
 
 impl ErrorReport {
@@ -232,11 +254,7 @@ impl ErrorReport {
 
     /// Adds the error of the denoised picture.
     pub fn with_filtered(self, filtered: Option<&ErrorEstimate>) -> Self {
-        let denoised = |error: &ErrorEstimate| {
-            let [median, p95, p99] = error.relative;
-            DenoisedError { median, p95, p99, rel_mse: error.rel_mse }
-        };
-        Self { denoised: filtered.map(denoised), ..self }
+        Self { denoised: filtered.map(ErrorIntervals::from), ..self }
     }
 
     /// Part of the run's summary about the error.
@@ -250,8 +268,7 @@ impl ErrorReport {
             text += &format!(" besides {besides}");
         }
         if let Some(denoised) = &self.denoised {
-            let Interval { value, low, high } =
-                [denoised.median, denoised.p95, denoised.p99][self.at.index()];
+            let Interval { value, low, high } = denoised.at(self.at);
             let [value, low, high] = [value, low, high].map(percent);
             text +=
                 &format!(", {value} through the noise filter (90 %: {}–{high})", low.trim_end_matches(" %"));

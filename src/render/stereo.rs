@@ -2,7 +2,8 @@
 
 use miette::{IntoDiagnostic, Result};
 
-use crate::client::{ClientError, Denoise, Film};
+use crate::accounting::observer::Observer;
+use crate::client::{ClientError, Film};
 use crate::render::device::Device;
 use crate::render::options::{RenderOptions, StereoOptions};
 use crate::render::run_spec::RunSpec;
@@ -17,6 +18,8 @@ pub struct RightEye {
     pub camera: Camera,
     /// Its film.
     pub film: Box<dyn Film>,
+    /// Observer of the error of its picture, if there is one.
+    pub observer: Option<Observer>,
     /// Whether indices alternate between replicates.
     replicated: bool,
 }
@@ -29,7 +32,6 @@ pub fn check(args: &RenderOptions) -> Result<()> {
     let refused = [
         (args.adaptive, "--adaptive steers the samples by the error of one picture", "leave --adaptive away"),
         (args.check_plan > 0.0, "--check-plan compares the samples of one eye", "leave --check-plan away"),
-        (args.denoise != Denoise::Off, "the noise filter does not see the right eye", "leave --denoise away"),
         (args.light_groups.is_some(), "light groups are those of one eye", "leave --light-groups away"),
         (
             args.reweight_fireflies.is_some(),
@@ -41,7 +43,6 @@ pub fn check(args: &RenderOptions) -> Result<()> {
             "the state of a render holds one eye",
             "leave --state and --resume away",
         ),
-        (args.tev.is_some(), "tev is shown one eye", "leave --tev away"),
     ];
     match refused.into_iter().find(|(wrong, ..)| *wrong) {
         Some((_, why, advice)) => Err(miette::miette!(help = advice, "--stereo: {why}")),
@@ -86,7 +87,7 @@ impl RightEye {
     /// As for the film of the left eye.
     pub fn new(camera: Camera, run: &RunSpec, device: &Device, threads: usize) -> Result<Self> {
         let film = device.client(run.film, threads, None)?;
-        Ok(Self { camera, film, replicated: run.replicated })
+        Ok(Self { camera, film, observer: None, replicated: run.replicated })
     }
 
     /// The samples of the left and of the right eye in a block.
@@ -97,9 +98,13 @@ impl RightEye {
         if eye(index).0 == 0 { [own, other] } else { [other, own] }
     }
 
-    /// Adds samples of the right eye in this block.
+    /// Adds samples of the right eye in this block to its film, and passes copies to its observer.
     pub fn add(&mut self, block: &Block, samples: &[Sample]) -> Result<(), ClientError> {
-        self.film.count_paths(block.header.paths);
+        let header = &block.header;
+        self.film.count_paths(header.paths);
+        if let Some(observer) = &self.observer {
+            observer.samples(header.first_index, header.paths, samples);
+        }
         self.film.add(samples)
     }
 }

@@ -14,6 +14,7 @@ use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use crate::client::{ClientError, Film, FilmCounts, FilmData, develop};
 use crate::color::Profile;
+use crate::image::stereo::Eye;
 use crate::job::unpoisoned;
 use crate::render::process::tell;
 
@@ -54,8 +55,9 @@ struct TevInbox {
 
 #[derive(Default)]
 struct InboxState {
-    picture: Option<TevPicture>,
-    /// Whether the thread is sending a picture, or waiting before it reconnects.
+    /// The pictures to be sent next: one, or those of both eyes.
+    pictures: Vec<TevPicture>,
+    /// Whether the thread is sending pictures, or waiting before it reconnects.
     busy: bool,
     closing: bool,
 }
@@ -79,7 +81,7 @@ impl TevLink {
     pub fn is_due(&self, counts: FilmCounts) -> bool {
         counts != self.sent && Instant::now() >= self.next && {
             let state = unpoisoned(&self.shared.state);
-            !state.busy && state.picture.is_none()
+            !state.busy && state.pictures.is_empty()
         }
     }
 
@@ -89,11 +91,27 @@ impl TevLink {
     ///
     /// When the film cannot be read.
     pub fn send(&mut self, name: &str, film: &mut dyn Film) -> Result<(), ClientError> {
+        self.send_all([(name.to_owned(), film)])
+    }
+
+    /// Passes on the pictures of both eyes, the left one's first, under this name with that of the eye.
+    ///
+    /// # Errors
+    ///
+    /// When a film cannot be read.
+    pub fn send_eyes(&mut self, name: &str, films: [&mut dyn Film; 2]) -> Result<(), ClientError> {
+        let [left, right] = films;
+        let named = |eye: Eye| format!("{name} {}", eye.name());
+        self.send_all([(named(Eye::Left), left), (named(Eye::Right), right)])
+    }
+
+    fn send_all<const N: usize>(&mut self, films: [(String, &mut dyn Film); N]) -> Result<(), ClientError> {
         let start = Instant::now();
-        let data = film.develop()?;
+        let read = |(name, film): (String, &mut dyn Film)| Ok(TevPicture { name, data: film.develop()? });
+        let pictures = films.into_iter().map(read).collect::<Result<Vec<_>, ClientError>>()?;
         self.next = start + EVERY.max(SHARE * start.elapsed());
-        self.sent = data.counts;
-        unpoisoned(&self.shared.state).picture = Some(TevPicture { name: name.to_owned(), data });
+        self.sent = pictures.first().map(|picture| picture.data.counts).unwrap_or_default();
+        unpoisoned(&self.shared.state).pictures = pictures;
         self.shared.news.notify_one();
         Ok(())
     }
@@ -119,8 +137,8 @@ struct TevSender {
 
 impl TevSender {
     fn run(mut self, inbox: &TevInbox) {
-        while let Some(picture) = inbox.next() {
-            match self.show(&picture) {
+        while let Some(pictures) = inbox.next() {
+            match pictures.iter().try_for_each(|picture| self.show(picture)) {
                 Ok(()) => self.told = false,
                 Err(error) => {
                     self.connection = None;
@@ -150,14 +168,14 @@ impl TevSender {
 }
 
 impl TevInbox {
-    /// Waits for the next picture; `None` at the end.
-    fn next(&self) -> Option<TevPicture> {
+    /// Waits for the next pictures; `None` at the end.
+    fn next(&self) -> Option<Vec<TevPicture>> {
         let mut state = unpoisoned(&self.state);
         state.busy = false;
         loop {
-            if let Some(picture) = state.picture.take() {
+            if !state.pictures.is_empty() {
                 state.busy = true;
-                return Some(picture);
+                return Some(std::mem::take(&mut state.pictures));
             }
             if state.closing {
                 return None;
@@ -178,8 +196,8 @@ struct TevConnection {
     client: TevClient,
     /// The same socket, to check whether it has been closed.
     socket: TcpStream,
-    /// Name and size of the last image created in tev.
-    image: Option<(String, [u32; 2])>,
+    /// Names and sizes of the images created in tev.
+    images: Vec<(String, [u32; 2])>,
 }
 
 impl TevConnection {
@@ -189,7 +207,11 @@ impl TevConnection {
             match TcpStream::connect_timeout(&address, CONNECT) {
                 Ok(socket) => {
                     socket.set_write_timeout(Some(WRITE))?;
-                    return Ok(Self { client: TevClient::wrap(socket.try_clone()?), socket, image: None });
+                    return Ok(Self {
+                        client: TevClient::wrap(socket.try_clone()?),
+                        socket,
+                        images: Vec::new(),
+                    });
                 }
                 Err(error) => failed = error,
             }
@@ -211,7 +233,7 @@ impl TevConnection {
     fn show(&mut self, TevPicture { name, data }: &TevPicture) -> io::Result<()> {
         let FilmData { width, height, .. } = *data;
         let image = (name.replace('\0', "?"), [width, height]);
-        if self.image.as_ref() != Some(&image) {
+        if !self.images.contains(&image) {
             let packet = PacketCreateImage {
                 image_name: &image.0,
                 grab_focus: true,
@@ -220,7 +242,8 @@ impl TevConnection {
                 channel_names: &CHANNELS,
             };
             self.client.send(packet)?;
-            self.image = Some(image.clone());
+            self.images.retain(|(name, _)| *name != image.0);
+            self.images.push(image.clone());
         }
         let pixels = develop::linear_rgb(data, &Profile::srgb());
         self.client.send(PacketUpdateImage {

@@ -112,8 +112,13 @@ pub enum TileSubset {
 }
 
 impl TileSubset {
+    /// The subset that is used of this number of tiles: all of them if they are too few to be divided.
+    pub(super) fn among(self, tiles: usize) -> Self {
+        if tiles < MIN_TILES { TileSubset::All } else { self }
+    }
+
     /// Whether the tile in this column and row belongs to the subset.
-    fn contains(self, x: usize, y: usize) -> bool {
+    pub(super) fn contains(self, x: usize, y: usize) -> bool {
         match self {
             TileSubset::All => true,
             TileSubset::Deciding => (x + y).is_multiple_of(2),
@@ -152,6 +157,13 @@ pub struct ErrorEstimate {
 
 /// The quantiles of [`ErrorEstimate::relative`].
 pub(super) const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
+
+/// The [`QUANTILES`] of the relative errors of some tiles; 0 without tiles.
+pub(super) fn quantiles(mut errors: Vec<f64>) -> [f64; 3] {
+    errors.sort_unstable_by(f64::total_cmp);
+    let at = |q: f64| errors.get((q * errors.len() as f64) as usize).or(errors.last()).copied();
+    QUANTILES.map(|q| at(q).unwrap_or(0.0))
+}
 
 /// Mean luminance of the tile quarter that contains a pixel, for a picture of `size` pixels.
 fn quarter_means(pixels: &[ReplicatePixel], size: [usize; 2]) -> impl Fn(usize) -> f64 {
@@ -435,10 +447,7 @@ impl ErrorField {
                 pixels += tile.quarters[q].pixels;
             }
         }
-        errors.sort_unstable_by(f64::total_cmp);
-        let at =
-            |q: f64| errors.get((q * errors.len() as f64) as usize).or(errors.last()).copied().unwrap_or(0.0);
-        let [a, b, c] = QUANTILES.map(at);
+        let [a, b, c] = quantiles(errors);
         [a, b, c, if pixels > 0.0 { relative / pixels } else { 0.0 }]
     }
 
@@ -463,7 +472,7 @@ impl ErrorField {
     /// If few tiles dominate relMSE, it is heavy-tailed: events like the one in the largest tile may not have occurred in others yet. The
     /// number of such events of which none occurs with a probability of 5 % is three (the rule of three, Hanley and Lippman-Hand 1983).
     pub fn estimate(&self, tiles: TileSubset) -> ErrorEstimate {
-        let tiles = if self.tiles.len() < MIN_TILES { TileSubset::All } else { tiles };
+        let tiles = tiles.among(self.tiles.len());
         let whole = self.values(tiles, |_| [0, 1, 2, 3], 4, 0.0);
         let is_uncertain = self.unfound.deviation > 0.0
             || self.unfound.possible.iter().any(|light| *light > 0.0)

@@ -22,6 +22,8 @@
 //! A render that stops at a target (`--error 1%`) decides by one half of the tiles and states the error of the other, the
 //! **held-out** half. Otherwise the stop would select a checkpoint whose error was small by luck.
 //!
+//! The error of the pictures of two eyes together (`joint.rs`) follows from the error of each.
+//!
 //! `--adaptive` distributes camera paths by what a pilot has found ([`Replicates::region_errors`]). Its samples have weights, one over the
 //! density of paths, and the difference of the replicates knows the error of their weighted means as well.
 //!
@@ -87,6 +89,7 @@ pub mod exact_replicates;
 pub mod format;
 pub mod highlights;
 pub mod interval;
+mod joint;
 pub mod largest;
 pub mod late;
 pub mod measurement;
@@ -111,6 +114,7 @@ pub use apart::SamplesApart;
 pub use error::{ErrorEstimate, ErrorField, TileSubset};
 pub use exact_replicates::{ExactPixel, ExactReplicates};
 pub use interval::Interval;
+pub use joint::joint_estimate;
 pub use late::{LateLight, MissingLight};
 pub use monitor::{ErrorMonitor, ErrorQuantile, ErrorStatus, ErrorTarget, MonitorProgress};
 pub use replicates::Replicates;

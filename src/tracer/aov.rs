@@ -1,6 +1,6 @@
 //! Layers beside the picture: quantities of the surface that a camera ray meets first, and of the media before it ([`AovKind`]).
 
-use glam::{DVec4, Vec3};
+use glam::{DVec3, DVec4, Vec3};
 
 use crate::color::profile::rec709_from_xyz;
 use crate::scene::desc::{AovDesc, AovKind};
@@ -16,6 +16,9 @@ use super::{Camera, Scene};
 /// Sets of four wavelengths at which a reflectance becomes a colour.
 const SETS: usize = 8;
 
+/// Length of a ray, in rendering space, at whose end all that is seen has the disparity of infinity.
+const ENDLESS: f64 = 1e12;
+
 /// Finds the values of layers along rays.
 #[derive(Debug)]
 pub struct AovTracer<'a> {
@@ -29,6 +32,8 @@ pub struct AovTracer<'a> {
     lambdas: [(SampledWavelengths, SampledSpectrum); SETS],
     /// Linear Rec.709 of a perfect reflector at these wavelengths, nearly 1.
     white: Vec3,
+    /// The cameras of the left and the right eye, and the width of their pictures in pixels, if there are two.
+    eyes: Option<([&'a Camera; 2], u32)>,
 }
 
 impl<'a> AovTracer<'a> {
@@ -43,9 +48,14 @@ impl<'a> AovTracer<'a> {
         let of_media = [AovKind::Transmittance, AovKind::ScatteringDepth];
         let asks_for_media = kinds.iter().any(|kind| of_media.contains(kind));
         let medium = CameraMedium::of(scene, camera, &UvWindow::PICTURE);
-        let mut tracer = Self { scene, kinds, asks_for_media, medium, lambdas, white: Vec3::ONE };
+        let mut tracer = Self { scene, kinds, asks_for_media, medium, lambdas, white: Vec3::ONE, eyes: None };
         tracer.white = tracer.color(|_, _| SampledSpectrum::ONE);
         tracer
+    }
+
+    /// As `self`, with disparities between the pictures of the left and of the right eye, which are `width` pixels wide.
+    pub fn with_eyes(self, eyes: [&'a Camera; 2], width: u32) -> Self {
+        Self { eyes: Some((eyes, width)), ..self }
     }
 
     /// Writes what is seen along `ray`, whose direction has unit length, to `values`, one number for each channel.
@@ -60,6 +70,10 @@ impl<'a> AovTracer<'a> {
             let found = match (kind, &surface, &media) {
                 (AovKind::Transmittance, _, Some(media)) => self.transmittance(media),
                 (AovKind::ScatteringDepth, _, Some(media)) => self.scattering_depth(media),
+                (AovKind::Disparity, surface, _) => {
+                    let end = || ray.origin.as_dvec3() + ray.direction.as_dvec3() * ENDLESS;
+                    self.disparity(surface.as_ref().map_or_else(end, |(hit, _)| hit.point.p.as_dvec3()))
+                }
                 (_, Some((hit, surface)), _) => self.of_surface(*kind, ray, hit, surface),
                 _ => Vec3::ZERO,
             };
@@ -87,9 +101,18 @@ impl<'a> AovTracer<'a> {
             AovKind::ShadingNormal => hit.n,
             AovKind::PrimIndex => Vec3::splat(self.scene.index_in_shape(hit) as f32),
             AovKind::ShapeIndex => Vec3::splat(self.scene.shape(hit) as f32 + 1.0),
-            // Of media, which are asked for above.
-            AovKind::Transmittance | AovKind::ScatteringDepth => Vec3::ZERO,
+            // Not of a surface alone; these are asked for above.
+            AovKind::Transmittance | AovKind::ScatteringDepth | AovKind::Disparity => Vec3::ZERO,
         }
+    }
+
+    /// Disparity of a place in rendering space, pixels; 0 without two eyes that have it before them.
+    fn disparity(&self, place: DVec3) -> Vec3 {
+        let pixels = self.eyes.and_then(|([left, right], width)| {
+            let [left, right] = [left.screen_position(place)?, right.screen_position(place)?];
+            Some((left.x - right.x) * f64::from(width))
+        });
+        Vec3::splat(pixels.unwrap_or(0.0) as f32)
     }
 
     /// Linear Rec.709 of the diffuse reflectance under D65.

@@ -228,7 +228,7 @@ impl Viewer {
             tell(&format!("the pictures of the groups of lights are lost: {error}"));
             Vec::new()
         });
-        let extras = Extras { denoised, layers, right: None };
+        let extras = Extras { denoised, layers };
         let run = self.editor.present_run_spec(&self.options.name, self.session.run_spec());
         let run = run.unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));

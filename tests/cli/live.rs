@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{ErrorKind, Read};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -145,17 +145,11 @@ fn a_render_goes_on_without_tev() {
     assert!(!output.status.success() && messages.contains("expected HOST:PORT"), "{messages}");
 }
 
-/// Snapshots are pictures of their own, and the last picture has the bytes of an undisturbed render.
+/// Asks a render in progress for snapshots, of this number of files in `folder`.
 #[cfg(unix)]
-#[test]
-fn a_signal_asks_for_a_snapshot() {
-    let folder = folder("snapshot");
-    let (alone, exr) = (folder.join("alone.exr"), folder.join("picture.exr"));
-    let options = ["--spp", "1500", "--deterministic", "--quiet"];
-    assert!(render(&alone, &options).status().unwrap().success());
-    let mut run = render(&exr, &options).arg("-o").arg(folder.join("picture.png")).spawn().unwrap();
+fn ask_for_snapshots(run: &mut Child, folder: &Path, count: usize) -> Vec<PathBuf> {
     let snapshots = || -> Vec<PathBuf> {
-        let files = fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path());
+        let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
         let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
         files.filter(|path| name(path).starts_with("picture-") && !name(path).ends_with(".part")).collect()
     };
@@ -171,15 +165,89 @@ fn a_signal_asks_for_a_snapshot() {
     };
     wait("the render does not begin", &|| threads() > 2);
     assert!(Command::new("kill").args(["-USR1", &id.to_string()]).status().unwrap().success());
-    wait("there are no snapshots", &|| snapshots().len() == 2);
+    wait("there are no snapshots", &|| snapshots().len() == count);
     assert!(run.try_wait().unwrap().is_none(), "the render has ended before its snapshots");
+    snapshots()
+}
+
+/// Snapshots are pictures of their own, and the last picture has the bytes of an undisturbed render.
+#[cfg(unix)]
+#[test]
+fn a_signal_asks_for_a_snapshot() {
+    let folder = folder("snapshot");
+    let (alone, exr) = (folder.join("alone.exr"), folder.join("picture.exr"));
+    let options = ["--spp", "1500", "--deterministic", "--quiet"];
+    assert!(render(&alone, &options).status().unwrap().success());
+    let mut run = render(&exr, &options).arg("-o").arg(folder.join("picture.png")).spawn().unwrap();
+    let snapshots = ask_for_snapshots(&mut run, &folder, 2);
     assert!(run.wait().unwrap().success());
     assert!(fs::read(&alone).unwrap() == fs::read(&exr).unwrap(), "the snapshot has disturbed the render");
-    let early = snapshots().into_iter().find(|path| path.extension().is_some_and(|e| e == "exr")).unwrap();
+    let early = snapshots.into_iter().find(|path| path.extension().is_some_and(|e| e == "exr")).unwrap();
     let spp = early.file_stem().unwrap().to_string_lossy().into_owned();
     let spp: u32 = spp.trim_start_matches("picture-").trim_end_matches("spp").parse().unwrap();
     assert!(spp < 1500, "{}", early.display());
     let mean = |path: &Path| pixels(path).iter().map(|v| f64::from(*v)).sum::<f64>();
     let ratio = mean(&early) / mean(&exr);
     assert!((ratio - 1.0).abs() < 0.2 && pixels(&early) != pixels(&exr), "{ratio}");
+}
+
+/// With two eyes snapshots are those of both, in all formats of the last pictures.
+#[cfg(unix)]
+#[test]
+fn snapshots_show_both_eyes() {
+    let folder = folder("snapshot of both eyes");
+    let exr = folder.join("picture.exr");
+    let mut command = render(&exr, &["--spp", "1500", "--quiet", "--stereo", "pair"]);
+    for name in ["picture.png", "picture.jps"] {
+        command.arg("-o").arg(folder.join(name));
+    }
+    let mut run = command.spawn().unwrap();
+    let snapshots = ask_for_snapshots(&mut run, &folder, 4);
+    assert!(run.wait().unwrap().success());
+    let ends_in = |end: &str| snapshots.iter().find(|path| path.to_string_lossy().ends_with(end));
+    assert!(ends_in("spp_left.png").is_some() && ends_in("spp_right.png").is_some(), "{snapshots:?}");
+    let jps = fs::read(ends_in("spp.jps").expect("a JPS file")).unwrap();
+    assert!(jps.windows(8).any(|bytes| bytes == b"_JPSJPS_"));
+    let (early, last) =
+        (exr::read(ends_in("spp.exr").expect("an EXR file")).unwrap(), exr::read(&exr).unwrap());
+    assert_eq!(early.views, ["left", "right"]);
+    let mean = |layers: &exr::Layers, view: &str| {
+        let view = layers.view(view).unwrap();
+        view.channel("G").unwrap().iter().map(|v| f64::from(*v)).sum::<f64>()
+    };
+    for view in ["left", "right"] {
+        let ratio = mean(&early, view) / mean(&last, view);
+        assert!((ratio - 1.0).abs() < 0.2, "{view}: {ratio}");
+    }
+    assert!(early.view("right").unwrap().channel("G") != last.view("right").unwrap().channel("G"));
+}
+
+/// tev shows a picture of each eye by its name.
+#[test]
+fn tev_shows_both_eyes() {
+    let exr = folder("tev of both eyes").join("picture.exr");
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let viewer = thread::spawn(move || {
+        let mut connection = listener.accept().unwrap().0;
+        std::iter::from_fn(|| next_packet(&mut connection)).collect::<Vec<_>>()
+    });
+    let output = render(&exr, &["--spp", "64", "--stereo", "--tev", &address]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let packets = viewer.join().unwrap();
+    let file = exr::read(&exr).unwrap();
+    for eye in ["left", "right"] {
+        let wanted = format!("cornell {eye}");
+        let created =
+            packets.iter().filter(|p| matches!(p, TevPacket::Create { name, .. } if *name == wanted));
+        assert_eq!(created.count(), 1, "{eye}");
+        let last = packets.iter().rev().find_map(|packet| match packet {
+            TevPacket::Update { name, rgb, .. } if *name == wanted => Some(rgb),
+            _ => None,
+        });
+        let view = file.view(eye).unwrap();
+        let [r, g, b] = ["R", "G", "B"].map(|name| view.channel(name).unwrap());
+        let pixels: Vec<f32> = (0..r.len()).flat_map(|i| [r[i], g[i], b[i]]).collect();
+        assert_eq!(last, Some(&pixels), "{eye}");
+    }
 }

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use pointillist::image::exr;
+use pointillist::image::{Attribute, exr};
+use serde_json::Value;
 
 /// A wall behind a ball that is nearer to the camera; the subject is the ball, 3 units away.
 const SCENE: &str = r#"<scene version="3.0.0">
@@ -112,10 +113,13 @@ fn what_two_eyes_do_not_go_with_is_refused() {
         (&["--stereo", "--interocular", "0"], "above 0"),
         (&["--interocular", "1"], "--stereo"),
         (&["--stereo", "--adaptive"], "--adaptive"),
-        (&["--stereo", "--denoise", "wavelet"], "--denoise"),
         (&["--stereo", "--light-groups", "-o", "x.exr"], "--light-groups"),
         (&["--stereo", "--state", "x.state"], "--state"),
         (&["-o", "x.mpo"], ".exr or .png"),
+        (
+            &["--aov", "disparity", "-o", "x.exr"],
+            "`disparity:disparity` is the disparity between the pictures of two eyes",
+        ),
     ] {
         let output = render(&dir, args);
         assert!(!output.status.success() && said(&output).contains(why), "{args:?}: {}", said(&output));
@@ -125,4 +129,137 @@ fn what_two_eyes_do_not_go_with_is_refused() {
     let output = render(&dir, &["--stereo", "--spp", "1"]);
     let said = said(&output);
     assert!(!output.status.success() && said.contains("line 2, column 1"), "{said}");
+}
+
+/// Renders both eyes on the processor, and returns the report.
+#[track_caller]
+fn report(dir: &Path, args: &[&str]) -> Value {
+    let output = render(dir, &[&["--stereo", "--device", "cpu", "--quiet", "--json=-"], args].concat());
+    assert!(output.status.success(), "{args:?}: {}", said(&output));
+    serde_json::from_slice(&output.stdout).expect("a report")
+}
+
+/// The views of a file.
+fn views(path: &Path) -> [exr::Layers; 2] {
+    let file = exr::read(path).expect("the file can be read");
+    ["left", "right"].map(|view| file.view(view).expect("the view is there"))
+}
+
+/// The relMSE of a layer against R, G and B of a reference.
+fn rel_mse(picture: &exr::Layers, layer: &str, reference: &exr::Layers) -> f64 {
+    let channels = |of: &exr::Layers, layer: &str| {
+        ["R", "G", "B"].map(|c| of.channel(&format!("{layer}{c}")).expect("the channel is there").to_vec())
+    };
+    let (own, truth) = (channels(picture, layer), channels(reference, ""));
+    let pixels = own[0].len();
+    let relative = |i: usize| {
+        let squares = |c: usize| f64::from(own[c][i] - truth[c][i]).powi(2);
+        let [r, g, b] = [0, 1, 2].map(|c| f64::from(truth[c][i]));
+        let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        (squares(0) + squares(1) + squares(2)) / 3.0 / (luminance * luminance + 0.01)
+    };
+    (0..pixels).map(relative).sum::<f64>() / pixels as f64
+}
+
+/// The errors that are stated of each eye and of both are those against a reference, and stand in report, summary and files.
+#[test]
+fn the_error_of_each_eye_is_stated() {
+    let dir = folder("errors");
+    let truth = ["--spp", "2048", "--seed", "9", "-o", "truth.exr"];
+    report(&dir, &truth);
+    let report = report(&dir, &["--spp", "16", "-o", "eyes.exr", "-o", "eyes.png"]);
+    assert!(report.get("error").is_none());
+    let (found, truth) = (views(&dir.join("eyes.exr")), views(&dir.join("truth.exr")));
+    let mut stated = Vec::new();
+    for (i, eye) in ["left", "right"].into_iter().enumerate() {
+        let error = &report["eyes"][eye];
+        let value = error["rel_mse"]["value"].as_f64().expect("a number");
+        let against = rel_mse(&found[i], "", &truth[i]);
+        assert!((0.5..2.0).contains(&(value / against)), "{eye}: {value} for {against}");
+        assert!(error["p95"]["low"].as_f64() < error["p95"]["high"].as_f64(), "{error}");
+        stated.push(value);
+    }
+    let both = &report["eyes"]["both"];
+    let mean = 0.5 * (stated[0] + stated[1]);
+    assert!((both["rel_mse"]["value"].as_f64().expect("a number") / mean - 1.0).abs() < 1e-9, "{both}");
+    let p95 = |of: &str| report["eyes"][of]["p95"]["value"].as_f64().expect("a number");
+    let [low, high] = [p95("left").min(p95("right")), p95("left").max(p95("right"))];
+    assert!((low..=high).contains(&p95("both")), "{low} {high} {both}");
+    let note = |view: &exr::Layers, name: &str| match view.attribute(name) {
+        Some(Attribute::Text(text)) => text.clone(),
+        other => panic!("{name}: {other:?}"),
+    };
+    for view in &found {
+        assert!(note(view, "error").contains("in 95 % of the picture"), "{}", note(view, "error"));
+        assert!(note(view, "errorOfBothEyes").contains("fully correlated"));
+    }
+    let png = fs::read(dir.join("eyes.png")).expect("the picture is there");
+    assert!(png.windows(15).any(|bytes| bytes == b"errorOfBothEyes"));
+    let told = succeed(&dir, &["--stereo", "--spp", "16", "--device", "cpu", "-o", "eyes.png"]);
+    for part in ["; left eye: error ", "; right eye: error ", "; both eyes: error ", "relMSE"] {
+        assert!(told.contains(part), "{told}");
+    }
+}
+
+/// A render ends when both eyes have reached the error, at the same place for any number of threads.
+#[test]
+fn the_worse_eye_decides_when_to_stop() {
+    let dir = folder("stop");
+    let stop = |threads: &str| {
+        let args =
+            ["--error", "6%", "--spp", "4096", "--deterministic", "--threads", threads, "-o", "eyes.png"];
+        let report = report(&dir, &args);
+        (report, fs::read(dir.join("eyes.png")).expect("the picture is there"))
+    };
+    let ((one, bytes), (three, same)) = (stop("1"), stop("3"));
+    assert!(bytes == same && one["camera_paths"] == three["camera_paths"]);
+    assert!(one["samples_per_pixel"].as_f64() < Some(4000.0), "{one}");
+    for eye in ["left", "right"] {
+        let error = &one["eyes"][eye];
+        assert_eq!(error["reached"], true, "{error}");
+        assert!(error["p95"]["value"].as_f64() < Some(0.09), "{error}");
+    }
+}
+
+/// The noise filter takes noise from the pictures of both eyes, and what is composed of them is composed of the filtered ones.
+#[test]
+fn both_eyes_are_denoised() {
+    let dir = folder("denoised");
+    report(&dir, &["--spp", "2048", "--seed", "9", "-o", "truth.exr"]);
+    let filtered =
+        ["--spp", "4", "--deterministic", "--denoise", "wavelet", "-o", "eyes.exr", "-o", "eyes.png"];
+    report(&dir, &filtered);
+    report(&dir, &["--spp", "4", "--deterministic", "-o", "plain.png"]);
+    let (found, truth) = (views(&dir.join("eyes.exr")), views(&dir.join("truth.exr")));
+    for (i, eye) in ["left", "right"].into_iter().enumerate() {
+        let [plain, denoised] = ["", "denoised."].map(|layer| rel_mse(&found[i], layer, &truth[i]));
+        assert!(denoised < 0.9 * plain, "{eye}: {denoised} of {plain}");
+        assert!(found[i].attribute("denoised").is_some(), "{eye}");
+    }
+    let [shown, plain] = ["eyes.png", "plain.png"].map(|name| fs::read(dir.join(name)).expect("is there"));
+    assert!(shown != plain && png_size(&dir.join("eyes.png")) == [96, 32]);
+    // With enough samples the error of the filtered pictures is stated, too.
+    let stated = report(&dir, &["--spp", "64", "--denoise", "wavelet", "-o", "eyes.png"]);
+    for eye in ["left", "right"] {
+        let [plain, denoised] = [&stated["eyes"][eye], &stated["eyes"][eye]["denoised"]]
+            .map(|error| error["rel_mse"]["value"].as_f64().expect("a number"));
+        assert!(denoised > 0.0 && denoised < 1.2 * plain, "{eye}: {denoised} of {plain}");
+    }
+}
+
+/// The wall is behind the plane of convergence, in which the front of the ball lies, and each view has the disparity by its own name.
+#[test]
+fn disparity_is_a_layer_of_each_view() {
+    let dir = folder("disparity");
+    report(&dir, &["--spp", "1", "--aov", "disparity,depth", "-o", "eyes.exr"]);
+    // Half of the width of the picture at distance 1; the eyes are 3/30 apart and converge at 3.
+    let half = 20f32.to_radians().tan();
+    let wall = 48.0 * 0.1 / (2.0 * half) * (1.0 / 13.0 - 1.0 / 3.0);
+    for (view, name) in views(&dir.join("eyes.exr")).iter().zip(["disparityL.x", "disparityR.x"]) {
+        let disparity = view.channel(name).unwrap_or_else(|| panic!("no {name} in {:?}", view.attributes));
+        assert!((disparity[0] - wall).abs() < 1e-3, "{name}: {} for {wall}", disparity[0]);
+        let middle = disparity[16 * 48 + 24];
+        assert!(middle <= 0.01 && middle > -0.1, "{name}: {middle}");
+        assert!(view.channels.iter().filter(|(name, _)| name.starts_with("disparity")).count() == 1);
+    }
 }

@@ -1,6 +1,7 @@
 //! Layers beside the picture, and the integrators that ask for them.
 
 use miette::{Diagnostic, Severity};
+use pointillist::image::stereo::Eye;
 use pointillist::scene::desc::IntegratorKind;
 use pointillist::scene::desc::aov::{AovDesc, AovKind, channel_count, parse};
 use pointillist::scene::{FindingKind, Loaded, SceneError, limits, load_str};
@@ -17,15 +18,19 @@ fn layers(list: &str) -> Vec<AovDesc> {
 #[test]
 fn lists_name_layers_and_channels() {
     let all = layers(
-        "a:albedo, dd.y:depth,pp:position uv,n:sh_normal,\tgn:geo_normal,i:prim_index,s:shape_index,t:transmittance,sd:scattering_depth",
+        "a:albedo, dd.y:depth,pp:position uv,n:sh_normal,\tgn:geo_normal,i:prim_index,s:shape_index,t:transmittance,sd:scattering_depth,dd:disparity",
     );
     let channels: Vec<String> = all.iter().flat_map(AovDesc::channels).collect();
-    let wanted =
-        "a.R a.G a.B dd.y.T pp.X pp.Y pp.Z uv.U uv.V n.X n.Y n.Z gn.X gn.Y gn.Z i.I s.I t.R t.G t.B sd.T";
+    let wanted = "a.R a.G a.B dd.y.T pp.X pp.Y pp.Z uv.U uv.V n.X n.Y n.Z gn.X gn.Y gn.Z i.I s.I t.R t.G t.B sd.T dd.x";
     assert_eq!(channels.join(" "), wanted);
-    assert_eq!((all.len(), channel_count(&all)), (AovKind::names().len(), 21));
+    assert_eq!((all.len(), channel_count(&all)), (AovKind::names().len(), 22));
     let text: Vec<String> = all.iter().map(ToString::to_string).collect();
     assert_eq!(layers(&text.join(",")), all, "what is written is read back");
+    // Each eye has a disparity of its own, and all else by the same name.
+    let two = layers("disparity,depth");
+    let names = |eye| two.iter().flat_map(|layer| layer.channels_of(Some(eye))).collect::<Vec<_>>();
+    assert_eq!(names(Eye::Left), ["disparityL.x", "depth.T"]);
+    assert_eq!(names(Eye::Right), ["disparityR.x", "depth.T"]);
     // Layers of the same name may have different channels.
     assert_eq!(layers("x:depth,x:albedo").len(), 2);
     assert!(layers(" , ").is_empty());

@@ -1,10 +1,12 @@
 //! Both eyes of a stereo rig: where points stand in their pictures, and the depths that are comfortable to look at.
 
-use glam::{DVec2, DVec3};
+use glam::{DAffine3, DQuat, DVec2, DVec3};
 
 use crate::support::scenes::*;
+use pointillist::scene::desc::aov::parse;
 use pointillist::scene::desc::*;
 use pointillist::stream::UvWindow;
+use pointillist::tracer::aov::AovTracer;
 use pointillist::tracer::{Camera, PrepareOptions};
 
 /// The picture and its overscan.
@@ -198,4 +200,106 @@ fn comfort_ends_at_one_degree() {
     let cinema = ComfortableDepth::of(&rig, &desc.camera, aspect(&desc), cinema).unwrap();
     let [left, right] = seen(&desc, &rig, DVec3::new(0.0, 0.0, cinema.far));
     assert!(((right.x - left.x) * 10.0 - pupils).abs() < 1e-4, "{cinema:?}");
+}
+
+/// The cameras of both eyes for the pictures of `desc`.
+fn cameras(desc: &SceneDesc, rig: &StereoRig) -> [Camera; 2] {
+    let eyes = rig.eyes(&desc.camera, aspect(desc)).unwrap();
+    eyes.map(|eye| Camera::new(&eye, &desc.film, &PrepareOptions::from_film(&desc.film)).unwrap())
+}
+
+/// The layers `disparity` and `position` of what each eye sees at `uv`.
+fn disparities(desc: &SceneDesc, rig: &StereoRig, uv: [f64; 2]) -> [[f32; 4]; 2] {
+    let layers = parse("disparity,position").expect("a list of layers").layers;
+    let (scene, [left, right]) = (prepare(desc), cameras(desc, rig));
+    [&left, &right].map(|eye| {
+        let mut values = [f32::NAN; 4];
+        let tracer = AovTracer::new(&scene, eye, &layers).with_eyes([&left, &right], desc.film.width);
+        tracer.along(&eye.ray(uv, [0.5; 2]).expect("a ray"), &mut values);
+        values
+    })
+}
+
+const PLACES: [[f64; 2]; 4] = [[0.5, 0.5], [0.1, 0.2], [0.95, 0.4], [0.3, 0.99]];
+
+/// A picture of 640×400 pixels along z.
+fn ahead() -> SceneDesc {
+    let mut desc = empty();
+    desc.camera = look(DVec3::new(1.0, 2.0, -3.0), DVec3::Z, 50.0);
+    (desc.film.width, desc.film.height) = (640, 400);
+    environment(&mut desc);
+    desc
+}
+
+/// On a plane across the axis the layer is the closed formula: 0 at the distance of convergence, for both eyes and everywhere in the picture.
+/// What is not there has the disparity of infinity.
+#[test]
+fn the_layer_of_a_plane_is_the_closed_formula() {
+    for rig in [off_axis(0.2, 5.0), PARALLEL] {
+        let formula = rig.disparity(&ahead().camera, 1.6, 640.0).unwrap();
+        for depth in [1.5, 5.0, 40.0] {
+            let mut desc = ahead();
+            let matt = material(&mut desc, grey(0.5));
+            let (size, at) = (DVec3::splat(4.0 * depth), DVec3::new(1.0, 2.0, depth - 3.0));
+            let plane = DAffine3::from_scale_rotation_translation(size, DQuat::IDENTITY, at);
+            shape(&mut desc, ShapeKind::Rectangle, plane, matt, 0.0);
+            for uv in PLACES {
+                for [found, ..] in disparities(&desc, &rig, uv) {
+                    let expected = formula.at(depth);
+                    assert!(
+                        (f64::from(found) - expected).abs() < 1e-3,
+                        "{rig:?} {depth}: {found}, {expected}"
+                    );
+                }
+            }
+        }
+        for [found, ..] in disparities(&ahead(), &rig, [0.2, 0.7]) {
+            let expected = formula.at(f64::INFINITY);
+            assert!(
+                (f64::from(found) - expected).abs() < 1e-3,
+                "{rig:?}: {found} for {expected} at infinity"
+            );
+        }
+    }
+}
+
+/// On a surface of any depth the layer leads from the place in one picture to that in the other.
+#[test]
+fn the_layer_leads_to_the_other_picture() {
+    let mut desc = ahead();
+    let matt = material(&mut desc, grey(0.5));
+    // The camera is within the box and sees it everywhere.
+    let place = DAffine3::from_scale_rotation_translation(
+        DVec3::new(3.0, 2.0, 7.0),
+        DQuat::from_rotation_y(0.4),
+        DVec3::new(1.0, 2.0, -2.0),
+    );
+    shape(&mut desc, ShapeKind::Cube, place, matt, 0.0);
+    let rig = off_axis(0.2, 5.0);
+    let cameras = cameras(&desc, &rig);
+    let mut different = Vec::new();
+    for uv in PLACES {
+        for (own, [disparity, x, y, z]) in [0, 1].into_iter().zip(disparities(&desc, &rig, uv)) {
+            let other =
+                cameras[1 - own].view(glam::Vec3::new(x, y, z), [0.5; 2], &OVERSCAN).expect("in front");
+            // A point is farther right for the left eye by the disparity.
+            let sign = if own == 0 { -1.0 } else { 1.0 };
+            let led = uv[0] * 640.0 + sign * f64::from(disparity);
+            assert!((led - f64::from(other.uv[0]) * 640.0).abs() < 2e-3, "{uv:?}, eye {own}: {led}");
+            assert!((f64::from(other.uv[1]) - uv[1]).abs() < 1e-5, "at the same height");
+            different.push(disparity);
+        }
+    }
+    different.sort_by(f32::total_cmp);
+    assert!(different[7] - different[0] > 2.0, "the scene has different depths: {different:?}");
+}
+
+/// Without a second eye there is no disparity.
+#[test]
+fn one_eye_has_no_disparity() {
+    let layers = parse("disparity").expect("a list of layers").layers;
+    let (desc, mut value) = (ahead(), [f32::NAN]);
+    let (scene, camera) = (prepare(&desc), Camera::of(&desc).unwrap());
+    AovTracer::new(&scene, &camera, &layers).along(&camera.ray([0.5; 2], [0.5; 2]).unwrap(), &mut value);
+    assert_eq!(value, [0.0]);
 }

@@ -127,7 +127,9 @@ pub struct RenderArgs {
     ///
     /// Types are albedo, depth, position, uv, geo_normal, sh_normal, prim_index and shape_index, with the channels that
     /// Mitsuba's integrator `aov` gives them; and of the media before what is seen first, which are ours alone, transmittance (R, G, B) and
-    /// scattering_depth (T), the mean distance at which light is scattered last. Each is the mean of what camera rays see first, weighted by the splat filter.
+    /// scattering_depth (T), the mean distance at which light is scattered last. With --stereo there is also disparity (x): pixels by which what is seen lies
+    /// farther right for the left eye than for the right, in the layer NAMEL of the left view and NAMER of the right. Each is the mean of what camera
+    /// rays see first, weighted by the splat filter.
     #[arg(long, value_name = "LIST", value_parser = aov, help_heading = "Output")]
     pub aov: Option<AovArg>,
 
@@ -141,7 +143,7 @@ pub struct RenderArgs {
     /// LAYOUT is side-by-side, over-under (either with -half), cross-eyed, anaglyph (red–cyan; also anaglyph-green-magenta, anaglyph-amber-blue,
     /// anaglyph-grey), row-interlaced, column-interlaced, checkerboard, or pair: FILE_left.png and FILE_right.png. EXR files have the views
     /// `left` and `right`. Names may also end in .jps or .mpo. The eyes share what both of them see, so that both cost little more than
-    /// one. The error that is stated is that of the left eye.
+    /// one. The error is stated of each eye and of both together, and --error waits for the worse one.
     #[arg(
         long,
         value_name = "LAYOUT",

@@ -1,9 +1,10 @@
 //! Arbitrary output variables: layers beside the picture that describe the surface seen first and the media before it, as lists of `name:type`.
 
+use crate::image::stereo::Eye;
 use crate::scene::limits;
 
 /// A quantity of the first surface that a camera ray hits; 0 if it hits none. Definitions and names are those of Mitsuba 3, but that surfaces which
-/// nobody sees, as the boundaries of media, are looked through. The last two, of the media before that surface, are ours alone.
+/// nobody sees, as the boundaries of media, are looked through. Those of the media before that surface, and the last, are ours alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum AovKind {
     /// Diffuse reflectance of the material, linear Rec.709.
@@ -29,6 +30,10 @@ pub enum AovKind {
     /// light comes from everywhere: ∫ t σₛ T dt / ∫ σₛ T dt with the transmittance T up to t, both of luminance under D65; world units.
     /// 0 where nothing scatters.
     ScatteringDepth,
+    /// How far right that point is in the left eye's picture, less how far in the right eye's, pixels: positive (crossed) in front of the plane in which
+    /// the eyes converge, as [`Disparity`](crate::scene::desc::Disparity) has it. Where there is no surface it is that of infinity. It is 0
+    /// without a second eye.
+    Disparity,
 }
 
 /// Name in files, kind, and channels, which are separated from the name of the layer by a dot.
@@ -43,6 +48,7 @@ const KINDS: &[(&str, AovKind, &[&str])] = &[
     ("shape_index", AovKind::ShapeIndex, &["I"]),
     ("transmittance", AovKind::Transmittance, &["R", "G", "B"]),
     ("scattering_depth", AovKind::ScatteringDepth, &["T"]),
+    ("disparity", AovKind::Disparity, &["x"]),
 ];
 
 /// Types that Mitsuba supports and this program does not.
@@ -93,7 +99,18 @@ impl std::fmt::Display for AovDesc {
 impl AovDesc {
     /// Full names of its channels.
     pub fn channels(&self) -> impl Iterator<Item = String> {
-        self.kind.channels().iter().map(|channel| format!("{}.{channel}", self.name))
+        self.channels_of(None)
+    }
+
+    /// Full names of its channels in the picture of this eye. A disparity is of one eye or the other, and the name of its layer ends in `L` or
+    /// `R`: `disparityL.x` and `disparityR.x`, as in the stereo pictures of the OpenEXR project.
+    pub fn channels_of(&self, eye: Option<Eye>) -> impl Iterator<Item = String> {
+        let ending = match (self.kind, eye) {
+            (AovKind::Disparity, Some(Eye::Left)) => "L",
+            (AovKind::Disparity, Some(Eye::Right)) => "R",
+            _ => "",
+        };
+        self.kind.channels().iter().map(move |channel| format!("{}{ending}.{channel}", self.name))
     }
 }
 

@@ -256,7 +256,7 @@ pub const NOTES: &[(&str, &str, &str)] = &[
         "aov",
         "its layers stand in the EXR file beside the picture, as those of `render --aov`; a shape's index counts from 1 in the order of \
          the file; surfaces that nobody sees, as the boundaries of media, are looked through; `transmittance` and `scattering_depth`, of \
-         the media before the surface seen first, are ours, which Mitsuba does not know",
+         the media before the surface seen first, are ours, which Mitsuba does not know, as is `disparity`, for `render --stereo`",
     ),
     ("integrator", "depth", "the distance from the near plane, as grey"),
     ("integrator", "light", "the same as `ptracer`; Mitsuba does not know the name"),
