@@ -6,7 +6,7 @@
 
 use clap::ValueEnum;
 
-use crate::client::post_process::PostSettings;
+use crate::client::post_process::{PanoramaView, PostSettings};
 use crate::color::{Profile, pq};
 pub use crate::gpu::ColorOutput;
 use crate::image::stereo::StereoLayout;
@@ -350,6 +350,18 @@ impl Settings {
     /// The same for a picture that is still to be composed: glare and post-processes act on the whole one.
     pub fn before_glare(&self) -> Self {
         Self { glare: None, post: PostSettings::default(), ..self.clone() }
+    }
+
+    /// The view into a panorama that is shown in its place; `None` also where the error is shown, which is flat.
+    pub fn look_around(&self) -> Option<PanoramaView> {
+        self.post.look_around.view.filter(|_| !self.view.is_error())
+    }
+
+    /// The same for the whole panorama.
+    pub fn flat(&self) -> Self {
+        let mut flat = self.clone();
+        flat.post.look_around = Default::default();
+        flat
     }
 }
 

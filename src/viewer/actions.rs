@@ -11,7 +11,7 @@ use crate::client::window::panel::{PanelControls, PanelData, PictureView};
 use crate::render::figures::human;
 use crate::render::process::tell;
 use crate::viewer::tools::{
-    CameraAction, ExposureAction, FileAction, RegionAction, ToolAction, ToolContext, Tools,
+    CameraAction, ExposureAction, FileAction, LookAroundAction, RegionAction, ToolAction, ToolContext, Tools,
 };
 use crate::viewer::{AskedPlace, Viewer, preferences};
 
@@ -144,6 +144,10 @@ impl Viewer {
             Action::SaveDialog => return self.use_tool(ToolAction::Files(FileAction::AskName)),
             Action::OpenDialog => return self.use_tool(ToolAction::Files(FileAction::AskScene)),
             Action::ZoomAt(at, steps) => _ = self.panel.viewport.zoom_at(at.into(), steps),
+            Action::TurnView(by) => return self.use_tool(ToolAction::LookAround(LookAroundAction::Turn(by))),
+            Action::WidenView(by) => {
+                return self.use_tool(ToolAction::LookAround(LookAroundAction::Widen(by)));
+            }
             Action::PanView(by) => _ = self.panel.viewport.pan(by.into()),
             Action::ResetView => _ = self.panel.viewport.reset(),
             Action::ShowPixels(at) => _ = self.panel.viewport.show_pixels(at.into()),
@@ -169,7 +173,9 @@ impl Viewer {
     /// Tells the tools of a click in the picture; a click beside it clears the selection.
     fn pick(&mut self, at: [f64; 2]) -> Result<()> {
         match self.panel.on_picture(at) {
-            Ok(place) => self.with_tools(None, |tools, context| tools.click(place, context)),
+            Ok(place) => {
+                self.with_tools(None, |tools, context| tools.click(place.picture.to_array(), context))
+            }
             Err(_) => {
                 self.editor.select(None);
                 Ok(())
@@ -194,6 +200,7 @@ impl Viewer {
             self.picture.mix.end();
         }
         self.panel.start_over(self.options.controls.clone());
+        self.tools.look_around.begin_anew();
         self.editor.start_over();
         let size = self.session.start_over();
         self.set_picture_size(size);

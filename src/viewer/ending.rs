@@ -222,7 +222,7 @@ impl Viewer {
         let settings = &self.panel.controls.settings;
         let denoised = self.picture.filtered(self.session.run_spec(), settings);
         let denoise = denoised.as_ref().map_or(Denoise::Off, |_| settings.denoise);
-        let settings = Settings { denoise, ..settings.clone() };
+        let settings = Settings { denoise, ..settings.flat() };
         let films = self.picture.mix.films().filter(|_| self.options.outputs.writes_exr());
         let layers = films.map_or(Ok(Vec::new()), GroupFilms::channels).unwrap_or_else(|error| {
             tell(&format!("the pictures of the groups of lights are lost: {error}"));

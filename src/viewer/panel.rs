@@ -18,6 +18,15 @@ use crate::render::effect_plan::{self, PlannedEffect};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::session::RenderSession;
 
+/// Place under the cursor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CursorPlace {
+    /// Pixels of what is displayed.
+    pub shown: DVec2,
+    /// Pixels of the picture: another place where a view into a panorama is displayed.
+    pub picture: DVec2,
+}
+
 /// The panel, and what the user does with mouse and keys.
 pub struct ViewerPanel {
     /// egui, which draws the panel.
@@ -57,7 +66,13 @@ impl ViewerPanel {
         let active = self.is_interactive() && !self.input.is_dragging();
         let modal = self.controls.palette.is_open || self.tools == ToolPresence::Modal;
         let taken = self.host.on_event(window, event, active, modal);
+        self.input.set_looks_around(self.looks_around());
         self.input.on_window_event(event, taken, keys)
+    }
+
+    /// Whether a view into a panorama is displayed in its place.
+    pub fn looks_around(&self) -> bool {
+        self.controls.settings.look_around().is_some()
     }
 
     /// Whether the display controls have changed since the last call.
@@ -108,8 +123,9 @@ impl ViewerPanel {
         if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
     }
 
-    /// Sets the window area and the size of the picture.
+    /// Sets the window area and the size of the picture, and takes over the view into a panorama from the display settings.
     pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
+        self.viewport.set_look_around(self.controls.settings.look_around());
         self.viewport.set_sizes(area, picture);
         let shown = self.viewport.zoom() * self.viewport.picture();
         self.input.respond(InputEvent::Size(self.viewport.area(), shown), Instant::now());
@@ -155,21 +171,23 @@ impl ViewerPanel {
         self.viewport.zoom() / f64::from(self.host.drawing_scale())
     }
 
-    /// Cursor position in pixels of the picture, while over it.
-    pub fn cursor(&self) -> Option<DVec2> {
-        let at = self.input.cursor().filter(|at| self.viewport.contains(*at))?;
-        Some(self.viewport.to_picture(at))
+    /// Place under the cursor, while that is over the picture.
+    pub fn cursor(&self) -> Option<CursorPlace> {
+        self.input.cursor().and_then(|at| self.place(at))
     }
 
-    /// Picture coordinates, in pixels, of a window position.
+    /// Place at a window position.
     ///
     /// # Errors
     ///
     /// If it lies outside of the picture.
-    pub fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
-        if !self.viewport.contains(at.into()) {
-            return Err(miette!("there is no picture here"));
-        }
-        Ok(self.viewport.to_picture(at.into()).to_array())
+    pub fn on_picture(&self, at: [f64; 2]) -> Result<CursorPlace> {
+        self.place(at.into()).ok_or_else(|| miette!("there is no picture here"))
+    }
+
+    fn place(&self, at: DVec2) -> Option<CursorPlace> {
+        let viewport = &self.viewport;
+        let place = || CursorPlace { shown: viewport.to_shown(at), picture: viewport.to_picture(at) };
+        viewport.contains(at).then(place)
     }
 }

@@ -9,6 +9,7 @@ mod adaptive_filter;
 mod develop;
 mod film;
 mod glare;
+mod look_around;
 mod oidn;
 mod reconstruct;
 mod wavelet;

@@ -2,8 +2,9 @@
 
 use crate::common::{Both, assert_silent, film, gpu, scene, settings, spec};
 use crate::reference::difference;
+use clap::ValueEnum;
 use glam::Vec3;
-use pointillist::client::post_process::{PictureGrid, PostSettings};
+use pointillist::client::post_process::{PanoramaProjection, PanoramaView, PictureGrid, PostSettings};
 use pointillist::client::{Film, Reconstruction, Settings, SplatFilter};
 use pointillist::image::Grid;
 
@@ -36,9 +37,33 @@ fn post_processed_pictures_equal_the_reference() {
             let wanted: Vec<_> = wanted.pixels().iter().map(Vec3::to_array).collect();
             let got = film.reconstruct(&settings, detail).expect("a picture");
             let worst = difference(&got, &wanted);
-            assert!(worst < 1e-5, "{name}, detail {detail}: {worst}");
+            // A view into a panorama rounds the places where it looks texels up.
+            let bound = if settings.look_around().is_some() { 2e-4 } else { 1e-5 };
+            assert!(worst < bound, "{name}, detail {detail}: {worst}");
             // A radius of less than a coarse texel changes next to nothing.
             assert!(detail > 1 || difference(&got, &plain) > 1e-3, "{name}: nothing changes");
+        }
+    }
+    assert_silent(gpu());
+}
+
+/// Views into panoramas of every projection, across seams, corners and a pole.
+#[test]
+fn views_into_panoramas_equal_the_reference() {
+    let spec = spec(96, 72, SplatFilter::Gaussian);
+    let mut film = film(spec);
+    film.add(&scene(&spec, 90_000, 8, 0)).expect("add");
+    let plain = settings(Reconstruction::Gaussian, 0.0);
+    let picture = film.reconstruct(&plain, 1).expect("a picture").into_iter().map(Vec3::from).collect();
+    let picture = Grid::from_rows(96, 72, picture).expect("as many texels");
+    for projection in PanoramaProjection::value_variants() {
+        for [yaw, pitch, fov] in [[20.0, 10.0, 100.0], [171.0, -33.0, 60.0], [-75.0, 70.0, 90.0]] {
+            let mut settings = plain.clone();
+            settings.post.look_around.view = Some(PanoramaView { projection: *projection, yaw, pitch, fov });
+            let wanted = settings.post.apply(&picture, PictureGrid { extent: [96, 72], detail: 1 });
+            let wanted: Vec<_> = wanted.expect("memory").pixels().iter().map(Vec3::to_array).collect();
+            let worst = difference(&film.reconstruct(&settings, 1).expect("a picture"), &wanted);
+            assert!(worst < 1e-3, "{projection:?}, {yaw}, {pitch}: {worst}");
         }
     }
     assert_silent(gpu());

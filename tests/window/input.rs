@@ -191,6 +191,42 @@ fn fractions_are_those_of_the_picture() {
     assert!((by.x - 0.1).abs() < 1e-15);
 }
 
+/// While a view into a panorama is displayed, the left button and the wheel change it; the other buttons move the camera.
+#[test]
+fn the_left_button_turns_a_view() {
+    use MouseButton::{Left, Right};
+    for shift in [false, true] {
+        let mut hand = Hand::new();
+        hand.0.set_looks_around(true);
+        hand.give(InputEvent::Modifiers(false, shift));
+        hand.button(Left, true);
+        assert_eq!(hand.to(70.0, 70.0), [Action::TurnView([0.1, 0.2])]);
+        hand.button(Left, false);
+        hand.button(Right, true);
+        let by = DVec2::new(0.1, -0.2);
+        assert_eq!(hand.to(90.0, 50.0), [Action::Gesture(Gesture::Look(by))]);
+        hand.button(Right, false);
+        let [Action::WidenView(by)] = hand.give(InputEvent::Wheel(1.0))[..] else { panic!("no view") };
+        assert!(by < 0.0, "away from the user is closer");
+    }
+    let mut hand = Hand::new();
+    hand.0.set_looks_around(true);
+    assert_eq!(hand.key(KeyCode::BracketRight, ']'), [Action::WidenView(2.0)]);
+    hand.0.set_looks_around(false);
+    assert!(matches!(
+        hand.key(KeyCode::BracketRight, ']')[..],
+        [Action::EndMove, Action::Gesture(Gesture::Fov(_))]
+    ));
+    hand.give(InputEvent::Modifiers(true, false));
+    hand.0.set_looks_around(true);
+    hand.button(Left, true);
+    assert_eq!(
+        hand.to(70.0, 70.0),
+        [Action::PanView([20.0, 20.0])],
+        "the magnified picture is moved as ever"
+    );
+}
+
 /// Ctrl and Shift drag a rectangle, and so does the left button once it is asked for; a click drags none.
 #[test]
 fn a_rectangle_is_dragged() {

@@ -4,8 +4,13 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use glam::{DVec2, Vec2};
+use pointillist::client::post_process::{PanoramaProjection, PanoramaView};
+
 use crate::support::desktop::Desktop;
-use crate::viewer::{Listened, PATIENCE, end, figures, folder, png, program, scene, terminate, view};
+use crate::viewer::{
+    Listened, PATIENCE, end, figures, folder, png, program, scene, terminate, view, view_of,
+};
 
 /// R, G, B of the window.
 fn shot(desktop: &Desktop, window: u32) -> Option<(u32, u32, Vec<u8>)> {
@@ -97,6 +102,65 @@ fn a_saved_scene_renders_to_what_the_window_shows() {
     press(Some(CTRL), 'z');
     shows(&first, "the first picture after undo");
     assert!(viewer.terminate().status.success());
+    assert_eq!(figures(&folder)["validation_messages"], 0);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// A panorama opens as the view into it that `--look-around` writes without a window, bit for bit. An arrow turns the view, A shows the flat panorama
+/// and the view again as it was left, and files are flat.
+#[test]
+fn a_panorama_is_looked_around_in() {
+    const RIGHT: u32 = 0xff53;
+    let folder = folder("panorama");
+    let scene = folder.join("panorama.xml");
+    let text = "<scene version=\"3.0.0\"><sensor type=\"spherical\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"160\"/>\
+                <integer name=\"height\" value=\"80\"/></film></sensor><emitter type=\"constant\"/><shape type=\"sphere\">\
+                <point name=\"center\" x=\"1\" y=\"0.5\" z=\"3\"/><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.7 0.3 0.1\"/>\
+                </bsdf></shape></scene>";
+    std::fs::write(&scene, text).unwrap();
+    let options = ["--samples", "60000", "--deterministic", "--integrator", "path"];
+    let render = |name: &str, more: &[&str]| {
+        let mut command = program();
+        command.current_dir(&folder).arg("render").arg(&scene).args(options).args(more);
+        assert!(command.args(["--quiet", "-o", name]).status().unwrap().success());
+        png(&folder.join(name))
+    };
+    let ahead = PanoramaView::ahead(PanoramaProjection::Spherical);
+    let turned = ahead.turned(DVec2::new(-0.1, 0.0), Vec2::new(160.0, 80.0));
+    let flat = render("flat.png", &[]);
+    let [ahead, turned] =
+        [ahead, turned].map(|view| render("view.png", &["--look-around", view.text().as_str()]));
+    assert!(flat != ahead && ahead != turned);
+    let desktop = Desktop::start(400, 300);
+    let display = ["--no-panel", "-o", "window.png", "--json", "figures.json"];
+    let all = [&options[..], &display].concat();
+    let mut viewer = Listened::new(view_of(&scene, &desktop, &folder, &all));
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    assert!(desktop.focus(window, PATIENCE));
+    let press = |key: u32| {
+        desktop.key(key, true);
+        desktop.key(key, false);
+    };
+    let shows = |wanted: &(u32, u32, Vec<u8>), what: &str| {
+        let start = Instant::now();
+        while shot(&desktop, window).as_ref() != Some(wanted) {
+            assert!(start.elapsed() < PATIENCE, "the window does not show {what}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    };
+    shows(&ahead, "the view ahead");
+    press(RIGHT);
+    shows(&turned, "the turned view");
+    press(u32::from('p'));
+    viewer.wait_for("saved panorama-001.png");
+    press(u32::from('a'));
+    shows(&flat, "the flat panorama");
+    press(u32::from('a'));
+    shows(&turned, "the view as it was left");
+    assert!(viewer.terminate().status.success());
+    for saved in ["panorama-001.png", "window.png"] {
+        assert!(png(&folder.join(saved)) == flat, "{saved} is not the flat panorama");
+    }
     assert_eq!(figures(&folder)["validation_messages"], 0);
     std::fs::remove_dir_all(folder).unwrap();
 }

@@ -1,6 +1,7 @@
 //! Speed of the tracer alone, one thread: camera paths per second of CPU time, rays per path, time per ray.
 //! The machine may be busy: the best of several short runs is what counts.
 
+use std::hint::black_box;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
@@ -54,6 +55,34 @@ pub fn run(arguments: &Arguments) -> Outcome {
         println!("{name}: {:.3} M paths/s, mean Y {:.5}", best / 1e6, sum.0 / sum.1 as f64);
         rays(&tracer.context);
         noise(&tracer, 16);
+    }
+    camera_rays(cornell_box(false), arguments.runs)
+}
+
+/// CPU time of a camera ray, by projection.
+fn camera_rays(mut desc: SceneDesc, runs: u32) -> Outcome {
+    const RAYS: u32 = 1_000_000;
+    let stereo = StereoDesc { interocular: 0.1, eyes: StereoEyes::OverUnder };
+    let panoramas = [
+        ("spherical", ProjectionDesc::Spherical),
+        ("cube map", ProjectionDesc::CubeMap(CubeLayout::Block)),
+        ("omnidirectional stereo", ProjectionDesc::Stereo(stereo)),
+    ];
+    let own = ("perspective", desc.camera.projection.clone());
+    for (name, projection) in std::iter::once(own).chain(panoramas) {
+        desc.camera.projection = projection;
+        let camera = Camera::of(&desc)?;
+        let mut best = f64::INFINITY;
+        for _ in 0..runs {
+            let start = thread_seconds();
+            for i in 0..RAYS {
+                // The generalised golden ratio in two dimensions spreads the places evenly.
+                let uv = [0.754_877_666, 0.569_840_291].map(|step| (f64::from(i) * step).fract());
+                black_box(camera.ray(uv, [0.5; 2]));
+            }
+            best = best.min(thread_seconds() - start);
+        }
+        println!("camera ray, {name}: {:.1} ns", best / f64::from(RAYS) * 1e9);
     }
     Ok(())
 }

@@ -13,6 +13,8 @@
 //! order on the device and in the reference; the list of effects and its switches; the sliders of the panel; the device memory. The tests of
 //! the GPU compare every post-process with its reference, and its push constants with the block in its shader.
 
+pub mod look_around;
+mod panorama;
 mod post_pass;
 pub mod vignette;
 
@@ -26,6 +28,7 @@ use crate::client::pass::CompilePolicy;
 use crate::gpu::{Cmd, Gpu, GpuError};
 use crate::image::Grid;
 
+pub use panorama::{PanoramaProjection, PanoramaView};
 pub use post_pass::{PictureGrid, PicturePair, PostProcess, PostSlider};
 
 use post_pass::PostPass;
@@ -122,6 +125,7 @@ macro_rules! post_processes {
 // They run in this order.
 post_processes! {
     vignette: Vignette,
+    look_around: LookAround,
 }
 
 impl PostSettings {

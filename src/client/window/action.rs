@@ -83,6 +83,10 @@ pub enum Action {
     Expose(f64),
     /// Zooms the displayed picture by steps of the wheel, about this position.
     ZoomAt([f64; 2], f64),
+    /// Turns the view into a panorama, by fractions of the displayed picture's size: the panorama follows the cursor.
+    TurnView([f64; 2]),
+    /// Widens the view into a panorama, degrees.
+    WidenView(f64),
     /// Moves the magnified picture by pixels of the window.
     PanView([f64; 2]),
     /// Shows the whole picture.

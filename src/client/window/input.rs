@@ -19,6 +19,8 @@ const DOUBLE_CLICK: Duration = Duration::from_millis(400);
 const STEP_REST: Duration = Duration::from_millis(500);
 /// Touchpad scrolling, in physical pixels, that equals one step of the wheel.
 const PIXELS_PER_STEP: f64 = 40.0;
+/// Degrees by which a step of the wheel widens the view into a panorama.
+const VIEW_STEP: f64 = 5.0;
 /// Initial flying speed, in distances to the target per second.
 const SPEED: f64 = 0.8;
 /// Range of the flying speed.
@@ -87,6 +89,8 @@ pub struct InputState {
     speed: f64,
     /// Whether the next drag with the left button selects a region.
     asks_region: bool,
+    /// Whether a view into a panorama is displayed, which the left button and the wheel change instead of the camera.
+    looks_around: bool,
 }
 
 /// Keys for flying, with directions in camera space: right, up, forward.
@@ -114,7 +118,13 @@ impl InputState {
             held: [false; FLYING.len()],
             speed: SPEED,
             asks_region: false,
+            looks_around: false,
         }
+    }
+
+    /// Sets whether a view into a panorama is displayed.
+    pub fn set_looks_around(&mut self, looks_around: bool) {
+        self.looks_around = looks_around;
     }
 
     /// Handles a window event. An event `captured` by the panel starts nothing here, but a release still ends what was started.
@@ -124,7 +134,7 @@ impl InputState {
         captured: bool,
         keys: &KeyTable<T>,
     ) -> Vec<UserAction<T>> {
-        let Some(signal) = translate(event) else { return Vec::new() };
+        let Some(signal) = translate(event, self.looks_around) else { return Vec::new() };
         let starts = matches!(
             signal,
             InputEvent::Button(_, true)
@@ -265,6 +275,9 @@ impl InputState {
         if press.ctrl && press.button == MouseButton::Left {
             return vec![Action::PanView((at - from).to_array())];
         }
+        if self.looks_around && press.button == MouseButton::Left {
+            return vec![Action::TurnView(by.to_array())];
+        }
         vec![Action::Gesture(match press.button {
             MouseButton::Right => Gesture::Look(by),
             MouseButton::Left if !press.shift => Gesture::Orbit(by),
@@ -319,13 +332,17 @@ impl InputState {
             (true, true, _) => vec![Action::Expose(steps)],
             (true, false, Some(at)) => vec![Action::ZoomAt(at.to_array(), steps)],
             (true, false, None) => Vec::new(),
+            (false, false, _) if self.looks_around => vec![Action::WidenView(-VIEW_STEP * steps)],
             (false, true, _) => self.step(Gesture::Fov(-keys::FOV_STEP * steps), now),
             (false, false, _) => self.step(Gesture::Dolly(steps), now),
         }
     }
 
-    /// A step of the wheel or of a key; after a pause a new history entry begins.
+    /// A step of the wheel or of a key; after a pause a new history entry begins. A panorama has no field of view, but the view into it does.
     fn step(&mut self, gesture: Gesture, now: Instant) -> Vec<Action> {
+        if let (true, Gesture::Fov(by)) = (self.looks_around, gesture) {
+            return vec![Action::WidenView(by)];
+        }
         let last = self.last_step.replace(now);
         let rested = last.is_none_or(|last| now.saturating_duration_since(last) > STEP_REST);
         rested.then_some(Action::EndMove).into_iter().chain([Action::Gesture(gesture)]).collect()
@@ -361,8 +378,13 @@ impl InputState {
     }
 }
 
-/// Translates a winit event; `None` if it does not concern mouse or keyboard.
-fn translate(event: &WindowEvent) -> Option<InputEvent> {
+/// Translates a winit event; `None` if it does not concern mouse or keyboard. Keys count once while they are held, except for arrows that turn a
+/// view.
+fn translate(event: &WindowEvent, looks_around: bool) -> Option<InputEvent> {
+    use KeyCode::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp};
+    let repeats = |key: &PhysicalKey| {
+        looks_around && matches!(key, PhysicalKey::Code(ArrowLeft | ArrowRight | ArrowUp | ArrowDown))
+    };
     Some(match event {
         WindowEvent::CursorMoved { position, .. } => InputEvent::Cursor(DVec2::new(position.x, position.y)),
         WindowEvent::CursorLeft { .. } => InputEvent::CursorLeft,
@@ -376,7 +398,7 @@ fn translate(event: &WindowEvent) -> Option<InputEvent> {
             };
             if y == 0.0 { InputEvent::SideWheel(x) } else { InputEvent::Wheel(y) }
         }
-        WindowEvent::KeyboardInput { event, .. } if !event.repeat => {
+        WindowEvent::KeyboardInput { event, .. } if !event.repeat || repeats(&event.physical_key) => {
             let code = match event.physical_key {
                 PhysicalKey::Code(code) => Some(code),
                 PhysicalKey::Unidentified(_) => None,

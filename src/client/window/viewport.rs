@@ -2,9 +2,12 @@
 //!
 //! The area begins at the window's left top corner. The picture size is independent of it: initially the whole picture is fitted to the
 //! area and centred. Resizing the window, zooming and panning change only what is displayed; no sample is traced or rasterised again.
+//!
+//! What is displayed is the picture, or a view into it where it is a panorama. Only here a position of the window becomes one of the picture.
 
 use glam::{DVec2, UVec2};
 
+use crate::client::post_process::PanoramaView;
 use crate::gpu::{CopyFilter, CopyRegion};
 
 /// Largest zoom, window pixels per picture pixel.
@@ -28,15 +31,17 @@ pub struct Viewport {
     picture: UVec2,
     /// Selected zoom in window pixels per picture pixel; `None` fits the whole picture to the area.
     zoom: Option<f64>,
-    /// Picture position at the left top corner of the area.
+    /// Displayed position at the left top corner of the area.
     origin: DVec2,
+    /// The view into a panorama that is displayed in its place, at its size.
+    look_around: Option<PanoramaView>,
 }
 
 impl Viewport {
     /// The whole picture of this size, as large as it is.
     pub fn new(size: [u32; 2]) -> Self {
         let size = UVec2::from(size).max(UVec2::ONE);
-        Self { area: size, picture: size, zoom: None, origin: DVec2::ZERO }
+        Self { area: size, picture: size, zoom: None, origin: DVec2::ZERO, look_around: None }
     }
 
     /// Sets the sizes of area and picture. The picture point in the middle of the area stays there, and so does the zoom unless the picture
@@ -46,11 +51,21 @@ impl Viewport {
         if (area, picture) == (self.area, self.picture) {
             return;
         }
-        let middle = self.to_picture(0.5 * self.area.as_dvec2()) / self.picture.as_dvec2();
+        let middle = self.to_shown(0.5 * self.area.as_dvec2()) / self.picture.as_dvec2();
         (self.area, self.picture) = (area, picture);
         self.zoom = self.zoom.filter(|zoom| (self.least_zoom()..=self.most_zoom()).contains(zoom));
         self.origin = middle * picture.as_dvec2() - 0.5 * area.as_dvec2() / self.zoom();
         self.keep_inside();
+    }
+
+    /// Sets the view into a panorama that is displayed in its place.
+    pub fn set_look_around(&mut self, view: Option<PanoramaView>) {
+        self.look_around = view;
+    }
+
+    /// Whether the picture itself is displayed, and no view into it.
+    pub fn is_flat(&self) -> bool {
+        self.look_around.is_none()
     }
 
     /// Zoom at which the picture fits the area.
@@ -95,15 +110,30 @@ impl Viewport {
     /// Whether a window position lies in the area and on the picture.
     pub fn contains(&self, at: DVec2) -> bool {
         let is_within = |at: DVec2, size: DVec2| at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
-        is_within(at, self.area()) && is_within(self.to_picture(at), self.picture())
+        is_within(at, self.area()) && is_within(self.to_shown(at), self.picture())
     }
 
-    /// Converts a window position to a picture position.
+    /// Converts a window position to a position of the picture, which a view into a panorama shows there.
     pub fn to_picture(&self, at: DVec2) -> DVec2 {
+        let shown = self.to_shown(at);
+        self.look_around.map_or(shown, |view| view.to_picture(shown, self.picture.as_vec2()))
+    }
+
+    /// Converts a picture position to the window position that shows it; `None` where a view into a panorama does not.
+    pub fn seen(&self, place: DVec2) -> Option<DVec2> {
+        let shown = match self.look_around {
+            Some(view) => view.to_shown(place, self.picture.as_vec2())?,
+            None => place,
+        };
+        Some(self.to_window(shown))
+    }
+
+    /// Converts a window position to a displayed position.
+    pub fn to_shown(&self, at: DVec2) -> DVec2 {
         self.origin + at / self.zoom()
     }
 
-    /// Converts a picture position to a window position.
+    /// Converts a displayed position to a window position.
     pub fn to_window(&self, place: DVec2) -> DVec2 {
         (place - self.origin) * self.zoom()
     }
@@ -135,7 +165,7 @@ impl Viewport {
 
     fn zoom_to(&mut self, at: DVec2, zoom: f64) -> bool {
         let before = *self;
-        let place = self.to_picture(at);
+        let place = self.to_shown(at);
         self.set_zoom(zoom);
         self.origin = place - at / self.zoom();
         self.keep_inside();
@@ -221,6 +251,7 @@ struct AxisCopy {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::client::post_process::PanoramaProjection;
 
     /// The picture pixel that the copies bring to every window pixel.
     fn shown(view: &Viewport, extent: [u32; 2]) -> Vec<Option<[i32; 2]>> {
@@ -271,6 +302,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A view into a panorama maps the middle of the window to its direction; magnified it maps as before.
+    #[test]
+    fn views_into_panoramas_are_mapped() {
+        let mut view = Viewport::new([400, 200]);
+        let ahead = PanoramaView::ahead(PanoramaProjection::Spherical);
+        view.set_look_around(Some(PanoramaView { yaw: 90.0, ..ahead }));
+        let middle = DVec2::new(200.0, 100.0);
+        assert!(!view.is_flat() && view.to_shown(middle) == middle);
+        assert!(view.to_picture(middle).distance(DVec2::new(300.0, 100.0)) < 1e-3, "a quarter to the right");
+        let at = DVec2::new(123.0, 77.0);
+        for _ in 0..4 {
+            let place = view.to_picture(at);
+            assert!(view.seen(place).is_some_and(|seen| seen.distance(at) < 0.05 * view.zoom()), "{view:?}");
+            assert!(view.zoom_at(at, 3.0) && view.to_picture(at).distance(place) < 2.0 / view.zoom());
+        }
+        assert_eq!(view.seen(DVec2::new(100.0, 100.0)), None, "behind");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! window.
 
 use egui::{Slider, SliderClamping, Ui};
+use glam::UVec2;
 use miette::{Result, miette};
 use winit::keyboard::KeyCode;
 
@@ -59,7 +60,11 @@ impl Tool for CameraTool {
         let size = context.session.size();
         match action {
             CameraAction::LookAt => {
-                if let Some(pick) = context.editor.pick(context.place()?, size) {
+                if let Some(view) = context.panel.controls.settings.look_around() {
+                    let view = view.turned_to(context.cursor_place()?.shown, UVec2::from(size).as_vec2());
+                    context.panel.change_settings(|settings| settings.post.look_around.view = Some(view));
+                    context.redraws = true;
+                } else if let Some(pick) = context.editor.pick(context.place()?, size) {
                     context.editor.end_change();
                     context.has_edited |= context.editor.gesture(Gesture::Focus(pick.position), size);
                     context.editor.end_change();

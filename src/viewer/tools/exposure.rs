@@ -100,7 +100,7 @@ impl Tool for AutoExposure {
 /// Mean displayed colour around the place of the action, scene-linear XYZ.
 fn spot(context: &mut ToolContext<'_>) -> Result<Vec3> {
     let size = context.session.size();
-    let place = context.place()?.map(|at| at as u32);
+    let place = context.cursor_place()?.shown.to_array().map(|at| at as u32);
     let low = place.map(|at| at.saturating_sub(SPOT));
     let extent = [0, 1].map(|i| (place[i] + SPOT + 1).min(size[i]).saturating_sub(low[i]).max(1));
     let shown = context.picture.shown(Region { origin: low, extent }).into_diagnostic()?;

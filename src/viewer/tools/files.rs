@@ -167,7 +167,11 @@ impl FileTool {
             context
                 .say(format!("saving {picture}; it comes from the changed scene, which is saved as {scene}"));
         }
-        let settings = settings_shown(context);
+        // Another view into a panorama would need another file; the command that C copies shows this one.
+        let settings = settings_shown(context).flat();
+        if context.panel.looks_around() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            context.say(format!("saving {}: the whole panorama, flat", path.display()));
+        }
         let snapshot = context.picture.snapshot(&path, context.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }
@@ -205,7 +209,11 @@ fn copy_command(context: &mut ToolContext<'_>) -> Result<String> {
 /// Draws the buttons that write files.
 fn save_buttons(ui: &mut Ui, queue: &mut ActionQueue<FileAction>) {
     let files = [
-        ("PNG", "Saves the picture as it is shown, without the panel  P", FileAction::SavePng),
+        (
+            "PNG",
+            "Saves the picture as it is shown, without the panel; a panorama flat  P",
+            FileAction::SavePng,
+        ),
         ("EXR", "Saves the sums of both streams  E", FileAction::SaveExr),
         (
             "Save scene",

@@ -106,6 +106,8 @@ pub struct Gizmo {
     drag: Option<GizmoDrag>,
     /// Whether an object is selected.
     has_object: bool,
+    /// Whether a view into a panorama is displayed, which has no handles.
+    looks_around: bool,
     /// The gizmo as the panel shows it.
     drawn: Option<GizmoDrawing>,
 }
@@ -154,14 +156,18 @@ impl Tool for Gizmo {
 
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
         let (size, zoom) = (context.session.size(), context.panel.points_per_pixel());
-        let cursor = context.panel.cursor();
+        let cursor = context.panel.cursor().map(|cursor| cursor.picture);
         self.has_object = context.editor.selected().is_some();
+        self.looks_around = context.panel.looks_around();
         self.drawn = if is_shown(context) { self.drawing(context.editor, cursor, size, zoom) } else { None };
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, queue: &mut ActionQueue<GizmoAction>) {
         if place == SectionPlace::Selection && self.has_object {
             choice(ui, self.mode, queue);
+            if self.looks_around {
+                ui.colored_label(style::DIM, "The handles are over the flat panorama: A shows it.");
+            }
         }
     }
 
@@ -172,9 +178,12 @@ impl Tool for Gizmo {
     }
 }
 
-/// Whether the gizmo is shown: an object is selected, and the tab that edits it is open.
+/// Whether the gizmo is shown: an object is selected, the tab that edits it is open, and what is displayed is the picture itself.
 fn is_shown(context: &ToolContext<'_>) -> bool {
-    context.editor.selected().is_some() && context.panel.controls.layout.shows(PanelTab::Scene)
+    let panel = &context.panel;
+    context.editor.selected().is_some()
+        && panel.controls.layout.shows(PanelTab::Scene)
+        && !panel.looks_around()
 }
 
 impl Gizmo {
@@ -189,7 +198,7 @@ impl Gizmo {
             return false;
         }
         let (size, zoom) = (context.session.size(), panel.points_per_pixel());
-        panel.cursor().is_some_and(|at| self.press(context.editor, at, size, zoom))
+        panel.cursor().is_some_and(|at| self.press(context.editor, at.picture, size, zoom))
     }
 
     /// Ends the drag. The panel hears the event, too.

@@ -15,7 +15,7 @@ use crate::server::{COST_CELLS, CostMap};
 use crate::study::error_tile::TILE;
 use crate::study::{ErrorQuantile, ErrorStatus};
 use crate::viewer::session::RenderSession;
-use crate::viewer::tools::tool::{Tool, ToolContext, ViewChange};
+use crate::viewer::tools::tool::{ONLY_FLAT, Tool, ToolContext, ViewChange};
 
 /// Interval at which the cost map is rebuilt, since each rebuild uploads a texture.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -42,7 +42,10 @@ impl Tool for MapOverlay {
     }
 
     fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
-        data.overlay = self.overlay(context.session, context.picture.observer.as_ref());
+        data.overlay = match self.chosen != MapChoice::None && context.panel.looks_around() {
+            true => PictureOverlay::Missing(ONLY_FLAT.to_owned()),
+            false => self.overlay(context.session, context.picture.observer.as_ref()),
+        };
     }
 
     fn section(&mut self, place: SectionPlace, ui: &mut Ui, _: &mut ActionQueue<Infallible>) {

@@ -14,6 +14,7 @@ mod gizmo;
 mod histogram;
 mod inspector;
 mod light_mix;
+mod look_around;
 mod maps;
 mod outline;
 mod parameters;
@@ -37,6 +38,7 @@ use crate::viewer::tools::tool::Tool;
 pub use camera::CameraAction;
 pub use exposure::ExposureAction;
 pub use files::FileAction;
+pub use look_around::LookAroundAction;
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};
 
@@ -147,6 +149,7 @@ macro_rules! tools {
 // What is drawn over the picture is drawn in this order, and so are sections at the same place of the dock. The comparison comes after the
 // maps, since its own map takes the place of theirs, and before the error, to whose plot it gives a curve.
 tools! {
+    LookAround look_around: look_around::LookAroundTool,
     Exposure exposure: exposure::AutoExposure,
     Histogram histogram: histogram::HistogramTool,
     Maps maps: maps::MapOverlay,

@@ -124,11 +124,14 @@ impl Outline {
 
 /// Outline of the selected object, with a dark line beneath so that it is visible on any picture.
 fn draw(ctx: &Context, picture: PictureArea, lines: &[[[f32; 2]; 2]]) {
-    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
-    let point = |[x, y]: [f32; 2]| picture.point(DVec2::new(f64::from(x), f64::from(y)));
+    let place = picture.area.intersect(picture.whole());
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(place);
+    let point = |[x, y]: [f32; 2]| picture.seen(DVec2::new(f64::from(x), f64::from(y)));
+    let seen = lines.iter().filter_map(|[from, to]| Some([point(*from)?, point(*to)?]));
+    let seen: Vec<_> = seen.collect();
     for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.2, style::ACCENT)] {
-        for line in lines {
-            painter.line_segment(line.map(point), Stroke::new(width, color));
+        for line in &seen {
+            painter.line_segment(*line, Stroke::new(width, color));
         }
     }
 }

@@ -59,6 +59,7 @@ impl Tool for RegionTool {
             RegionAction::Toggle if context.session.is_in_region() => return release(context),
             RegionAction::Release => return release(context),
             RegionAction::Toggle => {
+                context.check_is_flat()?;
                 let asks = !context.panel.input.asks_region();
                 context.panel.input.ask_region(asks);
                 if asks {
@@ -67,10 +68,12 @@ impl Tool for RegionTool {
                 }
             }
             RegionAction::Drag(places) => {
+                let places = places.filter(|_| !context.panel.looks_around());
                 self.dragged = places.map(|places| rectangle(places, context));
             }
             RegionAction::Trace(places) => {
                 self.dragged = None;
+                context.check_is_flat()?;
                 return trace(rectangle(places, context), context).map(Some);
             }
         }
@@ -90,7 +93,8 @@ impl Tool for RegionTool {
     }
 
     fn over_picture(&mut self, ctx: &Context, picture: PictureArea, _: &mut ActionQueue<RegionAction>) {
-        if let Some(region) = self.drawing {
+        // A view into a panorama shows it as no rectangle; the tab Render tells of it.
+        if let Some(region) = self.drawing.filter(|_| picture.view.viewport.is_flat()) {
             frame(ctx, picture, region);
         }
     }

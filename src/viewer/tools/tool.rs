@@ -14,7 +14,7 @@ use crate::render::process::tell;
 use crate::viewer::context::SessionContext;
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::metrics::ViewerMetrics;
-use crate::viewer::panel::ViewerPanel;
+use crate::viewer::panel::{CursorPlace, ViewerPanel};
 use crate::viewer::picture::LivePicture;
 use crate::viewer::preferences::Preferences;
 use crate::viewer::session::RenderSession;
@@ -90,6 +90,9 @@ pub trait Tool {
     }
 }
 
+/// What is told of maps, regions and comparisons while the window looks around in a panorama.
+pub const ONLY_FLAT: &str = "this needs the flat panorama: A shows it";
+
 /// A change of what the window shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ViewChange {
@@ -146,8 +149,29 @@ impl ToolContext<'_> {
     ///
     /// If it lies outside of the picture.
     pub fn place(&self) -> Result<[f64; 2]> {
+        Ok(self.cursor_place()?.picture.to_array())
+    }
+
+    /// The same, and the place of what is displayed there.
+    ///
+    /// # Errors
+    ///
+    /// If it lies outside of the picture.
+    pub fn cursor_place(&self) -> Result<CursorPlace> {
         let at = self.at.ok_or_else(|| miette!("there is no picture here"))?;
         self.panel.on_picture(at)
+    }
+
+    /// Checks that the window shows the whole picture, and no view into a panorama.
+    ///
+    /// # Errors
+    ///
+    /// If it shows a view; the message says what to do.
+    pub fn check_is_flat(&self) -> Result<()> {
+        match self.panel.looks_around() {
+            true => Err(miette!("{ONLY_FLAT}")),
+            false => Ok(()),
+        }
     }
 
     /// Checks that the window shows light.

@@ -24,16 +24,25 @@ pub struct PictureArea {
 }
 
 impl PictureArea {
-    /// Window position, in points, of a position in pixels of the picture.
+    /// Window position, in points, of a position in pixels of what is displayed.
     pub fn point(&self, place: DVec2) -> Pos2 {
-        let at = self.view.viewport.to_window(place) / f64::from(self.view.pixels_per_point);
+        self.points(self.view.viewport.to_window(place))
+    }
+
+    /// Window position, in points, that shows a position in pixels of the picture; `None` where a view into a panorama does not.
+    pub fn seen(&self, place: DVec2) -> Option<Pos2> {
+        self.view.viewport.seen(place).map(|at| self.points(at))
+    }
+
+    fn points(&self, at: DVec2) -> Pos2 {
+        let at = at / f64::from(self.view.pixels_per_point);
         self.area.min + vec2(at.x as f32, at.y as f32)
     }
 
-    /// Position in pixels of the picture for a window position in points.
+    /// Position in pixels of what is displayed for a window position in points.
     pub fn place(&self, point: Pos2) -> DVec2 {
         let at = (point - self.area.min) * self.view.pixels_per_point;
-        self.view.viewport.to_picture(DVec2::new(f64::from(at.x), f64::from(at.y)))
+        self.view.viewport.to_shown(DVec2::new(f64::from(at.x), f64::from(at.y)))
     }
 
     /// Window rectangle of the whole picture, which may exceed the area.

@@ -13,7 +13,7 @@ use crate::client::window::keys::{ToolKey, Trigger, command, tool_key};
 use crate::client::window::panel::{
     FileChooser, PanelData, PanelTab, PictureArea, PictureOverlay, SectionPlace, ToolPresence,
 };
-use crate::viewer::tools::tool::{Tool, ToolContext};
+use crate::viewer::tools::tool::{ONLY_FLAT, Tool, ToolContext};
 
 use references::References;
 use tab::{CompareControls, CompareMode, ComparisonData};
@@ -62,6 +62,7 @@ impl Tool for Comparison {
         match action {
             CompareAction::KeepSnapshot => {
                 context.check_light_is_shown()?;
+                context.check_is_flat()?;
                 let name = self.references.keep(context.session, context.picture)?;
                 self.controls.chosen = self.references.last();
                 return Ok(Some(format!("{name} kept: T compares with it")));
@@ -71,6 +72,7 @@ impl Tool for Comparison {
                 self.dialog.ask_file("Compare with a picture", &folder, ("OpenEXR pictures", &["exr"]));
             }
             CompareAction::With(path) => {
+                context.check_is_flat()?;
                 let name = self.references.read(&path)?;
                 (self.controls.chosen, self.controls.is_shown) = (self.references.last(), true);
                 return Ok(Some(format!("comparing with {name}")));
@@ -85,12 +87,18 @@ impl Tool for Comparison {
             CompareAction::Toggle if self.references.is_empty() => {
                 return Err(miette!("there is nothing to compare with: K keeps a snapshot"));
             }
-            CompareAction::Toggle => self.controls.is_shown ^= true,
+            CompareAction::Toggle => {
+                context.check_is_flat()?;
+                self.controls.is_shown ^= true;
+            }
         }
         Ok(None)
     }
 
     fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
+        if context.panel.looks_around() && std::mem::take(&mut self.controls.is_shown) {
+            context.say(format!("the comparison ends: {ONLY_FLAT}"));
+        }
         let settings = &context.panel.controls.settings;
         self.data = self.references.data(&self.controls, settings, context.session, context.picture);
         if let Some(map) = self.references.map(&self.controls) {

@@ -24,6 +24,7 @@ use crate::tracer::medium::MediumIndex;
 use crate::tracer::record::{PathEvent, Trail, recorded};
 use crate::tracer::{Camera, Integrator, Scene};
 use crate::viewer::editor::SceneEditor;
+use crate::viewer::panel::CursorPlace;
 use crate::viewer::picture::LivePicture;
 use crate::viewer::session::RenderSession;
 use crate::viewer::tools::inspector::tab::{
@@ -124,36 +125,39 @@ impl PixelStudy {
     }
 }
 
-/// Displayed value at a picture position in pixels; `None` outside, and before there is a picture.
+/// The pixel at a place; `None` outside of the picture.
+fn pixel_of(place: DVec2, size: [u32; 2]) -> Option<[u32; 2]> {
+    let inside = place.cmpge(DVec2::ZERO).all() && place.cmplt(DVec2::from(size.map(f64::from))).all();
+    inside.then(|| place.to_array().map(|at| at as u32))
+}
+
+/// Displayed value under the cursor, and what the picture has there; `None` before there is a picture.
 pub fn reading(
-    at: DVec2,
+    at: CursorPlace,
     session: &RenderSession,
     picture: &mut LivePicture,
     editor: &SceneEditor,
     exposure: f32,
 ) -> Option<PixelReading> {
     let size = session.size();
-    let [x, y] = [at.x, at.y].map(f64::floor);
-    if x < 0.0 || y < 0.0 || x >= f64::from(size[0]) || y >= f64::from(size[1]) {
-        return None;
-    }
-    let pixel = [x as u32, y as u32];
+    let [shown_pixel, pixel] = [pixel_of(at.shown, size)?, pixel_of(at.picture, size)?];
     // A square around it, clipped to the picture.
-    let low = pixel.map(|at| at.saturating_sub(LOUPE));
-    let high = [0, 1].map(|i| (pixel[i] + LOUPE + 1).min(size[i]));
+    let low = shown_pixel.map(|at| at.saturating_sub(LOUPE));
+    let high = [0, 1].map(|i| (shown_pixel[i] + LOUPE + 1).min(size[i]));
     let region = Region { origin: low, extent: [high[0] - low[0], high[1] - low[1]] };
     let shown = picture.shown(region).ok().flatten()?;
     let place = |x: u32, y: u32| ((y - low[1]) * region.extent[0] + x - low[0]) as usize;
-    let middle = place(pixel[0], pixel[1]);
+    let middle = place(shown_pixel[0], shown_pixel[1]);
     let side = 2 * LOUPE + 1;
     let loupe = (0..side * side).map(|i| {
-        let [x, y] = [(pixel[0] + i % side).checked_sub(LOUPE)?, (pixel[1] + i / side).checked_sub(LOUPE)?];
+        let [x, y] = [shown_pixel[0] + i % side, shown_pixel[1] + i / side];
+        let [x, y] = [x.checked_sub(LOUPE)?, y.checked_sub(LOUPE)?];
         let inside = x < high[0] && y < high[1];
         inside.then(|| shown.displayed[place(x, y)].map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8))
     });
     let film = session.run_spec().film;
     let counts = picture.counts();
-    let pick = editor.pick([at.x, at.y], size);
+    let pick = editor.pick(at.picture.to_array(), size);
     let desc = editor.desc();
     let error = picture.observer.as_ref().and_then(|observer| {
         let state = observer.state();
