@@ -19,7 +19,8 @@
 //!
 //! All conditions depend on x and the point of the lens alone, and on both eyes in the same way, so that paths of both agree on them.
 //!
-//! Path tracing, bidirectional tracing ([`super::bidirectional`], with weights of its own) and photon mapping share paths by these rules.
+//! Path tracing, bidirectional tracing ([`super::bidirectional`], with weights of its own) and photon mapping share paths by these rules; the latter
+//! two trace two paths, whose mean is the sample, where path tracing takes twice as many branches.
 
 use glam::{Vec3, Vec4};
 

@@ -1,31 +1,31 @@
 //! Camera subpaths of two eyes that share their first vertex ([`super::super::pair`]), and light subpaths that are connected to both cameras.
 //!
-//! A path of an eye e, from a light to its first vertex x and the eye, is found by strategies from both eyes: where both share x, by camera
-//! subpaths of either, and by light subpaths that are connected to the camera of e. With q_e the density of x by camera rays of e and p_e that of
-//! the direction at x by the material seen from e, camera subpaths of both eyes together have the densities
+//! A path of an eye e, from a light to its first vertex x and to the eye, is found by camera subpaths, of both eyes where they share x, and by light
+//! subpaths that are connected to the camera of e. With q_e the density of x by camera rays of e and p_e that of the direction at x by the
+//! material seen from e, camera subpaths of both eyes together, half of them of each, have the density q̄ · p̄ = (q_e p_e + q_f p_f) / 2, where
 //!
 //! ```text
 //! q̄ = (q_e + q_f) / 2     p̄ = w_e p_e + w_f p_f     w_e = q_e / (q_e + q_f)
 //! ```
 //!
-//! each eye with half of the subpaths: q̄ · p̄ is the mean of q_e · p_e and q_f · p_f. **Wherever weights ask for the density of x, or of the direction at x, of a
-//! camera subpath they are given q̄ and p̄**, and every other density of a path does not depend on the eye. So the weights of all strategies of a
-//! path are the quotients of one set of densities, which is the same
+//! **Wherever weights ask for the density of a shared x, or of the direction there, by a camera subpath, they are given q̄ and p̄.** No other density of
+//! a path depends on the eye. So the weights of all strategies that find a path are made of one set of densities, which is the same
 //!
-//! - whichever eye the camera subpath is of: both exchange their parts in q̄ and p̄, which stay the same;
-//! - for s ≥ 0, t ≥ 2 and for t = 1: whether x is shared depends on x, the point of the lens and both eyes alone, which a vertex of a light
-//!   subpath knows as well ([`RenderContext::faces`]), and it is asked before either weight is computed.
+//! - whichever eye the camera subpath is of: q̄ and p̄ do not change when both eyes change places;
+//! - for t ≥ 2 and for t = 1: whether x is shared depends on x, the point of the lens and both eyes alone, which a vertex of a light subpath knows
+//!   as well ([`RenderContext::faces`]).
 //!
-//! Hence they sum to one over the strategies for each path of each eye. What a strategy with t ≥ 2 finds for e is then, over the subpaths of both eyes, with the
-//! densities q_g and p_g of the eye g whose subpath it is and the weight w_e of the sample,
+//! Hence they sum to one over the strategies for each path of each eye. What a strategy with t ≥ 2 finds for e by subpaths of either eye g, with the
+//! weight w_e of its sample and the MIS weight W, is
 //!
 //! ```text
-//! Σ_g ∫ q_g p_g · w_e · (f_e / p̄) · W · …  =  ∫ (q_e + q_f) p̄ · q_e / (q_e + q_f) · (f_e / p̄) · W · …  =  ∫ q_e f_e W · …
+//! Σ_g ∫ q_g p_g · w_e · (f_e / p̄) · W  =  ∫ (q_e + q_f) p̄ · w_e · (f_e / p̄) · W  =  ∫ q_e f_e W
 //! ```
 //!
-//! since Σ_g q_g p_g = (q_e + q_f) p̄; without p_g and p̄ where x itself is connected. That is what subpaths of e alone find, times the weight W. A delta at x is
-//! found by its own eye alone, with 1 / w_e: no other strategy finds the path. Where x is not shared all densities are those of its own eye, and two camera subpaths
-//! instead of one meet as many light subpaths as of one eye alone, since both eyes have all light subpaths: the numbers of samples in the weights stay the same.
+//! since Σ_g q_g p_g = (q_e + q_f) p̄, and likewise without directions where x itself is connected: what subpaths of e alone would find. Paths by a delta at
+//! x are found by subpaths of e alone, with the factor 1 / w_e. Where x is not shared all densities are those of one eye, whose samples are the means
+//! of two camera subpaths: then both eyes have as many camera subpaths for their light subpaths, which are those of both, as one eye alone has, and
+//! numbers of samples in the weights stay the same.
 
 use glam::Vec4;
 
