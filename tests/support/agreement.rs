@@ -72,24 +72,38 @@ impl SampleSink for Pixels {
 }
 
 /// Sums of both eyes: that of the path in progress first.
-struct PixelPair<'a>([&'a mut Pixels; 2]);
+struct PixelPair<'a> {
+    eyes: [&'a mut Pixels; 2],
+    /// Camera samples of the path's own eye, and of the other.
+    samples: &'a mut [u64; 2],
+}
 
 impl SampleSink for PixelPair<'_> {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        self.0[0].camera(uv, value, weight);
+        self.samples[0] += 1;
+        self.eyes[0].camera(uv, value, weight);
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        self.0[0].light(uv, value);
+        self.eyes[0].light(uv, value);
     }
 
     fn camera_of_other_eye(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        self.0[1].camera(uv, value, weight);
+        self.samples[1] += 1;
+        self.eyes[1].camera(uv, value, weight);
     }
 
     fn light_of_other_eye(&mut self, uv: [f32; 2], value: Xyz) {
-        self.0[1].light(uv, value);
+        self.eyes[1].light(uv, value);
     }
+}
+
+/// What a tracer of two eyes has made.
+pub struct PairPicture {
+    /// Luminance of the left and the right picture, one after the other.
+    pub eyes: Vec<f64>,
+    /// Camera paths that gave a sample to both eyes, over all; 0 of none.
+    pub shared: f64,
 }
 
 /// Indices of so many paths.
@@ -105,17 +119,20 @@ fn trace<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
     sums.picture(tracer.paths_per_index().light * indices)
 }
 
-/// The pictures of both eyes, one after the other.
-fn trace_pair<I: Integrator>(tracer: &I, side: usize, paths: u64) -> Vec<f64> {
-    let mut eyes = [Pixels::new(side), Pixels::new(side)];
+fn trace_pair<I: Integrator>(tracer: &I, side: usize, paths: u64) -> PairPicture {
+    let (mut eyes, mut samples) = ([Pixels::new(side), Pixels::new(side)], [0; 2]);
     let mut scratch = I::Scratch::default();
     let indices = indices(tracer, paths);
     for index in 0..indices {
         let [left, right] = &mut eyes;
         let own_first = if eye(index).0 == 0 { [left, right] } else { [right, left] };
-        tracer.trace(index, &mut scratch, &mut PixelPair(own_first));
+        tracer.trace(index, &mut scratch, &mut PixelPair { eyes: own_first, samples: &mut samples });
     }
-    eyes.iter().flat_map(|eye| eye.picture(tracer.paths_per_index().light * indices)).collect()
+    let light_paths = tracer.paths_per_index().light * indices;
+    PairPicture {
+        eyes: eyes.iter().flat_map(|eye| eye.picture(light_paths)).collect(),
+        shared: samples[1] as f64 / samples[0].max(1) as f64,
+    }
 }
 
 /// One picture of a scene: side length in pixels, paths per pixel of one seed, seeds.
@@ -145,13 +162,13 @@ pub fn repeat_through(camera: &Camera, desc: &SceneDesc, method: Method, plan: P
     })
 }
 
-/// The pictures of both eyes per seed, one after the other, from one tracer. `plan` has the paths of both together.
+/// The pictures of both eyes per seed, from one tracer. `plan` has the paths of both together.
 pub fn repeat_pair(
     desc: &SceneDesc,
     [left, right]: &[Camera; 2],
     method: Method,
     plan: Plan,
-) -> Vec<Vec<f64>> {
+) -> Vec<PairPicture> {
     let paths = plan.paths_per_pixel * (plan.side as u64).pow(2);
     repeat_seeds(desc, left, plan, 1000 * (method as u32 + 11), |context| {
         let eyes = &context;
@@ -172,13 +189,13 @@ pub fn repeat_pair(
 }
 
 /// One picture for each seed of the plan, on two threads; `first` is added to the seeds.
-fn repeat_seeds(
+fn repeat_seeds<T: Send>(
     desc: &SceneDesc,
     camera: &Camera,
     plan: Plan,
     first: u32,
-    picture: impl Fn(RenderContext) -> Vec<f64> + Sync,
-) -> Vec<Vec<f64>> {
+    picture: impl Fn(RenderContext) -> T + Sync,
+) -> Vec<T> {
     let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
     let picture = |seed: u32| {
         let context =

@@ -35,6 +35,7 @@ mod server;
 mod share;
 mod soak;
 mod soak_window;
+mod stereo;
 mod support;
 mod textures;
 mod tracer;
@@ -100,6 +101,8 @@ enum Part {
     Soak(soak::Arguments),
     /// Memory, stalls and latency of the viewer under a user who never rests
     SoakWindow(soak_window::Arguments),
+    /// The price of the second eye: processor time and error of both eyes by one tracer over those of one camera alone, in turn
+    Stereo(stereo::Arguments),
     /// The price of textures: time of a path with them over that of one without, on the same geometry
     Textures(textures::Arguments),
     /// Paths per second, rays per path and noise of path tracing alone, one thread
@@ -137,6 +140,7 @@ fn main() -> ExitCode {
         Part::Share(arguments) => share::run(&arguments),
         Part::Soak(arguments) => soak::run(&arguments),
         Part::SoakWindow(arguments) => soak_window::run(&arguments),
+        Part::Stereo(arguments) => stereo::run(&arguments),
         Part::Textures(arguments) => textures::run(&arguments),
         Part::Tracer(arguments) => tracer::run(&arguments),
         Part::Turns(arguments) => turns::run(&arguments),

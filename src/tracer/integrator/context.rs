@@ -127,6 +127,11 @@ impl RenderContext {
         Self { camera, medium, on_boundary, ..self }
     }
 
+    /// The seed of the light paths that leave photons: one for both eyes, which see the same photons.
+    pub(super) fn photon_seed(&self) -> u32 {
+        self.other_eye.as_ref().map_or(self.seed, |other| self.seed.min(other.seed))
+    }
+
     /// The random numbers of the camera path that begins at `index` of the sequence.
     #[inline]
     pub(super) fn sampler(&self, index: u64) -> Sampler {

@@ -28,7 +28,7 @@ use super::RenderContext;
 use super::delta_chains::LightBehindDeltas;
 use super::lit_flight::LitFlight;
 
-/// Next-event estimation: samples a light from `vertex` and returns it with what it contributes, or `None` for nothing.
+/// Next-event estimation: samples a light from `vertex` and returns it with the sample and what that contributes, or `None` for nothing.
 ///
 /// `unoccluded` returns the contribution of a light sample including its MIS weight, as if nothing stood in between. The
 /// shadow ray is the costly part, so it is traced only for a sample that contributes. `wavelengths` are those of the path to the vertex.
@@ -39,14 +39,14 @@ pub(super) fn sample_direct<B: Scattering>(
     u: &VertexNumbers,
     wavelengths: EdgeWavelengths<'_>,
     unoccluded: impl FnMut(u32, &LightSample) -> Option<SampledSpectrum>,
-) -> Option<(u32, SampledSpectrum)> {
+) -> Option<(u32, LightSample, SampledSpectrum)> {
     let context = vertex.light_context();
     let (light, sample, value) =
         scene.lights().sample_by_contribution(context, u.light_choice, u.light, unoccluded)?;
     let factor = vertex.light_factor(scene, light, &sample, wavelengths);
     let (from, visible) = (vertex.hit.point.p, factor.max_element());
     B::record(|| PathEvent::Light { from, light, sample, value, visible });
-    (!factor.is_black()).then(|| (light, value * factor))
+    (!factor.is_black()).then(|| (light, sample, value * factor))
 }
 
 /// The light that a path asked for last, since most paths ask for one light again and again: its emission, or the factor of it that is the
@@ -333,7 +333,7 @@ impl<C: LightCredits> PathState<C> {
             let weight = flight.map_or(1.0, |flight| flight.mis_weight(scene, light, sample));
             self.unoccluded_contribution(scene.lights(), vertex, light, sample, weight)
         });
-        if let Some((light, direct)) = direct {
+        if let Some((light, _, direct)) = direct {
             self.radiance += direct;
             self.credits.add(scene.lights(), light, direct);
         }

@@ -6,7 +6,7 @@
 //! lit_flight       point lights that camera paths sample from along their flights in media
 //! delta_chains     lights seen over mirrors and through glass, along chains of deltas that a camera path does not sample
 //! path             path tracing
-//! pair             paths of two eyes that share their first vertex; `stereo` has an integrator for each eye
+//! pair             camera paths of two eyes that share their first vertex; `stereo` has an integrator for each eye
 //! particle         particle tracing, from the lights
 //! bidirectional    subpaths from both ends, connected
 //! photon           photon mapping
@@ -121,6 +121,14 @@ pub trait Integrator: Send + Sync + 'static {
 
     /// Traces path number `index`. Exactly one call per index; every sample goes to `out`.
     fn trace(&self, index: u64, scratch: &mut Self::Scratch, out: &mut impl SampleSink);
+
+    /// This integrator of one of two eyes with the photons of `first`, that of the other eye, so that they are traced once. Most have none.
+    fn with_photons_of(self, _first: &Self) -> Self
+    where
+        Self: Sized,
+    {
+        self
+    }
 
     /// Paths started by one call of [`Integrator::trace`]: `{camera: 1, light: 0}` for path tracing.
     fn paths_per_index(&self) -> PathCounts;

@@ -17,21 +17,29 @@
 //!   or sees from the other side of the surface. Then only `own` has a sample, of weight 1, and takes twice as many branches, because
 //!   its place of the screen has half of the paths. Deltas of a mixture at a shared x are seen by `own` alone: what they show counts 1 / w_own.
 //!
-//! All conditions depend on x alone and on both eyes in the same way, so that paths of both agree on them.
+//! All conditions depend on x and the point of the lens alone, and on both eyes in the same way, so that paths of both agree on them.
+//!
+//! Path tracing, bidirectional tracing ([`super::bidirectional`], with weights of its own) and photon mapping share paths by these rules; the latter
+//! two trace two paths, whose mean is the sample, where path tracing takes twice as many branches.
 
 use glam::{Vec3, Vec4};
 
+use crate::color::Xyz;
 use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, SampleSink, faults};
 use crate::tracer::accel::PrimRange;
 use crate::tracer::bsdf::{BsdfSample, Scattering};
 use crate::tracer::camera::CameraView;
+use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light::{LightSample, Lights};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::mis;
 use crate::tracer::sampler::VertexNumbers;
+use crate::tracer::subpath::VertexScattering;
 use crate::tracer::vertex::SurfaceVertex;
+use crate::tracer::walk::Walk;
+use crate::tracer::wavelength_mis::WavelengthMis;
 
 use super::RenderContext;
 use super::direct_lighting::PathState;
@@ -43,9 +51,20 @@ pub(super) struct ForEyes<T> {
     pub(super) other: T,
 }
 
+impl<T> ForEyes<T> {
+    /// `of` both values.
+    #[inline]
+    pub(super) fn map<U>(self, mut of: impl FnMut(T) -> U) -> ForEyes<U> {
+        ForEyes { own: of(self.own), other: of(self.other) }
+    }
+}
+
 impl ForEyes<SampledSpectrum> {
     /// All for the eye whose path it is.
     pub(super) const OWN: Self = Self { own: SampledSpectrum::ONE, other: SampledSpectrum::ZERO };
+
+    /// Nothing for either.
+    pub(super) const NOTHING: Self = Self { own: SampledSpectrum::ZERO, other: SampledSpectrum::ZERO };
 }
 
 /// Where a camera path begins.
@@ -63,37 +82,47 @@ pub(super) struct SamplePair {
     other: Option<EyeSample>,
 }
 
-/// A camera sample at the wavelengths of its path.
+/// A camera sample.
 #[derive(Clone, Copy, Debug)]
 struct EyeSample {
     uv: [f32; 2],
-    radiance: SampledSpectrum,
+    value: Xyz,
     weight: f32,
 }
 
 impl SamplePair {
     /// The sample of one eye.
-    pub(super) fn alone(uv: [f64; 2], radiance: SampledSpectrum) -> Self {
-        Self { own: EyeSample { uv: uv.map(|c| c as f32), radiance, weight: 1.0 }, other: None }
+    pub(super) fn alone(uv: [f64; 2], value: Xyz) -> Self {
+        Self { own: EyeSample { uv: uv.map(|c| c as f32), value, weight: 1.0 }, other: None }
     }
 
     /// Samples of both.
-    pub(super) fn shared(uv: [f64; 2], shared: &SharedVertex, radiance: ForEyes<SampledSpectrum>) -> Self {
+    pub(super) fn shared(uv: [f64; 2], shared: &SharedVertex, value: ForEyes<Xyz>) -> Self {
         let ForEyes { own, other } = shared.weights;
         Self {
-            own: EyeSample { uv: uv.map(|c| c as f32), radiance: radiance.own, weight: own },
-            other: Some(EyeSample { uv: shared.uv, radiance: radiance.other, weight: other }),
+            own: EyeSample { uv: uv.map(|c| c as f32), value: value.own, weight: own },
+            other: Some(EyeSample { uv: shared.uv, value: value.other, weight: other }),
         }
     }
 
     /// Sends the samples, each with `weight` times its own.
-    pub(super) fn send(&self, lambda: &SampledWavelengths, weight: f32, out: &mut impl SampleSink) {
-        let EyeSample { uv, radiance, weight: share } = self.own;
-        out.camera(uv, lambda.to_xyz(radiance), weight * share);
-        if let Some(EyeSample { uv, radiance, weight: share }) = self.other {
-            out.camera_of_other_eye(uv, lambda.to_xyz(radiance), weight * share);
+    pub(super) fn send(&self, weight: f32, out: &mut impl SampleSink) {
+        let EyeSample { uv, value, weight: share } = self.own;
+        out.camera(uv, value, weight * share);
+        if let Some(EyeSample { uv, value, weight: share }) = self.other {
+            out.camera_of_other_eye(uv, value, weight * share);
         }
     }
+}
+
+/// A vertex before both eyes, whatever stands in between.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacedVertex {
+    pub(super) views: ForEyes<CameraView>,
+    /// The directions to the eyes, in the shading frame.
+    pub(super) wo: ForEyes<Vec3>,
+    /// The weights of the samples of both eyes, each above 0; their sum is 1.
+    pub(super) weights: ForEyes<f32>,
 }
 
 /// The first vertex of a path, seen by both eyes.
@@ -102,9 +131,110 @@ pub(super) struct SharedVertex {
     /// Where the other eye sees it.
     pub(super) uv: [f32; 2],
     /// The direction to the other eye, in the shading frame.
-    wo: Vec3,
+    pub(super) wo: Vec3,
     /// The weights of the samples of both eyes.
     pub(super) weights: ForEyes<f32>,
+}
+
+/// A camera path of one eye on its way, whose first vertex both share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SharedPath {
+    pub(super) vertex: SharedVertex,
+    /// What the first vertex shows to each eye.
+    pub(super) found: ForEyes<SampledSpectrum>,
+    /// The share of each eye in what lies behind.
+    pub(super) shares: ForEyes<SampledSpectrum>,
+}
+
+impl SharedPath {
+    /// A path that has come to its first vertex, after it has found `before` on the way there.
+    pub(super) fn new(vertex: SharedVertex, before: SampledSpectrum) -> Self {
+        let mut path = Self { vertex, found: ForEyes::NOTHING, shares: ForEyes::OWN };
+        path.add_alone(before);
+        path
+    }
+
+    /// Adds what the first vertex shows to both, of which these are the shares.
+    #[inline]
+    pub(super) fn add(&mut self, value: SampledSpectrum, shares: &ForEyes<SampledSpectrum>) {
+        self.found.own += value * shares.own;
+        self.found.other += value * shares.other;
+    }
+
+    /// Adds what only paths of its own eye find, of whose samples those of the weight w_own are a part.
+    pub(super) fn add_alone(&mut self, value: SampledSpectrum) {
+        self.found.own += value * self.factor_alone();
+    }
+
+    /// The factor on what only paths of its own eye find.
+    pub(super) fn factor_alone(&self) -> f32 {
+        1.0 / self.vertex.weights.own
+    }
+
+    /// The sample `s` of the material at the first `vertex`, with which `walk` goes on for both eyes; a delta is seen by its own alone. `None`
+    /// where it is black for both.
+    pub(super) fn go_on<B: Scattering>(
+        &mut self,
+        vertex: &SurfaceVertex<B>,
+        s: &BsdfSample,
+        walk: &mut Walk<false>,
+    ) -> Option<BsdfSample> {
+        if s.delta {
+            walk.throughput *= self.factor_alone();
+            return Some(*s);
+        }
+        let (s, shares) = self.vertex.share_sample(vertex, s)?;
+        self.shares = shares;
+        Some(s)
+    }
+
+    /// What each eye sees, where the path has found `behind` behind its first vertex.
+    pub(super) fn radiance(&self, behind: SampledSpectrum) -> ForEyes<SampledSpectrum> {
+        let Self { found, shares, .. } = self;
+        ForEyes { own: found.own + behind * shares.own, other: found.other + behind * shares.other }
+    }
+}
+
+/// Which eyes have a sample by a camera path.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum FirstVertex {
+    /// There is one eye, or the path has met nothing.
+    OfOne,
+    /// Its own eye alone, of two.
+    Alone,
+    /// Both.
+    Shared(SharedPath),
+}
+
+impl FirstVertex {
+    /// Which eyes see `vertex`, the first of a path of `own`, which has found `before` on the way there.
+    pub(super) fn of<B: Scattering>(
+        own: &RenderContext,
+        other: &RenderContext,
+        vertex: &SurfaceVertex<B>,
+        lens: [f32; 2],
+        before: &mut SampledSpectrum,
+    ) -> Self {
+        let Some(shared) = own.share(other, vertex, lens) else { return Self::Alone };
+        Self::Shared(SharedPath::new(shared, std::mem::take(before)))
+    }
+
+    /// What each eye sees at the wavelengths of the path, which has found `behind` behind its first vertex.
+    pub(super) fn seen(&self, behind: SampledSpectrum, lambda: &SampledWavelengths) -> ForEyes<Xyz> {
+        match self {
+            Self::Shared(path) => path.radiance(behind).map(|radiance| lambda.to_xyz(radiance)),
+            Self::OfOne | Self::Alone => ForEyes { own: lambda.to_xyz(behind), other: Xyz::BLACK },
+        }
+    }
+
+    /// The path, if both eyes share its first vertex and it has so many segments that it is there.
+    #[inline]
+    pub(super) fn shared_at(&mut self, depth: u32) -> Option<&mut SharedPath> {
+        match self {
+            Self::Shared(path) if depth == 1 => Some(path),
+            _ => None,
+        }
+    }
 }
 
 /// The values of f·|cos| of both eyes for one direction, over their greatest in each lane, which is `most`.
@@ -140,6 +270,39 @@ impl SharedVertex {
         let SharedScattering { most, shares, pdf } = self.eval(vertex, s.wi)?;
         Some((BsdfSample { weight: most * (1.0 / pdf.0), pdf, ..*s }, shares))
     }
+
+    /// How the vertex scatters to both eyes from the world-space direction `d`, as [`SubpathVertex::scatter_to`] says it of one: the greater of
+    /// both values, the mean of both densities, and the share of each eye.
+    ///
+    /// [`SubpathVertex::scatter_to`]: crate::tracer::subpath::SubpathVertex::scatter_to
+    #[inline]
+    pub(super) fn scatter_to<B: Scattering>(
+        &self,
+        vertex: &SurfaceVertex<B>,
+        d: Vec3,
+    ) -> Option<(VertexScattering, ForEyes<SampledSpectrum>)> {
+        let local = vertex.frame.to_local(d);
+        let through = local.z * vertex.wo.z < 0.0;
+        if !vertex.hit.sides_agree(d, through) {
+            return None;
+        }
+        let SharedScattering { most, shares, pdf } = self.eval(vertex, local)?;
+        let scattering = VertexScattering {
+            value: most,
+            wavelength_mis: WavelengthMis::ALL,
+            fwd_w: pdf.0,
+            // Nothing chooses a camera, so that no weight asks for it.
+            rev_w: 0.0,
+            cos: vertex.cosine(d),
+            through,
+        };
+        Some((scattering, shares))
+    }
+
+    /// `vertex` as the other eye sees it.
+    pub(super) fn seen_by_other<B: Scattering>(&self, vertex: &SurfaceVertex<B>) -> SurfaceVertex<B> {
+        SurfaceVertex { wo: self.wo, ..*vertex }
+    }
 }
 
 impl RenderContext {
@@ -151,32 +314,47 @@ impl RenderContext {
         vertex: &SurfaceVertex<B>,
         lens: [f32; 2],
     ) -> Option<SharedVertex> {
-        let SurfaceVertex { hit, frame, bsdf, wo, .. } = vertex;
+        let FacedVertex { views, wo, weights } = self.faces(other, vertex, lens)?;
+        // What has passed a surface that is not all there is not shared, for both eyes.
+        let shared = self.is_open(&vertex.hit, &views.other)
+            && (!self.scene.has_holes() || self.is_open(&vertex.hit, &views.own));
+        shared.then_some(SharedVertex { uv: views.other.uv, wo: wo.other, weights })
+    }
+
+    /// `vertex` before this eye and the other, if they share it unless something stands in between.
+    pub(super) fn faces<B: Scattering>(
+        &self,
+        other: &RenderContext,
+        vertex: &SurfaceVertex<B>,
+        lens: [f32; 2],
+    ) -> Option<FacedVertex> {
+        let SurfaceVertex { hit, frame, bsdf, .. } = vertex;
         let is_alone = bsdf.is_delta() || bsdf.is_dispersive() || hit.light.is_some();
         if is_alone || self.hide_emitters || self.scene.media().is_some() {
             return None;
         }
-        let own_view = self.camera.view(hit.point.p, lens, &self.window)?;
-        let other_view = other.camera.view(hit.point.p, lens, &other.window)?;
-        let cosine = |view: &CameraView| -view.direction.dot(hit.point.ng);
-        let (own_cosine, other_cosine) = (cosine(&own_view), cosine(&other_view));
-        let other_wo = frame.to_local(-other_view.direction);
-        if own_cosine * other_cosine <= 0.0 || wo.z * other_wo.z <= 0.0 {
+        let views = ForEyes {
+            own: self.camera.view(hit.point.p, lens, &self.window)?,
+            other: other.camera.view(hit.point.p, lens, &other.window)?,
+        };
+        // Where several places of a picture show the vertex, its density is not that of one.
+        if views.own.choices != 1.0 || views.other.choices != 1.0 {
+            return None;
+        }
+        let cosines = views.map(|view| -view.direction.dot(hit.point.ng));
+        let wo = views.map(|view| frame.to_local(-view.direction));
+        if cosines.own * cosines.other <= 0.0 || wo.own.z * wo.other.z <= 0.0 {
             return None;
         }
         let density = |view: &CameraView, cosine: f32| view.uv_per_steradian * cosine.abs() / view.distance2;
-        let (own, other) = (density(&own_view, own_cosine), density(&other_view, other_cosine));
+        let (own, other) = (density(&views.own, cosines.own), density(&views.other, cosines.other));
         let weights = ForEyes { own: own / (own + other), other: other / (own + other) };
-        let is_open = |view: &CameraView| {
-            let ray = hit.spawn_to(view.origin, -view.direction);
-            self.scene.open_share(&ray, PrimRange::NONE) == 1.0
-        };
-        // What has passed a surface that is not all there is not shared, for both eyes.
-        let shared = weights.own > 0.0
-            && weights.other > 0.0
-            && is_open(&other_view)
-            && (!self.scene.has_holes() || is_open(&own_view));
-        shared.then_some(SharedVertex { uv: other_view.uv, wo: other_wo, weights })
+        (weights.own > 0.0 && weights.other > 0.0).then_some(FacedVertex { views, wo, weights })
+    }
+
+    /// True where nothing at all stands between `hit` and the eye that has this view of it.
+    pub(super) fn is_open(&self, hit: &SurfaceInteraction, view: &CameraView) -> bool {
+        self.scene.open_share(&hit.spawn_to(view.origin, -view.direction), PrimRange::NONE) == 1.0
     }
 }
 

@@ -110,7 +110,7 @@ impl PathTracer {
             if let Some(other) = &self.context.other_eye {
                 let pair =
                     self.follow_pair::<B>(other, path, ray, CameraPlace { uv, lens: numbers.lens }, &sampler);
-                return pair.send(&lambda, start.weight, out);
+                return pair.send(start.weight, out);
             }
             self.follow::<B>(&mut path, ray, &sampler);
         }
@@ -164,8 +164,9 @@ impl PathTracer {
         sampler: &Sampler,
     ) -> SamplePair {
         let scene = &self.context.scene;
+        let lambda = path.walk.lambda;
         let (Some(hit), lit) = self.fly::<B>(&mut path, &mut ray, sampler) else {
-            return SamplePair::alone(uv, path.radiance);
+            return SamplePair::alone(uv, lambda.to_xyz(path.radiance));
         };
         let vertex = SurfaceVertex::<B>::new(scene, hit, &path.walk.lambda, path.walk.medium);
         let Some(shared) = self.context.share(other, &vertex, lens) else {
@@ -173,7 +174,7 @@ impl PathTracer {
             if let Some(ray) = self.meet(&mut path, &vertex, sampler, lit.as_ref()) {
                 self.follow::<B>(&mut path, ray, sampler);
             }
-            return SamplePair::alone(uv, path.radiance);
+            return SamplePair::alone(uv, lambda.to_xyz(path.radiance));
         };
         // What was found on the way to the vertex is not shared.
         let before = path.radiance * (1.0 / shared.weights.own);
@@ -213,7 +214,8 @@ impl PathTracer {
                 seen_by_other += branch.radiance * shares.other;
             }
         }
-        SamplePair::shared(uv, &shared, ForEyes { own, other: seen_by_other })
+        let seen = ForEyes { own, other: seen_by_other };
+        SamplePair::shared(uv, &shared, seen.map(|radiance| lambda.to_xyz(radiance)))
     }
 
     /// Flies along `ray` to the next vertex and returns it with the flight that is [lit](LitFlight) and ends there, if it is. The light of point

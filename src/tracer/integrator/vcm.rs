@@ -83,6 +83,10 @@ impl Integrator for VcmTracer {
         PathCounts { camera: CAMERA_SUBPATHS, light: LIGHT_SUBPATHS }
     }
 
+    fn with_photons_of(self, first: &Self) -> Self {
+        Self { photons: self.photons.with_photons_of(&first.photons), ..self }
+    }
+
     fn wavelength_number(index: u64, context: &RenderContext) -> f32 {
         BidirectionalTracer::wavelength_number(index, context)
     }

@@ -42,6 +42,7 @@ use crate::spectrum::SampledSpectrum;
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::AvailableKernel;
 use crate::tracer::bsdf::Scattering;
+use crate::tracer::integrator::pair::{ForEyes, SharedVertex};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::medium::EdgeWavelengths;
 use crate::tracer::record::PathEvent;
@@ -81,8 +82,12 @@ impl Candidates {
 }
 
 #[cold]
-fn general_importance<B: Scattering>(camera: &SubpathVertex<B>, light: &SubpathVertex<B>) -> f32 {
-    let Some(edge) = ConnectionEdge::new(camera, light) else { return 0.0 };
+fn general_importance<B: Scattering>(
+    camera: &SubpathVertex<B>,
+    shared: Option<&SharedVertex>,
+    light: &SubpathVertex<B>,
+) -> f32 {
+    let Some(edge) = ConnectionEdge::new(camera, shared, light) else { return 0.0 };
     (edge.value.0.element_sum() * edge.weight(camera, light).max(LEAST_WEIGHT)).min(GREATEST)
 }
 
@@ -101,24 +106,36 @@ struct ConnectionEdge {
     inverse: f32,
     /// Unit direction from the camera's vertex to the light's.
     d: Vec3,
-    /// Unoccluded contribution, without MIS weight.
+    /// Unoccluded contribution, without MIS weight; the greater of two eyes.
     value: SampledSpectrum,
+    /// The share of each eye in it, where two share the camera's vertex.
+    shares: Option<ForEyes<SampledSpectrum>>,
 }
 
 impl ConnectionEdge {
     #[inline]
-    fn new<B: Scattering>(camera: &SubpathVertex<B>, light: &SubpathVertex<B>) -> Option<Self> {
+    fn new<B: Scattering>(
+        camera: &SubpathVertex<B>,
+        shared: Option<&SharedVertex>,
+        light: &SubpathVertex<B>,
+    ) -> Option<Self> {
         let offset = light.surface.hit.point.p - camera.surface.hit.point.p;
         let inverse = 1.0 / offset.length_squared();
         let d = offset * inverse.sqrt();
-        let at_camera = camera.scatter_to::<false>(d)?;
+        let (at_camera, shares) = match shared {
+            None => (camera.scatter_to::<false>(d)?, None),
+            Some(shared) => {
+                let (scattering, shares) = shared.scatter_to(&camera.surface, d)?;
+                (scattering, Some(shares))
+            }
+        };
         let at_light = light.scatter_to::<true>(-d)?;
         let value = camera.throughput * at_camera.value * light.throughput * at_light.value * inverse;
         if !value.is_within(MAX_VALUE) {
             faults::raise(FaultyValue::Connection, value.into(), camera.surface.hit.known_surface(), None);
             return None;
         }
-        (!value.is_black()).then_some(Self { at_camera, at_light, inverse, d, value })
+        (!value.is_black()).then_some(Self { at_camera, at_light, inverse, d, value, shares })
     }
 
     #[inline]
@@ -127,11 +144,12 @@ impl ConnectionEdge {
     }
 }
 
-/// Works out the importances of the pairs of `camera`, whose row is `out`, and returns their sum.
+/// Works out the importances of the pairs of `camera`, which two eyes may share and whose row is `out`, and returns their sum.
 #[inline(always)]
 fn find_row<B: Scattering>(
     kernel: AvailableKernel,
     camera: &SubpathVertex<B>,
+    shared: Option<&SharedVertex>,
     (pool, own): (&LightPool<B>, Range<usize>),
     room: u32,
     out: &mut [f32],
@@ -141,12 +159,12 @@ fn find_row<B: Scattering>(
         let row = CameraRow { camera: DiffuseSummary::new(camera), light: &pool.rows, room: room as f32 };
         total = find_importances(kernel, &row, out);
         if total.is_nan() {
-            total = mend(camera, &pool.vertices, out);
+            total = mend(camera, shared, &pool.vertices, out);
         }
     }
     for (light, importance) in pool.vertices[own.clone()].iter().zip(&mut out[own]) {
         if !(is_diffuse(camera) && is_diffuse(light)) && light.depth < room {
-            *importance = GROUP as f32 * general_importance(camera, light);
+            *importance = GROUP as f32 * general_importance(camera, shared, light);
             total += *importance;
         }
     }
@@ -156,10 +174,15 @@ fn find_row<B: Scattering>(
 /// Puts importances in the place of those that are no numbers, because an infinite density met nothing, and returns the sum. The edge itself
 /// tells what is wrong, if anything is, and all other pairs keep theirs.
 #[cold]
-fn mend<B: Scattering>(camera: &SubpathVertex<B>, light: &[SubpathVertex<B>], row: &mut [f32]) -> f32 {
+fn mend<B: Scattering>(
+    camera: &SubpathVertex<B>,
+    shared: Option<&SharedVertex>,
+    light: &[SubpathVertex<B>],
+    row: &mut [f32],
+) -> f32 {
     for (light, importance) in light.iter().zip(&mut *row) {
         if importance.is_nan() {
-            *importance = if is_diffuse(light) { general_importance(camera, light) } else { 0.0 };
+            *importance = if is_diffuse(light) { general_importance(camera, shared, light) } else { 0.0 };
         }
     }
     row.iter().sum()
@@ -181,11 +204,12 @@ impl BidirectionalTracer {
         candidates: &mut Candidates,
         u: f32,
     ) {
-        let total = self.find_pairs(camera, pool, candidates);
+        let shared = path.shared_vertex();
+        let total = self.find_pairs(camera, shared.as_ref(), pool, candidates);
         if total <= 0.0 {
             return;
         }
-        let brightness = path.radiance.0.element_sum();
+        let brightness = path.brightness();
         // An infinite sum would make 0 of the scale, with which nothing is connected, and a tiny one infinity, which times nothing is no number.
         let scale = (CONNECTIONS / (total + brightness / SHARE)).clamp(f32::MIN_POSITIVE, f32::MAX);
         let typical = SMALL * SHARE / scale;
@@ -208,7 +232,8 @@ impl BidirectionalTracer {
                     let subpaths = if is_diffuse(camera) && is_diffuse(light) { 1.0 } else { GROUP as f32 };
                     // Where a pair was chosen, what is left over is uniform up to its probability.
                     let (factor, u) = (subpaths * SHARE / probability, sum / probability);
-                    self.add_connection(path, camera, (light, group), factor, typical, u);
+                    let shared = shared.as_ref().filter(|_| camera.depth == 1);
+                    self.add_connection(path, (camera, shared), (light, group), factor, typical, u);
                 }
             }
         }
@@ -219,6 +244,7 @@ impl BidirectionalTracer {
     fn find_pairs<B: Scattering>(
         &self,
         camera: &[SubpathVertex<B>],
+        shared: Option<&SharedVertex>,
         pool: &LightPool<B>,
         candidates: &mut Candidates,
     ) -> f32 {
@@ -232,24 +258,25 @@ impl BidirectionalTracer {
         let mut total = 0.0;
         for (camera, out) in camera.iter().zip(importances.chunks_exact_mut(stride)) {
             let room = self.context.longest() - camera.depth;
-            total += find_row(kernel, camera, (pool, own.clone()), room, out);
+            let shared = shared.filter(|_| camera.depth == 1);
+            total += find_row(kernel, camera, shared, (pool, own.clone()), room, out);
         }
         total
     }
 
-    /// Adds the connection to a vertex of a light subpath, given with its group of lights. `factor` is one over the probability of the pair and the
+    /// Adds the connection of a camera vertex, which two eyes may share, to a vertex of a light subpath, given with its group of lights. `factor` is one over the probability of the pair and the
     /// number of light subpaths. Connections that contribute less than `typical`, a sum over the wavelengths, are subject to Russian roulette by `u`.
     #[inline]
     fn add_connection<B: Scattering>(
         &self,
         path: &mut PathContribution<B::Credits>,
-        camera: &SubpathVertex<B>,
+        (camera, shared): (&SubpathVertex<B>, Option<&SharedVertex>),
         (light, group): (&SubpathVertex<B>, u8),
         factor: f32,
         typical: f32,
         u: f32,
     ) {
-        let Some(edge) = ConnectionEdge::new(camera, light) else { return };
+        let Some(edge) = ConnectionEdge::new(camera, shared, light) else { return };
         let mut value = edge.value * (edge.weight(camera, light) * factor);
         let probability = value.0.element_sum() / typical;
         if u >= probability {
@@ -280,7 +307,7 @@ impl BidirectionalTracer {
         });
         if !factor.is_black() {
             let value = value * (factor * wavelength_mis.weight());
-            path.radiance += value;
+            path.add(value, edge.shares.as_ref());
             path.credits.add_to(group, value);
         }
     }

@@ -182,9 +182,12 @@ impl BidirectionalTracer {
                 if vertex.depth == 1 {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
                 }
-                let eyes = [Some(&self.context), self.context.other_eye.as_deref()];
-                for (eye, other_eye) in eyes.into_iter().flatten().zip([false, true]) {
-                    let splat = Self::to_camera(eye, &subpath.walk.lambda, u.light, &vertex);
+                let lambda = &subpath.walk.lambda;
+                let [own, other] = match &self.context.other_eye {
+                    None => [self.to_camera(lambda, u.light, &vertex), None],
+                    Some(other) => self.to_both_cameras(other, lambda, u.light, &vertex),
+                };
+                for (splat, other_eye) in [(own, false), (other, true)] {
                     splats.extend(splat.map(|(uv, value)| Splat { uv, value, group, other_eye }));
                 }
             }

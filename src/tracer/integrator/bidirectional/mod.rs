@@ -15,10 +15,13 @@
 //! A light that the camera sees directly is found by s = 0 alone. [`strategies`] has what each contributes, weighted by the
 //! power heuristic over all of them ([`crate::tracer::subpath_mis`]).
 //!
+//! Of two eyes, [`eyes`] has what is shared.
+//!
 //! A dispersive delta leaves the hero wavelength only, from there on and in every connection of such a vertex. Other
 //! dispersion is weighted over wavelengths ([`crate::tracer::wavelength_mis`]).
 
 mod connections;
+mod eyes;
 mod importance;
 mod light_pool;
 mod strategies;
@@ -38,6 +41,7 @@ use crate::tracer::walk::Walk;
 use crate::tracer::{MaterialClass, Sampler, TracingMode};
 
 use super::direct_lighting::add_emitted_by_medium;
+use super::pair::{FirstVertex, ForEyes, SamplePair, SharedPath};
 use super::prefix::Prefix;
 use super::{Integrator, RenderContext};
 use connections::Candidates;
@@ -89,32 +93,55 @@ impl BidirectionalTracer {
         let first = index.wrapping_mul(CAMERA_SUBPATHS);
         for number in 0..CAMERA_SUBPATHS {
             let start = self.context.screen.start(first.wrapping_add(number));
-            let sampler = self.context.sampler(start.index);
+            let mut sampler = self.context.sampler(start.index);
             let numbers = sampler.camera();
             let uv = self.context.place(numbers.screen);
-            let mut path = PathContribution::new(lambda);
-            camera.clear();
-            let specular = self.trace_camera_subpath(&mut path, uv, &sampler, merge.is_some(), camera);
-            self.add_connections(&mut path, camera, light, candidates, numbers.connection);
-            B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
-            let mut value = lambda.to_xyz(path.radiance);
-            path.credits.settle(&lambda);
-            if specular && let Some(merge) = &mut merge {
-                let mut colors = GroupColors::default();
-                value += merge(&sampler, &mut colors);
-                path.credits.add_colors(&colors);
+            // Where the other of two eyes does not see the first vertex there are two subpaths, whose mean is sent.
+            let (mut other, mut u, mut first_of_two) =
+                (self.context.other_eye.as_deref(), numbers.connection, None);
+            loop {
+                let mut path = PathContribution::new(lambda);
+                camera.clear();
+                let specular =
+                    self.trace_camera_subpath(&mut path, other, uv, &sampler, merge.is_some(), camera);
+                self.add_connections(&mut path, camera, light, candidates, u);
+                B::record(|| PathEvent::Estimate { lambda, radiance: path.radiance });
+                let ForEyes { own: mut value, other: seen_by_other } =
+                    path.first.seen(path.radiance, &lambda);
+                path.credits.settle(&lambda);
+                if specular && let Some(merge) = &mut merge {
+                    let mut colors = GroupColors::default();
+                    value += merge(&sampler, &mut colors) * path.factor_alone();
+                    path.credits.add_colors(&colors);
+                }
+                match path.first {
+                    FirstVertex::Alone => {
+                        (first_of_two, other) = (Some(value), None);
+                        (sampler, u) = (sampler.branch(1, 1), (u + 0.5).fract());
+                        continue;
+                    }
+                    FirstVertex::Shared(SharedPath { vertex, .. }) => {
+                        let values = ForEyes { own: value, other: seen_by_other };
+                        SamplePair::shared(uv, &vertex, values).send(start.weight, out);
+                    }
+                    FirstVertex::OfOne => {
+                        let value = first_of_two.map_or(value, |first| (first + value) * 0.5);
+                        send_camera(out, self.context.scene.lights(), uv, value, start.weight, &path.credits);
+                    }
+                }
+                break;
             }
-            send_camera(out, self.context.scene.lights(), uv, value, start.weight, &path.credits);
         }
     }
 
     /// Walks from the camera through `uv`, adds the emission and the direct light that it finds, and leaves the vertices that
-    /// can be connected in `vertices`. Lights that merging finds are left to it, where it is in use. Returns whether the first
-    /// surface scattered as a delta.
+    /// can be connected in `vertices`. It is one of the `other` eye, too, if there is such and it sees the first vertex. Lights that merging finds
+    /// are left to it, where it is in use. Returns whether the first surface scattered as a delta.
     #[inline(always)]
     fn trace_camera_subpath<B: Scattering>(
         &self,
         path: &mut PathContribution<B::Credits>,
+        mut other: Option<&RenderContext>,
         uv: [f64; 2],
         sampler: &Sampler,
         merging: bool,
@@ -161,7 +188,7 @@ impl BidirectionalTracer {
                 subpath.walk.pass::<B>(scene, &hit, ray.direction);
                 continue;
             }
-            let vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
+            let mut vertex: SubpathVertex<B> = subpath.arrive(scene, hit);
             if !(merging && prefix.is_merged()) {
                 self.add_emitted(path, last, &vertex, chain.probability());
             }
@@ -170,12 +197,16 @@ impl BidirectionalTracer {
             }
             B::record(|| PathEvent::Meets((&subpath.walk).into(), hit));
             let numbers = sampler.vertex(subpath.walk.depth - 1);
-            if !vertex.surface.bsdf.is_delta() {
+            if let Some(other) = other.take() {
+                path.meet_first(context, other, &mut vertex, lens);
+            }
+            if !vertex.surface.bsdf.is_delta() && !self.add_shared_direct(path, &vertex, &numbers) {
                 self.add_direct(path, &vertex, &numbers);
             }
             last = Some(vertex.surface.light_context());
             let next = Walk::<false>::sample(&vertex.surface, &numbers).and_then(|s| {
                 self.add_light_behind_deltas(path, &mut chain, &vertex, &s);
+                let s = path.go_on(&vertex, &s, &mut subpath.walk)?;
                 subpath.scatter_into(&vertex, &s, &numbers, *rr_depth)
             });
             let diffuse = vertex.surface.bsdf.has_diffuse_part();

@@ -10,9 +10,9 @@ use crate::math::pdf::PdfW;
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::bsdf::{BsdfSample, Scattering};
-use crate::tracer::integrator::RenderContext;
 use crate::tracer::integrator::delta_chains::LightBehindDeltas;
 use crate::tracer::integrator::direct_lighting::{EmissionCache, sample_direct};
+use crate::tracer::integrator::pair::FirstVertex;
 use crate::tracer::light::{Emission, EmissionOrigin, EmissionPdf, LightSample, LightSampleContext, Lights};
 use crate::tracer::light_groups::LightCredits;
 use crate::tracer::medium::EdgeWavelengths;
@@ -33,17 +33,19 @@ pub(super) const SPLAT_SAMPLES: f32 = 0.4 * LIGHT_SUBPATHS as f32 / CAMERA_SUBPA
 pub(super) struct PathContribution<C> {
     /// The wavelengths of the path.
     pub(super) lambda: SampledWavelengths,
-    /// Radiance at them.
+    /// Radiance at them; where two eyes share the first vertex, what was found behind it.
     pub(super) radiance: SampledSpectrum,
     /// The radiance by groups of lights.
     pub(super) credits: C,
+    /// Which eyes see the first vertex.
+    pub(super) first: FirstVertex,
     emission: EmissionCache,
 }
 
 impl<C: LightCredits> PathContribution<C> {
     pub(super) fn new(lambda: SampledWavelengths) -> Self {
         let (radiance, credits) = (SampledSpectrum::ZERO, C::default());
-        Self { lambda, radiance, credits, emission: EmissionCache::default() }
+        Self { lambda, radiance, credits, first: FirstVertex::OfOne, emission: EmissionCache::default() }
     }
 
     /// Adds the radiance of a light that was hit by chance, if it is a number.
@@ -97,7 +99,7 @@ pub(super) fn connection_weight(
 
 /// The weight of t = 1. `density` is the camera's of the vertex, per unit of area.
 #[inline]
-fn camera_weight(mis: &SubpathMis, scattering: &VertexScattering, density: f32) -> f32 {
+pub(super) fn camera_weight(mis: &SubpathMis, scattering: &VertexScattering, density: f32) -> f32 {
     let others = mis.sum(density, scattering.rev_w, scattering.through);
     weight(0.0, others / f64::from(SPLAT_SAMPLES))
 }
@@ -205,10 +207,26 @@ impl BidirectionalTracer {
         vertex: &SubpathVertex<B>,
         u: &VertexNumbers,
     ) {
+        let direct = self.sample_light(path, vertex, u, |wi| vertex.scatter_to::<false>(wi));
+        if let Some((light, _, direct)) = direct {
+            path.radiance += direct;
+            path.credits.add(&self.context.scene.lights, light, direct);
+        }
+    }
+
+    /// Samples a light from `vertex`, which scatters to it as `scatter` says, and returns it with the sample and what that contributes.
+    #[inline(always)]
+    pub(super) fn sample_light<B: Scattering>(
+        &self,
+        path: &mut PathContribution<B::Credits>,
+        vertex: &SubpathVertex<B>,
+        u: &VertexNumbers,
+        scatter: impl Fn(Vec3) -> Option<VertexScattering>,
+    ) -> Option<(u32, LightSample, SampledSpectrum)> {
         let lights = &self.context.scene.lights;
         let wavelengths = EdgeWavelengths { lambda: &{ path.lambda }, mis: vertex.wavelength_mis };
-        let direct = sample_direct(&self.context.scene, &vertex.surface, u, wavelengths, |light, sample| {
-            let scattering = vertex.scatter_to::<false>(sample.wi)?;
+        sample_direct(&self.context.scene, &vertex.surface, u, wavelengths, |light, sample| {
+            let scattering = scatter(sample.wi)?;
             let at = sample.target.unwrap_or(Vec3::ZERO);
             let emitted = path.emission.emission(lights, light, at, sample.wi, &path.lambda);
             let value = vertex.throughput * scattering.value * emitted * (sample.scale / sample.pdf.0);
@@ -230,21 +248,18 @@ impl BidirectionalTracer {
                 return None;
             }
             (!value.is_black()).then_some(value)
-        });
-        if let Some((light, direct)) = direct {
-            path.radiance += direct;
-            path.credits.add(lights, light, direct);
-        }
+        })
     }
 
-    /// t = 1: connects a vertex of the light subpath to the camera of `eye`, and returns the sample of the light stream.
+    /// t = 1: connects a vertex of the light subpath to the camera, and returns the sample of the light stream.
     #[inline]
     pub(super) fn to_camera<B: Scattering>(
-        eye: &RenderContext,
+        &self,
         lambda: &SampledWavelengths,
         lens: [f32; 2],
         vertex: &SubpathVertex<B>,
     ) -> Option<([f32; 2], Xyz)> {
+        let eye = &self.context;
         let connection = eye.connect_to_camera(vertex, lens)?;
         let (view, scattering) = (&connection.view, &connection.scattering);
         let pdf = view.uv_per_steradian / eye.window_area();

@@ -8,7 +8,9 @@ use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::stream::{FaultyValue, MAX_VALUE, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::Scattering;
+use crate::tracer::integrator::RenderContext;
 use crate::tracer::integrator::direct_lighting::{PathState, Splitting, TakenEmission};
+use crate::tracer::integrator::pair::{FirstVertex, ForEyes};
 use crate::tracer::integrator::prefix::Prefix;
 use crate::tracer::interaction::SurfaceInteraction;
 use crate::tracer::light_groups::LightCredits;
@@ -53,6 +55,7 @@ enum PathClass {
 }
 
 /// The arguments of a camera path.
+#[derive(Clone, Copy)]
 pub(super) struct PathStart<'a> {
     pub(super) tracer: &'a PhotonTracer,
     /// The photons that it sees.
@@ -78,6 +81,12 @@ pub(super) struct CameraPath<'a, C> {
     only_media: bool,
     /// The wavelengths that would have chosen the flights through media.
     pub(super) flights: WavelengthMis,
+    /// The other of two eyes, and the numbers of the lens, until the path comes to its first vertex.
+    pub(super) other_eye: Option<(&'a RenderContext, [f32; 2])>,
+    /// Which eyes see the first vertex.
+    pub(super) first: FirstVertex,
+    /// As `xyz`, for the other eye where both share the first vertex.
+    pub(super) xyz_of_other: Xyz,
 }
 
 impl<'a> PathStart<'a> {
@@ -101,6 +110,9 @@ impl<'a> PathStart<'a> {
             gathered: false,
             only_media: false,
             flights: WavelengthMis::ALL,
+            other_eye: None,
+            first: FirstVertex::OfOne,
+            xyz_of_other: Xyz::BLACK,
         };
         // Where photons are gathered along a flight, it has the same extinction for all wavelengths that the path carries.
         if chromatic_grids {
@@ -112,7 +124,14 @@ impl<'a> PathStart<'a> {
 
 impl<C: LightCredits> CameraPath<'_, C> {
     /// Follows the path along `ray` to its end and returns what it found, in all and by groups of lights.
-    pub fn trace<B: Scattering<Credits = C>>(mut self, mut ray: Ray, sampler: &Sampler) -> (Xyz, C) {
+    pub fn trace<B: Scattering<Credits = C>>(mut self, ray: Ray, sampler: &Sampler) -> (Xyz, C) {
+        self.follow::<B>(ray, sampler);
+        self.end()
+    }
+
+    /// Follows the path along `ray` to its end.
+    #[inline]
+    pub(super) fn follow<B: Scattering<Credits = C>>(&mut self, mut ray: Ray, sampler: &Sampler) {
         let mut from = ray.origin;
         let media_shine = self.tracer.context.scene.media().is_some_and(Media::shine);
         loop {
@@ -142,7 +161,6 @@ impl<C: LightCredits> CameraPath<'_, C> {
             };
             (ray, from) = (next, next.origin);
         }
-        self.end()
     }
 
     /// The emission that photons do not account for.
@@ -239,7 +257,11 @@ impl<C: LightCredits> CameraPath<'_, C> {
     /// Goes on with the hero alone.
     #[cold]
     fn drop_companions(&mut self) {
-        self.xyz += self.state.walk.lambda.to_xyz(self.state.radiance);
+        let ForEyes { own, other } = self.first.seen(self.state.radiance, &self.state.walk.lambda);
+        (self.xyz, self.xyz_of_other) = (self.xyz + own, self.xyz_of_other + other);
+        if let FirstVertex::Shared(path) = &mut self.first {
+            path.found = ForEyes::NOTHING;
+        }
         self.state.drop_companions();
     }
 
@@ -260,10 +282,14 @@ impl<C: LightCredits> CameraPath<'_, C> {
         let vertex = SurfaceVertex::<B>::new(scene, hit, &self.state.walk.lambda, self.state.walk.medium);
         B::record(|| PathEvent::Meets((&self.state.walk).into(), hit));
         let diffuse = self.tracer.photon_paths.spread_at(&vertex);
+        if let Some((other, lens)) = self.other_eye.take() {
+            self.meet_first(other, &vertex, lens);
+        }
         if self.only_media {
             return self.scatter(&vertex, diffuse, u);
         }
-        if diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta() {
+        let samples_light = diffuse || self.class == PathClass::Mirrored && !vertex.bsdf.is_delta();
+        if samples_light && !self.add_shared_direct(&vertex, u) {
             self.state.add_direct(scene, &vertex, u, None);
         }
         if diffuse {
@@ -292,6 +318,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
         if !self.only_media {
             self.state.add_light_behind_deltas(&self.tracer.context, vertex, &s);
         }
+        let s = self.go_on(vertex, &s)?;
         let wi = self.state.scatter(vertex, &s)?;
         if s.hero_only || s.transmitted && vertex.bsdf.is_dispersive() && self.is_dispersed() {
             self.drop_companions();
@@ -305,9 +332,11 @@ impl<C: LightCredits> CameraPath<'_, C> {
         // The coat's mirror was not in what the photons contributed.
         self.gathered &= spread;
         let factor = self.state.roulette(self.tracer.context.rr_depth, u.roulette)?;
-        let scene = &self.tracer.context.scene;
         B::record(|| PathEvent::Throughput(self.state.walk.throughput));
-        self.scratch.steps.push(RecordedStep::new(scene, vertex, &s, u.lobe, factor));
+        let factor = factor * self.factor_alone(&s);
+        let step = RecordedStep::new(&self.tracer.context.scene, vertex, &s, u.lobe, factor);
+        self.record_for_other(&step);
+        self.scratch.steps.push(step);
         Some(vertex.hit.spawn(wi))
     }
 
@@ -331,6 +360,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
         let throughput = self.state.walk.throughput * self.state.wavelength_weight;
+        let seen_by_other = self.seen_by_other(vertex);
         let Self { scratch, tracer, state, snapshot, flights, .. } = self;
         let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
@@ -360,6 +390,15 @@ impl<C: LightCredits> CameraPath<'_, C> {
                     kish.add(found.0.x);
                     state.credits.add_to(photon.group(), found);
                 }
+            }
+        }
+        if let Some(vertex) = &seen_by_other
+            && window.is_none()
+        {
+            let path = RecordedPath { steps: &scratch.steps_of_other, ..path };
+            for near in disc.counted {
+                let scale = scale * flights.weight();
+                self.xyz_of_other += path.at_wavelengths_of(forest.photon(near), vertex, scale);
             }
         }
         self.xyz += xyz;

@@ -118,7 +118,7 @@ fn trace_light_path<B: Scattering>(
     batch: &mut PhotonBatch,
 ) {
     let (scene, longest) = (&context.scene, context.longest());
-    let sampler = Sampler::at(mix(path), context.seed ^ SEED);
+    let sampler = Sampler::at(mix(path), context.photon_seed() ^ SEED);
     let number = wavelength_number(sampler.camera().wavelength);
     let lambda = context.white().unwrap_or_else(|| wavelengths(number));
     let numbers = sampler.light();
@@ -193,7 +193,7 @@ fn arrival<B: Scattering>(
         false => (ArrivalSite::Surface(hit.facing_normal()), weight / context.scene.opacity(hit)),
         true => {
             let kept = (ALWAYS_KEPT as f32 / *depth as f32).min(1.0);
-            if Random(mix(path ^ u64::from(context.seed) << 32) ^ u64::from(*depth)).f32() >= kept {
+            if Random(mix(path ^ u64::from(context.photon_seed()) << 32) ^ u64::from(*depth)).f32() >= kept {
                 return None;
             }
             (ArrivalSite::Medium(surface.medium_towards(hit.wo)), weight / kept)

@@ -29,12 +29,16 @@
 //! picture is the mean over samples that saw growing maps. What a path through a dispersive delta gathers is
 //! blurred over wavelengths as well, by a window that falls as n^(−1/3).
 //!
+//! **Two eyes** see the same photons, as many at an index of both as one eye at an index of its own: from one generation to the next each
+//! takes half of the samples. Camera paths share their first vertex by [`pair`](super::pair), and their photons are evaluated for both ([`eyes`]).
+//!
 //! **Wavelengths.** A photon counts at its own wavelengths ([`photon_map`](crate::tracer::photon_map)): the steps of
 //! the camera path are recorded (`camera_path`) and evaluated again for each photon.
 
 mod beams;
 mod camera_path;
 mod extent;
+mod eyes;
 mod light_paths;
 mod recorded_step;
 mod tracer;
@@ -101,7 +105,8 @@ impl PhotonTracer {
     fn with_paths(context: RenderContext, photon_paths: PhotonPaths, deterministic: bool) -> Self {
         let extent = Extent::of(&context);
         let bounds @ [min, max] = extent.bounds;
-        let schedule = schedule(&extent, &context.photons);
+        let eyes = if context.other_eye.is_some() { 2 } else { 1 };
+        let schedule = schedule(&extent, &context.photons, eyes);
         // Where few light paths come into media, camera paths find better what is scattered there.
         let in_media = context.scene.media().is_none_or(|media| {
             let flight = media.free_paths().fold(f32::INFINITY, f32::min).min((max - min).max_element());
@@ -185,7 +190,13 @@ impl PhotonTracer {
         let numbers = sampler.camera();
         let uv = self.context.place(numbers.screen);
         let path = PathStart { tracer: self, snapshot, lookup, wavelength: numbers.wavelength };
-        let (value, credits) = match self.context.camera.ray(uv, numbers.lens) {
+        let ray = self.context.camera.ray(uv, numbers.lens);
+        if let Some(other) = &self.context.other_eye
+            && let Some(ray) = ray
+        {
+            return path.trace_pair::<B>(other, uv, ray, &sampler, scratch).send(start.weight, out);
+        }
+        let (value, credits) = match ray {
             Some(ray) => path.begin(scratch).trace::<B>(ray, &sampler),
             None => Default::default(),
         };
@@ -219,7 +230,8 @@ impl PhotonTracer {
 /// On surfaces the first radius is that of a disc of four times the wanted photons, if the two photons that a light path leaves on
 /// average lay evenly on the sides of the box: where light is about even, the number of photons bounds a lookup, and in the
 /// dark the radius does. In media it is a share of the distance to which four times the wanted photons lie around a photon. Settings in `desc` take the place of these.
-fn schedule(extent: &Extent, desc: &PhotonDesc) -> Schedule {
+/// The samples of a generation are divided among so many `eyes`.
+fn schedule(extent: &Extent, desc: &PhotonDesc, eyes: u64) -> Schedule {
     let [min, max] = extent.bounds;
     let side = (max - min).max(Vec3::ZERO).min(Vec3::splat(1e12));
     let area = 2.0 * (side.x * side.y + side.y * side.z + side.z * side.x);
@@ -232,7 +244,7 @@ fn schedule(extent: &Extent, desc: &PhotonDesc) -> Schedule {
     let beam_radius = extent.spacing(4 * neighbours, PATHS).map_or(sparse, |spacing| BEAM * spacing);
     Schedule {
         paths_per_generation: PATHS,
-        samples_per_generation: SAMPLES_PER_GENERATION,
+        samples_per_generation: SAMPLES_PER_GENERATION / eyes,
         radius: desc.initial_radius.unwrap_or(radius),
         beam_radius: desc.initial_radius.unwrap_or(beam_radius.max(f32::MIN_POSITIVE)),
         alpha: desc.alpha.unwrap_or(0.0),
@@ -259,6 +271,10 @@ impl Integrator for PhotonTracer {
             _ => self.trace_as::<Unmixed>(index, &snapshot, scratch, out),
         }
         scratch.keep(snapshot);
+    }
+
+    fn with_photons_of(self, first: &Self) -> Self {
+        Self { map: Arc::clone(&first.map), ..self }
     }
 
     fn paths_per_index(&self) -> PathCounts {

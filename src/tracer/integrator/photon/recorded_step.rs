@@ -34,6 +34,14 @@ impl RecordedStep {
         }
     }
 
+    /// This step, which is no delta, seen from another direction `wo` in the shading frame.
+    pub(super) fn seen_from(self, wo: Vec3) -> Self {
+        match self {
+            Self::Surface(scattering) => Self::Surface(RecordedScattering { wo, ..scattering }),
+            Self::InMedium(_) | Self::Flight(_) => self,
+        }
+    }
+
     /// True for a scattering from a delta.
     pub(super) fn is_delta(&self) -> bool {
         matches!(self, Self::Surface(RecordedScattering { delta: true, .. }))
