@@ -18,7 +18,7 @@ pub fn observed(run: &RunSpec, target: Option<ErrorTarget>, policy: CheckpointPo
         ErrorMonitor::new(size, target).with_coverage(run.film.coverage()).that_blurs(run.is_blurred());
     let mut samples = AccumulatedSamples::new(size, run.film.filter.energy());
     if run.adaptive {
-        samples = samples.with_density_weights();
+        samples.set_density_weights();
     }
     if let Some(schedule) = blur(run, policy) {
         (monitor, samples) = (monitor.with_blur(), samples.with_blur(schedule));
