@@ -298,7 +298,7 @@ fn the_first_samples_go_where_nothing_is_known() {
     let known = before.known();
     let mut many = Seen::new(&desc, &scene, 10.0, 9);
     many.trace_to(256.0);
-    let truth = plain(&many.halves());
+    let truth = many.filtered();
     let prior = Prior::new(&known, &many.coarse).unwrap();
     let map = SteeringMap::new(&known, &many.coarse, &UvWindow::PICTURE).unwrap();
     let density = map.density().expect("a turn uncovers a part of the view");
