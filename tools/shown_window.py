@@ -8,7 +8,8 @@ averaged over the rounds, with the standard error beside it.
 
 A variant is a set of options for `pointillist view`: --variant "--denoise off" --variant "--integrator auto", or for a single word
 --variant=--deterministic. Variants are measured one after the other, all rounds of moves in one window each. A move that the window
-missed is repeated.
+missed is repeated. --steering compares the window with and without steered samples: two variants, measured in turns --turns times, and
+the ratio of their FLIP.
 """
 
 import argparse
@@ -242,6 +243,8 @@ def main():
     parser.add_argument("--window", action="store_true", help="measure the window")
     parser.add_argument("--from-start", action="store_true", help="from the first appearance of the window instead of a move")
     parser.add_argument("--variant", action="append", metavar="OPTIONS", help="of `view`, in one word (nothing, and --denoise off)")
+    parser.add_argument("--steering", action="store_true", help="compare with and without steered samples (view --no-steer)")
+    parser.add_argument("--turns", type=int, default=1, help="times that every variant is measured, in turns (1)")
     parser.add_argument("--times", type=float, nargs="+", default=[0.033, 0.1, 0.33, 1.0, 3.0, 10.0], help="seconds (.033 .1 .33 1 3 10)")
     parser.add_argument("--rounds", type=int, default=4, help="moves, or starts (4)")
     parser.add_argument("--angle", type=float, default=10.0, help="degrees (10)")
@@ -258,16 +261,19 @@ def main():
     a.program = os.path.abspath(a.program or os.environ.get("POINTILLIST") or a.root / "target" / "release" / "pointillist")
     if not os.path.exists(a.program):
         raise Failed(f"no program at {a.program}: cargo build --release, or --program")
-    variants = ["", "--denoise off"] if a.variant is None else a.variant
+    if a.steering and (a.variant or a.from_start):
+        parser.error("--steering has variants of its own, and needs moves: leave --variant and --from-start away")
+    variants = ["", "--no-steer"] if a.steering else ["", "--denoise off"] if a.variant is None else a.variant
     what = "its appearance" if a.from_start else f"a move of {round(a.angle / 180 * a.size[0]) * 180 / a.size[0]:.1f} degrees"
     for scene in a.scene or [str(a.root / "scenes/cornell.xml")]:
         print(f"{scene}: FLIP of the window after {what}, {a.rounds} rounds (standard error); CIEDE2000 in the second row")
         print(f"{'seconds':<36}" + "".join(f"{t:>16g}" for t in a.times), flush=True)
-        for number, variant in enumerate(variants):
+        flips = [[] for _ in variants]
+        for number, variant in list(enumerate(variants)) * a.turns:
             errors, read, appeared, pictures = measure(a, os.path.abspath(scene), shlex.split(variant))
+            flips[number] += list(errors[0])
             for kind, values in enumerate(errors):
-                spread = values.std(0, ddof=1) / len(values) ** 0.5 if len(values) > 1 else 0 * values[0]
-                cells = "".join(f"{m:>8.{3 - kind}f} ({s:.{3 - kind}f})" for m, s in zip(values.mean(0), spread))
+                cells = "".join(f"{m:>8.{3 - kind}f} ({s:.{3 - kind}f})" for m, s in zip(*mean_and_error(values)))
                 print(f"{(variant or 'as it comes') if kind == 0 else '':<36}{cells}", flush=True)
             late = f", which appeared after {appeared:.2f} s" if a.from_start else ""
             print(f"  read after {' '.join(f'{t:.3f}' for t in read)} s{late}", flush=True)
@@ -275,6 +281,18 @@ def main():
                 a.pictures.mkdir(parents=True, exist_ok=True)
                 kind = "start" if a.from_start else "move"
                 write_png(a.pictures / f"window_{Path(scene).stem}_{kind}_{number}.png", np.concatenate(pictures, 1))
+        if a.steering:
+            (steered, spread), (even, spread_of_even) = (mean_and_error(np.array(values)) for values in flips)
+            ratio = steered / even
+            error_of_ratio = ratio * np.hypot(spread / steered, spread_of_even / even)
+            cells = "".join(f"{r:>8.3f} ({e:.3f})" for r, e in zip(ratio, error_of_ratio))
+            print(f"{'FLIP, steered over even':<36}{cells}", flush=True)
+
+
+def mean_and_error(values):
+    """Mean of the rounds, and its standard error; 0 for one round."""
+    spread = values.std(0, ddof=1) / len(values) ** 0.5 if len(values) > 1 else 0 * values[0]
+    return values.mean(0), spread
 
 
 if __name__ == "__main__":

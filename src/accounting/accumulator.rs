@@ -63,6 +63,8 @@ enum QueueEntry {
     Begin(Box<RenderAccount>),
     /// Begins to hold out some of the samples of each replicate.
     HoldOut,
+    /// Weights of camera samples are the inverse of their density from here on.
+    DensityWeights,
     /// Answers with a snapshot.
     Snapshot(Sender<AccumulatedSamples>),
 }
@@ -178,6 +180,11 @@ impl SampleAccumulator {
     /// Begins to hold out some of the samples of each replicate.
     pub fn hold_out(&self) {
         self.shared.push(&mut unpoisoned(&self.shared.queue), QueueEntry::HoldOut);
+    }
+
+    /// From now on weights of camera samples are the inverse of their density on the screen.
+    pub fn set_density_weights(&self) {
+        self.shared.push(&mut unpoisoned(&self.shared.queue), QueueEntry::DensityWeights);
     }
 
     /// Takes no more samples and ends the thread soon.
@@ -331,6 +338,7 @@ fn accumulate(shared: &Shared, mut account: RenderAccount, take_checkpoint: &dyn
                 }
                 QueueEntry::Begin(new) => account = *new,
                 QueueEntry::HoldOut => account.samples.hold_out(),
+                QueueEntry::DensityWeights => account.samples.set_density_weights(),
                 // If nobody waits for it any more, it is dropped.
                 QueueEntry::Snapshot(answer) => _ = answer.send(account.samples.clone()),
             }

@@ -241,6 +241,11 @@ impl Observer {
         self.accumulator.hold_out();
     }
 
+    /// From now on weights of camera samples are the inverse of their density on the screen; those so far have the weight 1.
+    pub fn set_density_weights(&self) {
+        self.accumulator.set_density_weights();
+    }
+
     /// The state of the monitor, to resume from, after all samples so far.
     pub fn progress(&self) -> MonitorProgress {
         self.sync();

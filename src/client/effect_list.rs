@@ -83,6 +83,15 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
         false if filter => "every view begins with samples alone",
         false => "there is no filtered picture",
     };
+    let steer = reproject && settings.steer && camera;
+    let steer_reason = match steer {
+        true => {
+            "after a move of the camera the first camera paths go where the last picture shows least; with weights, so that the mean is that of even ones"
+        }
+        false if !reproject => "no picture is carried over to another view",
+        false if !camera => "no path begins at the camera",
+        false => "camera paths of a new view are even",
+    };
     let masking_reason = match effects.masking {
         Some(Masking::LowPass) => "--vm above 0: a wider kernel where there is noise",
         Some(Masking::Bilateral) => "--vm above 0, --masking bilateral",
@@ -183,6 +192,11 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
             ..effect("reprojection", reproject, reproject_reason)
         },
         ClientEffect {
+            at_run_time: "the tracer goes on by another density once the thread of the noise filter has found it; not with photon maps, remote tracers or a light mix",
+            can_switch: reproject && camera,
+            ..effect("steering", steer, steer_reason)
+        },
+        ClientEffect {
             passes: &["reconstruct", "error view"],
             images: &["picture XYZ"],
             at_run_time: "which pipelines, images and passes there are: made on first use; a compute shader on GPUs where all pixels read the same levels",
@@ -215,7 +229,8 @@ pub fn effect_list(spec: &FilmSpec, settings: &Settings, streams: [bool; 2]) -> 
 }
 
 /// Effects with a single on/off setting, besides the post-processes.
-const SWITCHES: [&str; 6] = ["masking", "noise-filter", "reprojection", "reconstruction", "glare", "dither"];
+const SWITCHES: [&str; 7] =
+    ["masking", "noise-filter", "reprojection", "steering", "reconstruction", "glare", "dither"];
 
 impl Settings {
     /// Switches an effect of [`effect_list`] on, in its simplest form, or off. Effects without a switch stay unchanged.
@@ -226,6 +241,7 @@ impl Settings {
             "adaptive-filter" => self.adaptive_filter = AdaptiveFilter::Off,
             "noise-filter" => self.denoise = if on { Denoise::Wavelet } else { Denoise::Off },
             "reprojection" => self.reproject = on,
+            "steering" => self.steer = on,
             "reconstruction" if on => self.reconstruction = Reconstruction::Gaussian,
             "reconstruction" => self.reconstruction = Reconstruction::None,
             "glare" => self.glare = on.then(Glare::default),

@@ -293,6 +293,8 @@ pub struct Settings {
     pub denoise: Denoise,
     /// When only the camera moves, show a reprojection of the last denoised picture until there are enough samples of the new view.
     pub reproject: bool,
+    /// Where a reprojection is shown, trace the first samples where it shows least.
+    pub steer: bool,
     /// The quantity that is shown.
     pub view: DisplayView,
     /// Glare of the eye; `None` is off.
@@ -330,6 +332,7 @@ impl Default for Settings {
             adaptive_filter: AdaptiveFilter::default(),
             denoise: Denoise::default(),
             reproject: false,
+            steer: false,
             view: DisplayView::default(),
             glare: None,
             post: PostSettings::default(),

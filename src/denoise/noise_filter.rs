@@ -1,6 +1,7 @@
 //! The noise filter of the window: a thread that traces the feature buffers of an epoch after its first picture, denoises the accumulated
 //! samples on request, and occasionally estimates the error of the denoised picture. The loop is never blocked. If only
-//! the camera has moved, the last picture is reprojected ([`reprojection`](crate::denoise::reprojection)), and features are traced at once.
+//! the camera has moved, the last picture is reprojected ([`reprojection`](crate::denoise::reprojection)), the first samples are steered by it
+//! ([`steering`](crate::denoise::steering)), and features are traced at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,11 +17,14 @@ use crate::client::oidn::OidnQuality;
 use crate::client::wavelet::out_of_memory;
 use crate::client::{ClientError, Denoise, FilmData, FilmSpec};
 use crate::denoise::filtered_picture::{FilteredPicture, HalfMeans, filtered_error};
-use crate::denoise::reprojection::{KnownView, Prior, ViewSurfaces};
+use crate::denoise::reprojection::{KnownView, MixedView, Prior, ViewSurfaces};
+use crate::denoise::steering::{self, SteeringMap};
 use crate::denoise::view_filter::{FeatureGrid, OidnOptions, ViewFilter, first_hits};
 use crate::gpu::Gpu;
 use crate::image::Grid;
+use crate::stream::UvWindow;
 use crate::study::{AccumulatedSamples, ErrorEstimate};
+use crate::tracer::screen::ScreenDensity;
 use crate::tracer::{Camera, Scene};
 
 /// Samples per pixel from which on a picture is denoised; with fewer, the mip pyramid reconstructs more.
@@ -45,14 +49,23 @@ pub struct EpochView {
     pub camera: Camera,
 }
 
+/// How the last picture is used in another view of the same scene: it is reprojected and displayed until there are enough samples.
+#[derive(Clone, Copy, Debug)]
+pub struct CarryOver {
+    /// The filter that follows.
+    pub kind: Denoise,
+    /// The window of the screen whose first samples the reprojected picture steers; `None` if they are even.
+    pub steered: Option<UvWindow>,
+}
+
 /// A message to the thread.
 enum FilterMessage {
     /// Begins another epoch, or another film in the same one: discard all samples.
     Begin {
         film: FilmSpec,
         view: Box<EpochView>,
-        /// Reproject the last picture, if it shows the same scene.
-        reproject: bool,
+        /// Use of the last picture, if it shows the same scene.
+        carry: Option<CarryOver>,
     },
     /// Trace the feature buffers for a filter of this kind; wavelets run on this device, if any. A reprojected picture begins with these
     /// samples.
@@ -73,6 +86,8 @@ struct FilterAnswer {
 
 enum AnswerContent {
     Picture(PictureAnswer),
+    /// Density of the first samples.
+    Steering(Arc<ScreenDensity>),
     /// Error of the last denoised picture; `None` if there are too few samples.
     Error(Option<ErrorEstimate>),
 }
@@ -118,6 +133,8 @@ pub struct NoiseFilter {
     progress: Arc<FilterProgress>,
     thread: Option<JoinHandle<()>>,
     shown: Option<FilteredFrame>,
+    /// Density for the first samples of the present film, not taken yet.
+    steering: Option<Arc<ScreenDensity>>,
     /// Last error estimate of the present film, and the filter it applies to.
     error: Option<(Denoise, ErrorEstimate)>,
     /// Scene of the last denoised picture.
@@ -161,6 +178,7 @@ impl NoiseFilter {
             progress,
             thread: Some(thread.into_diagnostic()?),
             shown: None,
+            steering: None,
             error: None,
             known: None,
             scene: None,
@@ -181,20 +199,18 @@ impl NoiseFilter {
         self.device = device;
     }
 
-    /// Begins a film of this epoch, whose account has begun. With `reproject` the last picture, if it shows the same scene, is reprojected
-    /// and displayed until a filter of this kind has enough samples.
-    pub fn begin(&mut self, film: FilmSpec, view: EpochView, reproject: Option<Denoise>) {
+    /// Begins a film of this epoch, whose account has begun, with the last picture in this use.
+    pub fn begin(&mut self, film: FilmSpec, view: EpochView, carry: Option<CarryOver>) {
         self.progress.number.fetch_add(1, Ordering::Relaxed);
         (self.shown, self.busy, self.preparing) = (None, false, false);
-        self.error = None;
+        (self.error, self.steering) = (None, None);
         self.failed.clear();
         let is_known = self.known.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &view.scene));
-        (self.stands_in, self.reprojecting) = (reproject.is_some() && is_known, false);
+        (self.stands_in, self.reprojecting) = (carry.is_some() && is_known, false);
         self.scene = Some(view.scene.clone());
-        let (view, reproject_now) = (Box::new(view), reproject.is_some());
-        self.send(FilterMessage::Begin { film, view, reproject: reproject_now });
-        if let Some(kind) = reproject.filter(|_| self.stands_in && self.reprojection <= AT_FIRST) {
-            self.prepare(kind);
+        self.send(FilterMessage::Begin { film, view: Box::new(view), carry });
+        if let Some(carry) = carry.filter(|_| self.stands_in && self.reprojection <= AT_FIRST) {
+            self.prepare(carry.kind);
         }
     }
 
@@ -243,6 +259,11 @@ impl NoiseFilter {
     /// The last picture.
     pub fn shown(&self) -> Option<&FilteredFrame> {
         self.shown.as_ref()
+    }
+
+    /// Takes the density for the first samples of the present film, once, if they are to be steered.
+    pub fn take_steering(&mut self) -> Option<Arc<ScreenDensity>> {
+        self.steering.take()
     }
 
     /// Last error estimate of the present film's picture denoised with a filter of this kind.
@@ -296,6 +317,10 @@ impl NoiseFilter {
         }
         let answer = match content {
             AnswerContent::Picture(answer) => answer,
+            AnswerContent::Steering(density) => {
+                self.steering = Some(density);
+                return None;
+            }
             AnswerContent::Error(error) => {
                 self.error = error.map(|error| (kind, error));
                 return None;
@@ -356,6 +381,8 @@ struct FilteredFilm {
     /// Filter of the last view, kept to reuse its memory.
     spare: Option<ViewFilter>,
     prior: Option<Prior>,
+    /// Where the first samples are traced, if the last picture steers them.
+    steering: Option<SteeringMap>,
 }
 
 /// The thread.
@@ -380,19 +407,26 @@ fn work(
             AnswerContent::Picture(PictureAnswer { is_reprojection, frame, took: start.elapsed() })
         };
         match (message, &mut state) {
-            (FilterMessage::Begin { film, view, reproject }, state) => {
+            (FilterMessage::Begin { film, view, carry }, state) => {
                 known = known.filter(|(scene, _)| Arc::ptr_eq(scene, &view.scene));
                 let spare = state.take().and_then(|last| last.filter.or(last.spare));
-                *state = Some(FilteredFilm {
+                let state = state.insert(FilteredFilm {
                     film,
                     view: *view,
                     estimated: None,
-                    reproject,
+                    reproject: carry.is_some(),
                     surfaces: None,
                     filter: None,
                     spare,
                     prior: None,
+                    steering: None,
                 });
+                if let Some(((_, known), CarryOver { kind, steered: Some(window) })) =
+                    known.as_ref().zip(carry)
+                    && let Some(density) = state.steer(known, &window, &is_over)
+                {
+                    answer(kind, AnswerContent::Steering(density));
+                }
             }
             (FilterMessage::Prepare(kind, device, accumulated), Some(state)) => {
                 if let Some((_, known)) = known.as_ref().filter(|_| state.reproject) {
@@ -458,6 +492,20 @@ impl FilteredFilm {
         if prior.is_enough() { prior.filled(&accumulated.replicates()) } else { None }
     }
 
+    /// Density of the first samples over this window, by what a known view shows. `None` where they stay even: if it shows too little, or about
+    /// as much everywhere, memory runs out, or the film `is_over`.
+    fn steer(
+        &mut self,
+        known: &KnownView,
+        window: &UvWindow,
+        is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Arc<ScreenDensity>> {
+        let size = [self.film.width, self.film.height].map(|n| n as usize);
+        let surfaces = self.surfaces(steering::probes(size), is_over)?;
+        self.steering = SteeringMap::new(known, &surfaces, window);
+        self.steering.as_ref()?.density().cloned()
+    }
+
     /// Prepares the filter. `None` if memory runs out, or the film `is_over`.
     fn prepare(
         &mut self,
@@ -489,7 +537,7 @@ impl FilteredFilm {
         data: Option<&FilmData>,
         accumulated: &AccumulatedSamples,
     ) -> Result<(FilteredFrame, Option<KnownView>), ClientError> {
-        let Self { film, surfaces, filter, prior, .. } = self;
+        let Self { film, surfaces, filter, prior, steering, .. } = self;
         let replicates = &accumulated.replicates();
         let size @ [width, height] = replicates.size();
         let no_memory = || out_of_memory(size);
@@ -502,12 +550,16 @@ impl FilteredFilm {
         let halves = HalfMeans::of(replicates)?;
         let filtered = FilteredPicture::of(replicates, &halves, data, filter, kind)?;
         let mixed = match prior {
-            Some(prior) => prior.mixed(&halves, &filtered, per_pixel),
-            None => Grid::try_filled(width, height, per_pixel).map(|worth| (filtered.clone(), worth)),
+            Some(prior) => prior.mixed(&halves, &filtered, per_pixel, steering.as_ref()),
+            None => Grid::try_filled(width, height, per_pixel).map(|worth| MixedView {
+                picture: filtered.clone(),
+                worth,
+                moves: None,
+            }),
         };
-        let (shown, worth) = mixed.ok_or_else(no_memory)?;
+        let MixedView { picture: shown, worth, moves } = mixed.ok_or_else(no_memory)?;
         let known = surfaces.clone();
-        let known = known.map(|surfaces| KnownView { surfaces, picture: shown.clone(), worth });
+        let known = known.map(|surfaces| KnownView { surfaces, picture: shown.clone(), worth, moves });
         Ok((FilteredFrame { shown, filtered: Some(filtered), kind, samples }, known))
     }
 

@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::denoise::filtered_picture::{FilteredPicture, HalfMeans};
+use crate::denoise::steering::SteeringMap;
 use crate::denoise::view_filter::FeatureGrid;
 use crate::image::{Grid, push_pull};
 use crate::study::Replicates;
@@ -18,7 +19,7 @@ use crate::tracer::camera::CameraLines;
 use crate::tracer::features::Features;
 
 /// Upper bound on the weight of a reprojected picture, samples per pixel.
-const MOST_WORTH: f32 = 4.0;
+pub const MOST_WORTH: f32 = 4.0;
 
 /// Factor on the weight behind a mirror, glass or a medium: reflections in curved surfaces move with the camera, and light scattered in a medium
 /// comes from many distances.
@@ -79,6 +80,11 @@ impl ViewSurfaces {
         Some(Self { lines: camera.lines(), size, step: rays.step, hits, places })
     }
 
+    /// Width and height of the picture in pixels.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
     /// First hits of the rays.
     pub fn hits(&self) -> &Grid<Features> {
         &self.hits
@@ -91,6 +97,17 @@ pub struct KnownView {
     pub picture: FilteredPicture,
     /// Weight in equivalent samples per pixel.
     pub worth: Grid<f32>,
+    /// Number of moves that its samples have been carried over, on average; `None` where samples are not steered.
+    pub moves: Option<Grid<f32>>,
+}
+
+/// The mean of a reprojected picture and the samples of the present view.
+pub struct MixedView {
+    pub picture: FilteredPicture,
+    /// As [`KnownView::worth`].
+    pub worth: Grid<f32>,
+    /// As [`KnownView::moves`].
+    pub moves: Option<Grid<f32>>,
 }
 
 /// A picture reprojected to the present view.
@@ -99,6 +116,18 @@ pub struct Prior {
     picture: Grid<Vec3>,
     /// Weight in equivalent samples per pixel; 0 where unknown.
     worth: Grid<f32>,
+    /// Number of moves that its samples have been carried over, this one included; `None` where that is not known.
+    moves: Option<Grid<f32>>,
+}
+
+/// What a view shows at a pixel of another one.
+struct CarriedPixel {
+    /// XYZ.
+    picture: Vec3,
+    /// Weight in equivalent samples.
+    worth: f32,
+    /// Earlier moves that its samples have been carried over.
+    moves: f32,
 }
 
 impl Prior {
@@ -109,21 +138,24 @@ impl Prior {
         let [width, height] = to.size;
         let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
         let mut worth = Grid::try_filled(width, height, 0.0)?;
+        let mut moves = grid_if(known.moves.is_some(), to.size)?;
         let rows = picture.pixels_mut().par_chunks_mut(width).zip(worth.pixels_mut().par_chunks_mut(width));
-        rows.enumerate().for_each(|(y, (picture, worth))| {
+        rows.zip(rows_of(&mut moves, height)).enumerate().for_each(|(y, ((picture, worth), mut moves))| {
             for (x, (picture, worth)) in picture.iter_mut().zip(worth).enumerate() {
-                if let Some((seen, samples)) = look_up(known, to, lines, [x, y]) {
-                    (*picture, *worth) = (seen, samples);
+                if let Some(seen) = look_up(known, to, lines, [x, y]) {
+                    (*picture, *worth) = (seen.picture, seen.worth);
+                    if let Some(moves) = &mut moves {
+                        moves[x] = seen.moves + 1.0;
+                    }
                 }
             }
         });
-        Some(Self { picture, worth })
+        Some(Self { picture, worth, moves })
     }
 
     /// Whether enough is known to display it without samples.
     pub fn is_enough(&self) -> bool {
-        let known = self.worth.pixels().iter().filter(|worth| **worth > 0.0).count();
-        known as f32 >= LEAST_KNOWN * self.worth.pixels().len() as f32
+        is_enough(self.worth.pixels().iter().copied())
     }
 
     /// Picture to display before there are enough samples for a filter: unknown pixels are filled in from their surroundings and the
@@ -143,29 +175,35 @@ impl Prior {
         push_pull::fill(finest, ENOUGH).map(FilteredPicture::from)
     }
 
-    /// Weighted mean of the denoised picture of the samples so far (`samples` per pixel) and the reprojected one, and the weight of the
-    /// result. Where the samples contradict, the reprojected picture gets a smaller weight. `None` if memory runs out.
+    /// Weighted mean of the denoised picture of the samples so far (`samples` per pixel, of which some may have been `steered`) and the
+    /// reprojected one, and the weight of the result. Where the samples contradict, the reprojected picture gets a smaller weight. `None`
+    /// if memory runs out.
     pub fn mixed(
         &self,
         halves: &HalfMeans,
         filtered: &FilteredPicture,
         samples: f32,
-    ) -> Option<(FilteredPicture, Grid<f32>)> {
-        let [width, height] = [self.picture.width(), self.picture.height()];
+        steered: Option<&SteeringMap>,
+    ) -> Option<MixedView> {
+        let size @ [width, height] = [self.picture.width(), self.picture.height()];
         let trust = self.trust(halves)?;
         let fade = (1.0 - samples / (GONE * MOST_WORTH)).max(0.0);
         let mut picture = Grid::try_filled(width, height, Vec3::ZERO)?;
         let mut worth = Grid::try_filled(width, height, 0.0)?;
+        let mut moves = grid_if(steered.is_some(), size)?;
         let rows = picture.pixels_mut().par_chunks_mut(width).zip(worth.pixels_mut().par_chunks_mut(width));
-        rows.enumerate().for_each(|(y, (picture, worth))| {
+        rows.zip(rows_of(&mut moves, height)).enumerate().for_each(|(y, ((picture, worth), mut moves))| {
             for (x, (picture, worth)) in picture.iter_mut().zip(worth).enumerate() {
                 let old = self.worth.at(x, y) * fade * between_blocks(&trust, [x, y]);
-                *worth = old + samples;
-                *picture =
-                    filtered.xyz().at(x, y).lerp(self.picture.at(x, y), old / worth.max(f32::MIN_POSITIVE));
+                *worth = old + steered.map_or(samples, |map| map.effective_samples([x, y], samples));
+                let share = old / worth.max(f32::MIN_POSITIVE);
+                *picture = filtered.xyz().at(x, y).lerp(self.picture.at(x, y), share);
+                if let Some(moves) = &mut moves {
+                    moves[x] = share * self.moves.as_ref().map_or(1.0, |moves| moves.at(x, y));
+                }
             }
         });
-        Some((picture.into(), worth))
+        Some(MixedView { picture: picture.into(), worth, moves })
     }
 
     /// Whether the reprojected picture is dropped at this many samples per pixel.
@@ -217,13 +255,62 @@ impl Prior {
     }
 }
 
-/// Reprojected colour of pixel `at`, and its weight in equivalent samples.
+/// What a known view is worth at a place of another one.
+#[derive(Clone, Copy, Debug)]
+pub struct CarriedWorth {
+    pub uv: [f32; 2],
+    /// Equivalent samples per pixel; 0 where unknown.
+    pub samples: f32,
+    /// Number of moves that they have been carried over, this one included.
+    pub moves: f32,
+}
+
+/// What a known view is worth at one pixel for each ray of `to`. `None` if it shows too little to be displayed, and if a picture of either
+/// camera has no straight [lines](Camera::lines).
+pub fn carried_worth(known: &KnownView, to: &ViewSurfaces) -> Option<Vec<CarriedWorth>> {
+    let lines = [known.surfaces.lines?, to.lines?];
+    let [columns, rows] = [to.hits.width(), to.hits.height()];
+    let at_ray = |ray: usize| {
+        let middle = |at: usize, size: usize| (at * to.step + to.step / 2).min(size - 1);
+        let pixel = [middle(ray % columns, to.size[0]), middle(ray / columns, to.size[1])];
+        let uv = [0, 1].map(|i| (pixel[i] as f32 + 0.5) / to.size[i] as f32);
+        let seen = look_up(known, to, lines, pixel);
+        let [samples, moves] = seen.map_or([0.0; 2], |seen| [seen.worth, seen.moves + 1.0]);
+        CarriedWorth { uv, samples, moves }
+    };
+    let carried: Vec<CarriedWorth> = (0..columns * rows).into_par_iter().map(at_ray).collect();
+    is_enough(carried.iter().map(|carried| carried.samples)).then_some(carried)
+}
+
+/// Whether enough is known with these numbers of equivalent samples to display it without samples.
+fn is_enough(worth: impl ExactSizeIterator<Item = f32>) -> bool {
+    let all = worth.len();
+    worth.filter(|worth| *worth > 0.0).count() as f32 >= LEAST_KNOWN * all as f32
+}
+
+/// A grid of this size if it `is_wanted`. `None` if memory runs out.
+fn grid_if(is_wanted: bool, [width, height]: [usize; 2]) -> Option<Option<Grid<f32>>> {
+    if is_wanted { Grid::try_filled(width, height, 0.0).map(Some) } else { Some(None) }
+}
+
+/// The rows of a grid, if there is one, of `height` rows.
+fn rows_of(grid: &mut Option<Grid<f32>>, height: usize) -> Vec<Option<&mut [f32]>> {
+    match grid {
+        Some(grid) => {
+            let width = grid.width();
+            grid.pixels_mut().chunks_mut(width).map(Some).collect()
+        }
+        None => std::iter::repeat_with(|| None).take(height).collect(),
+    }
+}
+
+/// What a known view shows at a pixel.
 fn look_up(
     known: &KnownView,
     to: &ViewSurfaces,
     [from_lines, to_lines]: [CameraLines; 2],
     [x, y]: [usize; 2],
-) -> Option<(Vec3, f32)> {
+) -> Option<CarriedPixel> {
     let size = to.size;
     let near = [x / to.step, y / to.step];
     let hit = to.hits.at(near[0], near[1]);
@@ -260,7 +347,7 @@ fn look_up(
         }
     };
     let [width, height] = from.size;
-    let (mut picture, mut worth, mut total) = (Vec3::ZERO, 0.0, 0.0);
+    let (mut picture, mut worth, mut moves, mut total) = (Vec3::ZERO, 0.0, 0.0, 0.0);
     let corner = [uv.x * width as f32 - 0.5, uv.y * height as f32 - 0.5];
     for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
         let [x, y] = [corner[0].floor() + dx, corner[1].floor() + dy];
@@ -269,13 +356,18 @@ fn look_up(
         if weight > 0.0 && is_same(x, y) {
             picture += weight * known.picture.xyz().at(x, y);
             worth += weight * known.worth.at(x, y).min(MOST_WORTH);
+            moves += weight * known.moves.as_ref().map_or(0.0, |moves| moves.at(x, y));
             total += weight;
         }
     }
     // Seen from nearer, a pixel covers only part of the area that the other view averaged.
     let closer = if is_sky || hit.is_detached { 1.0 } else { (hit.distance / distance).powi(2).min(1.0) };
     let trust = if hit.is_detached { DETACHED_WORTH } else { 1.0 };
-    (total >= LEAST_SEEN).then(|| (picture / total, worth * closer * trust))
+    (total >= LEAST_SEEN).then(|| CarriedPixel {
+        picture: picture / total,
+        worth: worth * closer * trust,
+        moves: moves / total,
+    })
 }
 
 /// True for what is infinitely far, also where a thin medium is before it.

@@ -28,7 +28,7 @@ pub fn observed(run: &RunSpec, target: Option<ErrorTarget>, policy: CheckpointPo
     let mut samples = AccumulatedSamples::new(size, run.film.filter.energy());
     // Samples that both eyes share have weights of multiple importance sampling, which are densities, too.
     if run.adaptive || run.stereo.is_some() && run.integrator.streams()[0] {
-        samples = samples.with_density_weights();
+        samples.set_density_weights();
     }
     if let Some(schedule) = blur(run, policy) {
         (monitor, samples) = (monitor.with_blur(), samples.with_blur(schedule));
@@ -127,10 +127,8 @@ fn blur(run: &RunSpec, policy: CheckpointPolicy) -> Option<BlurSchedule> {
         PhotonUse::Merged if run.photons.caustics => u64::MAX,
         _ => return None,
     };
-    // Of two eyes each has photon maps of its own, and half of the indices.
-    let eyes = if run.stereo.is_some() { 2 } else { 1 };
     Some(BlurSchedule {
-        samples_per_generation: eyes * SAMPLES_PER_GENERATION,
+        samples_per_generation: SAMPLES_PER_GENERATION,
         samples_per_index: run.integrator.paths_per_index(),
         alpha: run.photons.alpha.unwrap_or(0.0),
         last_generation,

@@ -32,10 +32,9 @@ impl AccumulatedSamples {
         Self { exact: Some(Arc::new(sums)), ..self }
     }
 
-    /// As `self`, for samples whose weights are the inverse of their density.
-    pub fn with_density_weights(mut self) -> Self {
+    /// From now on weights of camera samples are the inverse of their density on the screen.
+    pub fn set_density_weights(&mut self) {
         Arc::make_mut(&mut self.sums).set_density_weights();
-        self
     }
 
     /// As `self`, for a method whose photon radius follows this schedule.

@@ -25,7 +25,15 @@
 //!
 //! Light paths are the same everywhere on the screen, in both stages. MIS weights ignore the density; they sum up to one
 //! for any.
+//!
+//! # Steered sampling
+//!
+//! After a move of the camera some of a render's paths, at its beginning, are steered to where the picture that was carried over to the new
+//! view shows least (`denoise::steering`): they follow a density that depends on no sample of this render, and all others are even. A steered
+//! sample has the weight 1/d, too, so that the expected sum of weights is even at any time, whichever part of the steered paths has been traced. Steered paths
+//! take a part of the same sequence, [`APART`], that no even path reaches.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::tracer::sampler::cells::ScreenCells;
@@ -46,6 +54,9 @@ const PILOT_SEED: u32 = 0x2545_f491;
 /// The share of an even sample's weight that one of the pilot has.
 const PILOT_WEIGHT: f32 = 0.5;
 
+/// Index in the sequence from which on steered paths take theirs: a power of two beyond the number of paths of any render.
+const APART: u64 = 1 << 40;
+
 /// How camera paths are distributed over the screen.
 #[derive(Clone, Debug, Default)]
 pub enum ScreenSampling {
@@ -56,6 +67,16 @@ pub enum ScreenSampling {
     Pilot,
     /// In proportion to a density.
     Adaptive(AdaptiveScreen),
+    /// Some paths in proportion to a density, those before and after them evenly.
+    Steered(SteeredScreen),
+}
+
+/// A density over the screen, and which paths follow it.
+#[derive(Clone, Debug)]
+pub struct SteeredScreen {
+    screen: AdaptiveScreen,
+    /// Numbers of the paths, counted as those of [`ScreenSampling::start`].
+    paths: Range<u64>,
 }
 
 /// A density over the screen and the sequence of one seed that follows it.
@@ -140,8 +161,13 @@ impl ScreenDensity {
 impl ScreenSampling {
     /// The sampling of the main stage, for a render of this seed and of a picture of these cells.
     pub fn adaptive(density: Arc<ScreenDensity>, seed: u32, cells: &ScreenCells) -> Self {
-        let squares = Arc::new(ScreenSquares::new(density.level, seed, cells));
-        Self::Adaptive(AdaptiveScreen { density, squares })
+        Self::Adaptive(AdaptiveScreen::new(density, seed, cells))
+    }
+
+    /// Sampling in which `paths`, numbered as those of [`start`](Self::start), follow a density, for a render of this seed and of a picture of
+    /// these cells.
+    pub fn steered(density: Arc<ScreenDensity>, paths: Range<u64>, seed: u32, cells: &ScreenCells) -> Self {
+        Self::Steered(SteeredScreen { screen: AdaptiveScreen::new(density, seed, cells), paths })
     }
 
     /// The same for another seed.
@@ -150,6 +176,9 @@ impl ScreenSampling {
             Self::Even => Self::Even,
             Self::Pilot => Self::Pilot,
             Self::Adaptive(screen) => Self::adaptive(screen.density.clone(), seed, cells),
+            Self::Steered(SteeredScreen { screen, paths }) => {
+                Self::steered(screen.density.clone(), paths.clone(), seed, cells)
+            }
         }
     }
 
@@ -164,18 +193,43 @@ impl ScreenSampling {
         match self {
             Self::Even => CameraStart { index: path, weight: 1.0 },
             Self::Pilot => CameraStart { index: path, weight: PILOT_WEIGHT },
-            Self::Adaptive(AdaptiveScreen { density, squares }) => {
-                let ScreenDensity { counts, places, .. } = &**density;
-                // A power of two.
-                let (round, place) =
-                    (path >> places.len().trailing_zeros(), path & (places.len() as u64 - 1));
-                let [region, before] = places[place as usize];
-                let count = counts[region as usize];
-                CameraStart {
-                    index: squares.index(region as usize, round * u64::from(count) + u64::from(before)),
-                    weight: PER_ROUND as f32 / count as f32,
-                }
+            Self::Adaptive(screen) => screen.start(path, 0),
+            Self::Steered(SteeredScreen { screen, paths }) if paths.contains(&path) => {
+                screen.start(path - paths.start, APART)
             }
+            Self::Steered(_) => CameraStart { index: path, weight: 1.0 },
+        }
+    }
+
+    /// The number by which what comes with camera path `path` is enumerated, such as light subpaths, where the path does not take its turn in the
+    /// sequence; `None` where it does. No other path of the render has this number.
+    pub fn out_of_turn(&self, path: u64) -> Option<u64> {
+        match self {
+            Self::Even | Self::Pilot => None,
+            Self::Adaptive(_) => Some(path),
+            Self::Steered(SteeredScreen { paths, .. }) => paths.contains(&path).then_some(APART + path),
+        }
+    }
+}
+
+impl AdaptiveScreen {
+    fn new(density: Arc<ScreenDensity>, seed: u32, cells: &ScreenCells) -> Self {
+        let squares = Arc::new(ScreenSquares::new(density.level, seed, cells));
+        Self { density, squares }
+    }
+
+    /// The start of the path of this number, in the part of the sequence that begins at index `from`, a multiple of the number of regions.
+    #[inline]
+    fn start(&self, path: u64, from: u64) -> CameraStart {
+        let ScreenDensity { level, counts, places } = &*self.density;
+        // A power of two.
+        let (round, place) = (path >> places.len().trailing_zeros(), path & (places.len() as u64 - 1));
+        let [region, before] = places[place as usize];
+        let count = counts[region as usize];
+        let visit = (from >> (2 * level)) + round * u64::from(count) + u64::from(before);
+        CameraStart {
+            index: self.squares.index(region as usize, visit),
+            weight: PER_ROUND as f32 / count as f32,
         }
     }
 }
@@ -276,6 +330,36 @@ mod tests {
                 assert!(cells.iter().all(|count| *count == 1), "region {region}, level {k}: {cells:?}");
             }
         }
+    }
+
+    /// Steered paths have the places and weights of an adaptive screen, in a part of the sequence of their own; all others are those of an even screen.
+    #[test]
+    fn only_the_steered_paths_leave_the_order_of_the_sequence() {
+        let (level, seed, steered) = (3, 7, 1024..3072);
+        let cells = ScreenCells::of_pixels([512.0; 2]).beside(1);
+        let density = Arc::new(ScreenDensity::new(&errors(level)));
+        let adaptive = ScreenSampling::adaptive(density.clone(), seed, &cells);
+        let sampling =
+            ScreenSampling::steered(density.clone(), steered.clone(), 0, &cells).with_seed(seed, &cells);
+        let region = |index: u64| {
+            let screen = Sampler::in_cells(index, seed, &cells).camera().screen;
+            interleave(screen.map(|x| (x * 8.0) as u32)) as usize
+        };
+        let mut weights = vec![0.0; 64];
+        for path in 0..4096 {
+            let start = sampling.start(path);
+            if !steered.contains(&path) {
+                assert_eq!(start, ScreenSampling::Even.start(path));
+                assert_eq!(sampling.out_of_turn(path), None);
+                continue;
+            }
+            let same = adaptive.start(path - steered.start);
+            assert_eq!((start.weight, region(start.index)), (same.weight, region(same.index)));
+            assert!(start.index >= APART && sampling.out_of_turn(path).is_some_and(|number| number >= APART));
+            weights[region(start.index)] += f64::from(start.weight);
+        }
+        // Two rounds of 16 paths on average in each region.
+        assert!(weights.iter().all(|weight| (weight / 32.0 - 1.0).abs() < 1e-5), "{weights:?}");
     }
 
     #[test]

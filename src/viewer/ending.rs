@@ -71,6 +71,8 @@ struct ViewReport {
     epochs: u64,
     /// Number of views that began with a reprojection of the previous picture.
     reprojections: u64,
+    /// Number of views whose first camera paths were steered by that.
+    steered_epochs: u64,
     resizes: u64,
     device_losses: u32,
     surface_losses: u32,
@@ -192,6 +194,7 @@ impl Viewer {
             stalls: metrics.stalls,
             epochs: metrics.epochs,
             reprojections: self.picture.filter.thread.as_ref().map_or(0, NoiseFilter::reprojections),
+            steered_epochs: session.steered_epochs,
             resizes: metrics.resizes,
             device_losses: screen.map_or(0, |screen| screen.device_losses),
             surface_losses: screen.map_or(0, |screen| screen.surface_losses),

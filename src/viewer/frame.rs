@@ -84,6 +84,7 @@ impl Viewer {
                 self.picture.flush()?;
             }
         }
+        self.steer();
         self.picture.hear_end(&self.session);
         self.with_tools(None, |tools, context| tools.frame(begin, context));
         // A film of another size has no picture yet; the panel must not wait for one for long.
@@ -420,7 +421,7 @@ impl Viewer {
     pub(super) fn restart(&mut self) -> Result<()> {
         self.session.begin(&self.editor)?;
         let view = EpochView { scene: self.editor.scene(), camera: self.editor.camera(self.session.size())? };
-        self.picture.begin_epoch(self.session.run_spec(), view, &self.panel.controls.settings);
+        self.picture.begin_epoch(&self.session, view, &self.panel.controls.settings);
         self.tools.forget(ViewChange::Epoch);
         self.metrics.epoch();
         Ok(())

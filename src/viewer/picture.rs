@@ -109,6 +109,8 @@ pub struct LivePicture {
     show: bool,
     /// The window is known to be hidden: nothing is drawn until it is resized or shown.
     hidden: bool,
+    /// Camera samples of the present epoch are weighted by their density.
+    steered: bool,
     /// The render has not ended; once it has, all of its samples must be shown.
     running: bool,
     /// Samples added to films since the start; retained ones count again for every film they fill.
@@ -166,6 +168,7 @@ impl LivePicture {
             repaint: true,
             show: true,
             hidden: false,
+            steered: false,
             running: true,
             rasterised: 0,
             fed: (0, Duration::ZERO),
@@ -330,7 +333,8 @@ impl LivePicture {
     }
 
     /// Clears film and retained samples for another epoch. The old picture stays on screen until the new one is ready.
-    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
+    pub fn begin_epoch(&mut self, session: &RenderSession, view: EpochView, settings: &Settings) {
+        let run = session.run_spec();
         self.kept.clear();
         self.backup.clear();
         self.meter.clear();
@@ -341,8 +345,8 @@ impl LivePicture {
             let witnesses = method::witnesses(run, &view.scene, &view.camera);
             observer.begin(accounts.with_witnesses(witnesses));
         }
-        self.filter.begin_epoch(run, view, settings);
-        (self.unseen, self.running, self.failures) = (true, true, 0);
+        self.filter.begin_epoch(run, view, settings, session.steerable());
+        (self.unseen, self.running, self.failures, self.steered) = (true, true, 0, false);
         // The message about samples of the previous film no longer matters.
         self.dropped = None;
         // Coarse sums are used while few samples are expected: all of them are retained, so that full sums can be made later. In index
@@ -486,6 +490,9 @@ impl LivePicture {
         self.meter.clear();
         if let Some(observer) = &mut self.observer {
             observer.begin_again(accounts(run, observer.target()));
+        }
+        if self.steered {
+            self.note_steering();
         }
         self.filter.begin(run);
         if !self.unseen {

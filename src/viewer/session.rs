@@ -9,6 +9,7 @@ use miette::{Result, miette};
 
 use crate::client::window::statistics::RecentValues;
 use crate::client::{FilmSpec, SplatFilter};
+use crate::denoise::steering::{NEEDLESS_FROM, STEERED_SAMPLES};
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::remote::{Health, TracerStatus};
 use crate::render::method::{self, Chooser, RenderOrder};
@@ -16,8 +17,12 @@ use crate::render::rejected::RejectedReport;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::scene::light_groups::{self, LightGroup};
-use crate::stream::{Block, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, Rejections, UvWindow};
+use crate::stream::{
+    Block, CHUNK, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, REPLICATES, Rejections, UvWindow,
+};
 use crate::study::LateLight;
+use crate::tracer::sampler::cells::ScreenCells;
+use crate::tracer::screen::{ScreenDensity, ScreenSampling};
 use crate::tracer::{Camera, Scene};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::tracers::Tracers;
@@ -30,6 +35,13 @@ pub struct TracerNews {
     pub message: String,
     /// Whether the tracer is failing from now on.
     pub ill: bool,
+}
+
+/// Camera paths that follow a density over the screen.
+struct SteeredPaths {
+    density: Arc<ScreenDensity>,
+    /// Their indices: whole chunks of every replicate.
+    indices: Range<u64>,
 }
 
 /// The server, its lanes, and the render in progress.
@@ -58,7 +70,11 @@ pub struct RenderSession {
     has_gaps: bool,
     /// Whether a region is traced instead of the whole picture.
     in_region: bool,
-    /// Rejected values of the whole picture from before a region was traced.
+    /// Camera paths of this epoch that follow a density over the screen, if any.
+    steered: Option<SteeredPaths>,
+    /// Number of epochs with steered paths.
+    pub steered_epochs: u64,
+    /// Rejected values of the whole picture from before its order was changed, or a region was traced.
     rejected: Rejections,
     /// Light groups that are traced separately.
     groups: Vec<LightGroup>,
@@ -101,6 +117,8 @@ impl RenderSession {
             arrived: 0,
             has_gaps: false,
             in_region: false,
+            steered: None,
+            steered_epochs: 0,
             rejected: Rejections::default(),
             groups: Vec::new(),
             stale: true,
@@ -250,7 +268,7 @@ impl RenderSession {
     /// Begins the next epoch at once with the editor's scene and camera. Blocks of the previous epoch are dropped on arrival.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
         (self.window, self.stale) = (self.wanted_window(), false);
-        (self.reached, self.arrived, self.has_gaps) = (0, 0, false);
+        (self.reached, self.arrived, self.has_gaps, self.steered) = (0, 0, false, None);
         self.rejected = Rejections::default();
         self.trace_whole(editor)?;
         self.began = Instant::now();
@@ -270,8 +288,7 @@ impl RenderSession {
             ));
         }
         if !self.in_region {
-            self.rejected.merge(&self.tracers.rejections());
-            self.has_gaps |= !self.run.deterministic;
+            self.leave_gap();
         }
         let (epoch, window) = (self.next_epoch(), widest_window(run.film));
         let order = order(editor.scene(), camera, 0..u64::MAX, window, epoch);
@@ -279,6 +296,58 @@ impl RenderSession {
         self.lanes.follow(epoch, DrainOrder::Arrival);
         (self.in_region, self.ended, self.through) = (true, None, false);
         Ok(())
+    }
+
+    /// Notes that the present order of the whole picture ends before all of its paths have arrived.
+    fn leave_gap(&mut self) {
+        self.rejected.merge(&self.tracers.rejections());
+        self.has_gaps |= !self.run.deterministic;
+    }
+
+    /// The window over which camera paths of this epoch may be steered. `None` where all are even: with remote tracers, photon maps, which would begin anew,
+    /// light groups, two eyes or one randomisation, and in index order.
+    pub fn steerable(&self) -> Option<UvWindow> {
+        let RunSpec { integrator, deterministic, replicated, stereo, .. } = &self.run;
+        let [has_camera_paths, _] = integrator.streams();
+        let is_possible = has_camera_paths
+            && !integrator.has_photons()
+            && *replicated
+            && !deterministic
+            && stereo.is_none()
+            && self.groups.is_empty()
+            && self.tracers.server().is_some();
+        is_possible.then_some(self.window)
+    }
+
+    /// Traces the next camera paths of the whole picture in proportion to this density, and then goes on evenly. Returns whether it does: not
+    /// when another epoch is due, while a region is traced, after the end, and where there are many samples already.
+    pub fn steer(&mut self, editor: &SceneEditor, density: Arc<ScreenDensity>) -> Result<bool> {
+        let UvWindow { min, max } = self.window;
+        let texels: f64 = (0..2).map(|i| f64::from(self.size()[i]) * f64::from(max[i] - min[i])).product();
+        let indices_of = |per_pixel: f32| {
+            (f64::from(per_pixel) * texels / self.run.integrator.paths_per_index() as f64) as u64
+        };
+        let is_over = self.stale || self.in_region || self.ended.is_some();
+        if is_over || self.steered.is_some() || self.reached >= indices_of(NEEDLESS_FROM) {
+            return Ok(false);
+        }
+        // Whole chunks of every replicate.
+        let grain = CHUNK * REPLICATES as u64;
+        let first = self.reached.next_multiple_of(grain);
+        let indices = first..first + indices_of(STEERED_SAMPLES).next_multiple_of(grain);
+        self.steered = Some(SteeredPaths { density, indices });
+        self.steered_epochs += 1;
+        self.leave_gap();
+        self.trace_whole(editor)?;
+        Ok(true)
+    }
+
+    /// How camera paths of the whole picture are distributed over the screen.
+    fn sampling(&self) -> ScreenSampling {
+        let Some(SteeredPaths { density, indices }) = &self.steered else { return ScreenSampling::Even };
+        let own = |index: u64| index / REPLICATES as u64 * self.run.integrator.paths_per_index();
+        let cells = ScreenCells::of_picture(self.size(), &self.window);
+        ScreenSampling::steered(density.clone(), own(indices.start)..own(indices.end), self.run.seed, &cells)
     }
 
     /// Resumes the whole picture after a region that was traced for this long.
@@ -302,6 +371,7 @@ impl RenderSession {
             }
         };
         let order = order(scene, camera, first..first.saturating_add(paths), self.window, epoch);
+        let order = RenderOrder { sampling: self.sampling(), ..order };
         self.tracers.render(&self.run, order, editor.edits())?;
         let drain_order = match self.run.deterministic {
             true => DrainOrder::Index { first },
@@ -390,7 +460,7 @@ impl RenderSession {
         self.lanes.wait(timeout);
     }
 
-    /// Whether indices before the last ones may be missing from the whole picture, because a region was traced in between.
+    /// Whether indices before the last ones may be missing from the whole picture, because a region was traced in between or paths were steered.
     pub fn has_gaps(&self) -> bool {
         self.has_gaps
     }
@@ -439,7 +509,13 @@ impl RenderSession {
         if !self.in_region {
             rejections.merge(&self.tracers.rejections());
         }
-        RejectedReport::new(&self.run, editor.desc(), &editor.scene(), &rejections)
+        let mut report = RejectedReport::new(&self.run, editor.desc(), &editor.scene(), &rejections);
+        if let Some(SteeredPaths { indices, .. }) = &self.steered {
+            for example in report.examples.iter_mut().filter(|example| indices.contains(&example.index)) {
+                example.replay = STEERED_REPLAY.to_owned();
+            }
+        }
+        report
     }
 
     /// Samples that the tracer has sent since the start.
@@ -453,6 +529,10 @@ impl RenderSession {
         (fill.blocks, fill.capacity)
     }
 }
+
+/// In the place of a command that traces a steered path again.
+const STEERED_REPLAY: &str =
+    "a path that a move of the camera has steered cannot be traced by itself: --no-steer steers none";
 
 /// Screen window that suffices for every splat filter.
 fn widest_window(film: FilmSpec) -> UvWindow {

@@ -133,7 +133,8 @@ impl ViewerApp {
             replicated: args.replicates > 1,
             remote: !tracers.is_empty(),
         };
-        let settings = Settings { denoise, reproject: !args.no_reproject, ..args.display.clone() };
+        let (reproject, steer) = (!args.no_reproject, !args.no_steer);
+        let settings = Settings { denoise, reproject, steer, ..args.display.clone() };
         let preferences = Preferences::read();
         let mut layout = PanelLayout::new(!args.no_panel);
         preferences.arrange(&mut layout);

@@ -6,10 +6,12 @@ use std::time::Duration;
 use crate::accounting::accumulator::AccountReader;
 use crate::client::{Denoise, FilmData, Settings};
 use crate::denoise::filtered_picture::FilteredPicture;
-use crate::denoise::noise_filter::{EpochView, FilteredFrame, NoiseFilter};
+use crate::denoise::noise_filter::{CarryOver, EpochView, FilteredFrame, NoiseFilter};
 use crate::gpu::Gpu;
 use crate::render::run_spec::RunSpec;
+use crate::stream::UvWindow;
 use crate::study::ErrorEstimate;
+use crate::tracer::screen::ScreenDensity;
 
 /// Noise filter of the window. Its thread starts with the first request and stays.
 pub struct WindowFilter {
@@ -46,11 +48,24 @@ impl WindowFilter {
         }
     }
 
-    /// Begins another epoch. If the settings say so, the last picture is reprojected and shown until there are samples.
-    pub fn begin_epoch(&mut self, run: &RunSpec, view: EpochView, settings: &Settings) {
+    /// Begins another epoch. If the settings say so, the last picture is reprojected and shown until there are samples, and steers the first of
+    /// those over the window that is `steerable`.
+    pub fn begin_epoch(
+        &mut self,
+        run: &RunSpec,
+        view: EpochView,
+        settings: &Settings,
+        steerable: Option<UvWindow>,
+    ) {
         self.view = Some(view);
         self.choose(settings);
-        self.begin_film(run, Some(self.kind).filter(|_| settings.reproject && is_asked_for(run, settings)));
+        let carry = CarryOver { kind: self.kind, steered: steerable.filter(|_| settings.steer) };
+        self.begin_film(run, Some(carry).filter(|_| settings.reproject && is_asked_for(run, settings)));
+    }
+
+    /// Takes the density for the first samples of the epoch, once, if they are to be steered.
+    pub fn take_steering(&mut self) -> Option<Arc<ScreenDensity>> {
+        self.thread.as_mut().and_then(NoiseFilter::take_steering)
     }
 
     /// Begins with an empty film in the present epoch.
@@ -58,10 +73,10 @@ impl WindowFilter {
         self.begin_film(run, None);
     }
 
-    fn begin_film(&mut self, run: &RunSpec, reproject: Option<Denoise>) {
+    fn begin_film(&mut self, run: &RunSpec, carry: Option<CarryOver>) {
         self.fresh = false;
         if let Some((thread, view)) = self.thread.as_mut().zip(self.view.clone()) {
-            thread.begin(run.film, view, reproject);
+            thread.begin(run.film, view, carry);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Adaptive sampling of the screen: the picture is the one of even sampling, and the error that it states is its own.
+//! Adaptive and steered sampling of the screen: the picture is the one of even sampling, and the error that it states is its own.
 
 use std::sync::Arc;
 
@@ -101,16 +101,40 @@ fn tracer<I>(
     Replicated::new(&RenderContext { seed, screen, ..context.clone() }, true, make)
 }
 
-/// 16 samples per pixel: evenly, or 4 of a pilot and the rest by what it finds.
+/// How the screen of a picture of 16 samples per pixel is sampled.
+#[derive(Clone, Copy)]
+enum Screen {
+    Even,
+    /// 4 samples by a pilot, and the rest by what it finds.
+    Adaptive,
+    /// 10 of them by stripes of 4 pixels, seven times as many in each second one, between even ones.
+    Steered,
+}
+
 fn render<I: Integrator>(
     context: &RenderContext,
     make: impl Fn(RenderContext) -> I,
-    adaptive: bool,
+    screen: Screen,
 ) -> Pictures {
     let mut pictures = Pictures::new();
-    if !adaptive {
-        pictures.trace(&tracer(context, ScreenSampling::Even, make), 16);
-        return pictures;
+    match screen {
+        Screen::Even => {
+            pictures.trace(&tracer(context, ScreenSampling::Even, make), 16);
+            return pictures;
+        }
+        Screen::Steered => {
+            let stripes = (0..256).map(|region| f64::from(region & 1)).collect::<Vec<_>>();
+            let density = Arc::new(ScreenDensity::new(&stripes));
+            let most = density.relative().fold(0.0, f32::max);
+            assert_eq!(most, 1.75, "all that a quarter of an even share leaves");
+            // Of either replicate, which has half of the samples.
+            let pixels = (SIDE * SIDE) as u64 / 2;
+            let (seed, steered) = (context.seed, 2 * pixels..12 * pixels);
+            let screen = ScreenSampling::steered(density, steered, seed, &context.cells);
+            pictures.trace(&tracer(context, screen, make), 16);
+            return pictures;
+        }
+        Screen::Adaptive => {}
     }
     pictures.trace(&tracer(context, ScreenSampling::Pilot, &make), 4);
     let level = ScreenDensity::level((SIDE * SIDE) as f64);
@@ -128,10 +152,10 @@ fn repeat<I: Integrator>(
     scene: &str,
     first: u32,
     make: impl Fn(RenderContext) -> I + Sync,
-    adaptive: bool,
+    screen: Screen,
 ) -> Vec<Pictures> {
     let context = context(scene, 0);
-    let picture = |seed| render(&RenderContext { seed: first + seed, ..context.clone() }, &make, adaptive);
+    let picture = |seed| render(&RenderContext { seed: first + seed, ..context.clone() }, &make, screen);
     std::thread::scope(|scope| {
         let other = scope.spawn(|| (SEEDS / 2..SEEDS).map(picture).collect::<Vec<_>>());
         let mut all: Vec<_> = (0..SEEDS / 2).map(picture).collect();
@@ -152,9 +176,9 @@ fn agreement(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 
 /// Welch's test of each block, at a level of 1 % for all together; and of the whole picture. Without the weights it must fail at a tenth of
 /// that level.
-fn agrees_with_even_sampling<I: Integrator>(make: impl Fn(RenderContext) -> I + Sync + Copy) {
-    let even = repeat("cornell_spheres.xml", 100, make, false);
-    let adaptive = repeat("cornell_spheres.xml", 200, make, true);
+fn agrees_with_even_sampling<I: Integrator>(make: impl Fn(RenderContext) -> I + Sync + Copy, screen: Screen) {
+    let even = repeat("cornell_spheres.xml", 100, make, Screen::Even);
+    let adaptive = repeat("cornell_spheres.xml", 200, make, screen);
     let blocks = |all: &[Pictures]| all.iter().map(Pictures::blocks).collect::<Vec<_>>();
     let whole = |all: &[Vec<f64>]| all.iter().map(|b| vec![b.iter().sum::<f64>()]).collect::<Vec<_>>();
     let (a, b) = (blocks(&even), blocks(&adaptive));
@@ -172,19 +196,56 @@ fn agrees_with_even_sampling<I: Integrator>(make: impl Fn(RenderContext) -> I + 
 
 #[test]
 fn path_tracing_agrees_with_even_sampling() {
-    agrees_with_even_sampling(PathTracer::from);
+    agrees_with_even_sampling(PathTracer::from, Screen::Adaptive);
 }
 
 #[test]
 fn bidirectional_path_tracing_agrees_with_even_sampling() {
-    agrees_with_even_sampling(BidirectionalTracer::from);
+    agrees_with_even_sampling(BidirectionalTracer::from, Screen::Adaptive);
+}
+
+#[test]
+fn steered_paths_agree_with_even_ones() {
+    agrees_with_even_sampling(PathTracer::from, Screen::Steered);
+}
+
+#[test]
+fn steered_paths_from_both_ends_agree_with_even_ones() {
+    agrees_with_even_sampling(BidirectionalTracer::from, Screen::Steered);
+}
+
+/// Before and after the steered paths the samples are those of an even screen, bit for bit.
+#[test]
+fn only_steered_paths_differ_from_those_of_an_even_screen() {
+    fn check<I: Integrator>(make: impl Fn(RenderContext) -> I) {
+        let context = context("cornell_spheres.xml", 5);
+        let density = Arc::new(ScreenDensity::new(&(0..64).map(f64::from).collect::<Vec<_>>()));
+        let of = |screen| {
+            let tracer = make(RenderContext { screen, ..context.clone() });
+            let per_index = tracer.paths_per_index().camera;
+            let mut scratch = I::Scratch::default();
+            // The steered ones are 1024 paths from number 1024 on.
+            [0..1024, 1024..2048, 2048..3072].map(|paths: std::ops::Range<u64>| {
+                let mut samples = Samples::default();
+                (paths.start / per_index..paths.end / per_index)
+                    .for_each(|index| tracer.trace(index, &mut scratch, &mut samples));
+                samples
+            })
+        };
+        let [before, between, after] = of(ScreenSampling::Even);
+        let steered = of(ScreenSampling::steered(density.clone(), 1024..2048, 5, &context.cells));
+        assert!(steered[0] == before && steered[2] == after, "even samples changed");
+        assert!(steered[1] != between, "no sample was steered");
+    }
+    check(PathTracer::from);
+    check(BidirectionalTracer::from);
 }
 
 /// The error that 16 pictures state over the one they have.
 #[test]
 fn the_stated_error_holds() {
     for (scene, bound) in [("cornell.xml", 0.08), ("brushed.xml", 0.12)] {
-        let pictures = repeat(scene, 300, PathTracer::from, true);
+        let pictures = repeat(scene, 300, PathTracer::from, Screen::Adaptive);
         let rgb: Vec<Vec<[f32; 3]>> = pictures.iter().map(Pictures::rgb).collect();
         let n = f32::from(SEEDS as u16);
         let mean = |i: usize| [0, 1, 2].map(|c| rgb.iter().map(|picture| picture[i][c]).sum::<f32>() / n);

@@ -51,15 +51,17 @@ fn noise_is_filtered_in_the_picture_and_not_in_the_sums() {
     }
 }
 
-/// After a move of the camera the last picture stands in for samples, unless that is turned off; files know nothing of it.
+/// After a move of the camera the last picture stands in for samples and steers the first of them, unless that is turned off; files know nothing of it.
 #[test]
 fn the_last_picture_stands_in_for_samples() {
     let desktop = Desktop::start(200, 200);
-    for (options, wanted) in
-        [(&["--exposure", "1"][..], true), (&["--exposure", "1", "--no-reproject"], false)]
+    // Slow enough that there are few samples when the map is there.
+    let all = ["--exposure", "1", "--integrator", "path", "--threads", "1"];
+    for (options, wanted, steers) in
+        [(&[][..], true, true), (&["--no-steer"], true, false), (&["--no-reproject"], false, false)]
     {
         let folder = folder("move");
-        let viewer = view(&desktop, &folder, "cornell.xml", options);
+        let viewer = view(&desktop, &folder, "cornell.xml", &[&all[..], options].concat());
         desktop.find_picture("ointillist", PATIENCE).unwrap();
         // A picture of few samples is not worth keeping.
         std::thread::sleep(Duration::from_secs(2));
@@ -76,6 +78,7 @@ fn the_last_picture_stands_in_for_samples() {
         let figures = figures(&folder);
         assert!(figures["epochs"].as_u64().unwrap() > 2, "{figures:#}");
         assert_eq!(figures["reprojections"].as_u64().unwrap() > 0, wanted, "{figures:#}");
+        assert_eq!(figures["steered_epochs"].as_u64().unwrap() > 0, steers, "{figures:#}");
         assert_eq!(figures["validation_messages"], 0);
         std::fs::remove_dir_all(folder).unwrap();
     }

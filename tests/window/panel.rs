@@ -76,6 +76,7 @@ fn untouched_values_stay_bit_for_bit() {
             adaptive_filter: [AdaptiveFilter::Off, AdaptiveFilter::Light][round % 2],
             denoise: [Denoise::Off, Denoise::Wavelet][round % 2],
             reproject: round % 2 == 0,
+            steer: round % 3 == 0,
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
             kernel: ReconstructionKernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },

@@ -43,6 +43,10 @@ pub struct ViewArgs {
     #[arg(long, help_heading = "Display")]
     pub no_reproject: bool,
 
+    /// Trace every view evenly. Otherwise the first camera paths after a move go where the last filtered picture, carried over, shows least.
+    #[arg(long, help_heading = "Display")]
+    pub no_steer: bool,
+
     /// Pictures per second aimed at [default: the display's rate].
     #[arg(long, value_name = "N", value_parser = positive, help_heading = "Window")]
     pub fps: Option<f32>,
@@ -130,6 +134,7 @@ impl From<ViewArgs> for ViewOptions {
             fixed_exposure: args.display.exposure.is_some(),
             denoise: args.denoise,
             no_reproject: args.no_reproject,
+            no_steer: args.no_steer,
             fps: args.fps,
             no_panel: args.no_panel,
             samples: args.samples,

@@ -108,7 +108,7 @@ impl<'a> ClientFrames<'a> {
 
 /// Whether the effect takes no GPU time.
 fn is_of_processor(name: &str) -> bool {
-    ["noise-filter", "reprojection"].contains(&name)
+    ["noise-filter", "reprojection", "steering"].contains(&name)
 }
 
 /// Measures the noise filter, which runs on the CPU: time per picture, and for the feature buffers once per view.

@@ -1,5 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
+use glam::DVec2;
+
 use crate::accounting::accumulator::{CheckpointPolicy, RenderAccount, SampleAccumulator};
 use crate::client::{SplatFilter, Summation};
 use crate::color::Xyz;
@@ -36,9 +38,14 @@ fn accounts(wants_error: bool) -> SampleAccumulator {
 
 /// A filter of the Cornell box that has denoised this many noisy samples per pixel.
 fn filtered(per_pixel: u64, wants_error: bool) -> NoiseFilter {
+    filtered_view(cornell_box(), per_pixel, wants_error)
+}
+
+/// The same of this view.
+fn filtered_view(view: EpochView, per_pixel: u64, wants_error: bool) -> NoiseFilter {
     let accounts = accounts(wants_error);
     let mut filter = NoiseFilter::start(1, accounts.reader()).unwrap();
-    filter.begin(FILM, cornell_box(), None);
+    filter.begin(FILM, view, None);
     let mut random = Random(3);
     let samples = per_pixel * u64::from(SIDE * SIDE);
     for chunk in 0..samples / CHUNK {
@@ -91,4 +98,32 @@ fn a_view_that_shows_too_little_is_not_a_failure() {
     // A filter that ran out of memory counts as failed.
     filter.take(answer(false));
     assert!(filter.failed == [kind]);
+}
+
+/// The last picture steers the first samples of a view that it shows in part, where that is wanted, and not those of another scene.
+#[test]
+fn samples_are_steered_where_that_is_wanted() {
+    let window = Some(UvWindow::PICTURE);
+    let cases = [
+        ("wanted", true, window, true),
+        ("not wanted", true, None, false),
+        ("another", false, window, false),
+    ];
+    for (case, is_same_scene, steered, expected) in cases {
+        let view = cornell_box();
+        let mut filter = filtered_view(view.clone(), 2, false);
+        let scene = if is_same_scene { view.scene } else { cornell_box().scene };
+        let camera = view.camera.cropped(DVec2::new(0.2, 0.0), DVec2::ONE);
+        let kind = Denoise::Wavelet;
+        filter.begin(FILM, EpochView { scene, camera }, Some(CarryOver { kind, steered }));
+        assert!(filter.take_steering().is_none(), "{case}: the last view has none");
+        filter.prepare(kind);
+        // Until the features have been traced, which comes after the reprojection.
+        while !filter.is_ready(kind, &FILM, u64::MAX) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        filter.poll();
+        assert_eq!(filter.take_steering().is_some(), expected, "{case}");
+        assert!(filter.take_steering().is_none(), "{case}: it is taken once");
+    }
 }

@@ -10,6 +10,7 @@ use crate::client::settings::Summation;
 use crate::client::{Denoise, FilmSpec, SplatFilter};
 use crate::color::Xyz;
 use crate::denoise::reprojection::*;
+use crate::denoise::steering::STEERED_SAMPLES;
 use crate::denoise::view_filter::{FeatureGrid, ViewFilter, first_hits};
 use crate::scene::SceneDesc;
 use crate::scene::desc::PhotonDesc;
@@ -18,6 +19,7 @@ use crate::study::Replicates;
 use crate::tracer::integrator::{RenderContext, Replicated};
 use crate::tracer::medium::MediumIndex;
 use crate::tracer::sampler::cells::ScreenCells;
+use crate::tracer::screen::{ScreenDensity, ScreenSampling};
 use crate::tracer::{Integrator, PathTracer, Scene};
 
 const SIDE: u32 = 96;
@@ -51,8 +53,11 @@ struct Seen {
     /// First hits of a quarter of the rays.
     coarse: Arc<ViewSurfaces>,
     filter: ViewFilter,
+    context: RenderContext,
     tracer: Replicated<PathTracer>,
     next: u64,
+    /// Number and weight of the samples in each pixel.
+    drawn: Vec<[f32; 2]>,
 }
 
 impl Seen {
@@ -90,7 +95,20 @@ impl Seen {
             on_boundary: false,
         };
         let tracer = Replicated::new(&context, true, PathTracer::from);
-        Self { replicates: Replicates::new([SIDE; 2], 1.0), surfaces, coarse, filter, tracer, next: 0 }
+        let (replicates, drawn) = (Replicates::new([SIDE; 2], 1.0), vec![[0.0; 2]; (SIDE * SIDE) as usize]);
+        Self { replicates, surfaces, coarse, filter, context, tracer, next: 0, drawn }
+    }
+
+    /// Steers the first samples by this density.
+    fn steered(mut self, density: &Arc<ScreenDensity>) -> Self {
+        let RenderContext { seed, cells, .. } = self.context;
+        // Half of them in each replicate.
+        let paths = (0.5 * STEERED_SAMPLES * (SIDE * SIDE) as f32) as u64;
+        let screen = ScreenSampling::steered(density.clone(), 0..paths, seed, &cells);
+        let context = RenderContext { screen, ..self.context.clone() };
+        self.tracer = Replicated::new(&context, true, PathTracer::from);
+        self.replicates.set_density_weights();
+        self
     }
 
     /// Traces until there are this many samples per pixel.
@@ -100,6 +118,11 @@ impl Seen {
             let mut out = Collected::default();
             (self.next..self.next + CHUNK / 4)
                 .for_each(|index| self.tracer.trace(index, &mut scratch, &mut out));
+            for Sample { uv, w, .. } in &out.0 {
+                let [x, y] = uv.map(|at| ((at * SIDE as f32) as usize).min(SIDE as usize - 1));
+                let [number, weight] = &mut self.drawn[y * SIDE as usize + x];
+                (*number, *weight) = (*number + 1.0, *weight + w);
+            }
             self.replicates.add(self.next, crate::stream::PathCounts { camera: CHUNK / 4, light: 0 }, &out.0);
             self.next += CHUNK / 4;
         }
@@ -120,7 +143,7 @@ impl Seen {
 
     fn known(&mut self) -> KnownView {
         let worth = Grid::try_filled(SIDE as usize, SIDE as usize, self.samples()).unwrap();
-        KnownView { surfaces: self.surfaces.clone(), picture: self.filtered(), worth }
+        KnownView { surfaces: self.surfaces.clone(), picture: self.filtered(), worth, moves: None }
     }
 }
 
@@ -131,15 +154,17 @@ fn scene(name: &str) -> (SceneDesc, Arc<Scene>) {
     (desc, scene)
 }
 
-/// Root mean squared difference of displayed values: 1 − e^−v, gamma 2.2.
-fn difference(picture: &FilteredPicture, reference: &FilteredPicture) -> f64 {
+/// Squared difference of each pixel's displayed values: 1 − e^−v, gamma 2.2.
+fn squares(picture: &FilteredPicture, reference: &FilteredPicture) -> Vec<f64> {
     let shown = |v: f32| f64::from(1.0 - (-v.max(0.0)).exp()).powf(1.0 / 2.2);
+    let square = |(a, b): (f32, f32)| (shown(a) - shown(b)).powi(2);
     let pixels = picture.xyz().pixels().iter().zip(reference.xyz().pixels());
-    let squares: f64 = pixels
-        .flat_map(|(a, b)| [(a.x, b.x), (a.y, b.y), (a.z, b.z)])
-        .map(|(a, b)| (shown(a) - shown(b)).powi(2))
-        .sum();
-    (squares / f64::from(3 * SIDE * SIDE)).sqrt()
+    pixels.map(|(a, b)| [(a.x, b.x), (a.y, b.y), (a.z, b.z)].into_iter().map(square).sum()).collect()
+}
+
+/// Root mean squared difference of displayed values.
+fn difference(picture: &FilteredPicture, reference: &FilteredPicture) -> f64 {
+    (squares(picture, reference).iter().sum::<f64>() / f64::from(3 * SIDE * SIDE)).sqrt()
 }
 
 /// Undenoised mean picture of both halves.
@@ -164,6 +189,8 @@ fn a_cut_begins_anew() {
         let after = Seen::new(&desc, &scene, degrees, 0);
         let prior = Prior::new(&known, &after.coarse).unwrap();
         assert_eq!(prior.is_enough(), is_enough, "{degrees} degrees");
+        let map = SteeringMap::new(&known, &after.coarse, &UvWindow::PICTURE);
+        assert_eq!(map.is_some(), is_enough, "{degrees} degrees");
     }
 }
 
@@ -232,7 +259,9 @@ fn check_turned_camera(name: &str) {
                 continue;
             }
             let filtered = now.filtered();
-            let (mixed, worth) = prior.mixed(&now.halves(), &filtered, now.samples()).unwrap();
+            let MixedView { picture: mixed, worth, moves } =
+                prior.mixed(&now.halves(), &filtered, now.samples(), None).unwrap();
+            assert!(moves.is_none());
             let [alone, mixed] = [filtered, mixed].map(|picture| difference(&picture, &truth));
             let worth = worth.pixels().iter().sum::<f32>() / (SIDE * SIDE) as f32;
             println!(
@@ -258,4 +287,72 @@ fn a_camera_that_turns_keeps_what_was_known_of_mirror_and_glass() {
 #[test]
 fn a_camera_that_turns_keeps_what_was_known_of_rough_metal() {
     check_turned_camera("veach_plates.xml");
+}
+
+/// After a turn, more of the first samples lie where the last picture shows nothing, with weights that make up for it: the picture there has less noise.
+#[test]
+fn the_first_samples_go_where_nothing_is_known() {
+    let (desc, scene) = scene("cornell.xml");
+    let mut before = Seen::new(&desc, &scene, 0.0, 0);
+    before.trace_to(8.0);
+    let known = before.known();
+    let mut many = Seen::new(&desc, &scene, 10.0, 9);
+    many.trace_to(256.0);
+    let truth = many.filtered();
+    let prior = Prior::new(&known, &many.coarse).unwrap();
+    let map = SteeringMap::new(&known, &many.coarse, &UvWindow::PICTURE).unwrap();
+    let density = map.density().expect("a turn uncovers a part of the view");
+    let unknown: Vec<bool> = prior.worth.pixels().iter().map(|worth| *worth == 0.0).collect();
+    let [mut errors, mut numbers, mut weights] = [[0.0; 2]; 3];
+    for seed in 1..5 {
+        for is_steered in [false, true] {
+            let new = Seen::new(&desc, &scene, 10.0, seed);
+            let mut now = if is_steered { new.steered(density) } else { new };
+            now.trace_to(1.0);
+            let squares = squares(&now.filtered(), &truth);
+            for (i, square) in squares.iter().enumerate().filter(|(i, _)| unknown[*i]) {
+                errors[usize::from(is_steered)] += square;
+                numbers[usize::from(is_steered)] += f64::from(now.drawn[i][0]);
+                weights[usize::from(is_steered)] += f64::from(now.drawn[i][1]);
+            }
+            let mismatches = now.drawn.iter().enumerate().filter(|(i, [number, weight])| {
+                let pixel = [i % SIDE as usize, i / SIDE as usize];
+                let worth = if is_steered { map.effective_samples(pixel, 1.0) } else { 1.0 };
+                (worth * weight - number).abs() > 1e-3 * number
+            });
+            // Where rounding moves a sample to the next region.
+            assert!(mismatches.count() < 10, "samples have the density that the map states");
+        }
+    }
+    let [error, number, weight] = [errors, numbers, weights].map(|[even, steered]| steered / even);
+    println!("steered over even: error² {error:.3}, number {number:.2}, weight {weight:.3}");
+    assert!(number > 1.5, "{number:.2} times as many samples");
+    assert!((weight - 1.0).abs() < 0.05, "{weight:.3} times the weight");
+    assert!(error < 0.9, "{error:.3} times the squared error");
+}
+
+/// What has been carried over often is worth less than what was traced lately, and the next move knows.
+#[test]
+fn old_samples_count_less() {
+    let (desc, scene) = scene("cornell.xml");
+    let mut before = Seen::new(&desc, &scene, 0.0, 0);
+    before.trace_to(8.0);
+    let (side, half) = (SIDE as usize, SIDE as usize / 2);
+    let ages = (0..side * side).map(|i| if i % side < half { 40.0 } else { 0.0 }).collect();
+    let known = KnownView { moves: Grid::from_rows(side, side, ages), ..before.known() };
+    let again = Prior::new(&known, &before.surfaces).unwrap();
+    let map = SteeringMap::new(&known, &before.coarse, &UvWindow::PICTURE).unwrap();
+    let density = |range: std::ops::Range<usize>| {
+        let pixels = range.flat_map(|x| (0..side).map(move |y| [x, y]));
+        pixels.map(|pixel| f64::from(map.effective_samples(pixel, 1.0))).sum::<f64>()
+    };
+    let ratio = density(0..half) / density(half..side);
+    // The roots of 1 / (.1 + W) for W = 4 / (1 + 41/4) and 4 / (1 + 1/4), mixed with a quarter of an even share.
+    assert!((ratio - 2.0).abs() < 0.2, "{ratio}");
+    before.trace_to(12.0);
+    let (halves, filtered) = (before.halves(), before.filtered());
+    let mixed = again.mixed(&halves, &filtered, before.samples(), Some(&map)).unwrap();
+    let moves = mixed.moves.unwrap();
+    let [old, young] = [half / 2, half + half / 2].map(|x| moves.at(x, half));
+    assert!(old > 10.0 * young && old < 41.0, "{old} and {young} moves");
 }

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use crate::accounting::observer::Observer;
 use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
 use crate::client::{CHUNK_SAMPLES, ClientError, Film, FilmSpec};
@@ -40,6 +41,12 @@ impl LivePicture {
         }
         // In index order a lost film is rebuilt from the first index instead.
         if session.run_spec().deterministic { Ok(()) } else { self.back_up(begin) }
+    }
+
+    /// Notes that samples from now on may be steered: weighted by the inverse of their density.
+    pub fn note_steering(&mut self) {
+        self.steered = true;
+        self.observer.iter().for_each(Observer::set_density_weights);
     }
 
     /// Adds `budget` samples to the film: retained ones first if it is behind, then those in the lanes.

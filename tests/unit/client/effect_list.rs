@@ -24,6 +24,7 @@ fn what_is_asked_for_is_on() {
         vm: 1.0,
         denoise: Denoise::Wavelet,
         reproject: true,
+        steer: true,
         glare: Some(Glare::default()),
         dither: Dither::Ordered,
         ..Settings::default()

@@ -21,7 +21,6 @@ use crate::tracer::output::send_light;
 use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::sampler::cells::{ScreenCells, Visit};
-use crate::tracer::screen::ScreenSampling;
 use crate::tracer::subpath::SubpathVertex;
 use crate::tracer::{Sampler, roulette};
 
@@ -205,11 +204,11 @@ impl BidirectionalTracer {
     }
 }
 
-/// The visit that enumerates the wavelengths and light subpaths of the group of `index`. Where the screen is sampled adaptively, paths are not in the order
-/// of the sequence: groups do not visit the same cells again and are enumerated one by one.
+/// The visit that enumerates the wavelengths and light subpaths of the group of `index`. Where paths are not in the order of the sequence, as on an
+/// adaptive screen, groups do not visit the same cells again and are enumerated one by one.
 pub(super) fn group_visit(index: u64, context: &RenderContext) -> Visit {
-    if matches!(context.screen, ScreenSampling::Adaptive(_)) {
-        return Visit { number: index / GROUP, seed: context.seed };
+    if let Some(number) = context.screen.out_of_turn(index.wrapping_mul(CAMERA_SUBPATHS)) {
+        return Visit { number: number / (GROUP * CAMERA_SUBPATHS), seed: context.seed };
     }
     let bits = (GROUP * CAMERA_SUBPATHS).trailing_zeros();
     context.cells.visit_of_group(index / GROUP, bits, context.seed)
