@@ -169,7 +169,10 @@ impl Viewer {
     /// Tells the tools of a click in the picture; a click beside it clears the selection.
     fn pick(&mut self, at: [f64; 2]) -> Result<()> {
         match self.panel.on_picture(at) {
-            Ok(place) => self.with_tools(None, |tools, context| tools.click(place, context)),
+            Ok(place) => {
+                let place = self.editor.in_left_eye(place, self.session.size());
+                self.with_tools(None, |tools, context| tools.click(place, context))
+            }
             Err(_) => {
                 self.editor.select(None);
                 Ok(())
@@ -198,6 +201,7 @@ impl Viewer {
         let size = self.session.start_over();
         self.set_picture_size(size);
         self.ask_room(size);
+        self.with_tools(None, |tools, context| tools.stereo.start_over(context))?;
         self.restored()?;
         Ok(Some("everything is as it was opened; Ctrl+Z brings changes of the scene back".to_owned()))
     }

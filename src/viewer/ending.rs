@@ -25,6 +25,7 @@ use crate::study::ErrorQuantile;
 use crate::viewer::Viewer;
 use crate::viewer::picture::output::ComposedFilm;
 use crate::viewer::screen::Screen;
+use crate::viewer::tools::left_eye_of;
 
 /// Longest wait for the last samples, once the tracer was told to stop.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
@@ -235,6 +236,10 @@ impl Viewer {
             self.session.run_spec().clone()
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
+        let has_right_eye = run.stereo.is_some();
+        let of_left_eye =
+            outputs.files().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")));
+        of_left_eye.filter(|_| has_right_eye).for_each(|path| tell(&left_eye_of(path)));
         let samples = self.picture.counts().samples();
         let mut taken = self.picture.take_film();
         let written = match &mut taken {
@@ -254,7 +259,8 @@ impl Viewer {
         } else {
             String::new()
         };
-        tell(&format!("{error}; the picture is made without the device{of}"));
+        let eye = if has_right_eye { ", of the left eye alone" } else { "" };
+        tell(&format!("{error}; the picture is made without the device{eye}{of}"));
         outputs.write(
             &mut film,
             &run,

@@ -14,6 +14,7 @@ use crate::client::window::input::{InputEvent, InputState};
 use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::{PanelControls, PanelData, PanelTools, ToolPresence};
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
+use crate::image::stereo::{Eye, StereoLayout};
 use crate::render::effect_plan::{self, PlannedEffect};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::session::RenderSession;
@@ -108,10 +109,10 @@ impl ViewerPanel {
         if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
     }
 
-    /// Sets the window area and the size of the picture.
-    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
-        self.viewport.set_sizes(area, picture);
-        let shown = self.viewport.zoom() * self.viewport.picture();
+    /// Sets the window area and the size of the picture; with a layout it is composed of two of this size.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2], layout: Option<StereoLayout>) {
+        self.viewport.set_sizes_of_eyes(area, picture, layout);
+        let shown = self.viewport.zoom() * self.viewport.eye();
         self.input.respond(InputEvent::Size(self.viewport.area(), shown), Instant::now());
     }
 
@@ -155,21 +156,19 @@ impl ViewerPanel {
         self.viewport.zoom() / f64::from(self.host.drawing_scale())
     }
 
-    /// Cursor position in pixels of the picture, while over it.
-    pub fn cursor(&self) -> Option<DVec2> {
-        let at = self.input.cursor().filter(|at| self.viewport.contains(*at))?;
-        Some(self.viewport.to_picture(at))
+    /// The eye whose picture is under the cursor, and the position in its pixels, while over it.
+    pub fn cursor(&self) -> Option<(Eye, DVec2)> {
+        self.viewport.place_of_eye(self.input.cursor()?)
     }
 
-    /// Picture coordinates, in pixels, of a window position.
+    /// The eye whose picture is at a window position, and the position in its pixels.
     ///
     /// # Errors
     ///
     /// If it lies outside of the picture.
-    pub fn on_picture(&self, at: [f64; 2]) -> Result<[f64; 2]> {
-        if !self.viewport.contains(at.into()) {
-            return Err(miette!("there is no picture here"));
-        }
-        Ok(self.viewport.to_picture(at.into()).to_array())
+    pub fn on_picture(&self, at: [f64; 2]) -> Result<(Eye, [f64; 2])> {
+        let place = self.viewport.place_of_eye(at.into());
+        let (eye, place) = place.ok_or_else(|| miette!("there is no picture here"))?;
+        Ok((eye, place.to_array()))
     }
 }

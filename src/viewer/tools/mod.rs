@@ -20,6 +20,7 @@ mod parameters;
 mod region;
 mod rejected;
 mod selection;
+mod stereo;
 mod tool;
 
 use std::path::Path;
@@ -36,7 +37,7 @@ use crate::viewer::tools::tool::Tool;
 
 pub use camera::CameraAction;
 pub use exposure::ExposureAction;
-pub use files::FileAction;
+pub use files::{FileAction, left_eye_of};
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};
 
@@ -159,6 +160,7 @@ tools! {
     Error error: error::ErrorFigures,
     Figures figures: figures::FigureTable,
     Camera camera: camera::CameraTool,
+    Stereo stereo: stereo::StereoTool,
     LightMix light_mix: light_mix::LightMixTool,
     Effects effects: effects::EffectList,
     Rejected rejected: rejected::RejectedView,

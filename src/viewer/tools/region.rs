@@ -59,6 +59,7 @@ impl Tool for RegionTool {
             RegionAction::Toggle if context.session.is_in_region() => return release(context),
             RegionAction::Release => return release(context),
             RegionAction::Toggle => {
+                context.check_one_eye("a region")?;
                 let asks = !context.panel.input.asks_region();
                 context.panel.input.ask_region(asks);
                 if asks {
@@ -111,6 +112,7 @@ fn rectangle([from, to]: [[f64; 2]; 2], context: &ToolContext<'_>) -> Region {
 
 /// Restricts tracing to a rectangle of the picture until it is released or an edit begins a new epoch; returns a message.
 fn trace(rectangle: Region, context: &mut ToolContext<'_>) -> Result<String> {
+    context.check_one_eye("a region")?;
     if context.session.is_stale() || !context.picture.is_seen() {
         return Err(miette!("there is no picture of this view yet: drag the region again"));
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use egui::{Context, Ui};
+use glam::DVec2;
 use miette::{Result, miette};
 use winit::event::WindowEvent;
 
@@ -140,14 +141,32 @@ impl ToolContext<'_> {
         }
     }
 
-    /// The place of the picture, in pixels, that the action is about.
+    /// The place of the picture, in pixels, that the action is about; of two eyes that in the left one's.
     ///
     /// # Errors
     ///
     /// If it lies outside of the picture.
     pub fn place(&self) -> Result<[f64; 2]> {
         let at = self.at.ok_or_else(|| miette!("there is no picture here"))?;
-        self.panel.on_picture(at)
+        Ok(self.editor.in_left_eye(self.panel.on_picture(at)?, self.session.size()))
+    }
+
+    /// The place of the picture, in pixels, under the cursor, while over it; of two eyes that in the left one's.
+    pub fn cursor(&self) -> Option<DVec2> {
+        let (eye, place) = self.panel.cursor()?;
+        Some(self.editor.in_left_eye((eye, place.to_array()), self.session.size()).into())
+    }
+
+    /// Checks that the picture is that of one eye, for `what` goes with no other.
+    ///
+    /// # Errors
+    ///
+    /// If there are two; the message says what to do.
+    pub fn check_one_eye(&self, what: &str) -> Result<()> {
+        match self.editor.rig() {
+            Some(_) => Err(miette!("{what} goes with one eye only: switch stereo off first (Ctrl+E)")),
+            None => Ok(()),
+        }
     }
 
     /// Checks that the window shows light.
