@@ -201,8 +201,8 @@ impl Viewer {
         let size = self.session.start_over();
         self.set_picture_size(size);
         self.ask_room(size);
-        self.with_tools(None, |tools, context| tools.stereo.start_over(context))?;
         self.restored()?;
+        self.with_tools(None, |tools, context| tools.stereo.start_over(context))?;
         Ok(Some("everything is as it was opened; Ctrl+Z brings changes of the scene back".to_owned()))
     }
 

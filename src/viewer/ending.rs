@@ -21,6 +21,7 @@ use crate::render::rejected::RejectedReport;
 use crate::render::report::ErrorReport;
 use crate::render::run_spec::{ChoiceReport, RunEnd};
 use crate::render::{predictions, process};
+use crate::scene::desc::StereoRig;
 use crate::study::ErrorQuantile;
 use crate::viewer::Viewer;
 use crate::viewer::picture::output::ComposedFilm;
@@ -40,6 +41,9 @@ struct ViewReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<ChoiceReport>,
     device: String,
+    /// The eyes, if there are two: the error is that of the left one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stereo: Option<StereoRig>,
     /// Every effect, on or off, and why.
     plan: Vec<PlannedEffect>,
     /// Values of the last epoch that were negative or not finite, by cause and origin.
@@ -173,6 +177,7 @@ impl Viewer {
             integrator: run.integrator.name(),
             auto: run.auto.clone(),
             device: run.device.clone(),
+            stereo: run.stereo,
             plan: self.panel.plan(session, &self.editor),
             left_out: run.left_out().collect(),
             rejected: session.rejected(&self.editor),

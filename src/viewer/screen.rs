@@ -268,8 +268,8 @@ impl Screen {
         Ok(gpu.check_room(&name, bytes(spec, both_eyes), bytes(film.spec(), film.has_right_eye()))?)
     }
 
-    /// Replaces the film by an empty one on the same device, with a right eye or without. On an error the old one stays. If the device has finished with the old film,
-    /// its images are freed first, since few devices have room for both.
+    /// Replaces the film by an empty one on the same device, with a right eye or without. On an error the old one stays. If the device has
+    /// finished with the old film, its images are freed first, since few devices have room for both.
     pub fn replace_film(&mut self, spec: FilmSpec, both_eyes: bool) -> Result<(), ClientError> {
         let Some(gpu) = self.gpu().cloned() else { return Ok(()) };
         let film = self.main_film(&gpu, spec, both_eyes)?;

@@ -300,7 +300,8 @@ impl RenderSession {
 
     /// Traces the whole picture from the first index that has not arrived.
     fn trace_whole(&mut self, editor: &SceneEditor) -> Result<()> {
-        let (camera, right_eye) = match editor.eyes(self.size())? {
+        let eyes = if self.run.stereo.is_some() { editor.eyes(self.size())? } else { None };
+        let (camera, right_eye) = match eyes {
             Some([left, right]) => (left, Some(right)),
             None => (editor.camera(self.size())?, None),
         };

@@ -116,7 +116,9 @@ fn the_pointer_finds_the_same_point_in_both_pictures() {
     let [of_floor, of_left, of_right] = distances(&words(&output))[..] else { panic!("{}", words(&output)) };
     assert!(of_floor < 10.0, "{of_floor}");
     assert!((of_left - 13.6).abs() < 0.1 && (of_right - 13.6).abs() < 0.1, "{of_left} {of_right}");
-    assert_eq!(figures(&folder)["validation_messages"], 0);
+    let figures = figures(&folder);
+    assert_eq!(figures["stereo"]["interocular"], 0.05, "{figures:#}");
+    assert_eq!(figures["validation_messages"], 0, "{figures:#}");
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -130,3 +130,57 @@ impl SeenDepth {
         self.range.is_none_or(|[near, far]| near >= self.comfortable.near && far <= self.comfortable.far)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::desc::StereoConvergence;
+    use crate::tracer::Scene;
+
+    const SIZE: [u32; 2] = [200, 100];
+
+    /// A camera of this kind six units in front of a wall.
+    fn editor(sensor: &str) -> SceneEditor {
+        let text = format!(
+            "<scene version=\"3.0.0\"><sensor type=\"{sensor}\"><transform name=\"to_world\">\
+             <lookat origin=\"0,0,6\" target=\"0,0,0\" up=\"0,1,0\"/></transform></sensor><shape type=\"rectangle\">\
+             <transform name=\"to_world\"><scale value=\"20\"/></transform></shape><emitter type=\"constant\"/></scene>"
+        );
+        let text = text.replace("\"perspective\">", "\"perspective\"><float name=\"fov\" value=\"60\"/>");
+        let desc = crate::scene::load_str("t.xml", &text, &[]).expect("valid").desc;
+        let scene = Scene::prepare(&desc).expect("valid");
+        SceneEditor::new(desc, scene).expect("a camera")
+    }
+
+    #[test]
+    fn a_point_is_found_in_the_pictures_of_both_eyes() {
+        let mut user = editor("perspective");
+        assert!(user.eyes(SIZE).expect("valid").is_none() && user.seen_depth(SIZE).is_none());
+        user.open_eyes(None, ConvergenceChoice::Subject, SIZE).expect("a wall");
+        let rig = user.rig().expect("two eyes");
+        let StereoConvergence::OffAxis { distance } = rig.convergence else { panic!("{rig}") };
+        assert!((distance - 6.0).abs() < 1e-4 && (rig.interocular - 0.2).abs() < 1e-5, "{rig}");
+        let near = |found: [f64; 2], x: f64| (found[0] - x).abs() < 1e-2 && (found[1] - 40.0).abs() < 1e-2;
+        let found = |user: &SceneEditor, eye, x: f64| user.in_left_eye((eye, [x, 40.0]), SIZE);
+        assert!(near(found(&user, Eye::Right, 120.0), 120.0), "the wall is in the plane of the screen");
+        let seen = user.seen_depth(SIZE).expect("two eyes");
+        let [first, last] = seen.range.expect("a wall");
+        assert!((first - 6.0).abs() < 1e-4 && (last - 6.0).abs() < 1e-4 && seen.is_comfortable(), "{seen:?}");
+        // Parallel eyes see the wall as far apart as it is near.
+        let parallel = StereoRig { convergence: StereoConvergence::Parallel, ..rig };
+        user.set_rig(Some(parallel)).expect("valid");
+        let shift = 100.0 / 30f64.to_radians().tan() * rig.interocular / 6.0;
+        assert!(near(found(&user, Eye::Right, 120.0), 120.0 + shift));
+        assert!(near(found(&user, Eye::Left, 120.0), 120.0));
+        assert!(near(found(&user, Eye::Right, 199.0), 199.0), "it is beside the left eye's picture");
+        assert!(!user.seen_depth(SIZE).expect("two eyes").is_comfortable());
+        user.set_rig(None).expect("one eye");
+        assert!(user.eyes(SIZE).expect("valid").is_none());
+    }
+
+    #[test]
+    fn cameras_without_two_eyes_are_refused() {
+        let mut user = editor("orthographic");
+        assert!(user.open_eyes(None, ConvergenceChoice::Subject, SIZE).is_err() && user.rig().is_none());
+    }
+}

@@ -106,7 +106,7 @@ impl Tool for RegionTool {
 
 /// Rectangle of the picture spanned by two window positions.
 fn rectangle([from, to]: [[f64; 2]; 2], context: &ToolContext<'_>) -> Region {
-    let [from, to] = [from, to].map(|at| context.panel.viewport.to_picture(at.into()));
+    let [from, to] = [from, to].map(|at| context.panel.viewport.to_left_eye(at.into()));
     rectangle_between(from, to, context.session.size())
 }
 
