@@ -6,7 +6,7 @@
 //! it runs.
 
 use crate::stream::block::{BLOCK_SAMPLES, Block};
-use crate::stream::{PathCounts, Sample};
+use crate::stream::{BlockEyes, PathCounts, Sample};
 
 /// Most samples that are retained: 64 MiB, 10 per pixel of a 512×512 window.
 pub const RETAINED_SAMPLES: usize = (64 << 20) / size_of::<Sample>();
@@ -21,6 +21,10 @@ pub struct RetainedSamples {
     blocks: Vec<RetainedBlock>,
     /// A block did not fit: the store holds only the beginning of the epoch.
     full: bool,
+    /// The eyes that blocks carry samples of.
+    eyes: BlockEyes,
+    /// Number of retained samples of the left eye, or the only one.
+    left: usize,
     /// Capacity in samples and in blocks.
     limits: (usize, usize),
     /// Number of blocks that the present film has received.
@@ -30,8 +34,8 @@ pub struct RetainedSamples {
 /// A retained block.
 #[derive(Clone, Copy, Debug)]
 struct RetainedBlock {
-    /// End of its samples in the store.
-    end: usize,
+    /// Ends of its samples of the left and of the right eye in the store, where those of the right follow those of the left.
+    ends: [usize; 2],
     first_index: u64,
     paths: PathCounts,
 }
@@ -50,14 +54,28 @@ impl RetainedSamples {
         store.fill(Sample { w: 1.0, ..Sample::default() });
         store.clear();
         let blocks_store = Vec::with_capacity(blocks);
-        Self { samples: store, blocks: blocks_store, full: false, limits: (samples, blocks), fed: 0 }
+        Self {
+            samples: store,
+            blocks: blocks_store,
+            full: false,
+            eyes: BlockEyes::One,
+            left: 0,
+            limits: (samples, blocks),
+            fed: 0,
+        }
     }
 
-    /// Discards everything for another epoch.
+    /// Discards everything for another epoch of the same eyes.
     pub fn clear(&mut self) {
         self.samples.clear();
         self.blocks.clear();
-        (self.full, self.fed) = (false, 0);
+        (self.full, self.fed, self.left) = (false, 0, 0);
+    }
+
+    /// Discards everything for another epoch, whose blocks carry samples of these eyes.
+    pub fn begin(&mut self, eyes: BlockEyes) {
+        self.clear();
+        self.eyes = eyes;
     }
 
     /// Whether a full block fits.
@@ -79,9 +97,14 @@ impl RetainedSamples {
             return false;
         }
         let caught_up = self.caught_up();
-        self.samples.extend_from_slice(block.samples());
-        let (end, header) = (self.samples.len(), &block.header);
-        self.blocks.push(RetainedBlock { end, first_index: header.first_index, paths: header.paths });
+        let eyes = self.eyes.split(block);
+        let ends = eyes.map(|samples| {
+            self.samples.extend_from_slice(samples);
+            self.samples.len()
+        });
+        self.left += eyes[0].len();
+        let header = &block.header;
+        self.blocks.push(RetainedBlock { ends, first_index: header.first_index, paths: header.paths });
         self.fed += usize::from(caught_up);
         true
     }
@@ -114,9 +137,9 @@ impl RetainedSamples {
         !self.full
     }
 
-    /// Number of retained samples.
+    /// Number of retained samples; of two eyes those of the left, as a film counts them.
     pub fn len(&self) -> usize {
-        self.samples.len()
+        self.left
     }
 
     /// Whether there are no samples.
@@ -124,20 +147,24 @@ impl RetainedSamples {
         self.samples.is_empty()
     }
 
-    /// Passes every block that the film has received to `show`: samples, first index and paths.
-    pub fn each(&self, mut show: impl FnMut(&[Sample], u64, PathCounts)) {
-        let mut start = 0;
-        for block in &self.blocks[..self.fed] {
-            show(&self.samples[start..block.end], block.first_index, block.paths);
-            start = block.end;
+    /// Passes every block that the film has received to `show`: samples of the left and of the right eye, first index and paths.
+    pub fn each(&self, mut show: impl FnMut([&[Sample]; 2], u64, PathCounts)) {
+        for (at, block) in self.blocks[..self.fed].iter().enumerate() {
+            show(self.samples_of(at), block.first_index, block.paths);
         }
     }
 
-    /// The next block that the film lacks: samples, first index and paths. Marks it as received.
-    pub fn feed(&mut self) -> Option<(&[Sample], u64, PathCounts)> {
-        let &RetainedBlock { end, first_index, paths } = self.blocks.get(self.fed)?;
-        let start = self.fed.checked_sub(1).map_or(0, |before| self.blocks[before].end);
+    /// The next block that the film lacks: samples of the left and of the right eye, first index and paths. Marks it as received.
+    pub fn feed(&mut self) -> Option<([&[Sample]; 2], u64, PathCounts)> {
+        let &RetainedBlock { first_index, paths, .. } = self.blocks.get(self.fed)?;
         self.fed += 1;
-        Some((&self.samples[start..end], first_index, paths))
+        Some((self.samples_of(self.fed - 1), first_index, paths))
+    }
+
+    /// Samples of both eyes of the block of this number.
+    fn samples_of(&self, at: usize) -> [&[Sample]; 2] {
+        let start = at.checked_sub(1).map_or(0, |before| self.blocks[before].ends[1]);
+        let [left, right] = self.blocks[at].ends;
+        [&self.samples[start..left], &self.samples[left..right]]
     }
 }

@@ -1,11 +1,12 @@
 //! The film's side of the stream: the one routine by which `render`, `view` and `bench` put blocks onto a film.
 
 use crate::accounting::observer::Observer;
+use crate::client::film::VulkanFilm;
 use crate::client::light_meter::LightMeter;
 use crate::client::{ClientError, Film};
 use crate::render::light_groups::GroupFilms;
 use crate::render::stereo::RightEye;
-use crate::stream::{Block, PathCounts, Sample};
+use crate::stream::{Block, BlockEyes, PathCounts, Sample};
 
 /// Adds blocks to a film: counts their paths, adds their samples, and passes copies to the observer. After the
 /// first error of the film, which is kept, no more samples are added.
@@ -15,13 +16,15 @@ pub struct FilmWriter<'a> {
     meter: Option<&'a mut LightMeter>,
     groups: Option<&'a mut GroupFilms>,
     right_eye: Option<&'a mut RightEye>,
+    eyes: BlockEyes,
     outcome: Result<(), ClientError>,
 }
 
 impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
-        Self { film, observer, meter: None, groups: None, right_eye: None, outcome: Ok(()) }
+        let eyes = BlockEyes::One;
+        Self { film, observer, meter: None, groups: None, right_eye: None, eyes, outcome: Ok(()) }
     }
 
     /// Also copies samples to this light meter.
@@ -39,6 +42,11 @@ impl<'a> FilmWriter<'a> {
         Self { right_eye, ..self }
     }
 
+    /// Blocks have samples of these eyes; those of the right one go onto its layer of the film.
+    pub fn with_eyes(self, eyes: BlockEyes) -> Self {
+        Self { eyes, ..self }
+    }
+
     /// The observer that receives copies.
     pub fn observer(&self) -> Option<&'a Observer> {
         self.observer
@@ -51,12 +59,14 @@ impl<'a> FilmWriter<'a> {
 
     /// Adds a block from the lanes.
     pub fn block(&mut self, block: &Block) {
-        let (mut samples, mut of_right) = (block.samples(), None);
+        let [mut samples, on_layer] = self.eyes.split(block);
+        let mut of_right = None;
         if let Some(eye) = &self.right_eye {
             let [left, right] = eye.of_eyes(block);
             (samples, of_right) = (left, Some(right));
         }
         self.samples(block.header.first_index, block.header.paths, samples);
+        self.right_samples(on_layer);
         if let Some((eye, samples)) = self.right_eye.as_mut().zip(of_right).filter(|_| self.outcome.is_ok()) {
             self.outcome = eye.add(block, samples);
         }
@@ -77,6 +87,17 @@ impl<'a> FilmWriter<'a> {
         }
         if let Some(meter) = &mut self.meter {
             meter.add(paths, samples);
+        }
+    }
+
+    /// Adds samples of the right eye to its layer of the film, after those of the left eye of the same block. A film without one leaves them
+    /// out.
+    pub fn right_samples(&mut self, samples: &[Sample]) {
+        if samples.is_empty() || self.outcome.is_err() {
+            return;
+        }
+        if let Some(film) = VulkanFilm::of(self.film).filter(|film| film.has_right_eye()) {
+            self.outcome = film.add_right(samples);
         }
     }
 

@@ -15,7 +15,7 @@ use crate::render::options::SceneOptions;
 use crate::scene::desc::{
     AovDesc, IntegratorKind, PhotonDesc, ReconstructionFilter, SceneDesc, StereoConvergence, StereoRig,
 };
-use crate::stream::Rejected;
+use crate::stream::{BlockEyes, Rejected};
 use crate::study::format::percent;
 use crate::study::{ErrorQuantile, ErrorStatus};
 use crate::tracer::accel::SimdKernel;
@@ -278,6 +278,14 @@ impl RunSpec {
     pub fn left_out(&self) -> impl Iterator<Item = &'static str> {
         let off = self.effects.iter().filter(|forced| !forced.on).map(|forced| forced.effect);
         off.filter(|effect| refusal(*effect, self.integrator).is_none()).map(Effect::name)
+    }
+
+    /// The eyes that its blocks carry samples of.
+    pub fn eyes(&self) -> BlockEyes {
+        match self.stereo {
+            Some(_) => BlockEyes::Both { replicated: self.replicated },
+            None => BlockEyes::One,
+        }
     }
 
     /// Command line that traces `paths` paths from `first` on identically. Threads and `--simd` are left out: they do not change a path,

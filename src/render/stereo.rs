@@ -9,7 +9,7 @@ use crate::render::options::{RenderOptions, StereoOptions};
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{ComfortableDepth, StereoRig, StereoScreen};
-use crate::stream::{Block, Sample, eye, replicate};
+use crate::stream::{Block, BlockEyes, Sample};
 use crate::tracer::{Camera, PrepareOptions, Scene};
 
 /// The right eye of a render; the left one has the render's own camera and film.
@@ -92,10 +92,7 @@ impl RightEye {
 
     /// The samples of the left and of the right eye in a block.
     pub fn of_eyes<'a>(&self, block: &'a Block) -> [&'a [Sample]; 2] {
-        let first = block.header.first_index;
-        let index = if self.replicated { replicate(first).1 } else { first };
-        let (own, other) = (block.samples(), block.groups().next().unwrap_or_default());
-        if eye(index).0 == 0 { [own, other] } else { [other, own] }
+        BlockEyes::Both { replicated: self.replicated }.split(block)
     }
 
     /// Adds samples of the right eye in this block to its film, and passes copies to its observer.

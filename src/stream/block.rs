@@ -1,12 +1,40 @@
 //! The unit of transfer: samples, with the numbers of paths that normalise them.
 
-use crate::stream::{Epoch, PathCounts, Rejections, Sample};
+use crate::stream::{Epoch, PathCounts, Rejections, Sample, eye, replicate};
 
 /// Most samples of a block: 24 KiB, about a millisecond of one worker.
 pub const BLOCK_SAMPLES: usize = 1024;
 
 /// Most groups of lights of a render.
 pub const MOST_GROUPS: usize = 8;
+
+/// The eyes of a render, which its blocks carry samples of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BlockEyes {
+    /// One: all samples of the picture are its.
+    #[default]
+    One,
+    /// Two, whose chunks take turns ([`eye`]): samples of the picture are those of the eye whose chunk it is, those of the first group are of
+    /// the other.
+    Both {
+        /// Whether indices alternate between replicates.
+        replicated: bool,
+    },
+}
+
+impl BlockEyes {
+    /// The samples of the left and of the right eye in a block of such a render; a single eye is the left one.
+    pub fn split(self, block: &Block) -> [&[Sample]; 2] {
+        let first = block.header.first_index;
+        let index = match self {
+            Self::One => return [block.samples(), &[]],
+            Self::Both { replicated: true } => replicate(first).1,
+            Self::Both { replicated: false } => first,
+        };
+        let (own, other) = (block.samples(), block.groups().next().unwrap_or_default());
+        if eye(index).0 == 0 { [own, other] } else { [other, own] }
+    }
+}
 
 /// The header of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -123,5 +151,29 @@ impl Block {
         self.header = Header { epoch, first_index, ..Header::default() };
         self.rejections = Rejections::default();
         (self.len, self.room, self.groups) = (0, BLOCK_SAMPLES, 0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::CHUNK;
+
+    #[test]
+    fn chunks_of_a_block_take_turns_between_the_eyes() {
+        let sample = |x: f32| Sample { uv: [x, 0.0], ..Sample::default() };
+        let places = |samples: &[Sample]| samples.iter().map(|sample| sample.uv[0]).collect::<Vec<_>>();
+        let mut block = Block::default();
+        for (chunk, replicated, is_of_right) in
+            [(0, false, false), (1, false, true), (2, false, false), (1, true, false), (2, true, true)]
+        {
+            block.restart(Epoch(1), chunk * CHUNK);
+            assert!(block.push(sample(1.0)) && block.push(sample(2.0)));
+            block.append_groups(1, &[(0, sample(3.0))]);
+            let [left, right] = BlockEyes::Both { replicated }.split(&block).map(places);
+            let [own, other] = if is_of_right { [right, left] } else { [left, right] };
+            assert_eq!((own, other), (vec![1.0, 2.0], vec![3.0]), "chunk {chunk}, {replicated}");
+            assert_eq!(BlockEyes::One.split(&block).map(places), [vec![1.0, 2.0], vec![]]);
+        }
     }
 }

@@ -110,7 +110,7 @@ pub mod signal;
 pub mod sync;
 pub mod witnessed;
 
-pub use block::{BLOCK_SAMPLES, Block, Header, MOST_GROUPS};
+pub use block::{BLOCK_SAMPLES, Block, BlockEyes, Header, MOST_GROUPS};
 pub use block_sink::{BlockSink, Totals};
 pub use control::{Epoch, Event, FinishReason};
 pub use hub::Hub;

@@ -174,6 +174,7 @@ impl Viewer {
     fn pick(&mut self, at: [f64; 2]) -> Result<()> {
         match self.panel.on_picture(at) {
             Ok(place) => {
+                let place = place.in_left_eye(&self.editor, self.session.size());
                 self.with_tools(None, |tools, context| tools.click(place.picture.to_array(), context))
             }
             Err(_) => {
@@ -206,6 +207,7 @@ impl Viewer {
         self.set_picture_size(size);
         self.ask_room(size);
         self.restored()?;
+        self.with_tools(None, |tools, context| tools.stereo.start_over(context))?;
         Ok(Some("everything is as it was opened; Ctrl+Z brings changes of the scene back".to_owned()))
     }
 

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::client::window::panel::PanelControls;
 use crate::gpu::{DeviceChoice, DeviceFaults};
 use crate::remote::TracerAddress;
+use crate::render::options::StereoOptions;
 use crate::render::outputs::Outputs;
 use crate::render::tev::TevLink;
 
@@ -29,6 +30,8 @@ pub struct SessionContext {
     pub tracers: Vec<TracerAddress>,
     /// Frame length; `None` for the display's refresh interval.
     pub budget: Option<Duration>,
+    /// Two eyes, if the command line asks for them.
+    pub stereo: Option<StereoOptions>,
     /// The controls of the panel as they were at the start.
     pub controls: PanelControls,
     /// Name of the scene, for title and file names.

@@ -3,10 +3,11 @@
 //!
 //! A change enters the history at once. The changed scene is prepared on a thread ([`ScenePreparation`]); if that takes longer than
 //! a few frames, the old scene is traced meanwhile. `parameters` edits what the panel shows of objects and lights;
-//! `transform` moves, rotates and scales objects; `lens` has the parameters of the camera's lens.
+//! `transform` moves, rotates and scales objects; `lens` has the parameters of the camera's lens, `stereo` two eyes in its place.
 
 mod lens;
 pub mod parameters;
+mod stereo;
 mod transform;
 
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ use crate::render::edited_scene::{EditedScene, ScenePreparation};
 use crate::render::forced::Forced;
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
-use crate::scene::desc::{CameraDesc, FovAxis, ProjectionDesc};
+use crate::scene::desc::{CameraDesc, FovAxis, ProjectionDesc, StereoRig};
 use crate::scene::edit::{Edits, shape_name};
 use crate::stream::UvWindow;
 use crate::tracer::accel::Ray;
@@ -33,6 +34,7 @@ use crate::viewer::saves::free_path;
 
 use transform::TransformDrag;
 
+pub use stereo::SeenDepth;
 pub use transform::SightLine;
 
 /// Editable state: one entry of the undo history.
@@ -69,6 +71,8 @@ pub struct SceneEditor {
     opened: EditorState,
     selected: Option<SelectedShape>,
     drag: Option<TransformDrag>,
+    /// The eyes, if there are two.
+    rig: Option<StereoRig>,
     /// The last saved changes and the file they were saved to.
     saved: Option<(Edits, PathBuf)>,
 }
@@ -101,6 +105,7 @@ impl SceneEditor {
             opened: state,
             selected: None,
             drag: None,
+            rig: None,
             saved: None,
         })
     }
@@ -281,7 +286,7 @@ impl SceneEditor {
     fn ray_through(&self, at: [f64; 2], size: [u32; 2]) -> Option<(Camera, Ray)> {
         let uv = [at[0] / f64::from(size[0].max(1)), at[1] / f64::from(size[1].max(1))];
         let inside = uv.iter().all(|x| (0.0..1.0).contains(x));
-        let camera = self.camera(size).ok().filter(|_| inside)?;
+        let camera = self.seeing_camera(size).ok().filter(|_| inside)?;
         let ray = camera.ray(uv, CENTER)?;
         Some((camera, ray))
     }

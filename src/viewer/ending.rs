@@ -21,10 +21,12 @@ use crate::render::rejected::RejectedReport;
 use crate::render::report::ErrorReport;
 use crate::render::run_spec::{ChoiceReport, RunEnd};
 use crate::render::{predictions, process};
+use crate::scene::desc::StereoRig;
 use crate::study::ErrorQuantile;
 use crate::viewer::Viewer;
 use crate::viewer::picture::output::ComposedFilm;
 use crate::viewer::screen::Screen;
+use crate::viewer::tools::left_eye_of;
 
 /// Longest wait for the last samples, once the tracer was told to stop.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
@@ -39,6 +41,9 @@ struct ViewReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<ChoiceReport>,
     device: String,
+    /// The eyes, if there are two: the error is that of the left one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stereo: Option<StereoRig>,
     /// Every effect, on or off, and why.
     plan: Vec<PlannedEffect>,
     /// Values of the last epoch that were negative or not finite, by cause and origin.
@@ -174,6 +179,7 @@ impl Viewer {
             integrator: run.integrator.name(),
             auto: run.auto.clone(),
             device: run.device.clone(),
+            stereo: run.stereo,
             plan: self.panel.plan(session, &self.editor),
             left_out: run.left_out().collect(),
             rejected: session.rejected(&self.editor),
@@ -238,6 +244,10 @@ impl Viewer {
             self.session.run_spec().clone()
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
+        let has_right_eye = run.stereo.is_some();
+        let of_left_eye =
+            outputs.files().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")));
+        of_left_eye.filter(|_| has_right_eye).for_each(|path| tell(&left_eye_of(path)));
         let samples = self.picture.counts().samples();
         let mut taken = self.picture.take_film();
         let written = match &mut taken {
@@ -257,7 +267,8 @@ impl Viewer {
         } else {
             String::new()
         };
-        tell(&format!("{error}; the picture is made without the device{of}"));
+        let eye = if has_right_eye { ", of the left eye alone" } else { "" };
+        tell(&format!("{error}; the picture is made without the device{eye}{of}"));
         outputs.write(
             &mut film,
             &run,

@@ -1,5 +1,5 @@
 //! The frame loop: one frame in the paper's order (§4.2, Figure 1), and the conditions that begin an epoch, replace the film or end the
-//! loop.
+//! loop. What follows an error of a frame stands in `recovery`.
 
 use std::time::{Duration, Instant};
 
@@ -8,7 +8,7 @@ use miette::Result;
 use winit::dpi::PhysicalSize;
 
 use crate::client::pacing::FramePlan;
-use crate::client::{CHUNK_SAMPLES, ClientError, ColorOutput, FilmSpec, OptionNames, Settings};
+use crate::client::{CHUNK_SAMPLES, ClientError, ColorOutput, FilmSpec, OptionNames};
 use crate::denoise::noise_filter::EpochView;
 use crate::gpu::Swapchain;
 use crate::job::Job;
@@ -17,9 +17,9 @@ use crate::render::process::tell;
 use crate::viewer::Viewer;
 use crate::viewer::loader::SceneLoader;
 use crate::viewer::loading::window_size;
-use crate::viewer::picture::Painted;
-use crate::viewer::screen::{Canvas, Screen, is_device_lost};
+use crate::viewer::screen::{Canvas, Screen};
 use crate::viewer::session::TracerNews;
+use crate::viewer::stereo;
 use crate::viewer::tools::ViewChange;
 
 /// Polling interval while waiting for the device or for the first samples.
@@ -43,9 +43,6 @@ const PREVIEW_SAMPLES: f64 = 2.0;
 
 /// Interval between checks of the display that the window is on: not every window system reports a change.
 const DISPLAY_LOOK: Duration = Duration::from_secs(1);
-
-/// How long frames may fail before the first picture, when there is no earlier state to fall back to.
-const FIRST_PATIENCE: Duration = Duration::from_secs(5);
 
 /// Longest wait for the window system to apply a requested window size.
 const RESIZING: Duration = Duration::from_millis(400);
@@ -312,7 +309,7 @@ impl Viewer {
         }
         self.awaited.take_if(|until| Instant::now() >= *until);
         let area = self.awaited.map_or(area, |_| self.panel.viewport.area().as_uvec2().to_array());
-        self.panel.set_sizes(area, self.session.size());
+        self.set_view_sizes(area);
         Ok(true)
     }
 
@@ -420,7 +417,15 @@ impl Viewer {
     /// Begins the next epoch with the present scene, camera and size. The old picture stays until the new one is ready.
     pub(super) fn restart(&mut self) -> Result<()> {
         self.session.begin(&self.editor)?;
-        let view = EpochView { scene: self.editor.scene(), camera: self.editor.camera(self.session.size())? };
+        // With another number of eyes the film is another one, which must not be filled from samples of the epoch before.
+        let has_both = self.picture.layout(&self.panel.controls.settings).is_some();
+        if has_both != self.session.run_spec().stereo.is_some()
+            && let Err(error) = self.picture.refit(self.session.run_spec())
+        {
+            self.recover(error);
+        }
+        let camera = self.editor.seeing_camera(self.session.size())?;
+        let view = EpochView { scene: self.editor.scene(), camera };
         self.picture.begin_epoch(&self.session, view, &self.panel.controls.settings);
         self.tools.forget(ViewChange::Epoch);
         self.metrics.epoch();
@@ -464,7 +469,7 @@ impl Viewer {
     }
 
     /// Begins another epoch if the retained samples do not fit the new film.
-    fn film_changed(&mut self, before: FilmSpec) {
+    pub(super) fn film_changed(&mut self, before: FilmSpec) {
         let cross = |a: u32, b: u32| u64::from(a) * u64::from(b);
         let [width, height] = self.session.size();
         let same_shape = cross(before.width, height) == cross(before.height, width);
@@ -497,6 +502,11 @@ impl Viewer {
 
     /// Repaints the same samples after the display controls have changed; another splat filter needs another film.
     pub(super) fn controls_changed(&mut self) {
+        if self.editor.rig().is_some() {
+            stereo::refused_settings(&mut self.panel.controls.settings)
+                .into_iter()
+                .for_each(|why| self.say(why));
+        }
         self.picture.request_repaint();
         self.set_picture_size(self.session.size());
     }
@@ -507,84 +517,13 @@ impl Viewer {
             self.recover(error);
         }
         // Cursor positions refer to the picture of this size from now on.
-        let area = self.panel.viewport.area().as_uvec2().to_array();
-        self.panel.set_sizes(area, self.session.size());
+        self.set_view_sizes(self.panel.viewport.area().as_uvec2().to_array());
     }
 
-    /// Handles an error that a new device would have, too, such as out-of-memory: reverts to the film of the last picture, or else to its
-    /// settings, whichever was changed since. If neither was, the frame is retried once; then the picture freezes, without new samples,
-    /// until something changes. Before the first picture there is nothing to revert to, so the frame is retried for a while; the same
-    /// holds while all pictures were coarse, with this film and these settings: coarse ones need less memory.
-    fn step_back(&mut self, error: ClientError) {
-        let now = Instant::now();
-        let is_known = self.errors.has_failed();
-        self.clock.set(self.errors.fail(now, &error));
-        let asked = self.session.run_spec().film;
-        let asked = FilmSpec { filter: self.panel.controls.filter, ..asked };
-        let is_state =
-            |painted: &Painted| painted.detail == 1 || !painted.is_of(&asked, &self.panel.controls.settings);
-        let Some(painted) = self.picture.painted.clone().filter(is_state) else {
-            if self.errors.lasts(now) > FIRST_PATIENCE {
-                return self.fail(miette::Report::from_err(error));
-            }
-            if !is_known {
-                self.say(format!("{error}; trying again for {FIRST_PATIENCE:.0?}"));
-            }
-            return;
-        };
-        let film = painted.film;
-        let kept = if film != asked {
-            self.session.set_film(film);
-            self.panel.controls.filter = film.filter;
-            match self.picture.go_back(self.session.run_spec()) {
-                Ok(was_made) => {
-                    if was_made {
-                        self.film_changed(asked);
-                    }
-                    format!("the picture keeps its {}×{} pixels and its filter", film.width, film.height)
-                }
-                Err(_) => {
-                    // The film is the requested one, and memory does not suffice for another.
-                    self.session.set_film(asked);
-                    self.panel.controls.filter = asked.filter;
-                    if is_known {
-                        return;
-                    }
-                    "trying again".to_string()
-                }
-            }
-        } else if !painted.is_of(&film, &self.panel.controls.settings) {
-            let exposure = self.panel.controls.settings.exposure;
-            self.panel.controls.settings = Settings { exposure, ..painted.settings };
-            self.picture.request_repaint();
-            "the display settings are again those of the last picture".to_string()
-        } else if self.picture.is_frozen() {
-            // The error has been reported; the window is redrawn as soon as possible.
-            return self.picture.request_show();
-        } else {
-            match self.picture.note_failure() {
-                true => "the picture stays as it is until something is changed".to_string(),
-                false => "trying again".to_string(),
-            }
-        };
-        self.say(format!("{error}; {kept}"));
-        self.refresh();
-    }
-
-    /// Handles an error of a frame: a lost device is replaced while the tracer continues.
-    fn recover(&mut self, error: ClientError) {
-        if self.picture.gpu().is_none() {
-            // No device could be opened in time.
-            return self.fail(miette::Report::from_err(error));
-        }
-        if !is_device_lost(&error) {
-            return self.step_back(error);
-        }
-        if let Err(error) = self.picture.lose_device(error) {
-            return self.fail(miette::Report::from_err(error));
-        }
-        self.metrics.forget_device();
-        self.clock.set(Instant::now());
+    /// Shows the present picture, or those of both eyes, in an area of this size.
+    fn set_view_sizes(&mut self, area: [u32; 2]) {
+        let layout = self.picture.layout(&self.panel.controls.settings);
+        self.panel.set_sizes(area, self.session.size(), layout);
     }
 
     /// Ends the loop for this reason; only the first call has an effect.

@@ -35,7 +35,8 @@
 //!
 //! `start` leads from the command line to the open window, where `loading` shows the progress of the first scene; `reload` replaces the
 //! scene by another one, or by a new version after its files have changed; `handler` handles winit events and decides when a frame is due;
-//! `frame` is the loop; `steering` redirects camera paths after a move; `actions` carries out user actions; `ending` writes the requested files when the window closes.
+//! `frame` is the loop, and `recovery` what follows its errors; `steering` redirects camera paths after a move; `stereo` says what does not go with two
+//! eyes; `actions` carries out user actions; `ending` writes the requested files when the window closes.
 
 mod actions;
 mod clock;
@@ -52,12 +53,14 @@ pub mod options;
 mod panel;
 mod picture;
 mod preferences;
+mod recovery;
 mod reload;
 mod saves;
 mod screen;
 mod session;
 mod start;
 mod steering;
+mod stereo;
 mod tools;
 mod tracers;
 mod watch;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::client::{Denoise, Settings};
 use crate::gpu::DeviceFaults;
-use crate::render::options::SceneOptions;
+use crate::render::options::{SceneOptions, StereoOptions};
 
 /// Scene name for a window without a scene of its own: it takes that of its first tracer.
 pub const OF_TRACER: &str = "@tracer";
@@ -29,6 +29,8 @@ pub struct ViewOptions {
     /// Target frame rate in frames per second; `None` for the display's refresh rate.
     pub fps: Option<f32>,
     pub no_panel: bool,
+    /// Pictures of two eyes.
+    pub stereo: Option<StereoOptions>,
     /// Camera paths after which tracing stops.
     pub samples: Option<u64>,
     /// Rasterise samples in index order and in whole batches.

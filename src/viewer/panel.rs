@@ -14,6 +14,7 @@ use crate::client::window::input::{InputEvent, InputState};
 use crate::client::window::keys::KeyTable;
 use crate::client::window::panel::{PanelControls, PanelData, PanelTools, ToolPresence};
 use crate::client::window::viewport::{GRID_ZOOM, Viewport};
+use crate::image::stereo::{Eye, StereoLayout};
 use crate::render::effect_plan::{self, PlannedEffect};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::session::RenderSession;
@@ -21,10 +22,23 @@ use crate::viewer::session::RenderSession;
 /// Place under the cursor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CursorPlace {
-    /// Pixels of what is displayed.
+    /// The eye whose picture it is in; the left one where there is one eye.
+    pub eye: Eye,
+    /// Pixels of what is displayed of this eye.
     pub shown: DVec2,
     /// Pixels of the picture: another place where a view into a panorama is displayed.
     pub picture: DVec2,
+}
+
+impl CursorPlace {
+    /// What is seen there, in the left eye's picture of this size.
+    pub fn in_left_eye(self, editor: &SceneEditor, size: [u32; 2]) -> Self {
+        if self.eye == Eye::Left {
+            return self;
+        }
+        let place = editor.in_left_eye((self.eye, self.picture.to_array()), size).into();
+        Self { eye: Eye::Left, shown: place, picture: place }
+    }
 }
 
 /// The panel, and what the user does with mouse and keys.
@@ -123,11 +137,12 @@ impl ViewerPanel {
         if layout.is_open { (layout.width * self.host.pixels_per_point(window)).round() as u32 } else { 0 }
     }
 
-    /// Sets the window area and the size of the picture, and takes over the view into a panorama from the display settings.
-    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2]) {
+    /// Sets the window area and the size of the picture, and takes over the view into a panorama from the display settings. With a layout the
+    /// picture is composed of two of this size.
+    pub fn set_sizes(&mut self, area: [u32; 2], picture: [u32; 2], layout: Option<StereoLayout>) {
         self.viewport.set_look_around(self.controls.settings.look_around());
-        self.viewport.set_sizes(area, picture);
-        let shown = self.viewport.zoom() * self.viewport.picture();
+        self.viewport.set_sizes_of_eyes(area, picture, layout);
+        let shown = self.viewport.zoom() * self.viewport.eye();
         self.input.respond(InputEvent::Size(self.viewport.area(), shown), Instant::now());
     }
 
@@ -186,8 +201,8 @@ impl ViewerPanel {
     }
 
     fn place(&self, at: DVec2) -> Option<CursorPlace> {
-        let viewport = &self.viewport;
-        let place = || CursorPlace { shown: viewport.to_shown(at), picture: viewport.to_picture(at) };
-        viewport.contains(at).then(place)
+        let (eye, shown) = self.viewport.place_of_eye(at)?;
+        let picture = if self.viewport.is_flat() { shown } else { self.viewport.to_picture(at) };
+        Some(CursorPlace { eye, shown, picture })
     }
 }

@@ -53,6 +53,8 @@ struct LastRepaint {
 pub struct Painted {
     pub settings: Settings,
     pub film: FilmSpec,
+    /// Whether it had a right eye.
+    pub has_right_eye: bool,
     /// Picture pixels per reconstructed pixel and axis.
     pub detail: u32,
 }
@@ -335,7 +337,7 @@ impl LivePicture {
     /// Clears film and retained samples for another epoch. The old picture stays on screen until the new one is ready.
     pub fn begin_epoch(&mut self, session: &RenderSession, view: EpochView, settings: &Settings) {
         let run = session.run_spec();
-        self.kept.clear();
+        self.kept.begin(run.eyes());
         self.backup.clear();
         self.meter.clear();
         self.regions.clear();
@@ -366,14 +368,16 @@ impl LivePicture {
     /// Those of a film, and [`GpuError::Memory`](crate::gpu::GpuError::Memory) if the device is known to have no room for it; the old film
     /// stays then.
     pub fn refit(&mut self, run: &RunSpec) -> Result<bool, ClientError> {
-        if self.gpu().is_none() || self.film().is_some_and(|film| *film.spec() == run.film) {
+        let both_eyes = run.stereo.is_some();
+        let is_right = |film: &VulkanFilm| *film.spec() == run.film && film.has_right_eye() == both_eyes;
+        if self.gpu().is_none() || self.film().is_some_and(is_right) {
             return Ok(false);
         }
         let samples = self.samples();
         let settings = self.painted.as_ref().map(|painted| painted.settings.clone()).unwrap_or_default();
         let Some(screen) = &mut self.screen else { return Ok(false) };
-        screen.check_room(&run.film, &settings)?;
-        screen.replace_film(run.film)?;
+        screen.check_room(&run.film, both_eyes, &settings)?;
+        screen.replace_film(run.film, both_eyes)?;
         self.rewind(run);
         self.tell_what_is_kept("the film is made anew", samples, self.kept.len() as u64);
         self.remake_groups(run)?;

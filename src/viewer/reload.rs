@@ -9,6 +9,7 @@ use std::time::Instant;
 use miette::Result;
 
 use crate::render::process::tell;
+use crate::scene::desc::ConvergenceChoice;
 use crate::viewer::Viewer;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::loader::{LoadStage, ReadyScene, SceneLoader, ViewSource, brief};
@@ -89,6 +90,7 @@ impl Viewer {
         // Checked before anything is changed: an invalid camera is an error of the scene.
         editor.camera(before)?;
         let again = self.is_open(&source);
+        let rig = self.editor.rig();
         std::mem::swap(&mut self.editor, &mut editor);
         let lost = if again { self.editor.take_over(editor) } else { 0 };
         self.session.replace(run, choose, digest);
@@ -99,6 +101,17 @@ impl Viewer {
             self.picture.mix = LightMix::default()
         }
         self.session.set_effects(&self.editor);
+        if let Some(rig) = rig {
+            let size = self.session.size();
+            let seen = match again {
+                true => self.editor.set_rig(Some(rig)),
+                // Lengths of another scene are others.
+                false => self.editor.open_eyes(None, ConvergenceChoice::default(), size),
+            };
+            if let Err(error) = seen {
+                self.say(format!("the picture is that of one eye: {error}"));
+            }
+        }
         if self.session.size() != before {
             self.set_picture_size(self.session.size());
             self.ask_room(self.session.size());

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use winit::window::Window;
 
@@ -80,6 +80,8 @@ pub struct Screen {
     objects: Option<DeviceObjects>,
     /// Film of a lost device, if its sums are in main memory.
     rescued: Option<VulkanFilm>,
+    /// Whether the film has a right eye.
+    both_eyes: bool,
     overlay: Option<PanelRenderer>,
     choice: DeviceChoice,
     /// The window.
@@ -124,6 +126,7 @@ impl Screen {
         let mut screen = Self {
             objects: None,
             rescued: None,
+            both_eyes: false,
             overlay: None,
             choice: choice.clone(),
             window,
@@ -217,12 +220,19 @@ impl Screen {
         swapchain.gpu().plan(&self.simulated, self.device_losses);
         let pipelines = PipelineKeeper::new(swapchain.gpu().clone());
         // The requested size or filter may have changed meanwhile.
-        let rescued = self.rescued.take().filter(|film| *film.spec() == spec);
+        let is_asked_for = |film: &VulkanFilm| *film.spec() == spec && film.has_right_eye() == self.both_eyes;
+        let rescued = self.rescued.take().filter(is_asked_for);
         let film = match rescued.and_then(|film| film.moved_to(swapchain.gpu())) {
             Some(film) => film,
-            None => new_film(swapchain.gpu(), spec, self.exact)?,
+            None => self.main_film(swapchain.gpu(), spec, self.both_eyes)?,
         };
         Ok(DeviceObjects { film: Some(film), swapchain, pipelines })
+    }
+
+    /// An empty film for all of the picture.
+    fn main_film(&self, gpu: &Arc<Gpu>, spec: FilmSpec, both_eyes: bool) -> Result<VulkanFilm, ClientError> {
+        let film = new_film(gpu, spec, self.exact)?;
+        if both_eyes { film.with_right_eye() } else { Ok(film) }
     }
 
     fn handles(&self) -> Result<(RawDisplayHandle, RawWindowHandle), GpuError> {
@@ -238,26 +248,34 @@ impl Screen {
     /// # Errors
     ///
     /// [`GpuError::Memory`].
-    pub fn check_room(&self, spec: &FilmSpec, settings: &Settings) -> Result<(), ClientError> {
+    pub fn check_room(
+        &self,
+        spec: &FilmSpec,
+        both_eyes: bool,
+        settings: &Settings,
+    ) -> Result<(), ClientError> {
         let Some((gpu, film)) = self.gpu().zip(self.film()) else { return Ok(()) };
         let (streams, samples) = (film.allocated_streams(), film.counts().samples() as usize);
         let of_sums =
             |name: &str| name.starts_with("batch") || name.starts_with("samples") || name.ends_with("rests");
-        let bytes = |spec: &FilmSpec| -> u64 {
+        let bytes = |spec: &FilmSpec, both_eyes: bool| -> u64 {
             let all = film_memory(spec, settings, streams, samples, !gpu.fetches_any_level());
             let on_device = all.iter().filter(|(name, _)| !film.is_summed_on_host() || !of_sums(name));
-            on_device.map(|(_, bytes)| bytes).sum()
+            // All images have a layer for each eye.
+            on_device.map(|(_, bytes)| bytes).sum::<u64>() * if both_eyes { 2 } else { 1 }
         };
         let name = format!("a picture of {}×{} pixels", spec.width, spec.height);
-        Ok(gpu.check_room(&name, bytes(spec), bytes(film.spec()))?)
+        Ok(gpu.check_room(&name, bytes(spec, both_eyes), bytes(film.spec(), film.has_right_eye()))?)
     }
 
-    /// Replaces the film by an empty one on the same device. On an error the old one stays. If the device has finished with the old film,
-    /// its images are freed first, since few devices have room for both.
-    pub fn replace_film(&mut self, spec: FilmSpec) -> Result<(), ClientError> {
+    /// Replaces the film by an empty one on the same device, with a right eye or without. On an error the old one stays. If the device has
+    /// finished with the old film, its images are freed first, since few devices have room for both.
+    pub fn replace_film(&mut self, spec: FilmSpec, both_eyes: bool) -> Result<(), ClientError> {
+        let Some(gpu) = self.gpu().cloned() else { return Ok(()) };
+        let film = self.main_film(&gpu, spec, both_eyes)?;
+        self.both_eyes = both_eyes;
         if let Some(objects) = &mut self.objects {
-            let gpu = objects.swapchain.gpu();
-            objects.film = Some(new_film(gpu, spec, self.exact)?);
+            objects.film = Some(film);
             gpu.free_retired()?;
         }
         Ok(())
@@ -425,6 +443,11 @@ impl Screen {
             None => film.painted(),
         };
         if let Some(picture) = picture {
+            let painted = picture.extent(0);
+            let stale =
+                viewport.layout().is_some() && viewport.picture() != DVec2::from(painted.map(f64::from));
+            // A picture in the layout before is shown whole until there is one in the present layout.
+            let viewport = if stale { viewport.whole_of(painted) } else { *viewport };
             let copies = viewport.copies(swapchain.extent().unwrap_or_default());
             swapchain.draw(&mut frame, picture, &copies, viewport.filter(), repaint.is_some());
         }

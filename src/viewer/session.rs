@@ -8,14 +8,14 @@ use std::time::{Duration, Instant};
 use miette::{Result, miette};
 
 use crate::client::window::statistics::RecentValues;
-use crate::client::{FilmSpec, SplatFilter};
+use crate::client::{FilmSpec, SplatFilter, VarianceForm};
 use crate::denoise::steering::{NEEDLESS_FROM, STEERED_SAMPLES};
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::remote::{Health, TracerStatus};
 use crate::render::method::{self, Chooser, RenderOrder};
 use crate::render::rejected::RejectedReport;
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, StereoRig};
 use crate::scene::light_groups::{self, LightGroup};
 use crate::stream::{
     Block, CHUNK, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, REPLICATES, Rejections, UvWindow,
@@ -143,7 +143,8 @@ impl RenderSession {
             (FilmSpec { width, height, ..self.run.film }, std::mem::take(&mut self.run.device));
         self.asked_size = asked;
         self.asked_method = (!choose).then_some(run.integrator);
-        self.run = RunSpec { film, device, ..run };
+        // The next epoch has the eyes of the editor.
+        self.run = RunSpec { film, device, stereo: self.run.stereo, ..run };
         self.tracers.replace_scene(digest);
         self.groups = Vec::new();
         (self.chooser, self.stale) = (Chooser::new(choose), true);
@@ -267,12 +268,22 @@ impl RenderSession {
 
     /// Begins the next epoch at once with the editor's scene and camera. Blocks of the previous epoch are dropped on arrival.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
+        self.take_eyes(editor.rig());
         (self.window, self.stale) = (self.wanted_window(), false);
         (self.reached, self.arrived, self.has_gaps, self.steered) = (0, 0, false, None);
         self.rejected = Rejections::default();
         self.trace_whole(editor)?;
         self.began = Instant::now();
         Ok(())
+    }
+
+    /// Takes over the eyes of the next epoch.
+    fn take_eyes(&mut self, rig: Option<StereoRig>) {
+        if rig.is_some() != self.run.stereo.is_some() {
+            // The sub-pixel variance assumes samples of equal weight, which those of two eyes are not.
+            self.run.film.variance = rig.is_none().then_some(VarianceForm::Product);
+        }
+        self.run.stereo = rig;
     }
 
     /// Traces a region of the picture from now on, seen through `camera` as `run` specifies. The samples of the whole picture stay valid;
@@ -358,7 +369,11 @@ impl RenderSession {
 
     /// Traces the whole picture from the first index that has not arrived.
     fn trace_whole(&mut self, editor: &SceneEditor) -> Result<()> {
-        let camera = editor.camera(self.size())?;
+        let eyes = if self.run.stereo.is_some() { editor.eyes(self.size())? } else { None };
+        let (camera, right_eye) = match eyes {
+            Some([left, right]) => (left, Some(right)),
+            None => (editor.camera(self.size())?, None),
+        };
         let (epoch, first) = (self.next_epoch(), self.reached);
         let paths = self.paths.map_or(u64::MAX - first, |paths| {
             paths.saturating_sub(self.arrived.saturating_mul(self.run.integrator.paths_per_index()))
@@ -370,8 +385,9 @@ impl RenderSession {
                 Arc::new(editor.scene().with_light_groups(&sources, groups.len()))
             }
         };
-        let order = order(scene, camera, first..first.saturating_add(paths), self.window, epoch);
-        let order = RenderOrder { sampling: self.sampling(), ..order };
+        let range = first..first.saturating_add(paths);
+        let order = order(scene, camera, range, self.window, epoch);
+        let order = RenderOrder { right_eye, sampling: self.sampling(), ..order };
         self.tracers.render(&self.run, order, editor.edits())?;
         let drain_order = match self.run.deterministic {
             true => DrainOrder::Index { first },

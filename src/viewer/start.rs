@@ -38,6 +38,7 @@ use crate::viewer::preferences::Preferences;
 use crate::viewer::reload::previewed;
 use crate::viewer::screen::is_device_lost;
 use crate::viewer::session::RenderSession;
+use crate::viewer::stereo::refusal;
 use crate::viewer::tools::Tools;
 use crate::viewer::tracers::{self, Tracers};
 use crate::viewer::watch::FileWatch;
@@ -55,6 +56,12 @@ pub fn view(args: &ViewOptions) -> Result<()> {
             help = "leave --deterministic away, or render in parts: `pointillist shard`",
             "samples of tracers elsewhere come in any order: --deterministic and --connect exclude each other"
         ));
+    }
+    if let Some(why) = args
+        .stereo
+        .and_then(|_| refusal(args.deterministic, !args.tracers.connect.is_empty(), args.tev.is_some()))
+    {
+        return Err(miette::miette!("--stereo: {why}"));
     }
     let denoise = denoise(args)?;
     let outputs = Outputs::check(args.outputs.clone(), args.json.as_ref(), &args.source.scene)?;
@@ -160,6 +167,7 @@ impl ViewerApp {
             samples: args.samples,
             tev: args.tev.as_deref().map(TevLink::start).transpose()?,
             tracers,
+            stereo: args.stereo,
             controls,
             name: source.name(),
         };
@@ -335,6 +343,10 @@ fn viewer(loading: LoadingWindow, ready: ReadyScene) -> Result<Viewer> {
     let preview = (stage == LoadStage::Preview).then(|| previewed(&viewer.source));
     let messages = problem.into_iter().chain(unseen).chain(problems).chain(preview);
     messages.for_each(|message| viewer.say(message));
+    if let Some(wanted) = viewer.options.stereo {
+        let about = viewer.with_tools(None, |tools, context| tools.stereo.open(wanted, context))?;
+        viewer.say(about);
+    }
     viewer.choose_method()?;
     viewer.restart()?;
     Ok(viewer)

@@ -411,7 +411,7 @@ fn n23_ring_wrap_resize_and_epoch() {
                 if epoch == Epoch(2) && k == 500 {
                     film = make(new);
                     kept.rewind();
-                    while let Some((samples, _, paths)) = kept.feed() {
+                    while let Some(([samples, _], _, paths)) = kept.feed() {
                         film.add(samples).unwrap();
                         film.count_paths(paths);
                     }

@@ -19,5 +19,6 @@ mod panel_maps;
 mod picture;
 mod regions;
 mod scenes;
+mod stereo;
 mod tools;
 mod viewer;

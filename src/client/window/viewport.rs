@@ -9,6 +9,7 @@ use glam::{DVec2, UVec2};
 
 use crate::client::post_process::PanoramaView;
 use crate::gpu::{CopyFilter, CopyRegion};
+use crate::image::stereo::{Eye, StereoLayout};
 
 /// Largest zoom, window pixels per picture pixel.
 pub const MOST_ZOOM: f64 = 64.0;
@@ -27,8 +28,10 @@ const HARD_ZOOM: f64 = 4.0;
 pub struct Viewport {
     /// Size of the area.
     area: UVec2,
-    /// Size of the picture.
+    /// Size of the picture; of two eyes that of the composed one.
     picture: UVec2,
+    /// How the picture is composed of those of two eyes, and the size of each; `None` for one eye.
+    eyes: Option<(StereoLayout, UVec2)>,
     /// Selected zoom in window pixels per picture pixel; `None` fits the whole picture to the area.
     zoom: Option<f64>,
     /// Displayed position at the left top corner of the area.
@@ -41,7 +44,60 @@ impl Viewport {
     /// The whole picture of this size, as large as it is.
     pub fn new(size: [u32; 2]) -> Self {
         let size = UVec2::from(size).max(UVec2::ONE);
-        Self { area: size, picture: size, zoom: None, origin: DVec2::ZERO, look_around: None }
+        Self { area: size, picture: size, eyes: None, zoom: None, origin: DVec2::ZERO, look_around: None }
+    }
+
+    /// Sets the sizes of the area and of the picture of an eye; with a layout, the picture is composed of two of them.
+    pub fn set_sizes_of_eyes(&mut self, area: [u32; 2], eye: [u32; 2], layout: Option<StereoLayout>) {
+        let size = |layout: StereoLayout| layout.size(eye.map(|n| n as usize));
+        let composed = layout.and_then(|layout| Some((layout, size(layout)?.map(|n| n as u32))));
+        self.set_sizes(area, composed.map_or(eye, |(_, size)| size));
+        self.eyes = composed.map(|(layout, _)| (layout, UVec2::from(eye)));
+    }
+
+    /// This viewport with all of a picture of this size, one that was painted in another layout.
+    pub fn whole_of(&self, picture: [u32; 2]) -> Self {
+        let mut whole = *self;
+        whole.set_sizes(self.area.to_array(), picture);
+        whole.reset();
+        whole
+    }
+
+    /// How the picture is composed of those of two eyes; `None` for one eye.
+    pub fn layout(&self) -> Option<StereoLayout> {
+        self.eyes.map(|(layout, _)| layout)
+    }
+
+    /// Size of the picture of an eye.
+    pub fn eye(&self) -> DVec2 {
+        self.eyes.map_or(self.picture, |(_, size)| size).as_dvec2()
+    }
+
+    /// The eye whose picture is shown at a window position, and the displayed place in it; `None` where there is no picture.
+    pub fn place_of_eye(&self, at: DVec2) -> Option<(Eye, DVec2)> {
+        let place = Some(self.to_shown(at)).filter(|_| self.contains(at))?;
+        let Some((layout, size)) = self.eyes else { return Some((Eye::Left, place)) };
+        let (eye, place) = layout.place_of_eye(size.to_array().map(|n| n as usize), place.to_array())?;
+        Some((eye, place.into()))
+    }
+
+    /// Converts a window position to a place in the left eye's picture, as if that went on beyond its edges.
+    pub fn to_left_eye(&self, at: DVec2) -> DVec2 {
+        let (corner, scale) = self.left_eye();
+        (self.to_shown(at) - corner) / scale
+    }
+
+    /// Converts a place in the left eye's picture to a window position.
+    pub fn of_left_eye(&self, place: DVec2) -> DVec2 {
+        let (corner, scale) = self.left_eye();
+        self.to_window(corner + scale * place)
+    }
+
+    /// Corner and scale of the left eye's picture in the composed one.
+    fn left_eye(&self) -> (DVec2, DVec2) {
+        let Some((layout, size)) = self.eyes else { return (DVec2::ZERO, DVec2::ONE) };
+        let (corner, scale) = layout.left_eye(size.as_dvec2().to_array());
+        (corner.into(), scale.into())
     }
 
     /// Sets the sizes of area and picture. The picture point in the middle of the area stays there, and so does the zoom unless the picture
@@ -119,13 +175,13 @@ impl Viewport {
         self.look_around.map_or(shown, |view| view.to_picture(shown, self.picture.as_vec2()))
     }
 
-    /// Converts a picture position to the window position that shows it; `None` where a view into a panorama does not.
+    /// Converts a picture position, of two eyes one of the left, to the window position that shows it; `None` where a view into a panorama does not.
     pub fn seen(&self, place: DVec2) -> Option<DVec2> {
         let shown = match self.look_around {
             Some(view) => view.to_shown(place, self.picture.as_vec2())?,
             None => place,
         };
-        Some(self.to_window(shown))
+        Some(self.of_left_eye(shown))
     }
 
     /// Converts a window position to a displayed position.
@@ -394,6 +450,29 @@ mod tests {
         let zoom = view.zoom();
         view.set_sizes([200, 100], [400, 300]);
         assert_eq!(view.zoom(), zoom, "a window that is resized leaves it");
+    }
+
+    /// What is drawn at a place of the left eye's picture is found there by the pointer, at any zoom.
+    #[test]
+    fn both_eyes_are_found() {
+        let mut view = Viewport::new([40, 30]);
+        view.set_sizes_of_eyes([100, 30], [40, 30], Some(StereoLayout::SideBySide));
+        assert_eq!((view.picture(), view.eye()), (DVec2::new(80.0, 30.0), DVec2::new(40.0, 30.0)));
+        let place = DVec2::new(12.5, 7.5);
+        for steps in [0.0, 3.0] {
+            view.zoom_at(DVec2::new(20.0, 10.0), steps);
+            let at = view.of_left_eye(place);
+            let (eye, found) = view.place_of_eye(at).expect("within the area");
+            assert!(eye == Eye::Left && found.distance(place) < 1e-9, "{found}");
+            assert!(view.to_left_eye(at).distance(place) < 1e-9);
+        }
+        view.reset();
+        let (eye, found) = view.place_of_eye(view.to_window(DVec2::new(52.5, 7.5))).expect("within the area");
+        assert!(eye == Eye::Right && found.distance(place) < 1e-9, "{found}");
+        let painted = view.whole_of([40, 30]);
+        assert!(painted.is_whole() && painted.picture() == DVec2::new(40.0, 30.0));
+        view.set_sizes_of_eyes([40, 30], [40, 30], None);
+        assert_eq!(view, Viewport::new([40, 30]));
     }
 
     #[test]

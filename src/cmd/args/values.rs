@@ -46,14 +46,16 @@ pub(super) fn light_groups(text: &str) -> Result<LightGroupsArg, String> {
 pub struct StereoLayoutArg(pub Option<StereoLayout>);
 
 pub(super) fn stereo_layout(text: &str) -> Result<StereoLayoutArg, String> {
-    match StereoLayout::named(text) {
-        Some(layout) => Ok(StereoLayoutArg(Some(layout))),
-        None if text == "pair" => Ok(StereoLayoutArg(None)),
-        None => {
-            let names: Vec<&str> = StereoLayout::ALL.into_iter().map(StereoLayout::name).collect();
-            Err(format!("the layouts are {} and pair", names.join(", ")))
-        }
+    match composed_layout(text) {
+        _ if text == "pair" => Ok(StereoLayoutArg(None)),
+        Ok(layout) => Ok(StereoLayoutArg(Some(layout))),
+        Err(names) => Err(format!("{names} and pair")),
     }
+}
+
+pub(super) fn composed_layout(text: &str) -> Result<StereoLayout, String> {
+    let names = || StereoLayout::ALL.map(StereoLayout::name).join(", ");
+    StereoLayout::named(text).ok_or_else(|| format!("the layouts are {}", names()))
 }
 
 pub(super) fn positive_length(text: &str) -> Result<f64, &'static str> {

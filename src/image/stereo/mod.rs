@@ -3,6 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | `layout.rs` | [`StereoLayout`]: which pixel of which eye each pixel of the composed picture shows |
+//! | `places.rs` | which place of which eye's picture a place of the composed picture shows |
 //! | `anaglyph.rs` | [`Anaglyph`]: the matrices that mix both eyes for coloured glasses |
 //! | `coding.rs` | [`DisplayCoding`]: linear light of the encoded values |
 //! | `compose.rs` | [`compose`]: the composed picture, pixel by pixel |
@@ -16,6 +17,7 @@ mod coding;
 mod compose;
 mod files;
 mod layout;
+mod places;
 
 pub use anaglyph::Anaglyph;
 pub use coding::DisplayCoding;

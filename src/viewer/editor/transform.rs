@@ -78,14 +78,14 @@ impl SceneEditor {
     /// Camera ray through a position of a picture of this size, in pixels; `None` where the camera shows nothing there.
     pub fn sight_line(&self, place: DVec2, size: [u32; 2]) -> Option<SightLine> {
         let uv = (place / DVec2::from(size.map(f64::from))).to_array();
-        let ray = self.camera(size).ok()?.ray(uv, CENTER)?;
+        let ray = self.seeing_camera(size).ok()?.ray(uv, CENTER)?;
         let direction = ray.direction.as_dvec3().normalize_or(DVec3::Z);
         Some(SightLine { place, origin: self.original().space.world_point(ray.origin), direction })
     }
 
     /// Projects a world-space point into a picture of this size, in pixels, possibly outside its edges; `None` behind the camera.
     pub fn project(&self, point: DVec3, size: [u32; 2]) -> Option<[f64; 2]> {
-        let uv = self.camera(size).ok()?.screen_position(self.original().space.point(point))?;
+        let uv = self.seeing_camera(size).ok()?.screen_position(self.original().space.point(point))?;
         Some([uv.x * f64::from(size[0]), uv.y * f64::from(size[1])])
     }
 }

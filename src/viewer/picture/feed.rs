@@ -39,8 +39,9 @@ impl LivePicture {
             session.hear_server();
             self.read(session, budget)?;
         }
-        // In index order a lost film is rebuilt from the first index instead.
-        if session.run_spec().deterministic { Ok(()) } else { self.back_up(begin) }
+        // In index order a lost film is rebuilt from the first index instead, and one of two eyes from the retained samples.
+        let run = session.run_spec();
+        if run.deterministic || run.stereo.is_some() { Ok(()) } else { self.back_up(begin) }
     }
 
     /// Notes that samples from now on may be steered: weighted by the inverse of their density.
@@ -83,9 +84,9 @@ impl LivePicture {
             self.read_ahead(session, budget);
             return Ok(());
         };
-        let coarse = film.is_coarse();
+        let (coarse, eyes) = (film.is_coarse(), session.run_spec().eyes());
         let mut writer = FilmWriter::new(film, observer).with_meter(&mut self.meter);
-        writer = writer.with_groups(self.mix.films());
+        writer = writer.with_groups(self.mix.films()).with_eyes(eyes);
         let mut left = left.max(BLOCK_SAMPLES);
         while left > 0 {
             let drained = session.drain(if coarse { left.min(COARSE_PART) } else { left }, |block| {
@@ -107,12 +108,15 @@ impl LivePicture {
         let Some(film) = film else { return Ok(()) };
         film.sharpen();
         let mut outcome = Ok(());
-        self.kept.each(|samples, _, paths| {
+        self.kept.each(|[left, right], _, paths| {
             film.count_paths(paths);
             if outcome.is_ok() {
-                outcome = film.add(samples);
+                outcome = film.add(left);
             }
-            self.rasterised += samples.len() as u64;
+            if outcome.is_ok() && film.has_right_eye() {
+                outcome = film.add_right(right);
+            }
+            self.rasterised += (left.len() + right.len()) as u64;
         });
         outcome
     }
@@ -129,11 +133,13 @@ impl LivePicture {
         let mut left = budget;
         let mut writer = FilmWriter::new(film, observer).with_meter(&mut self.meter);
         while left > 0
-            && let Some((samples, first_index, paths)) = self.kept.feed()
+            && let Some(([samples, of_right], first_index, paths)) = self.kept.feed()
         {
             writer.samples(first_index, paths, samples);
-            left = left.saturating_sub(samples.len());
-            self.rasterised += samples.len() as u64;
+            writer.right_samples(of_right);
+            let count = samples.len() + of_right.len();
+            left = left.saturating_sub(count);
+            self.rasterised += count as u64;
         }
         writer.finish()?;
         Ok(left)
@@ -168,7 +174,7 @@ impl LivePicture {
     }
 
     /// A film without a device: that of `taken` or of a lost device if its sums are in memory, or else one restored from the last copy of
-    /// the sums, or else one filled from the retained samples.
+    /// the sums, or else one filled from the retained samples. It has no right eye.
     pub fn film_without_device(
         &mut self,
         spec: FilmSpec,
@@ -185,7 +191,7 @@ impl LivePicture {
         }
         let mut writer = FilmWriter::new(&mut film, None);
         self.kept.rewind();
-        while let Some((samples, first_index, paths)) = self.kept.feed() {
+        while let Some(([samples, _], first_index, paths)) = self.kept.feed() {
             writer.samples(first_index, paths, samples);
         }
         writer.finish()?;

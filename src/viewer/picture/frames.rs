@@ -10,6 +10,7 @@ use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, Reconstruction, Settings};
 use crate::denoise::noise_filter::NoiseFilter;
 use crate::gpu::FrameNumber;
+use crate::image::stereo::StereoLayout;
 use crate::stream::BLOCK_SAMPLES;
 use crate::viewer::picture::{LastRepaint, LivePicture, Painted, ShownFrame};
 use crate::viewer::screen::{Canvas, PictureParts, PictureSource};
@@ -26,6 +27,11 @@ const BLACK_PATHS: u64 = 4096;
 const BLACK_AFTER: Duration = Duration::from_millis(500);
 
 impl LivePicture {
+    /// How the picture is composed of those of two eyes; `None` for one eye.
+    pub fn layout(&self, settings: &Settings) -> Option<StereoLayout> {
+        self.film().filter(|film| film.has_right_eye()).map(|_| settings.stereo)
+    }
+
     /// Plans the frame.
     pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
         if let Some(screen) = &mut self.screen {
@@ -192,8 +198,9 @@ impl LivePicture {
                 let differs = !painted.is_of(&film, settings);
                 if detail == 1 { differs || painted.detail > 1 } else { differs && painted.detail > 1 }
             };
+            let has_right_eye = self.layout(settings).is_some();
             if self.painted.as_ref().is_none_or(is_new) {
-                self.painted = Some(Painted { settings: settings.clone(), film, detail });
+                self.painted = Some(Painted { settings: settings.clone(), film, has_right_eye, detail });
             }
             self.failures = 0;
             if std::mem::take(&mut self.unseen) {

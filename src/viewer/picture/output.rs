@@ -13,6 +13,7 @@ use crate::client::{
 };
 use crate::denoise::filtered_picture::FilteredPicture;
 use crate::image::Grid;
+use crate::image::stereo::Eye;
 use crate::render::outputs::PendingSnapshot;
 use crate::render::run_spec::{RunEnd, RunSpec};
 use crate::render::tev::TevLink;
@@ -114,6 +115,9 @@ impl LivePicture {
         // The error of a light mix is not estimated.
         if let Some(observer) = self.observer.as_ref().filter(|_| !self.mix.is_mixing()) {
             end.describe(&observer.state(), ErrorQuantile::P95);
+        }
+        if session.run_spec().stereo.is_some() && !end.notes.is_empty() {
+            end.notes.push(("errorOf", Eye::Left.name().to_owned()));
         }
         end.notes.extend(self.composition());
         end

@@ -167,6 +167,9 @@ impl FileTool {
             context
                 .say(format!("saving {picture}; it comes from the changed scene, which is saved as {scene}"));
         }
+        if run.stereo.is_some() && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr")) {
+            context.say(left_eye_of(&path));
+        }
         // Another view into a panorama would need another file; the command that C copies shows this one.
         let settings = settings_shown(context).flat();
         if context.panel.looks_around() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
@@ -175,6 +178,11 @@ impl FileTool {
         let snapshot = context.picture.snapshot(&path, context.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }
+}
+
+/// What the user is told of the EXR file of a picture of two eyes.
+pub fn left_eye_of(path: &Path) -> String {
+    format!("{} has the picture of the left eye: `render --stereo` writes both", path.display())
 }
 
 /// Settings of the displayed picture. They contain the noise filter only if that has been applied to it.
@@ -190,6 +198,10 @@ fn copy_command(context: &mut ToolContext<'_>) -> Result<String> {
     let run = context.editor.present_run_spec(name, context.session.run_spec())?;
     let options = display_options(&settings_shown(context));
     let mut command = format!("{} {options}", run.command(0, context.picture.counts().paths()));
+    if run.stereo.is_some() {
+        let layout = context.panel.controls.settings.stereo.name();
+        command = command.replacen("--stereo", &format!("--stereo {layout}"), 1);
+    }
     if run.light_groups.is_some() {
         let (exr, mix) = (quoted(&format!("{name}.exr")), context.picture.mix.options());
         command += &format!(" -o {exr}");

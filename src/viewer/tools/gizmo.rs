@@ -136,7 +136,7 @@ impl Tool for Gizmo {
             }
             _ if self.drag.is_none() => false,
             WindowEvent::CursorMoved { position, .. } => {
-                let at = context.panel.viewport.to_picture(DVec2::new(position.x, position.y));
+                let at = context.panel.viewport.to_left_eye(DVec2::new(position.x, position.y));
                 let by = self.transform(context.editor, at, context.session.size());
                 match by.map(|by| context.editor.set_transform(by)) {
                     Some(Ok(has_edited)) => context.has_edited |= has_edited,
@@ -156,7 +156,7 @@ impl Tool for Gizmo {
 
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
         let (size, zoom) = (context.session.size(), context.panel.points_per_pixel());
-        let cursor = context.panel.cursor().map(|cursor| cursor.picture);
+        let cursor = context.cursor().map(|cursor| cursor.picture);
         self.has_object = context.editor.selected().is_some();
         self.looks_around = context.panel.looks_around();
         self.drawn = if is_shown(context) { self.drawing(context.editor, cursor, size, zoom) } else { None };
@@ -198,7 +198,7 @@ impl Gizmo {
             return false;
         }
         let (size, zoom) = (context.session.size(), panel.points_per_pixel());
-        panel.cursor().is_some_and(|at| self.press(context.editor, at.picture, size, zoom))
+        context.cursor().is_some_and(|at| self.press(context.editor, at.picture, size, zoom))
     }
 
     /// Ends the drag. The panel hears the event, too.

@@ -118,6 +118,7 @@ impl Tool for LightMixTool {
 
 /// Switches the tracing of separate light groups on or off; returns a message.
 fn toggle(context: &mut ToolContext<'_>) -> Result<String> {
+    context.check_one_eye("a light mix")?;
     let ToolContext { session, picture, editor, panel, has_edited, .. } = context;
     if picture.mix.is_on() {
         session.set_light_groups(Vec::new())?;

@@ -21,6 +21,7 @@ mod parameters;
 mod region;
 mod rejected;
 mod selection;
+mod stereo;
 mod tool;
 
 use std::path::Path;
@@ -37,7 +38,7 @@ use crate::viewer::tools::tool::Tool;
 
 pub use camera::CameraAction;
 pub use exposure::ExposureAction;
-pub use files::FileAction;
+pub use files::{FileAction, left_eye_of};
 pub use look_around::LookAroundAction;
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};
@@ -162,6 +163,7 @@ tools! {
     Error error: error::ErrorFigures,
     Figures figures: figures::FigureTable,
     Camera camera: camera::CameraTool,
+    Stereo stereo: stereo::StereoTool,
     LightMix light_mix: light_mix::LightMixTool,
     Effects effects: effects::EffectList,
     Rejected rejected: rejected::RejectedView,

@@ -66,7 +66,7 @@ impl Tool for Outline {
         };
         let picture = &context.picture;
         let rests = !context.session.is_stale() && picture.is_seen() && picture.since_edit() > STILL;
-        if let Some(camera) = context.editor.camera(size).ok().filter(|_| rests) {
+        if let Some(camera) = context.editor.seeing_camera(size).ok().filter(|_| rests) {
             self.begin(key, context.editor.scene(), camera);
         }
         has_new

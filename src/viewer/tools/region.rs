@@ -60,6 +60,7 @@ impl Tool for RegionTool {
             RegionAction::Release => return release(context),
             RegionAction::Toggle => {
                 context.check_is_flat()?;
+                context.check_one_eye("a region")?;
                 let asks = !context.panel.input.asks_region();
                 context.panel.input.ask_region(asks);
                 if asks {
@@ -109,12 +110,13 @@ impl Tool for RegionTool {
 
 /// Rectangle of the picture spanned by two window positions.
 fn rectangle([from, to]: [[f64; 2]; 2], context: &ToolContext<'_>) -> Region {
-    let [from, to] = [from, to].map(|at| context.panel.viewport.to_picture(at.into()));
+    let [from, to] = [from, to].map(|at| context.panel.viewport.to_left_eye(at.into()));
     rectangle_between(from, to, context.session.size())
 }
 
 /// Restricts tracing to a rectangle of the picture until it is released or an edit begins a new epoch; returns a message.
 fn trace(rectangle: Region, context: &mut ToolContext<'_>) -> Result<String> {
+    context.check_one_eye("a region")?;
     if context.session.is_stale() || !context.picture.is_seen() {
         return Err(miette!("there is no picture of this view yet: drag the region again"));
     }

@@ -143,7 +143,7 @@ impl ToolContext<'_> {
         }
     }
 
-    /// The place of the picture, in pixels, that the action is about.
+    /// The place of the picture, in pixels, that the action is about; of two eyes that in the left one's.
     ///
     /// # Errors
     ///
@@ -159,7 +159,24 @@ impl ToolContext<'_> {
     /// If it lies outside of the picture.
     pub fn cursor_place(&self) -> Result<CursorPlace> {
         let at = self.at.ok_or_else(|| miette!("there is no picture here"))?;
-        self.panel.on_picture(at)
+        Ok(self.panel.on_picture(at)?.in_left_eye(self.editor, self.session.size()))
+    }
+
+    /// The place under the cursor, while over the picture; of two eyes that in the left one's.
+    pub fn cursor(&self) -> Option<CursorPlace> {
+        Some(self.panel.cursor()?.in_left_eye(self.editor, self.session.size()))
+    }
+
+    /// Checks that the picture is that of one eye, for `what` goes with no other.
+    ///
+    /// # Errors
+    ///
+    /// If there are two; the message says what to do.
+    pub fn check_one_eye(&self, what: &str) -> Result<()> {
+        match self.editor.rig() {
+            Some(_) => Err(miette!("{what} goes with one eye only: switch stereo off first (Ctrl+E)")),
+            None => Ok(()),
+        }
     }
 
     /// Checks that the window shows the whole picture, and no view into a panorama.

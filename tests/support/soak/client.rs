@@ -109,7 +109,7 @@ impl SoakClient {
     }
 
     fn try_feed(&mut self) -> Result<(), ClientError> {
-        while let Some((samples, _, paths)) = self.retained.feed() {
+        while let Some(([samples, _], _, paths)) = self.retained.feed() {
             self.fed += samples.len() as u64;
             self.film.count_paths(paths);
             self.film.add(samples)?;

@@ -24,30 +24,36 @@ pub struct PictureArea {
 }
 
 impl PictureArea {
-    /// Window position, in points, of a position in pixels of what is displayed.
+    /// Window position, in points, of a position in pixels of what is displayed; of two eyes that of the left.
     pub fn point(&self, place: DVec2) -> Pos2 {
-        self.points(self.view.viewport.to_window(place))
+        self.of_pixels(self.view.viewport.of_left_eye(place))
     }
 
     /// Window position, in points, that shows a position in pixels of the picture; `None` where a view into a panorama does not.
     pub fn seen(&self, place: DVec2) -> Option<Pos2> {
-        self.view.viewport.seen(place).map(|at| self.points(at))
+        self.view.viewport.seen(place).map(|at| self.of_pixels(at))
     }
 
-    fn points(&self, at: DVec2) -> Pos2 {
+    /// Position in pixels of what is displayed for a window position in points; of two eyes that of the left.
+    pub fn place(&self, point: Pos2) -> DVec2 {
+        self.view.viewport.to_left_eye(self.pixels(point))
+    }
+
+    /// Window position in points of one in pixels.
+    fn of_pixels(&self, at: DVec2) -> Pos2 {
         let at = at / f64::from(self.view.pixels_per_point);
         self.area.min + vec2(at.x as f32, at.y as f32)
     }
 
-    /// Position in pixels of what is displayed for a window position in points.
-    pub fn place(&self, point: Pos2) -> DVec2 {
+    /// Window position in pixels of one in points.
+    fn pixels(&self, point: Pos2) -> DVec2 {
         let at = (point - self.area.min) * self.view.pixels_per_point;
-        self.view.viewport.to_shown(DVec2::new(f64::from(at.x), f64::from(at.y)))
+        DVec2::new(f64::from(at.x), f64::from(at.y))
     }
 
-    /// Window rectangle of the whole picture, which may exceed the area.
+    /// Window rectangle of the whole picture, which may exceed the area; of two eyes that of the left.
     pub fn whole(&self) -> Rect {
-        let size = self.view.viewport.picture();
+        let size = self.view.viewport.eye();
         Rect::from_min_max(self.point(DVec2::ZERO), self.point(size))
     }
 }
@@ -68,17 +74,19 @@ pub(super) fn show(ctx: &Context, picture: PictureArea) {
 /// Grid lines between magnified pixels.
 fn grid(ctx: &Context, picture: PictureArea) {
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(picture.area);
-    let size = picture.view.viewport.picture();
-    let (first, last) = (picture.place(picture.area.min), picture.place(picture.area.max));
-    let (first, last) = (first.floor().max(DVec2::ZERO), last.ceil().min(size));
+    let viewport = &picture.view.viewport;
+    let [first, last] =
+        [picture.area.min, picture.area.max].map(|at| viewport.to_picture(picture.pixels(at)));
+    let (first, last) = (first.floor().max(DVec2::ZERO), last.ceil().min(viewport.picture()));
     let stroke = Stroke::new(1.0 / picture.view.pixels_per_point, Color32::from_white_alpha(40));
-    let (from, to) = (picture.point(first), picture.point(last));
+    let point = |place: DVec2| picture.of_pixels(viewport.to_window(place));
+    let (from, to) = (point(first), point(last));
     for x in first.x as i64..=last.x as i64 {
-        let x = picture.point(DVec2::new(x as f64, 0.0)).x;
+        let x = point(DVec2::new(x as f64, 0.0)).x;
         painter.line_segment([pos2(x, from.y), pos2(x, to.y)], stroke);
     }
     for y in first.y as i64..=last.y as i64 {
-        let y = picture.point(DVec2::new(0.0, y as f64)).y;
+        let y = point(DVec2::new(0.0, y as f64)).y;
         painter.line_segment([pos2(from.x, y), pos2(to.x, y)], stroke);
     }
 }

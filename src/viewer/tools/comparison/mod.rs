@@ -59,6 +59,9 @@ impl Tool for Comparison {
     }
 
     fn perform(&mut self, action: CompareAction, context: &mut ToolContext<'_>) -> Result<Option<String>> {
+        if !matches!(action, CompareAction::Forget(_)) {
+            context.check_one_eye("a comparison")?;
+        }
         match action {
             CompareAction::KeepSnapshot => {
                 context.check_light_is_shown()?;
@@ -98,6 +101,12 @@ impl Tool for Comparison {
     fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
         if context.panel.looks_around() && std::mem::take(&mut self.controls.is_shown) {
             context.say(format!("the comparison ends: {ONLY_FLAT}"));
+        }
+        if self.controls.is_shown
+            && let Err(error) = context.check_one_eye("a comparison")
+        {
+            self.controls.is_shown = false;
+            context.say(error.to_string());
         }
         let settings = &context.panel.controls.settings;
         self.data = self.references.data(&self.controls, settings, context.session, context.picture);

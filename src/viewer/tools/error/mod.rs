@@ -40,6 +40,8 @@ pub struct ErrorFigures {
     /// `[seconds, error]` of the checkpoints of the picture that is compared with.
     compared: Vec<[f64; 2]>,
     target: f64,
+    /// Whether it is that of the left of two eyes.
+    is_of_left_eye: bool,
     /// Name of the integrator in use.
     method: &'static str,
 }
@@ -58,6 +60,7 @@ impl Tool for ErrorFigures {
     fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
         let (picture, run) = (&context.picture, context.session.run_spec());
         self.method = run.integrator.name();
+        self.is_of_left_eye = run.stereo.is_some();
         self.target = picture.target().error;
         self.compared = std::mem::take(&mut data.compared);
         self.summary = picture.present_observer().map(|observer| {
@@ -84,6 +87,9 @@ fn show(ui: &mut Ui, tool: &ErrorFigures, queue: &mut ActionQueue<ErrorAction>) 
         return;
     };
     figures(ui, error);
+    if tool.is_of_left_eye {
+        ui.colored_label(style::DIM, "This is the error of the left eye's picture.");
+    }
     ui.horizontal(|ui| {
         ui.colored_label(style::DIM, "Target")
             .on_hover_text("Relative error that 95 % of the picture shall stay below");

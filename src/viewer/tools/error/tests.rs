@@ -83,3 +83,15 @@ fn hostile_errors_are_shown_without_a_panic() {
         }));
     }
 }
+
+/// Of two eyes the error is that of the left, which is said.
+#[test]
+fn the_left_eye_is_named() {
+    let words = "This is the error of the left eye's picture.";
+    assert!(harness(Some(known())).query_by_label(words).is_none());
+    let tool = ErrorFigures { summary: Some(known()), is_of_left_eye: true, ..ErrorFigures::default() };
+    let draw = move |ui: &mut Ui, queue: &mut ActionQueue<ErrorAction>| show(ui, &tool, queue);
+    let mut harness = Harness::builder().build_ui_state(draw, ActionQueue::default());
+    harness.run_steps(2);
+    harness.get_by_label(words);
+}

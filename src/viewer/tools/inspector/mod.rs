@@ -56,10 +56,11 @@ impl Tool for Inspector {
     }
 
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
+        self.is_shown = context.panel.controls.layout.shows(PanelTab::Inspect);
+        let shows = self.is_shown && !context.panel.controls.settings.view.is_error();
+        let cursor = if shows { context.cursor() } else { None };
         let ToolContext { session, picture, editor, panel, .. } = context;
         let settings = &panel.controls.settings;
-        self.is_shown = panel.controls.layout.shows(PanelTab::Inspect);
-        let cursor = panel.cursor().filter(|_| self.is_shown && !settings.view.is_error());
         self.pixel = cursor.and_then(|at| reading(at, session, picture, editor, settings.exposure));
     }
 

@@ -72,6 +72,10 @@ impl PixelStudy {
         self.clear();
         let mut run = session.run_spec().clone();
         let IntegratorTraits { extends, hides_paths, .. } = run.integrator.traits();
+        let hides_paths = match run.stereo {
+            Some(_) => &Some("the numbers of paths are those of two eyes: without stereo a click draws them"),
+            None => hides_paths,
+        };
         let note = match (hides_paths, extends) {
             (Some(why), _) => *why,
             (None, Some(connected)) => {
@@ -86,7 +90,7 @@ impl PixelStudy {
             true => indices(picture.kept(), run.integrator, pixel, size),
             false => PixelIndices::default(),
         };
-        let (scene, camera, window) = (editor.scene(), editor.camera(size)?, session.window());
+        let (scene, camera, window) = (editor.scene(), editor.seeing_camera(size)?, session.window());
         let media = media_names(editor.desc());
         let trace = move |stop: &StopFlag| {
             let scene = Arc::new(Scene::clone(&scene).recorded());
@@ -197,7 +201,7 @@ fn indices(kept: &RetainedSamples, method: IntegratorKind, pixel: [u32; 2], size
     let mut found = PixelIndices::default();
     // Number of camera samples in the previous block, by index.
     let mut sent = HashMap::new();
-    kept.each(|samples, first, paths| {
+    kept.each(|[samples, _], first, paths| {
         let camera = || samples.iter().filter(|sample| sample.w > 0.0);
         let before = sent.remove(&first).unwrap_or(0);
         let unfinished = (before + camera().count() as u64).checked_sub(paths.camera);
@@ -449,7 +453,7 @@ mod tests {
             let context = context(recorded.clone());
             for pixel in [[0, 0], [3, 2], [5, 4]] {
                 let mut wanted = Vec::new();
-                kept.each(|samples, _, _| {
+                kept.each(|[samples, _], _, _| {
                     let inside =
                         |uv: [f32; 2]| (0..2).all(|i| (uv[i] * SIZE[i] as f32).floor() == pixel[i] as f32);
                     wanted.extend(samples.iter().filter(|s| s.w > 0.0 && inside(s.uv)).map(|s| s.xyz.y));

@@ -1,0 +1,135 @@
+//! Two eyes in the real window: switched on and off, composed in other layouts, and found under the pointer.
+
+use crate::support::desktop::Desktop;
+use crate::viewer::{Listened, PATIENCE, figures, folder, png, program, scene, view, words};
+
+const CTRL: u32 = 0xffe3;
+
+const ENDED: &str = "the render has ended";
+
+fn press(desktop: &Desktop, key: char) {
+    [true, false].into_iter().for_each(|down| desktop.key(u32::from(key), down));
+}
+
+fn press_ctrl(desktop: &Desktop, key: char) {
+    desktop.key(CTRL, true);
+    press(desktop, key);
+    desktop.key(CTRL, false);
+}
+
+/// Mean signal of the columns from `from` to `to` of a picture of this width.
+fn mean(rgb: &[u8], width: usize, from: usize, to: usize) -> f64 {
+    let row = |row: &[u8]| row[3 * from..3 * to].iter().map(|c| f64::from(*c)).sum::<f64>();
+    let sum: f64 = rgb.chunks_exact(3 * width).map(row).sum();
+    sum / (rgb.len() as f64 * (to - from) as f64 / width as f64)
+}
+
+/// The picture of two eyes is twice as wide, and shows the scene from two places; with one eye again it is what it was. Another layout is the
+/// same samples: the render does not begin anew.
+#[test]
+fn two_eyes_are_switched_on_composed_and_switched_off() {
+    let (desktop, folder) = (Desktop::start(400, 300), folder("stereo"));
+    let options = ["--size", "96x64", "--samples", "100000", "--integrator", "path", "--no-panel"];
+    let options = [&options[..], &["--json", "figures.json"]].concat();
+    let mut viewer = Listened::new(view(&desktop, &folder, &options));
+    viewer.wait_for(ENDED);
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    assert!(desktop.focus(window, PATIENCE));
+    let save = |viewer: &mut Listened, number: usize| {
+        press(&desktop, 'p');
+        let name = format!("cornell-{number:03}.png");
+        viewer.wait_for(&format!("saved {name}"));
+        png(&folder.join(name))
+    };
+    press_ctrl(&desktop, 'e');
+    viewer.wait_for("stereo: the noise filter is off");
+    viewer.wait_for_times(ENDED, 2);
+    let (width, height, both) = save(&mut viewer, 1);
+    assert_eq!((width, height), (192, 64));
+    let [left, right] = [mean(&both, 192, 0, 96), mean(&both, 192, 96, 192)];
+    assert!(left > 20.0 && (left / right - 1.0).abs() < 0.1, "{left} {right}");
+    let is_same = |row: &[u8]| row[..3 * 96] == row[3 * 96..];
+    assert!(!both.chunks_exact(3 * 192).any(is_same), "the right eye's picture is a copy of the left one's");
+    for (number, layout, size) in [(2, "Side by side, half width", (96, 64)), (3, "Over/under", (96, 128))] {
+        press(&desktop, 'y');
+        viewer.wait_for(layout);
+        let (width, height, _) = save(&mut viewer, number);
+        assert_eq!((width, height), size, "{layout}");
+    }
+    assert_eq!(viewer.times(ENDED), 2, "a layout traces nothing");
+    // What sees one eye is refused by its name.
+    for (key, what) in [('b', "a region"), ('l', "a light mix")] {
+        press_ctrl(&desktop, key);
+        viewer.wait_for(&format!("{what} goes with one eye only"));
+    }
+    press(&desktop, 'k');
+    viewer.wait_for("a comparison goes with one eye only");
+    // The sums of an EXR file are those of one eye.
+    press(&desktop, 'e');
+    viewer.wait_for("has the picture of the left eye");
+    viewer.wait_for("saved cornell-001.exr");
+    press_ctrl(&desktop, 'e');
+    viewer.wait_for("the picture is that of one eye");
+    viewer.wait_for_times(ENDED, 3);
+    let (width, height, _) = save(&mut viewer, 4);
+    assert_eq!((width, height), (96, 64));
+    assert!(viewer.terminate().status.success());
+    let figures = figures(&folder);
+    assert_eq!(figures["epochs"], 3, "{figures:#}");
+    assert_eq!(figures["validation_messages"], 0, "{figures:#}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// The distances at which the eyes were told to converge.
+fn distances(said: &str) -> Vec<f64> {
+    let parts = said.split("the eyes converge at a distance of ").skip(1);
+    parts.map(|part| part.split(' ').next().unwrap().parse().unwrap()).collect()
+}
+
+/// The pointer finds the wall at the back of the box in the pictures of both eyes. Other eyes begin another epoch.
+#[test]
+fn the_pointer_finds_the_same_point_in_both_pictures() {
+    let (desktop, folder) = (Desktop::start(400, 300), folder("stereo-pointer"));
+    let options = ["--size", "96x96", "--samples", "50000", "--integrator", "path", "--no-panel"];
+    let of_eyes = ["--stereo", "--interocular", "0.05", "--json", "figures.json"];
+    let mut viewer = Listened::new(view(&desktop, &folder, &[&options[..], &of_eyes].concat()));
+    viewer.wait_for(ENDED);
+    let window = desktop.find("ointillist", PATIENCE).unwrap();
+    assert!(desktop.focus(window, PATIENCE));
+    // Both pictures, of 192×96 pixels, are shown at half of their size in the middle of the window.
+    let converge = |viewer: &mut Listened, (x, y), times: usize| {
+        desktop.pointer(x, y);
+        press(&desktop, 'v');
+        viewer.wait_for_times("the eyes converge at a distance of", times);
+    };
+    // The floor, and the wall at the back in both pictures.
+    converge(&mut viewer, (24, 68), 1);
+    viewer.wait_for_times(ENDED, 2);
+    converge(&mut viewer, (24, 36), 2);
+    viewer.wait_for_times(ENDED, 3);
+    converge(&mut viewer, (72, 36), 3);
+    desktop.pointer(24, 8);
+    press(&desktop, 'v');
+    viewer.wait_for("there is no picture here");
+    let output = viewer.terminate();
+    assert!(output.status.success());
+    let [of_floor, of_left, of_right] = distances(&words(&output))[..] else { panic!("{}", words(&output)) };
+    assert!(of_floor < 10.0, "{of_floor}");
+    assert!((of_left - 13.6).abs() < 0.1 && (of_right - 13.6).abs() < 0.1, "{of_left} {of_right}");
+    let figures = figures(&folder);
+    assert_eq!(figures["stereo"]["interocular"], 0.05, "{figures:#}");
+    assert_eq!(figures["validation_messages"], 0, "{figures:#}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// What two eyes do not go with is an error before anything is opened.
+#[test]
+fn options_of_one_eye_are_refused() {
+    let refused = |options: &[&str]| {
+        let output = program().arg("view").arg(scene()).arg("--stereo").args(options).output().unwrap();
+        assert!(!output.status.success(), "{options:?}");
+        words(&output)
+    };
+    assert!(refused(&["--deterministic"]).contains("leave --deterministic away"));
+    assert!(refused(&["--tev", "localhost:14158"]).contains("tev is shown one eye"));
+}
