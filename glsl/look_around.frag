@@ -9,7 +9,8 @@ layout(push_constant) uniform LookAroundPush {
     vec4 across;   // its change per texel to the right
     vec4 down;     // its change per texel down
     vec2 size;     // texels that the picture covers
-    vec2 padding;
+    float focal;   // focal length of a fisheye lens, texels
+    float padding;
 } push;
 
 layout(set = 0, binding = 0) uniform sampler2D picture;
@@ -23,8 +24,13 @@ const uint CUBE_BLOCK = 2u;
 const uint CUBE_ROW = 3u;
 const uint CUBE_COLUMN = 4u;
 const uint CUBE_CROSS = 5u;
+const uint FISHEYE_EQUIDISTANT = 6u;
+const uint FISHEYE_EQUISOLID = 7u;
+const uint FISHEYE_STEREOGRAPHIC = 8u;
+const uint FISHEYE_ORTHOGRAPHIC = 9u;
 layout(constant_id = 0) const uint PROJECTION = SPHERICAL;
-const bool IS_CUBE = PROJECTION >= CUBE_BLOCK;
+const bool IS_CUBE = PROJECTION >= CUBE_BLOCK && PROJECTION <= CUBE_CROSS;
+const bool IS_FISHEYE = PROJECTION >= FISHEYE_EQUIDISTANT;
 
 // The faces of a cube (right, left, up, down, front, back): the directions of the middle, the right edge and the upper edge of each.
 const vec3 AHEAD[6] = vec3[](vec3(-1, 0, 0), vec3(1, 0, 0), vec3(0, 1, 0), vec3(0, -1, 0), vec3(0, 0, 1), vec3(0, 0, -1));
@@ -94,6 +100,9 @@ ivec2 texel_of(int face, ivec2 texel) {
     vec2 cell = cell_of(face);
     ivec2 last = first_texel(cell + 1.0) - 1;
     ivec2 inside = clamp(texel, first_texel(cell), last);
+    if (IS_FISHEYE) {
+        return inside;
+    }
     if (!IS_CUBE) {
         // The edges at the left and at the right continue each other; beyond a pole the picture goes on half a turn farther.
         int width = last.x + 1;
@@ -128,6 +137,22 @@ float arc_tangent(float y, float x) {
     return y < 0.0 ? -angle : angle;
 }
 
+// Radius in the picture of a fisheye lens per length of a direction across its axis; negative where it shows nothing.
+float magnification(vec3 d) {
+    float len = length(d);
+    if (PROJECTION == FISHEYE_EQUISOLID) {
+        return 2.0 / sqrt(2.0 * len * max(len + d.z, 1e-6 * len));
+    }
+    if (PROJECTION == FISHEYE_STEREOGRAPHIC) {
+        return len + d.z > 1e-4 * len ? 2.0 / (len + d.z) : -1.0;
+    }
+    if (PROJECTION == FISHEYE_ORTHOGRAPHIC) {
+        return d.z >= 0.0 ? 1.0 / len : -1.0;
+    }
+    float across = length(d.xy);
+    return arc_tangent(across, d.z) / max(across, 1e-20);
+}
+
 void main() {
     vec3 d = push.corner.xyz + push.across.xyz * gl_FragCoord.x + push.down.xyz * gl_FragCoord.y;
     int face = 0;
@@ -135,6 +160,13 @@ void main() {
     if (IS_CUBE) {
         face = face_of(d);
         place = on_face(face, d);
+    } else if (IS_FISHEYE) {
+        float factor = magnification(d);
+        place = 0.5 * push.size - d.xy * (factor * push.focal);
+        if (factor < 0.0 || any(lessThan(place, vec2(0.0))) || any(greaterThan(place, push.size))) {
+            xyz = vec4(0.0, 0.0, 0.0, 1.0);
+            return;
+        }
     } else {
         place = vec2(0.5 + arc_tangent(-d.x, d.z) / (2.0 * PI), arc_tangent(length(d.xz), d.y) / PI) * cell_size();
     }

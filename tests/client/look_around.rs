@@ -32,7 +32,12 @@ fn views(projection: PanoramaProjection) -> impl Iterator<Item = PanoramaView> {
         [179.4, 88.6, 70.0],
         [90.2, -89.0, 115.0],
     ];
-    angles.into_iter().map(move |[yaw, pitch, fov]| PanoramaView { projection, yaw, pitch, fov })
+    angles.into_iter().map(move |[yaw, pitch, fov]| PanoramaView {
+        yaw,
+        pitch,
+        fov,
+        ..PanoramaView::ahead(projection)
+    })
 }
 
 fn camera(projection: ProjectionDesc, to_world: DAffine3, [width, height]: [u32; 2]) -> Camera {
@@ -94,6 +99,57 @@ fn views_show_what_a_perspective_camera_sees() {
     }
 }
 
+/// The same of fisheye lenses, as far as they see; beyond that a view is black.
+#[test]
+fn views_into_fisheye_pictures_show_what_a_perspective_camera_sees() {
+    let size = [72, 72];
+    for (projection, mapping, lens) in [
+        (PanoramaProjection::FisheyeEquidistant, FisheyeMapping::Equidistant, 200.0),
+        (PanoramaProjection::FisheyeEquisolid, FisheyeMapping::Equisolid, 220.0),
+        (PanoramaProjection::FisheyeStereographic, FisheyeMapping::Stereographic, 160.0),
+        (PanoramaProjection::FisheyeOrthographic, FisheyeMapping::Orthographic, 120.0),
+    ] {
+        let (fov, fov_axis) = (f64::from(lens), FovAxis::Smaller);
+        let desc = FisheyeDesc { mapping, fov, fov_axis, image_circle: 360.0, distortion: [0.0; 4] };
+        let fisheye = camera(ProjectionDesc::Fisheye(desc), DAffine3::IDENTITY, size);
+        let texels = centers(size).map(|at| direction(&fisheye, at, size).unwrap_or(Vec3::NAN)).collect();
+        let picture = Grid::from_rows(72, 72, texels).unwrap();
+        let extent = Vec2::splat(72.0);
+        let mut counts = [0, 0];
+        for view in views(projection).map(|view| PanoramaView { lens, ..view }) {
+            let mut post = PostSettings::default();
+            post.look_around.view = Some(view);
+            let shown = post.apply(&picture, PictureGrid { extent: size, detail: 1 }).unwrap();
+            let wanted = perspective(&view, size);
+            for (at, got) in centers(size).zip(shown.pixels()) {
+                let ray = direction(&wanted, at, size).unwrap();
+                let Some(place) = view.to_picture(at, extent) else {
+                    assert_eq!(*got, Vec3::ZERO, "{view:?} at {at}");
+                    counts[1] += 1;
+                    continue;
+                };
+                // Two lenses crowd what is beside or behind them into a rim; texels at the edge of the picture lack a neighbour.
+                let is_rim = match mapping {
+                    FisheyeMapping::Orthographic => ray.z < 0.4,
+                    FisheyeMapping::Equisolid => ray.z < -0.8,
+                    FisheyeMapping::Equidistant | FisheyeMapping::Stereographic => false,
+                };
+                if is_rim || place.min_element() < 1.0 || place.max_element() > 71.0 {
+                    continue;
+                }
+                let back = direction(&fisheye, place, size).unwrap().distance(ray);
+                assert!(back < 5e-4, "{view:?}: {at} to {place}: off by {back}");
+                let error = got.normalize().distance(ray);
+                assert!(error < 2e-2, "{view:?} at {at}: {got}, off by {error}");
+                let there = view.to_shown(place, extent).unwrap();
+                assert!(there.distance(at) < 0.1, "{view:?}: {at} to {place} to {there}");
+                counts[0] += 1;
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 500), "{projection:?}: {counts:?} inside and outside");
+    }
+}
+
 /// A place of the window is the place of the panorama whose ray goes the same way, and back again.
 #[test]
 fn places_of_views_are_places_of_the_panorama() {
@@ -103,7 +159,7 @@ fn places_of_views_are_places_of_the_panorama() {
         for view in views(projection) {
             let wanted = perspective(&view, size);
             for shown in centers(size).step_by(7) {
-                let place = view.to_picture(shown, extent);
+                let place = view.to_picture(shown, extent).unwrap();
                 let got = direction(&panorama, place, size).unwrap();
                 let error = got.distance(direction(&wanted, shown, size).unwrap());
                 assert!(error < 5e-4, "{view:?}, {shown} to {place}: off by {error}");

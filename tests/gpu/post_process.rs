@@ -47,7 +47,7 @@ fn post_processed_pictures_equal_the_reference() {
     assert_silent(gpu());
 }
 
-/// Views into panoramas of every projection, across seams, corners and a pole.
+/// Views into panoramas of every projection, across seams, corners, a pole, and the rim of fisheye lenses.
 #[test]
 fn views_into_panoramas_equal_the_reference() {
     let spec = spec(96, 72, SplatFilter::Gaussian);
@@ -59,7 +59,8 @@ fn views_into_panoramas_equal_the_reference() {
     for projection in PanoramaProjection::value_variants() {
         for [yaw, pitch, fov] in [[20.0, 10.0, 100.0], [171.0, -33.0, 60.0], [-75.0, 70.0, 90.0]] {
             let mut settings = plain.clone();
-            settings.post.look_around.view = Some(PanoramaView { projection: *projection, yaw, pitch, fov });
+            settings.post.look_around.view =
+                Some(PanoramaView { yaw, pitch, fov, ..PanoramaView::ahead(*projection) });
             let wanted = settings.post.apply(&picture, PictureGrid { extent: [96, 72], detail: 1 });
             let wanted: Vec<_> = wanted.expect("memory").pixels().iter().map(Vec3::to_array).collect();
             let worst = difference(&film.reconstruct(&settings, 1).expect("a picture"), &wanted);

@@ -11,8 +11,9 @@ use crate::image::Grid;
 #[derive(clap::Args, Clone, Debug, Default, PartialEq)]
 pub struct LookAround {
     /// A perspective view into a picture of all directions: how that shows them (spherical, over-under, cube-block, cube-row, cube-column,
-    /// cube-cross), and in degrees the angles of the view to the right and up, and its field of view along the longer side (10 to 120).
-    #[arg(id = "look_around", long = "look-around", value_name = "PROJECTION[,YAW,PITCH,FOV]")]
+    /// cube-cross, fisheye-equidistant, fisheye-equisolid, fisheye-stereographic, fisheye-orthographic), and in degrees the angles of the view to
+    /// the right and up, its field of view along the longer side (10 to 120), and what a fisheye lens covers along the shorter side.
+    #[arg(id = "look_around", long = "look-around", value_name = "PROJECTION[,YAW,PITCH,FOV[,LENS]]")]
     #[arg(value_parser = PanoramaView::parse)]
     pub view: Option<PanoramaView>,
 }
@@ -28,8 +29,10 @@ blocks! {
         down: [f32; 4],
         /// Texels that the picture covers.
         size: [f32; 2],
+        /// Focal length of a fisheye lens, texels.
+        focal: f32,
         /// Fills the last 16 bytes.
-        padding: [f32; 2],
+        padding: f32,
     }
 }
 
@@ -70,7 +73,8 @@ impl PostProcess for LookAround {
         let size = Vec2::from(extent.map(|n| n as f32 / detail as f32));
         let Some(view) = self.view else { return LookAroundPush::default() };
         let [corner, across, down] = view.directions(size).map(|v| v.extend(0.0).to_array());
-        LookAroundPush { corner, across, down, size: size.to_array(), padding: [0.0; 2] }
+        let focal = PanoramaGrid::new(&view, size).focal();
+        LookAroundPush { corner, across, down, size: size.to_array(), focal, padding: 0.0 }
     }
 
     fn constants(&self) -> Vec<u32> {
@@ -82,6 +86,6 @@ impl PostProcess for LookAround {
         let [corner, across, down] =
             [push.corner, push.across, push.down].map(|v| Vec3::new(v[0], v[1], v[2]));
         let direction = corner + across * (x as f32 + 0.5) + down * (y as f32 + 0.5);
-        PanoramaGrid::new(view.projection, push.size.into()).sample(picture, direction)
+        PanoramaGrid::new(&view, push.size.into()).sample(picture, direction)
     }
 }

@@ -26,6 +26,14 @@ pub enum PanoramaProjection {
     CubeColumn,
     /// Faces of a cube, 4 × 3: left, front, right, back in the middle row, up and down above and below the front.
     CubeCross,
+    /// A fisheye lens, by the radius of an angle θ to its axis: θ.
+    FisheyeEquidistant,
+    /// 2 sin(θ / 2).
+    FisheyeEquisolid,
+    /// 2 tan(θ / 2).
+    FisheyeStereographic,
+    /// sin θ.
+    FisheyeOrthographic,
 }
 
 /// The faces of a cube (right, left, up, down, front, back): the directions of the middle, the right edge and the upper edge of each.
@@ -50,18 +58,66 @@ const CROSS: [IVec2; 6] = [
 
 impl PanoramaProjection {
     fn is_cube(self) -> bool {
-        !matches!(self, Self::Spherical | Self::OverUnder)
+        matches!(self, Self::CubeBlock | Self::CubeRow | Self::CubeColumn | Self::CubeCross)
+    }
+
+    /// Whether it is a fisheye lens, which does not show all directions.
+    pub fn is_fisheye(self) -> bool {
+        !self.is_cube() && !matches!(self, Self::Spherical | Self::OverUnder)
+    }
+
+    /// Largest field of view of a fisheye lens, degrees.
+    fn widest(self) -> f32 {
+        match self {
+            Self::FisheyeOrthographic => 180.0,
+            Self::FisheyeStereographic => 358.0,
+            _ => 360.0,
+        }
+    }
+
+    /// Radius of an angle to the axis of a fisheye lens, for the focal length 1.
+    fn radius(self, angle: f32) -> f32 {
+        match self {
+            Self::FisheyeEquisolid => 2.0 * (0.5 * angle).sin(),
+            Self::FisheyeStereographic => 2.0 * (0.5 * angle).tan(),
+            Self::FisheyeOrthographic => angle.sin(),
+            _ => angle,
+        }
+    }
+
+    /// The angle of a radius; `None` beyond the largest.
+    fn angle(self, radius: f32) -> Option<f32> {
+        match self {
+            Self::FisheyeEquisolid => (radius <= 2.0).then(|| 2.0 * (0.5 * radius).asin()),
+            Self::FisheyeStereographic => Some(2.0 * (0.5 * radius).atan()),
+            Self::FisheyeOrthographic => (radius <= 1.0).then(|| radius.asin()),
+            _ => (radius <= PI).then_some(radius),
+        }
+    }
+
+    /// Radius in the picture of a fisheye lens per length of a direction across its axis; `None` where it shows nothing.
+    fn magnification(self, d: Vec3) -> Option<f32> {
+        let length = d.length();
+        match self {
+            Self::FisheyeEquisolid => Some(2.0 / (2.0 * length * (length + d.z).max(1e-6 * length)).sqrt()),
+            Self::FisheyeStereographic => (length + d.z > 1e-4 * length).then(|| 2.0 / (length + d.z)),
+            Self::FisheyeOrthographic => (d.z >= 0.0).then(|| 1.0 / length),
+            _ => {
+                let across = d.truncate().length();
+                Some(arc_tangent(across, d.z) / across.max(1e-20))
+            }
+        }
     }
 
     /// Columns and rows of equal cells, one for each face or eye.
     fn cells(self) -> Vec2 {
         match self {
-            Self::Spherical => Vec2::new(1.0, 1.0),
             Self::OverUnder => Vec2::new(1.0, 2.0),
             Self::CubeBlock => Vec2::new(3.0, 2.0),
             Self::CubeRow => Vec2::new(6.0, 1.0),
             Self::CubeColumn => Vec2::new(1.0, 6.0),
             Self::CubeCross => Vec2::new(4.0, 3.0),
+            _ => Vec2::ONE,
         }
     }
 
@@ -69,11 +125,11 @@ impl PanoramaProjection {
     fn cell(self, face: usize) -> Vec2 {
         let i = face as i32;
         let cell = match self {
-            Self::Spherical | Self::OverUnder => IVec2::ZERO,
             Self::CubeBlock => IVec2::new(i % 3, i / 3),
             Self::CubeRow => IVec2::new(i, 0),
             Self::CubeColumn => IVec2::new(0, i),
             Self::CubeCross => CROSS[face],
+            _ => IVec2::ZERO,
         };
         cell.as_vec2()
     }
@@ -85,17 +141,26 @@ pub(super) struct PanoramaGrid {
     projection: PanoramaProjection,
     /// Width and height of a cell, texels; not whole where the grid is coarser than the picture.
     cell: Vec2,
+    /// Focal length of a fisheye lens, texels.
+    focal: f32,
 }
 
 impl PanoramaGrid {
-    /// A picture that covers `size` texels.
-    pub(super) fn new(projection: PanoramaProjection, size: Vec2) -> Self {
-        Self { projection, cell: size / projection.cells() }
+    /// The picture that a view looks into, which covers `size` texels.
+    pub(super) fn new(view: &PanoramaView, size: Vec2) -> Self {
+        let PanoramaView { projection, lens, .. } = *view;
+        let focal = 0.5 * size.min_element() / projection.radius(0.5 * lens.to_radians());
+        Self { projection, cell: size / projection.cells(), focal }
     }
 
-    /// The picture in a direction, interpolated between the four nearest texels, also those across a seam.
+    /// Focal length of a fisheye lens, texels.
+    pub(super) fn focal(&self) -> f32 {
+        self.focal
+    }
+
+    /// The picture in a direction, interpolated between the four nearest texels, also those across a seam; black where it shows nothing.
     pub(super) fn sample(&self, picture: &Grid<Vec3>, direction: Vec3) -> Vec3 {
-        let (face, place) = self.place(direction);
+        let Some((face, place)) = self.place(direction) else { return Vec3::ZERO };
         let corner = (place - 0.5).floor();
         let share = place - 0.5 - corner;
         let texel = |x: i32, y: i32| {
@@ -106,15 +171,20 @@ impl PanoramaGrid {
         top.lerp(bottom, share.y)
     }
 
-    /// The face that shows a direction, and the place.
-    fn place(&self, d: Vec3) -> (usize, Vec2) {
+    /// The face that shows a direction, and the place; `None` where a fisheye lens does not.
+    fn place(&self, d: Vec3) -> Option<(usize, Vec2)> {
         if self.projection.is_cube() {
             let face = face_of(d);
-            return (face, self.on_face(face, d));
+            return Some((face, self.on_face(face, d)));
+        }
+        if self.projection.is_fisheye() {
+            let place = 0.5 * self.cell - d.truncate() * (self.projection.magnification(d)? * self.focal);
+            let inside = place.cmpge(Vec2::ZERO).all() && place.cmple(self.cell).all();
+            return inside.then_some((0, place));
         }
         let x = 0.5 + arc_tangent(-d.x, d.z) / TAU;
         let y = arc_tangent(Vec2::new(d.x, d.z).length(), d.y) / PI;
-        (0, Vec2::new(x, y) * self.cell)
+        Some((0, Vec2::new(x, y) * self.cell))
     }
 
     /// The place of a direction before the plane of a face.
@@ -142,6 +212,9 @@ impl PanoramaGrid {
     fn texel(&self, face: usize, texel: IVec2) -> IVec2 {
         let [first, last] = self.texels(face);
         let inside = texel.clamp(first, last);
+        if self.projection.is_fisheye() {
+            return inside;
+        }
         if !self.projection.is_cube() {
             // The edges at the left and at the right continue each other; beyond a pole the picture goes on half a turn farther.
             let width = last.x + 1;
@@ -165,6 +238,11 @@ impl PanoramaGrid {
         if self.projection.is_cube() {
             let face = (0..6).find(|face| self.projection.cell(*face) == cell)?;
             return Some(self.on_plane(face, place));
+        }
+        if self.projection.is_fisheye() {
+            let across = (0.5 * self.cell - place) / self.focal;
+            let (sin, cos) = self.projection.angle(across.length())?.sin_cos();
+            return Some((across.normalize_or_zero() * sin).extend(cos));
         }
         let (sin, cos) = (TAU * (place.x / self.cell.x - 0.5)).sin_cos();
         let (sin_theta, cos_theta) = (PI * place.y / self.cell.y).sin_cos();
@@ -196,6 +274,9 @@ fn arc_tangent(y: f32, x: f32) -> f32 {
 /// Least and greatest field of view of a view, degrees.
 pub const VIEW_FOVS: [f32; 2] = [10.0, 120.0];
 
+/// The angles that follow a projection.
+const EXPECTED: &str = "to the right, up, field of view, and that of a fisheye lens";
+
 /// A perspective view into a panorama. Angles are in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PanoramaView {
@@ -207,15 +288,17 @@ pub struct PanoramaView {
     pub pitch: f32,
     /// Field of view along the longer side of the picture.
     pub fov: f32,
+    /// Of a fisheye lens the angle that the shorter side of the picture covers; else of no effect.
+    pub lens: f32,
 }
 
 impl PanoramaView {
-    /// The view ahead.
+    /// The view ahead; a fisheye lens covers 180 degrees.
     pub fn ahead(projection: PanoramaProjection) -> Self {
-        Self { projection, yaw: 0.0, pitch: 0.0, fov: 90.0 }
+        Self { projection, yaw: 0.0, pitch: 0.0, fov: 90.0, lens: 180.0 }
     }
 
-    /// Reads `PROJECTION` or `PROJECTION,YAW,PITCH,FOV`.
+    /// Reads `PROJECTION` or `PROJECTION,YAW,PITCH,FOV`; with the angle of a fisheye lens after that, if it is not 180 degrees.
     ///
     /// # Errors
     ///
@@ -228,18 +311,28 @@ impl PanoramaView {
         })?;
         let view = Self::ahead(projection);
         let Some(angles) = angles else { return Ok(view) };
-        let [yaw, pitch, fov] = angles.split(',').collect::<Vec<_>>()[..] else {
-            return Err(
-                "expected three angles after the projection: to the right, up, field of view".to_owned()
-            );
+        let angles: Vec<_> = angles.split(',').collect();
+        let (yaw, pitch, fov, lens) = match angles[..] {
+            [yaw, pitch, fov] => (yaw, pitch, fov, view.lens),
+            [yaw, pitch, fov, lens] if projection.is_fisheye() => {
+                (yaw, pitch, fov, number(lens, 1.0..=projection.widest())?)
+            }
+            _ => return Err(format!("expected angles after the projection: {EXPECTED}")),
         };
         let fov = number(fov, VIEW_FOVS[0]..=VIEW_FOVS[1])?;
-        Ok(Self { yaw: number(yaw, -180.0..=180.0)?, pitch: number(pitch, -90.0..=90.0)?, fov, projection })
+        Ok(Self {
+            yaw: number(yaw, -180.0..=180.0)?,
+            pitch: number(pitch, -90.0..=90.0)?,
+            fov,
+            lens,
+            projection,
+        })
     }
 
     /// The view as [`parse`](Self::parse) reads it.
     pub fn text(&self) -> String {
-        format!("{},{},{},{}", self.projection.name(), self.yaw, self.pitch, self.fov)
+        let lens = if self.projection.is_fisheye() { format!(",{}", self.lens) } else { String::new() };
+        format!("{},{},{},{}{lens}", self.projection.name(), self.yaw, self.pitch, self.fov)
     }
 
     /// Turned by a drag over these fractions of a picture of this extent, so that the panorama follows the cursor.
@@ -295,21 +388,22 @@ impl PanoramaView {
         corner + across * shown.x + down * shown.y
     }
 
-    /// The place of the panorama that the view shows at a place, both in pixels of a picture of this extent.
-    pub fn to_picture(&self, shown: DVec2, extent: Vec2) -> DVec2 {
+    /// The place of the panorama that the view shows at a place, both in pixels of a picture of this extent; `None` beyond what a fisheye lens
+    /// shows.
+    pub fn to_picture(&self, shown: DVec2, extent: Vec2) -> Option<DVec2> {
         let direction = self.direction(shown.as_vec2(), extent);
-        let grid = PanoramaGrid::new(self.projection, extent);
-        let (face, place) = grid.place(direction);
+        let grid = PanoramaGrid::new(self, extent);
+        let (face, place) = grid.place(direction)?;
         // What is rounded to an edge stays on its face.
         let cell = self.projection.cell(face);
         let [first, end] = [cell, cell + 1.0].map(|cell| (cell * grid.cell).as_dvec2());
-        place.as_dvec2().clamp(first, end - 1e-3)
+        Some(place.as_dvec2().clamp(first, end - 1e-3))
     }
 
     /// Where the view shows a place of the panorama, both in pixels of a picture of this extent; it may lie beside the picture. `None` behind
     /// the view, and where the panorama has no direction.
     pub fn to_shown(&self, place: DVec2, extent: Vec2) -> Option<DVec2> {
-        let direction = PanoramaGrid::new(self.projection, extent).direction(place.as_vec2())?;
+        let direction = PanoramaGrid::new(self, extent).direction(place.as_vec2())?;
         let ([ahead, right, up], half) = (self.axes(), self.half(extent));
         let depth = direction.dot(ahead);
         let across = Vec2::new(direction.dot(right), -direction.dot(up)) / (depth * half);
@@ -342,7 +436,9 @@ mod tests {
     /// Texels beyond an edge are those of the face beside it, and never a part of the picture that shows no direction of the view.
     #[test]
     fn seams_continue() {
-        let grid = |projection, width, height| PanoramaGrid::new(projection, Vec2::new(width, height));
+        let grid = |projection, width, height| {
+            PanoramaGrid::new(&PanoramaView::ahead(projection), Vec2::new(width, height))
+        };
         let spherical = grid(PanoramaProjection::OverUnder, 8.0, 8.0);
         for (from, to) in [([-1, 2], [7, 2]), ([8, 2], [0, 2]), ([1, -1], [5, 0]), ([6, 4], [2, 3])] {
             assert_eq!(spherical.texel(0, from.into()), IVec2::from(to), "{from:?}");
@@ -371,13 +467,22 @@ mod tests {
 
     #[test]
     fn views_are_read_as_they_are_written() {
-        let view =
-            PanoramaView { projection: PanoramaProjection::CubeCross, yaw: -12.5, pitch: 30.0, fov: 75.0 };
-        assert_eq!(PanoramaView::parse(&view.text()), Ok(view));
+        let ahead = PanoramaView::ahead(PanoramaProjection::CubeCross);
+        let view = PanoramaView { yaw: -12.5, pitch: 30.0, fov: 75.0, ..ahead };
+        let lens = PanoramaView { projection: PanoramaProjection::FisheyeEquisolid, lens: 220.5, ..view };
+        for view in [view, lens] {
+            assert_eq!(PanoramaView::parse(&view.text()), Ok(view));
+        }
         assert_eq!(PanoramaView::parse("spherical"), Ok(PanoramaView::ahead(PanoramaProjection::Spherical)));
-        for wrong in
-            ["", "fisheye", "spherical,1", "spherical,1,2,3", "spherical,0,91,60", "spherical,0,0,60,1"]
-        {
+        for wrong in [
+            "",
+            "fisheye",
+            "spherical,1",
+            "spherical,1,2,3",
+            "spherical,0,91,60",
+            "spherical,0,0,60,1",
+            "fisheye-orthographic,0,0,60,190",
+        ] {
             assert!(PanoramaView::parse(wrong).is_err(), "{wrong}");
         }
     }

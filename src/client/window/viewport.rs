@@ -163,16 +163,26 @@ impl Viewport {
         self.zoom.is_none()
     }
 
-    /// Whether a window position lies in the area and on the picture.
+    /// Whether a window position lies in the area and on the picture, and there is a position of the picture behind it.
     pub fn contains(&self, at: DVec2) -> bool {
         let is_within = |at: DVec2, size: DVec2| at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
-        is_within(at, self.area()) && is_within(self.to_shown(at), self.picture())
+        let shown = self.to_shown(at);
+        is_within(at, self.area()) && is_within(shown, self.picture()) && self.behind(shown).is_some()
     }
 
-    /// Converts a window position to a position of the picture, which a view into a panorama shows there.
+    /// Converts a window position to a position of the picture, which a view into a panorama shows there; to the displayed one where it shows
+    /// nothing ([`contains`](Self::contains) is false there).
     pub fn to_picture(&self, at: DVec2) -> DVec2 {
         let shown = self.to_shown(at);
-        self.look_around.map_or(shown, |view| view.to_picture(shown, self.picture.as_vec2()))
+        self.behind(shown).unwrap_or(shown)
+    }
+
+    /// The position of the picture that is displayed at this one.
+    fn behind(&self, shown: DVec2) -> Option<DVec2> {
+        match self.look_around {
+            Some(view) => view.to_picture(shown, self.picture.as_vec2()),
+            None => Some(shown),
+        }
     }
 
     /// Converts a picture position, of two eyes one of the left, to the window position that shows it; `None` where a view into a panorama does not.

@@ -11,7 +11,7 @@ use crate::client::window::action::ActionQueue;
 use crate::client::window::keys::{BoundAction, KeyBinding, ToolKey, Trigger, mouse, tool_key};
 use crate::client::window::panel::{PanelData, SectionPlace};
 use crate::scene::SceneDesc;
-use crate::scene::desc::{CubeLayout, ProjectionDesc, StereoEyes};
+use crate::scene::desc::{CubeLayout, FisheyeDesc, FisheyeMapping, ProjectionDesc, StereoEyes};
 use crate::viewer::tools::tool::{Tool, ToolContext};
 
 /// Part of the view's width or height by which an arrow key turns it.
@@ -84,9 +84,11 @@ impl Tool for LookAroundTool {
             }
             (LookAroundAction::Toggle, None) => {
                 context.check_light_is_shown()?;
-                let projection = panorama(context.editor.desc()).map_err(|why| miette!("{why}"))?;
-                let last = self.last.filter(|view| view.projection == projection);
-                (Some(last.unwrap_or(PanoramaView::ahead(projection))), Some(HOW_TO.to_owned()))
+                let ahead = panorama(context.editor.desc(), context.session.size());
+                let ahead = ahead.map_err(|why| miette!("{why}"))?;
+                let last = self.last.filter(|last| last.projection == ahead.projection);
+                let view = last.map_or(ahead, |last| PanoramaView { lens: ahead.lens, ..last });
+                (Some(view), Some(HOW_TO.to_owned()))
             }
             (_, None) => return Err(miette!("this turns the view into a panorama: A looks around in one")),
             (LookAroundAction::Turn(by), Some(view)) => {
@@ -102,25 +104,29 @@ impl Tool for LookAroundTool {
     /// Fits the display settings to the scene: a panorama that is opened is looked around in, and a view that was asked for in any other way gets
     /// the projection of the scene, or ends where that is no panorama.
     fn poll(&mut self, context: &mut ToolContext<'_>) -> bool {
-        let found = panorama(context.editor.desc());
-        let projection = found.ok();
+        let found = panorama(context.editor.desc(), context.session.size());
+        let projection = found.ok().map(|ahead| ahead.projection);
         let is_new = self.fitted.replace(projection) != Some(projection);
         let view = context.panel.controls.settings.post.look_around.view;
-        let next = match (view, projection) {
-            (Some(view), Some(projection)) => Some(PanoramaView { projection, ..view }),
-            (None, Some(projection)) if is_new => Some(PanoramaView::ahead(projection)),
+        let next = match (view, found) {
+            (Some(view), Ok(PanoramaView { projection, lens, .. })) => {
+                Some(PanoramaView { projection, lens, ..view })
+            }
+            (None, Ok(ahead)) if is_new && !ahead.projection.is_fisheye() => Some(ahead),
             _ => None,
         };
         if next == view {
             return false;
         }
         context.panel.change_settings(|settings| settings.post.look_around.view = next);
-        context.say(found.map_or_else(str::to_owned, |_| HOW_TO.to_owned()));
+        if next.map(|next| next.projection) != view.map(|view| view.projection) {
+            context.say(found.map_or_else(str::to_owned, |_| HOW_TO.to_owned()));
+        }
         true
     }
 
     fn update(&mut self, context: &mut ToolContext<'_>, _: &mut PanelData) {
-        let is_panorama = panorama(context.editor.desc()).is_ok();
+        let is_panorama = panorama(context.editor.desc(), context.session.size()).is_ok();
         self.shown = is_panorama.then_some(context.panel.controls.settings.post.look_around.view.is_some());
     }
 
@@ -142,30 +148,54 @@ fn show(ui: &mut Ui, mut shown: bool, queue: &mut ActionQueue<LookAroundAction>)
     }
 }
 
-/// How the pictures of this scene show all directions.
+/// The view ahead into pictures of this scene of this size.
 ///
 /// # Errors
 ///
-/// Where they do not; the message says why.
-fn panorama(desc: &SceneDesc) -> Result<PanoramaProjection, &'static str> {
+/// Where there is nothing to look around in; the message says why.
+fn panorama(desc: &SceneDesc, size: [u32; 2]) -> Result<PanoramaView, &'static str> {
     if desc.film.crop.is_some() {
         return Err("there is nothing to look around in: the film shows a crop of the picture");
     }
-    match &desc.camera.projection {
-        ProjectionDesc::Spherical => Ok(PanoramaProjection::Spherical),
-        ProjectionDesc::Stereo(stereo) => Ok(match stereo.eyes {
+    let projection = match &desc.camera.projection {
+        ProjectionDesc::Spherical => PanoramaProjection::Spherical,
+        ProjectionDesc::Stereo(stereo) => match stereo.eyes {
             StereoEyes::OverUnder => PanoramaProjection::OverUnder,
             StereoEyes::Left | StereoEyes::Right => PanoramaProjection::Spherical,
-        }),
-        ProjectionDesc::CubeMap(layout) => Ok(match layout {
+        },
+        ProjectionDesc::CubeMap(layout) => match layout {
             CubeLayout::Block => PanoramaProjection::CubeBlock,
             CubeLayout::Row => PanoramaProjection::CubeRow,
             CubeLayout::Column => PanoramaProjection::CubeColumn,
             CubeLayout::Cross => PanoramaProjection::CubeCross,
-        }),
-        ProjectionDesc::Fisheye(_) => Err("the picture of a fisheye lens is shown flat only"),
-        _ => Err("there is nothing to look around in: the camera does not show all directions"),
-    }
+        },
+        ProjectionDesc::Fisheye(fisheye) => {
+            if fisheye.distortion != [0.0; 4] || desc.camera.principal_point_offset != DVec2::ZERO {
+                return Err("the picture of a fisheye lens that is distorted or shifted is shown flat only");
+            }
+            return Ok(fisheye_view(fisheye, size));
+        }
+        _ => return Err("there is nothing to look around in: the camera shows no panorama"),
+    };
+    Ok(PanoramaView::ahead(projection))
+}
+
+/// The view ahead into a picture of a fisheye lens. Its field of view may be given along any side of the picture; a view has it along the shorter.
+fn fisheye_view(fisheye: &FisheyeDesc, size: [u32; 2]) -> PanoramaView {
+    let [width, height] = size.map(|n| f64::from(n.max(1)));
+    let half = fisheye.mapping.radius(0.5 * fisheye.fov.to_radians());
+    let radius = fisheye.fov_axis.of_half(half, width / height).min_element();
+    let (projection, angle) = match fisheye.mapping {
+        FisheyeMapping::Equidistant => (PanoramaProjection::FisheyeEquidistant, radius),
+        FisheyeMapping::Equisolid => {
+            (PanoramaProjection::FisheyeEquisolid, 2.0 * (0.5 * radius).min(1.0).asin())
+        }
+        FisheyeMapping::Stereographic => {
+            (PanoramaProjection::FisheyeStereographic, 2.0 * (0.5 * radius).atan())
+        }
+        FisheyeMapping::Orthographic => (PanoramaProjection::FisheyeOrthographic, radius.min(1.0).asin()),
+    };
+    PanoramaView { lens: (2.0 * angle).to_degrees() as f32, ..PanoramaView::ahead(projection) }
 }
 
 #[cfg(test)]
@@ -194,12 +224,18 @@ mod tests {
                 "<scene version=\"3.0.0\"><sensor {sensor}</sensor><shape type=\"sphere\"/><emitter type=\"constant\"/></scene>"
             );
             let desc = crate::scene::load_str("t.xml", &text, &[]).expect("valid").desc;
-            panorama(&desc)
+            panorama(&desc, [96, 64])
         };
-        assert_eq!(of("type=\"spherical\">"), Ok(PanoramaProjection::Spherical));
+        let ahead = |projection| Ok(PanoramaView::ahead(projection));
+        assert_eq!(of("type=\"spherical\">"), ahead(PanoramaProjection::Spherical));
         let cross = "type=\"cubemap\"><string name=\"layout\" value=\"cross\"/>";
-        assert_eq!(of(cross), Ok(PanoramaProjection::CubeCross));
-        assert_eq!(of("type=\"ods\">"), Ok(PanoramaProjection::OverUnder));
+        assert_eq!(of(cross), ahead(PanoramaProjection::CubeCross));
+        assert_eq!(of("type=\"ods\">"), ahead(PanoramaProjection::OverUnder));
+        // 90 degrees along the longer side of 96 × 64 pixels.
+        let fisheye =
+            "type=\"fisheye\"><float name=\"fov\" value=\"90\"/><string name=\"fov_axis\" value=\"x\"/>";
+        let lens = of(fisheye).map(|view| view.lens);
+        assert!(lens.is_ok_and(|lens| (lens - 60.0).abs() < 1e-3), "{lens:?}");
         let refused = of("type=\"perspective\"><float name=\"fov\" value=\"40\"/>");
         assert!(refused.is_err_and(|why| why.contains("nothing to look around in")));
         let crop = "type=\"spherical\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"64\"/>\

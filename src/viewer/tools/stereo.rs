@@ -61,8 +61,11 @@ pub struct StereoTool {
     /// Display settings that two eyes are not shown with.
     one_eyed: Option<(Denoise, f32, ColorOutput)>,
     /// What is seen in an epoch by these eyes in pictures of this size.
-    seen: Option<((Epoch, StereoRig, [u32; 2]), Option<SeenDepth>)>,
+    seen: Option<(SeenKey, Option<SeenDepth>)>,
 }
+
+/// Epoch, eyes and size of pictures.
+type SeenKey = (Epoch, StereoRig, [u32; 2]);
 
 impl Tool for StereoTool {
     type Action = StereoAction;

@@ -33,5 +33,8 @@ fn batches_and_scale() {
     }
     assert_eq!((state.counts().camera_paths, state.counts().light_paths), (u64::MAX, u64::MAX));
     state.clear();
-    assert_eq!((state.counts(), state.scale(), state.lods(state.samples())), (FilmCounts::default(), 1.0, [None, None]));
+    assert_eq!(
+        (state.counts(), state.scale(), state.lods(state.samples())),
+        (FilmCounts::default(), 1.0, [None, None])
+    );
 }
