@@ -36,11 +36,10 @@ impl Viewer {
         let film = FilmSpec { variance: asked.variance, ..painted.film };
         let kept = if self.session.run_spec().stereo.is_some() && !painted.has_right_eye {
             // The device has no room for both eyes.
-            if let Err(error) = self.editor.set_rig(None) {
-                return self.fail(error);
+            match self.with_tools(None, |tools, context| tools.stereo.close(context)) {
+                Ok(closed) => closed,
+                Err(error) => return self.fail(error),
             }
-            self.edited();
-            "the picture stays that of one eye".to_string()
         } else if film != asked {
             self.session.set_film(film);
             self.panel.controls.filter = film.filter;

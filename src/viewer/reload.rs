@@ -109,7 +109,8 @@ impl Viewer {
                 false => self.editor.open_eyes(None, ConvergenceChoice::default(), size),
             };
             if let Err(error) = seen {
-                self.say(format!("the picture is that of one eye: {error}"));
+                let closed = self.with_tools(None, |tools, context| tools.stereo.close(context))?;
+                self.say(format!("{closed}: {error}"));
             }
         }
         if self.session.size() != before {

@@ -4,7 +4,7 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use egui::{Slider, SliderClamping, Ui};
+use egui::{Checkbox, Slider, SliderClamping, Ui};
 use miette::{Result, miette};
 
 use crate::client::window::action::ActionQueue;
@@ -175,9 +175,9 @@ impl StereoTool {
         Ok(told.join("; "))
     }
 
-    /// Closes the right eye; returns a message.
-    fn close(&mut self, context: &mut ToolContext<'_>) -> Result<String> {
-        self.last = context.editor.rig();
+    /// Closes the right eye, and shows with one eye what was shown with it before; returns a message.
+    pub fn close(&mut self, context: &mut ToolContext<'_>) -> Result<String> {
+        self.last = context.editor.rig().or(self.last);
         context.editor.set_rig(None)?;
         if let Some(one_eyed) = self.one_eyed.take() {
             context.panel.change_settings(|settings| {
@@ -230,11 +230,25 @@ fn show(ui: &mut Ui, shown: Option<&ShownEyes>, queue: &mut ActionQueue<StereoAc
     }
     let Some(ShownEyes { rig, layout, reach, seen }) = shown else { return };
     let mut next = *layout;
-    let hint = "How the pictures of both eyes become one; nothing is traced anew. Cross-eyed exchanges the eyes of side by side  Y";
+    let hint = "How the pictures of both eyes become one; nothing is traced anew  Y";
     let kinds = StereoLayout::ALL.map(|layout| (layout.label(), layout));
     choice(ui, ("Layout", hint), &mut next, &StereoLayout::default(), &kinds);
     if next != *layout {
         queue.ask(StereoAction::SetLayout(next));
+    }
+    let swapped = match layout {
+        StereoLayout::SideBySide => Some(StereoLayout::CrossEyed),
+        StereoLayout::CrossEyed => Some(StereoLayout::SideBySide),
+        _ => None,
+    };
+    let mut is_swapped = *layout == StereoLayout::CrossEyed;
+    let swap = ui.add_enabled(swapped.is_some(), Checkbox::new(&mut is_swapped, "Swap eyes"));
+    let swap = swap.on_hover_text("The right eye's picture at the left, for a viewer who squints");
+    let swap = swap.on_disabled_hover_text(
+        "Only pictures side by side are exchanged: glasses and screens have one order of the eyes",
+    );
+    if let Some(swapped) = swapped.filter(|_| swap.changed()) {
+        queue.ask(StereoAction::SetLayout(swapped));
     }
     let hint = "Distance between the eyes, units of the scene: the larger, the deeper";
     slide(
@@ -348,6 +362,7 @@ mod tests {
         harness.get_by_label("Depths 1 to 12.3; comfortable from 0.75 on");
         for (label, action) in [
             ("Two eyes", UserAction::Tool(StereoAction::Toggle)),
+            ("Swap eyes", UserAction::Tool(StereoAction::SetLayout(StereoLayout::CrossEyed))),
             ("Parallel", UserAction::Tool(StereoAction::Converge(StereoConvergence::Parallel))),
             ("Converge on…", UserAction::AskPlace(StereoAction::ConvergeOn)),
         ] {
