@@ -77,11 +77,8 @@ fn untouched_values_stay_bit_for_bit() {
             adaptive_filter: [AdaptiveFilter::Off, AdaptiveFilter::Light][round % 2],
             denoise: [Denoise::Off, Denoise::Wavelet][round % 2],
             reproject: round % 2 == 0,
-<<<<<<< HEAD
             steer: round % 3 == 0,
-=======
             stereo: StereoLayout::ALL[round % 12],
->>>>>>> e
             reconstruction: [Reconstruction::CatmullRom, Reconstruction::Mipmap, Reconstruction::None]
                 [round % 3],
             kernel: ReconstructionKernel { taps: 2 + round as u32 % 7, exponent: round as u32 % 5 },
