@@ -22,7 +22,7 @@ pub type Streams = [Option<StreamImages>; 2];
 
 /// The layer of the images that a rasteriser adds to, and how many there are.
 #[derive(Clone, Copy, Debug)]
-pub struct Layer {
+pub struct EyeLayer {
     /// 0, or 1 for the right one of two eyes.
     pub index: u32,
     /// The number of eyes.
@@ -41,7 +41,7 @@ pub enum Raster {
 /// Batches, passes and images on a device.
 pub struct DeviceRaster {
     gpu: Arc<Gpu>,
-    layer: Layer,
+    layer: EyeLayer,
     uploader: Uploader,
     /// Created with the first batch.
     passes: Option<Passes>,
@@ -73,7 +73,7 @@ impl Raster {
     /// # Errors
     ///
     /// [`ClientError::Threads`].
-    pub fn device(gpu: &Arc<Gpu>, spec: &FilmSpec, layer: Layer) -> Result<Self, ClientError> {
+    pub fn device(gpu: &Arc<Gpu>, spec: &FilmSpec, layer: EyeLayer) -> Result<Self, ClientError> {
         Ok(Self::Device(Box::new(DeviceRaster {
             gpu: gpu.clone(),
             layer,
@@ -265,7 +265,7 @@ impl DeviceRaster {
     ) -> Result<(), ClientError> {
         let BatchSnapshot { samples, scale } = batch.moment();
         let inverse_scale = scale.recip();
-        let Layer { index: layer, count } = self.layer;
+        let EyeLayer { index: layer, count } = self.layer;
         make_images(&self.gpu, spec, samples, true, count, streams)?;
         let passes = match &mut self.passes {
             Some(passes) => passes,

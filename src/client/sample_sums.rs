@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::client::error::ClientError;
 use crate::client::pass::images::StreamImages;
 use crate::client::pass::repaint::{FilmSums, floats};
-use crate::client::raster::{self, Layer, Raster, Streams};
+use crate::client::raster::{self, EyeLayer, Raster, Streams};
 use crate::client::readback::Readback;
 use crate::client::reference::sums::HostSums;
 use crate::client::settings::{FilmCounts, FilmData, FilmSpec};
@@ -51,7 +51,7 @@ impl SampleSums {
         let of_eye = |index| {
             let state = FilmState::new(spec)?;
             let raster = match place {
-                SumsPlace::Device => Raster::device(gpu, &spec, Layer { index, count: eyes })?,
+                SumsPlace::Device => Raster::device(gpu, &spec, EyeLayer { index, count: eyes })?,
                 SumsPlace::Host => Raster::host(),
             };
             Ok(EyeSums { state, raster })

@@ -86,6 +86,7 @@ fn samples_of_both_eyes_are_kept() {
     sink.start(Epoch(1), UvWindow::PICTURE);
     // The chunk of the left eye, and that of the right.
     for (index, own, other) in [(0, 0.25, 0.75), (CHUNK, 0.5, 0.125)] {
+        sink.begin_chunk(index);
         sink.begin_path(index);
         sink.camera([own, 0.5], Xyz::new(1.0, 1.0, 1.0), 1.0);
         sink.camera_of_other_eye([other, 0.5], Xyz::new(1.0, 1.0, 1.0), 1.0);
