@@ -21,9 +21,10 @@ use crate::gpu::Gpu;
 use crate::render::device::Device;
 use crate::render::figures::{Percentiles, Seconds, check_json, human, publish};
 use crate::render::load::{self, Opened};
+use crate::render::options::StereoOptions;
 use crate::render::run_spec::RunSpec;
 use crate::render::timings::{self, TimingCapture, describe};
-use crate::render::{method, process};
+use crate::render::{method, process, stereo};
 use bytes::BytesReport;
 use run::WARM_UP;
 pub use run::{BenchJob, PassTimes, measure};
@@ -53,14 +54,23 @@ pub fn bench(args: &BenchArgs) -> Result<()> {
         ));
     };
     let mut run = input.run(&args.source, device.name());
+    let (mut camera, mut right_eye) = (camera, None);
+    let mut settings = args.display.settings();
+    if let Some(layout) = args.stereo {
+        let eyes = StereoOptions { layout: Some(layout), interocular: None, convergence: Default::default() };
+        let (rig, [left, right], about) = stereo::set_up(&eyes, &input.loaded.desc, &scene, &camera)?;
+        tracing::info!("{about}");
+        (camera, right_eye, run.stereo, settings.stereo) = (left, Some(right), Some(rig), layout);
+        run.film.variance = None;
+    }
     let (scene, threads) = (Arc::new(scene), args.source.threads());
     method::choose(&mut run, &scene, &camera, threads);
     method::tell_choice(&run);
     let capture = args.gpu_timings.as_deref().map(|path| TimingCapture::new(path, Some(gpu))).transpose()?;
     tracing::info!("ready after {:.2} s", started.elapsed().as_secs_f64());
-    let settings = args.display.settings();
     let (frames, at_most) = (args.frames, Duration::MAX);
-    let job = BenchJob { gpu, run: &run, scene, camera, threads, settings: &settings, frames, at_most };
+    let job =
+        BenchJob { gpu, run: &run, scene, camera, right_eye, threads, settings: &settings, frames, at_most };
     let report = BenchReport::new(&measure(job, capture)?, gpu, &run, &settings);
     publish(&report.table(), "the report", &report, args.json.as_deref())
 }
@@ -77,6 +87,8 @@ struct BenchReport {
     gpu: Value,
     width: u32,
     height: u32,
+    /// How the pictures of two eyes become one; `None` for one eye.
+    stereo: Option<&'static str>,
     integrator: &'static str,
     reconstruction: String,
     vm: f32,
@@ -155,6 +167,7 @@ impl BenchReport {
             gpu: describe(gpu),
             width: run.film.width,
             height: run.film.height,
+            stereo: run.stereo.map(|_| settings.stereo.name()),
             integrator: run.integrator.name(),
             reconstruction: format!("{:?}", settings.reconstruction),
             vm: settings.vm,

@@ -159,7 +159,17 @@ fn charge(
                 let run = RunSpec { integrator, film, ..run.clone() };
                 let (scene, camera) = (scene.clone(), camera.clone());
                 let (threads, frames, at_most) = (args.source.threads(), FRAMES, FRAMES_AT_MOST);
-                let job = BenchJob { gpu, run: &run, scene, camera, threads, settings, frames, at_most };
+                let job = BenchJob {
+                    gpu,
+                    run: &run,
+                    scene,
+                    camera,
+                    right_eye: None,
+                    threads,
+                    settings,
+                    frames,
+                    at_most,
+                };
                 measure(job, None)
             })?;
             list.without_price("no pass or memory of their own");

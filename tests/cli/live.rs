@@ -145,9 +145,9 @@ fn a_render_goes_on_without_tev() {
     assert!(!output.status.success() && messages.contains("expected HOST:PORT"), "{messages}");
 }
 
-/// Asks a render in progress for snapshots, of this number of files in `folder`.
+/// Asks a render for snapshots, of this number of files in `folder`, so long after it has begun.
 #[cfg(unix)]
-fn ask_for_snapshots(run: &mut Child, folder: &Path, count: usize) -> Vec<PathBuf> {
+fn ask_for_snapshots(run: &mut Child, folder: &Path, count: usize, after: Duration) -> Vec<PathBuf> {
     let snapshots = || -> Vec<PathBuf> {
         let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
         let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
@@ -164,6 +164,7 @@ fn ask_for_snapshots(run: &mut Child, folder: &Path, count: usize) -> Vec<PathBu
         }
     };
     wait("the render does not begin", &|| threads() > 2);
+    thread::sleep(after);
     assert!(Command::new("kill").args(["-USR1", &id.to_string()]).status().unwrap().success());
     wait("there are no snapshots", &|| snapshots().len() == count);
     assert!(run.try_wait().unwrap().is_none(), "the render has ended before its snapshots");
@@ -179,7 +180,7 @@ fn a_signal_asks_for_a_snapshot() {
     let options = ["--spp", "1500", "--deterministic", "--quiet"];
     assert!(render(&alone, &options).status().unwrap().success());
     let mut run = render(&exr, &options).arg("-o").arg(folder.join("picture.png")).spawn().unwrap();
-    let snapshots = ask_for_snapshots(&mut run, &folder, 2);
+    let snapshots = ask_for_snapshots(&mut run, &folder, 2, Duration::ZERO);
     assert!(run.wait().unwrap().success());
     assert!(fs::read(&alone).unwrap() == fs::read(&exr).unwrap(), "the snapshot has disturbed the render");
     let early = snapshots.into_iter().find(|path| path.extension().is_some_and(|e| e == "exr")).unwrap();
@@ -202,7 +203,7 @@ fn snapshots_show_both_eyes() {
         command.arg("-o").arg(folder.join(name));
     }
     let mut run = command.spawn().unwrap();
-    let snapshots = ask_for_snapshots(&mut run, &folder, 4);
+    let snapshots = ask_for_snapshots(&mut run, &folder, 4, Duration::from_millis(300));
     assert!(run.wait().unwrap().success());
     let ends_in = |end: &str| snapshots.iter().find(|path| path.to_string_lossy().ends_with(end));
     assert!(ends_in("spp_left.png").is_some() && ends_in("spp_right.png").is_some(), "{snapshots:?}");

@@ -118,7 +118,7 @@ fn what_two_eyes_do_not_go_with_is_refused() {
         (&["-o", "x.mpo"], ".exr or .png"),
         (
             &["--aov", "disparity", "-o", "x.exr"],
-            "`disparity:disparity` is the disparity between the pictures of two eyes",
+            "`disparity:disparity` is the disparity between the pictures",
         ),
     ] {
         let output = render(&dir, args);

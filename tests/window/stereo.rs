@@ -130,6 +130,6 @@ fn options_of_one_eye_are_refused() {
         assert!(!output.status.success(), "{options:?}");
         words(&output)
     };
-    assert!(refused(&["--deterministic"]).contains("leave --deterministic away"));
+    assert!(refused(&["--deterministic"]).contains("not rasterised in index order"));
     assert!(refused(&["--tev", "localhost:14158"]).contains("tev is shown one eye"));
 }

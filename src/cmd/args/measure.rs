@@ -6,7 +6,8 @@ use std::time::Duration;
 use clap::Args;
 
 use crate::cmd::args::display::DisplayArgs;
-use crate::cmd::args::values::{error, seconds};
+use crate::cmd::args::values::{composed_layout, error, seconds};
+use crate::image::stereo::StereoLayout;
 use crate::render::options::SceneOptions;
 use crate::study::ErrorQuantile;
 
@@ -24,6 +25,16 @@ pub struct BenchArgs {
     /// Time nothing: print the bytes that every pass moves by design at 512×512, 1920×1080 and 3840×2160.
     #[arg(long)]
     pub bytes: bool,
+
+    /// Time the passes of two eyes, which see what `view --stereo` shows in this layout.
+    #[arg(
+        long,
+        value_name = "LAYOUT",
+        num_args = 0..=1,
+        default_missing_value = StereoLayout::SideBySide.name(),
+        value_parser = composed_layout
+    )]
+    pub stereo: Option<StereoLayout>,
 
     /// Number of frames to measure, after a warm-up.
     #[arg(long, value_name = "N", default_value_t = 120, value_parser = clap::value_parser!(u32).range(1..=100_000))]

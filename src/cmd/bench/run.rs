@@ -16,7 +16,7 @@ use crate::render::process;
 use crate::render::run_spec::RunSpec;
 use crate::render::timings::TimingCapture;
 use crate::server::{Priority, Server};
-use crate::stream::{DrainOrder, Epoch, Lanes};
+use crate::stream::{BlockEyes, DrainOrder, Epoch, Lanes};
 use crate::tracer::{Camera, Scene};
 
 /// Number of uncounted frames at the start, while pipelines are compiled, memory is touched and the lanes fill.
@@ -52,6 +52,7 @@ pub struct PassTimes {
 struct Loop<'a> {
     gpu: &'a Arc<Gpu>,
     film: VulkanFilm,
+    eyes: BlockEyes,
     lanes: Lanes,
     settings: &'a Settings,
     /// Two images of the picture's size, copied as the yardstick.
@@ -74,6 +75,8 @@ pub struct BenchJob<'a> {
     pub run: &'a RunSpec,
     pub scene: Arc<Scene>,
     pub camera: Camera,
+    /// The right one of two eyes; `camera` is the left one then.
+    pub right_eye: Option<Camera>,
     pub threads: usize,
     /// Display settings.
     pub settings: &'a Settings,
@@ -85,8 +88,9 @@ pub struct BenchJob<'a> {
 
 /// Runs the warm-up and the frames of a job; Ctrl-C ends it early.
 pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<PassTimes> {
-    let BenchJob { gpu, run, scene, camera, threads, settings, frames, at_most } = job;
+    let BenchJob { gpu, run, scene, camera, right_eye, threads, settings, frames, at_most } = job;
     let film = VulkanFilm::new(gpu.clone(), run.film).into_diagnostic()?;
+    let film = if right_eye.is_some() { film.with_right_eye().into_diagnostic()? } else { film };
     let (server, mut lanes) = Server::start_with(threads, Priority::Background).into_diagnostic()?;
     lanes.follow(EPOCH, DrainOrder::Arrival);
     server.set_tracing(capture.is_some());
@@ -97,7 +101,8 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
     let measured = PassTimes { threads, ..PassTimes::default() };
     let (ends, sums) = Default::default();
     let first = u32::MAX;
-    let mut this = Loop { gpu, film, lanes, settings, copy, capture, measured, first, ends, sums };
+    let eyes = run.eyes();
+    let mut this = Loop { gpu, film, eyes, lanes, settings, copy, capture, measured, first, ends, sums };
     let order = RenderOrder {
         scene,
         camera,
@@ -106,7 +111,7 @@ pub fn measure(job: BenchJob<'_>, capture: Option<TimingCapture>) -> Result<Pass
         epoch: EPOCH,
         sampling: Default::default(),
         check: None,
-        right_eye: None,
+        right_eye,
     };
     method::start(&server, run, order, &mut None)?;
     gpu.take_rows();
@@ -158,7 +163,8 @@ impl Loop<'_> {
         let start = Instant::now();
         self.lanes.wait(PATIENCE);
         note(&mut self.capture, "wait for samples", start)?;
-        let (start, mut writer) = (Instant::now(), FilmWriter::new(&mut self.film, None));
+        let (start, mut writer) =
+            (Instant::now(), FilmWriter::new(&mut self.film, None).with_eyes(self.eyes));
         self.lanes.drain(CHUNK_SAMPLES, |block| writer.block(block));
         writer.finish().into_diagnostic()?;
         note(&mut self.capture, "drain", start)?;

@@ -169,6 +169,7 @@ fn time(renderer: &StudyRenderer, run: &RunSpec, setting: &DisplaySetting) -> Re
         run: &run,
         scene: renderer.scene.clone(),
         camera: renderer.camera.clone(),
+        right_eye: None,
         threads: renderer.threads,
         settings: &setting.settings,
         frames: FRAMES,
