@@ -243,7 +243,7 @@ def main():
     parser.add_argument("--window", action="store_true", help="measure the window")
     parser.add_argument("--from-start", action="store_true", help="from the first appearance of the window instead of a move")
     parser.add_argument("--variant", action="append", metavar="OPTIONS", help="of `view`, in one word (nothing, and --denoise off)")
-    parser.add_argument("--steering", action="store_true", help="compare with and without steered samples (view --no-steer)")
+    parser.add_argument("--steering", action="store_true", help="compare with and without steered samples (view --steer)")
     parser.add_argument("--turns", type=int, default=1, help="times that every variant is measured, in turns (1)")
     parser.add_argument("--times", type=float, nargs="+", default=[0.033, 0.1, 0.33, 1.0, 3.0, 10.0], help="seconds (.033 .1 .33 1 3 10)")
     parser.add_argument("--rounds", type=int, default=4, help="moves, or starts (4)")
@@ -263,7 +263,7 @@ def main():
         raise Failed(f"no program at {a.program}: cargo build --release, or --program")
     if a.steering and (a.variant or a.from_start):
         parser.error("--steering has variants of its own, and needs moves: leave --variant and --from-start away")
-    variants = ["", "--no-steer"] if a.steering else ["", "--denoise off"] if a.variant is None else a.variant
+    variants = ["--steer", ""] if a.steering else ["", "--denoise off"] if a.variant is None else a.variant
     what = "its appearance" if a.from_start else f"a move of {round(a.angle / 180 * a.size[0]) * 180 / a.size[0]:.1f} degrees"
     for scene in a.scene or [str(a.root / "scenes/cornell.xml")]:
         print(f"{scene}: FLIP of the window after {what}, {a.rounds} rounds (standard error); CIEDE2000 in the second row")

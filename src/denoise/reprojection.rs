@@ -265,7 +265,7 @@ pub struct CarriedWorth {
     pub moves: f32,
 }
 
-/// What a known view is worth at one pixel for each ray of `to`. `None` if it shows too little to be displayed, and if a picture of either
+/// What a known view is worth at one pixel for each ray of `to`; as much as can be where the ray hits nothing. `None` if it shows too little to be displayed, and if a picture of either
 /// camera has no straight [lines](Camera::lines).
 pub fn carried_worth(known: &KnownView, to: &ViewSurfaces) -> Option<Vec<CarriedWorth>> {
     let lines = [known.surfaces.lines?, to.lines?];
@@ -276,10 +276,14 @@ pub fn carried_worth(known: &KnownView, to: &ViewSurfaces) -> Option<Vec<Carried
         let uv = [0, 1].map(|i| (pixel[i] as f32 + 0.5) / to.size[i] as f32);
         let seen = look_up(known, to, lines, pixel);
         let [samples, moves] = seen.map_or([0.0; 2], |seen| [seen.worth, seen.moves + 1.0]);
-        CarriedWorth { uv, samples, moves }
+        // What is infinitely far is seen without noise, and needs no samples.
+        let is_noiseless = is_sky(&to.hits.at(ray % columns, ray / columns));
+        let needed = if is_noiseless { [MOST_WORTH, 0.0] } else { [samples, moves] };
+        (samples, CarriedWorth { uv, samples: needed[0], moves: needed[1] })
     };
-    let carried: Vec<CarriedWorth> = (0..columns * rows).into_par_iter().map(at_ray).collect();
-    is_enough(carried.iter().map(|carried| carried.samples)).then_some(carried)
+    let (known, carried): (Vec<f32>, Vec<CarriedWorth>) =
+        (0..columns * rows).into_par_iter().map(at_ray).unzip();
+    is_enough(known.into_iter()).then_some(carried)
 }
 
 /// Whether enough is known with these numbers of equivalent samples to display it without samples.

@@ -24,8 +24,8 @@ pub struct ViewOptions {
     pub denoise: Option<Denoise>,
     /// Begin every view without a reprojection of the last one.
     pub no_reproject: bool,
-    /// Trace every view evenly, whatever the reprojection shows.
-    pub no_steer: bool,
+    /// Trace the first samples of a view where the reprojection shows least.
+    pub steer: bool,
     /// Target frame rate in frames per second; `None` for the display's refresh rate.
     pub fps: Option<f32>,
     pub no_panel: bool,

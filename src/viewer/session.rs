@@ -548,7 +548,7 @@ impl RenderSession {
 
 /// In the place of a command that traces a steered path again.
 const STEERED_REPLAY: &str =
-    "a path that a move of the camera has steered cannot be traced by itself: --no-steer steers none";
+    "a path that a move of the camera has steered cannot be traced by itself: without --steer there are none";
 
 /// Screen window that suffices for every splat filter.
 fn widest_window(film: FilmSpec) -> UvWindow {

@@ -140,7 +140,7 @@ impl ViewerApp {
             replicated: args.replicates > 1,
             remote: !tracers.is_empty(),
         };
-        let (reproject, steer) = (!args.no_reproject, !args.no_steer);
+        let (reproject, steer) = (!args.no_reproject, args.steer);
         let settings = Settings { denoise, reproject, steer, ..args.display.clone() };
         let preferences = Preferences::read();
         let mut layout = PanelLayout::new(!args.no_panel);

@@ -51,14 +51,14 @@ fn noise_is_filtered_in_the_picture_and_not_in_the_sums() {
     }
 }
 
-/// After a move of the camera the last picture stands in for samples and steers the first of them, unless that is turned off; files know nothing of it.
+/// After a move of the camera the last picture stands in for samples, unless that is turned off, and steers the first of them if asked to; files know nothing of it.
 #[test]
 fn the_last_picture_stands_in_for_samples() {
     let desktop = Desktop::start(200, 200);
     // Slow enough that there are few samples when the map is there.
     let all = ["--exposure", "1", "--integrator", "path", "--threads", "1"];
     for (options, wanted, steers) in
-        [(&[][..], true, true), (&["--no-steer"], true, false), (&["--no-reproject"], false, false)]
+        [(&["--steer"][..], true, true), (&[], true, false), (&["--no-reproject", "--steer"], false, false)]
     {
         let folder = folder("move");
         let viewer = view(&desktop, &folder, "cornell.xml", &[&all[..], options].concat());

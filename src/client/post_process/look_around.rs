@@ -50,7 +50,8 @@ impl PostProcess for LookAround {
     }
 
     fn options(&self) -> String {
-        self.view.map_or_else(|| "no --look-around".to_owned(), |view| format!("--look-around {}", view.text()))
+        self.view
+            .map_or_else(|| "no --look-around".to_owned(), |view| format!("--look-around {}", view.text()))
     }
 
     fn sliders(&mut self) -> Vec<PostSlider<'_>> {

@@ -45,9 +45,9 @@ pub struct ViewArgs {
     #[arg(long, help_heading = "Display")]
     pub no_reproject: bool,
 
-    /// Trace every view evenly. Otherwise the first camera paths after a move go where the last filtered picture, carried over, shows least.
+    /// Trace the first camera paths after a move where the last filtered picture, carried over, shows least.
     #[arg(long, help_heading = "Display")]
-    pub no_steer: bool,
+    pub steer: bool,
 
     /// Pictures per second aimed at [default: the display's rate].
     #[arg(long, value_name = "N", value_parser = positive, help_heading = "Window")]
@@ -155,7 +155,7 @@ impl From<ViewArgs> for ViewOptions {
             fixed_exposure: args.display.exposure.is_some(),
             denoise: args.denoise,
             no_reproject: args.no_reproject,
-            no_steer: args.no_steer,
+            steer: args.steer,
             fps: args.fps,
             no_panel: args.no_panel,
             stereo: args.stereo.map(|layout| StereoOptions {
