@@ -41,15 +41,12 @@ mod extent;
 mod eyes;
 mod light_paths;
 mod recorded_step;
+mod schedule;
 mod tracer;
 
-use std::f32::consts::PI;
 use std::sync::Arc;
 
-use glam::Vec3;
-
 use crate::color::Xyz;
-use crate::scene::desc::PhotonDesc;
 use crate::stream::{PathCounts, SampleSink, faults};
 use crate::tracer::accel::Ray;
 use crate::tracer::bsdf::{Bsdf, CreditedBsdf, InMedia, Recorded, Scattering, Unmixed};
@@ -62,6 +59,7 @@ use super::{Integrator, RenderContext};
 use beams::FREE_PATHS;
 use camera_path::PathStart;
 use extent::Extent;
+use schedule::schedule;
 use tracer::PhotonPaths;
 pub use tracer::{PhotonScratch, PhotonTracer, SeesPhotons};
 
@@ -71,17 +69,8 @@ const PATHS: u64 = 4096;
 /// Samples per generation: four per light path.
 pub const SAMPLES_PER_GENERATION: u64 = 16_384;
 
-/// Radius around the first beams in media over the distance to which four times the photons of a lookup lie.
-const BEAM: f32 = 1.0 / 3.0;
-
-/// Such a radius over the largest side of the box of the photons, where too few of them lie in media to tell.
-const SPARSE_BEAM: f32 = 0.02;
-
 /// Photons that lie around a flight at the first generation, at least, for photons in media to be of use.
 const FEWEST: f32 = 4.0;
-
-/// Number of photons of a lookup in the global layer.
-const NEIGHBOURS: usize = 12;
 
 /// Photons at which a map stops growing: 1.3 GB, and up to 2.5 times as much in all while its largest trees are merged. From
 /// there on noise goes on shrinking and blur does not.
@@ -222,33 +211,6 @@ impl PhotonTracer {
             true => Self { map: Arc::clone(&before.map), ..self },
             false => self,
         }
-    }
-}
-
-/// The schedule for photons of this extent.
-///
-/// On surfaces the first radius is that of a disc of four times the wanted photons, if the two photons that a light path leaves on
-/// average lay evenly on the sides of the box: where light is about even, the number of photons bounds a lookup, and in the
-/// dark the radius does. In media it is a share of the distance to which four times the wanted photons lie around a photon. Settings in `desc` take the place of these.
-/// The samples of a generation are divided among so many `eyes`.
-fn schedule(extent: &Extent, desc: &PhotonDesc, eyes: u64) -> Schedule {
-    let [min, max] = extent.bounds;
-    let side = (max - min).max(Vec3::ZERO).min(Vec3::splat(1e12));
-    let area = 2.0 * (side.x * side.y + side.y * side.z + side.z * side.x);
-    let photons = 2.0 * PATHS as f32;
-    let neighbours = desc.lookup_size.map_or(NEIGHBOURS, |n| n as usize);
-    let radius = (4.0 * neighbours as f32 * area / (PI * photons)).sqrt();
-    // A scene that is a line or a point has photons in no area at all.
-    let radius = radius.max(1e-3 * side.max_element()).max(f32::MIN_POSITIVE);
-    let sparse = SPARSE_BEAM * side.max_element();
-    let beam_radius = extent.spacing(4 * neighbours, PATHS).map_or(sparse, |spacing| BEAM * spacing);
-    Schedule {
-        paths_per_generation: PATHS,
-        samples_per_generation: SAMPLES_PER_GENERATION / eyes,
-        radius: desc.initial_radius.unwrap_or(radius),
-        beam_radius: desc.initial_radius.unwrap_or(beam_radius.max(f32::MIN_POSITIVE)),
-        alpha: desc.alpha.unwrap_or(0.0),
-        neighbours,
     }
 }
 
