@@ -47,6 +47,7 @@ pub mod image;
 mod job;
 pub mod math;
 mod memory;
+pub mod regress;
 pub mod remote;
 mod render;
 pub mod scene;

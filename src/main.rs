@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         .without_time();
     tracing_subscriber::registry().with(lines.with_filter(filter)).init();
     match run(Cli::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(report) => {
             tell(&format!("{report:?}"));
             ExitCode::FAILURE

@@ -32,8 +32,9 @@ const MAY_IMPORT: &[(&str, &str)] = &[
         "render",
         "math job accounting color spectrum image stream study gpu client scene tracer server remote denoise",
     ),
+    ("regress", "render"),
     ("viewer", "memory render"),
-    ("cmd", "memory render viewer"),
+    ("cmd", "memory render viewer regress"),
 ];
 
 /// External crates that a module must not touch.

@@ -80,15 +80,17 @@ mod view;
 pub use crate::render::process::tell;
 pub use args::{Cli, CliCommand};
 
+use std::process::ExitCode;
+
 use crate::render::{pipelines, process};
 use miette::Result;
 
-/// Runs the subcommand of the command line.
+/// Runs the subcommand of the command line, and returns the exit code of one that did what it was asked for.
 ///
 /// # Errors
 ///
 /// Any error that stops the run, ready to be printed: with file, line and column if the scene is at fault.
-pub fn run(cli: Cli) -> Result<()> {
+pub fn run(cli: Cli) -> Result<ExitCode> {
     crate::memory::limit_free_memory();
     process::listen_for_snapshots();
     let outcome = match cli.command {
@@ -108,5 +110,5 @@ pub fn run(cli: Cli) -> Result<()> {
         CliCommand::Devices => devices::list(),
     };
     pipelines::save_kept();
-    outcome
+    outcome.map(|()| ExitCode::SUCCESS)
 }
