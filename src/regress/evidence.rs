@@ -2,57 +2,265 @@
 
 use std::path::Path;
 
-use crate::image::compare::Picture;
-use crate::image::{Grid, ImageError};
+use super::statistics::areas::{AreaLayout, mean_and_variance};
+use super::statistics::noise::estimated_variance;
+use super::statistics::packing::{
+    coarse_variances, pack_areas, rounded, step, unpack_areas, variance_of_step,
+};
+use crate::image::compare::{Measured, Picture, luminance};
+use crate::image::exr::{self, Layers};
+use crate::image::{Attribute, Grid, ImageError};
 
-/// Side of an area in pixels.
-pub const AREA: usize = 8;
+pub use super::statistics::areas::AREA;
+
+/// Channels of the picture and of the variances of their values.
+const CHANNELS: [(&str, &str); 3] = [("R", "variance.R"), ("G", "variance.G"), ("B", "variance.B")];
+
+/// Before the number of each channel that holds areas.
+const AREA_CHANNEL: &str = "areas.";
+
+/// Attribute: number of renderings.
+const RENDERINGS: &str = "regress.renderings";
+
+/// Attribute: number of renderings whose areas are held.
+const AREA_RENDERINGS: &str = "regress.areas";
+
+/// Attribute: hashes of the renderings, separated by blanks.
+const HASHES: &str = "regress.hashes";
+
+/// Before the name of each attribute that the caller gives, because OpenEXR has its own meaning for some names.
+const GIVEN: &str = "provenance.";
 
 /// Mean and variance of independent renderings of equal effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evidence {
     /// Number of renderings; 1 for a single picture, whose variances are given or estimated.
     pub renderings: usize,
-    /// Mean of each pixel: linear Rec.709.
+    /// Mean of each pixel: linear Rec.709. Not finite where that of one rendering is not.
     pub mean: Grid<[f32; 3]>,
     /// Variance of `mean`, of each channel.
     pub variance: Grid<[f32; 3]>,
-    /// Mean of each area of [`AREA`]² pixels (less at the right and lower border) in each rendering, `[renderings][areas]`, row by row.
+    /// Mean of each area of [`AREA`]² pixels (less at the right and lower border) in each rendering, `[renderings][areas]`, row by row;
+    /// over the pixels that are finite in all renderings. Empty for a single picture, and for references of other programs.
     pub areas: Vec<Vec<[f32; 3]>>,
     /// Hash of each rendering's values, in order: equal for the same bits.
     pub hashes: Vec<String>,
 }
 
 impl Evidence {
-    /// Of renderings with independent seeds.
+    /// Of renderings with independent seeds. The variances of a single one are those of its channel `variance.Y` or estimated, as
+    /// [`Self::of_single`] says.
     ///
     /// # Errors
-    /// [`ImageError::Size`] for pictures of different sizes.
-    pub fn of_pictures(_pictures: &[Picture]) -> Result<Self, ImageError> {
-        unreachable!("written elsewhere")
+    /// [`ImageError::Size`] for pictures of different sizes, and for none.
+    pub fn of_pictures(pictures: &[Picture]) -> Result<Self, ImageError> {
+        match pictures {
+            [only] => Self::of_one(only, None),
+            several => Self::of_grids(&several.iter().map(|picture| &picture.rgb).collect::<Vec<_>>()),
+        }
     }
 
-    /// Of one picture of any program: by its channel of variances, or by its noise estimated.
+    /// Of the pixels of renderings; the variance of a single one is 0.
+    ///
+    /// # Errors
+    /// [`ImageError::Size`] for different sizes, and for none.
+    pub fn of_grids(grids: &[&Grid<[f32; 3]>]) -> Result<Self, ImageError> {
+        let Some(first) = grids.first() else {
+            return Err(ImageError::Size { a: (0, 0), b: (0, 0) });
+        };
+        let size = (first.width(), first.height());
+        if let Some(other) = grids.iter().find(|grid| (grid.width(), grid.height()) != size) {
+            return Err(ImageError::Size { a: size, b: (other.width(), other.height()) });
+        }
+        let n = grids.len() as f64;
+        let moments: Vec<[(f64, f64); 3]> = (0..first.pixels().len())
+            .map(|i| {
+                std::array::from_fn(|c| {
+                    mean_and_variance(grids.iter().map(|grid| f64::from(grid.pixels()[i][c])))
+                })
+            })
+            .collect();
+        let mean = moments.iter().map(|pixel| pixel.map(|(mean, _)| mean as f32)).collect();
+        let variance = moments.iter().map(|pixel| pixel.map(|(_, variance)| (variance / n) as f32)).collect();
+        let mean = grid(size, mean)?;
+        let used = finite(&mean);
+        let layout = AreaLayout::new(size.0, size.1);
+        let areas = grids.iter().map(|grid| {
+            layout.means(grid, &used).into_iter().map(|area| area.map(|v| v as f32)).collect::<Vec<_>>()
+        });
+        Ok(Self {
+            renderings: grids.len(),
+            mean,
+            variance: grid(size, variance)?,
+            areas: if grids.len() > 1 { areas.collect() } else { Vec::new() },
+            hashes: grids.iter().map(|grid| hash(grid)).collect(),
+        })
+    }
+
+    /// Of one picture of any program: by its channels `variance.R`, `variance.G`, `variance.B` or `variance.Y`, which hold the variance of
+    /// each pixel's mean; without them by its noise estimated from the picture itself, cautiously. The noise of each channel is taken
+    /// to be that of luminance in proportion, and not below it, where only `variance.Y` is given.
     ///
     /// # Errors
     /// Those of reading it.
-    pub fn of_single(_path: &Path) -> Result<Self, ImageError> {
-        unreachable!("written elsewhere")
+    pub fn of_single(path: &Path) -> Result<Self, ImageError> {
+        let picture = Picture::read(path, None)?;
+        let layers = exr::read(path)?;
+        Self::of_one(&picture, given_variances(&layers))
     }
 
-    /// Reads a reference that [`Self::write`] wrote, with its attributes by name.
+    /// Of one picture with its variances, if they are given by channel.
+    fn of_one(picture: &Picture, given: Option<Vec<[f32; 3]>>) -> Result<Self, ImageError> {
+        let mean = picture.rgb.clone();
+        let variance = match (given, picture.measured()) {
+            (Some(given), _) => given,
+            (None, Ok(measured)) => {
+                let pixels = mean.pixels().iter().zip(&measured.variance);
+                pixels.map(|(&rgb, &variance)| of_luminance(rgb, variance)).collect()
+            }
+            (None, Err(_)) => estimated_variance(&mean),
+        };
+        let size = (mean.width(), mean.height());
+        let hashes = vec![hash(&mean)];
+        Ok(Self { renderings: 1, mean, variance: grid(size, variance)?, areas: Vec::new(), hashes })
+    }
+
+    /// Reads a reference that [`Self::write`] wrote, with its attributes by name; also a picture with `R`, `G`, `B` and `variance.R`,
+    /// `variance.G`, `variance.B` alone, as a single picture.
     ///
     /// # Errors
     /// [`ImageError::Read`], [`ImageError::Decode`]; [`ImageError::Channel`] for a picture that is no such reference.
-    pub fn read(_path: &Path) -> Result<(Self, Vec<(String, String)>), ImageError> {
-        unreachable!("written elsewhere")
+    pub fn read(path: &Path) -> Result<(Self, Vec<(String, String)>), ImageError> {
+        let picture = Picture::read(path, None)?;
+        let layers = exr::read(path)?;
+        let Some(variance) = given_variances(&layers) else {
+            let missing = CHANNELS.iter().find(|(_, variance)| layers.channel(variance).is_none());
+            let names: Vec<&str> = layers.channels.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(ImageError::Channel {
+                path: path.to_path_buf(),
+                channel: missing.unwrap_or(&CHANNELS[0]).1.to_owned(),
+                found: names.join(", "),
+            });
+        };
+        let number = |name: &str| match layers.attribute(name) {
+            Some(Attribute::Number(value)) if *value >= 0.0 => Some(*value as usize),
+            _ => None,
+        };
+        let mean = picture.rgb;
+        let size = (mean.width(), mean.height());
+        let channels: Vec<&[f32]> =
+            (0..).map_while(|i| layers.channel(&format!("{AREA_CHANNEL}{i}"))).collect();
+        let areas = match number(AREA_RENDERINGS) {
+            None | Some(0) => Vec::new(),
+            Some(renderings) => {
+                let count = AreaLayout::new(size.0, size.1).count();
+                unpack_areas(&channels, renderings, count).ok_or_else(|| ImageError::Decode {
+                    path: path.to_path_buf(),
+                    reason: format!("its areas of {renderings} renderings are cut short"),
+                })?
+            }
+        };
+        let hashes = match layers.attribute(HASHES) {
+            Some(Attribute::Text(hashes)) => hashes.split_whitespace().map(str::to_owned).collect(),
+            _ => Vec::new(),
+        };
+        let renderings = number(RENDERINGS).unwrap_or(1).max(1);
+        let evidence = Self { renderings, mean, variance: grid(size, variance)?, areas, hashes };
+        let attributes = layers.attributes.into_iter().filter_map(|(name, value)| match value {
+            Attribute::Text(text) => Some((name.strip_prefix(GIVEN)?.to_owned(), text)),
+            Attribute::Number(_) => None,
+        });
+        Ok((evidence, attributes.collect()))
     }
 
     /// Writes an EXR file with attributes (provenance), small: values are rounded to a fraction of their standard error first.
     ///
+    /// `R`, `G`, `B` are rounded to a power of two of at most a quarter of the standard error of the pixel, which adds at most .53 % to
+    /// its variance; this is added to the variance that is written. The areas of each rendering, in the channels `areas.0`, …, are
+    /// rounded in the same way by their own spread. Variances are kept with one bit of mantissa, and as the mean of 2×2 pixels
+    /// where no pixel stands out. Attributes get `provenance.` before their names.
+    ///
     /// # Errors
-    /// [`ImageError::Write`].
-    pub fn write(&self, _path: &Path, _attributes: &[(String, String)]) -> Result<(), ImageError> {
-        unreachable!("written elsewhere")
+    /// [`ImageError::Write`]; [`ImageError::Encode`] for attributes without a name, or twice with the same.
+    pub fn write(&self, path: &Path, attributes: &[(String, String)]) -> Result<(), ImageError> {
+        let (width, height) = (self.mean.width(), self.mean.height());
+        let mut means = Vec::with_capacity(self.mean.pixels().len());
+        let mut variances = self.variance.clone();
+        for (mean, variance) in self.mean.pixels().iter().zip(variances.pixels_mut()) {
+            let steps = variance.map(|v| step(f64::from(v).sqrt()));
+            means.push(std::array::from_fn::<f32, 3, _>(|c| rounded(mean[c], steps[c])));
+            for (variance, step) in variance.iter_mut().zip(steps) {
+                *variance = (f64::from(*variance) + variance_of_step(step)) as f32;
+            }
+        }
+        let variances = coarse_variances(&variances);
+        let mut layers = Layers { width, height, ..Layers::default() };
+        for (c, (value, variance)) in CHANNELS.into_iter().enumerate() {
+            layers.push(value, means.iter().map(|mean| mean[c]));
+            layers.push(variance, variances.iter().map(|variance| variance[c]));
+        }
+        for (i, channel) in pack_areas(&self.areas, width * height).into_iter().enumerate() {
+            layers.push(&format!("{AREA_CHANNEL}{i}"), channel);
+        }
+        let given = attributes.iter().map(|(name, value)| {
+            let name = if name.is_empty() { String::new() } else { format!("{GIVEN}{name}") };
+            (name, Attribute::Text(value.clone()))
+        });
+        layers.attributes = given.collect();
+        layers.attributes.extend([
+            (RENDERINGS.to_owned(), Attribute::Number(self.renderings as f64)),
+            (AREA_RENDERINGS.to_owned(), Attribute::Number(self.areas.len() as f64)),
+        ]);
+        if !self.hashes.is_empty() {
+            layers.attributes.push((HASHES.to_owned(), Attribute::Text(self.hashes.join(" "))));
+        }
+        if let Some((_, value)) = layers.attributes.iter().find(|(name, _)| name.is_empty()) {
+            let reason = format!("an attribute without a name, of the value {value:?}, cannot be stored");
+            return Err(ImageError::Encode { path: path.to_path_buf(), reason });
+        }
+        exr::write(path, &layers)
     }
 }
+
+/// For which pixels all channels are finite.
+fn finite(pixels: &Grid<[f32; 3]>) -> Vec<bool> {
+    pixels.pixels().iter().map(|rgb| rgb.iter().all(|c| c.is_finite())).collect()
+}
+
+/// The variances of red, green and blue that a file holds.
+fn given_variances(layers: &Layers) -> Option<Vec<[f32; 3]>> {
+    let [r, g, b] = CHANNELS.map(|(_, variance)| layers.channel(variance));
+    let values = r?.iter().zip(g?).zip(b?);
+    Some(values.map(|((r, g), b)| [*r, *g, *b].map(|v| if v < 0.0 { 0.0 } else { v })).collect())
+}
+
+/// Variances of the channels of a pixel from that of its luminance ([`Measured::VARIANCE_CHANNEL`]).
+fn of_luminance(rgb: [f32; 3], variance: f64) -> [f32; 3] {
+    let y = luminance(rgb);
+    rgb.map(|value| {
+        let ratio = if y > 0.0 { (f64::from(value) / y).max(1.0) } else { 1.0 };
+        (variance.max(0.0) * ratio * ratio) as f32
+    })
+}
+
+/// First half of the BLAKE3 hash of size and bits, in hexadecimal digits.
+fn hash(pixels: &Grid<[f32; 3]>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for side in [pixels.width(), pixels.height()] {
+        hasher.update(&(side as u64).to_le_bytes());
+    }
+    for y in 0..pixels.height() {
+        let row: Vec<u8> = pixels.row(y).iter().flatten().flat_map(|v| v.to_bits().to_le_bytes()).collect();
+        hasher.update(&row);
+    }
+    hasher.finalize().to_hex().chars().take(32).collect()
+}
+
+/// The grid of these values, of which there must be as many as pixels.
+fn grid(size: (usize, usize), values: Vec<[f32; 3]>) -> Result<Grid<[f32; 3]>, ImageError> {
+    let rows = values.len().checked_div(size.0).unwrap_or(0);
+    Grid::from_rows(size.0, size.1, values).ok_or(ImageError::Size { a: size, b: (size.0, rows) })
+}
+
+#[cfg(test)]
+mod tests;

@@ -9,8 +9,12 @@
 //! |---|---|
 //! | `plan.rs`, `manifest.rs` | what is rendered, as plain data; read from `regress.toml` or found by convention |
 //! | `evidence.rs`, `judgement.rs` | mean, variance and areas of several renderings; whether two of them have the same expectation, and what would have been noticed |
+//! | `sequential.rs` | how often a case is looked at, and what each look may spend of the probability of a false alarm |
+//! | `statistics/` | areas, noise of a single picture, differences in units of their errors, permutations of renderings |
 //! | `run_report.rs` | the result of a run: data of all reports |
 pub mod evidence;
 pub mod judgement;
 pub mod plan;
 pub mod run_report;
+pub mod sequential;
+mod statistics;

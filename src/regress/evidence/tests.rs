@@ -1,0 +1,147 @@
+use super::*;
+use crate::math::random::Random;
+use crate::regress::statistics::synthetic::{SyntheticScene, evidence, gamma, log_normal, rendering};
+
+/// A folder that is removed at the end.
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+/// Writes a picture as any program does, with these further channels.
+fn written(path: &Path, pixels: &Grid<[f32; 3]>, more: &[(&str, f32)]) -> Picture {
+    let mut layers = Layers { width: pixels.width(), height: pixels.height(), ..Layers::default() };
+    for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+        layers.push(name, pixels.pixels().iter().map(|rgb| rgb[c]));
+    }
+    for (name, value) in more {
+        layers.push(name, pixels.pixels().iter().map(|_| *value));
+    }
+    exr::write(path, &layers).expect("written");
+    Picture::read(path, None).expect("read")
+}
+
+#[test]
+fn renderings_are_summed_up() {
+    let folder = folder();
+    let grid = |value: f32, width: usize| Grid::try_filled(width, 10, [value, 2.0, 3.0]).expect("memory");
+    let mut broken = grid(5.0, 12);
+    broken.row_mut(9)[11] = [f32::NAN; 3];
+    let path = |i: usize| folder.path().join(format!("{i}.exr"));
+    let pictures = [grid(1.0, 12), grid(3.0, 12), broken].map(|pixels| written(&path(0), &pixels, &[]));
+    let all = Evidence::of_pictures(&pictures).expect("one size");
+    assert_eq!((all.renderings, all.mean.at(0, 0)), (3, [3.0, 2.0, 3.0]));
+    // Variance of 1, 3, 5 is 4.
+    assert!((all.variance.at(0, 0)[0] - 4.0 / 3.0).abs() < 1e-6 && all.variance.at(0, 0)[1] == 0.0);
+    assert!(all.mean.at(11, 9)[0].is_nan() && all.mean.at(11, 8)[0] == 3.0);
+    assert_eq!(all.areas, [1.0, 3.0, 5.0].map(|v| vec![[v, 2.0, 3.0]; 4]));
+    assert!(all.hashes[0] != all.hashes[1] && all.hashes.iter().all(|hash| hash.len() == 32));
+    let again = Evidence::of_pictures(&[pictures[0].clone(), pictures[0].clone()]).expect("one size");
+    assert_eq!(again.hashes, [all.hashes[0].clone(), all.hashes[0].clone()]);
+    let other = written(&path(1), &grid(1.0, 13), &[]);
+    let refused = Evidence::of_pictures(&[pictures[0].clone(), other]);
+    assert!(matches!(refused, Err(ImageError::Size { a: (12, 10), b: (13, 10) })));
+    assert!(Evidence::of_pictures(&[]).is_err());
+}
+
+#[test]
+fn single_pictures_have_the_variances_that_are_given_or_estimated() {
+    let folder = folder();
+    let path = folder.path().join("single.exr");
+    let mut random = Random(3);
+    let pixels = rendering(&SyntheticScene::new(32).expected(), gamma, &mut random);
+    let of = |more: &[(&str, f32)]| {
+        let picture = written(&path, &pixels, more);
+        let single = Evidence::of_single(&path).expect("read");
+        assert_eq!((single.renderings, single.areas.len(), &single.mean), (1, 0, &picture.rgb));
+        single
+    };
+    let given = of(&[("variance.R", 0.1), ("variance.G", 0.2), ("variance.B", 0.3), ("variance.Y", 9.0)]);
+    assert_eq!(given.variance.at(7, 7), [0.1, 0.2, 0.3]);
+    let luminance = of(&[("variance.Y", 0.25)]).variance;
+    assert!(luminance.pixels().iter().flatten().all(|v| *v >= 0.25 - 1e-6));
+    // A red pixel of the disc is .7 / .3 as bright in red as in luminance.
+    let red = luminance.at(19, 16)[0];
+    assert!(red > 0.25 * 4.0, "{red}");
+    let estimated = of(&[]).variance;
+    let noise = estimated.at(19, 16)[0].sqrt();
+    assert!((0.02..2.0).contains(&noise), "{noise}");
+}
+
+#[test]
+fn references_come_back_and_are_small() {
+    let folder = folder();
+    let path = folder.path().join("reference.exr");
+    let expected = SyntheticScene::new(256).expected();
+    let attributes = [("reason", "a better sky"), ("owner", "nobody")]
+        .map(|(name, value)| (name.to_owned(), value.to_owned()));
+    for renderings in [8, 32] {
+        let mut all = evidence(&expected, renderings, gamma, &mut Random(2));
+        all.mean.row_mut(7)[9] = [f32::INFINITY; 3];
+        all.variance.row_mut(7)[9] = [f32::NAN; 3];
+        all.write(&path, &attributes).expect("written");
+        let bytes = std::fs::metadata(&path).expect("a file").len();
+        println!("reference of 256×256 pixels from {renderings} renderings: {bytes} bytes");
+        assert!(bytes < 300_000, "{bytes} bytes from {renderings} renderings: 100 of them exceed 30 MB");
+        let (read, found) = Evidence::read(&path).expect("a reference");
+        assert_eq!(found.len(), 2);
+        assert!(attributes.iter().all(|attribute| found.contains(attribute)), "{found:?}");
+        assert_eq!((read.renderings, &read.hashes), (all.renderings, &all.hashes));
+        assert_eq!(read.mean.at(9, 7), [f32::INFINITY; 3]);
+        // Twice written is once written, but for what rounding adds.
+        let [mut sums, mut before] = [0.0; 2];
+        for i in (0..read.mean.pixels().len()).filter(|i| *i != 7 * 256 + 9) {
+            let [a, b] = [&all, &read].map(|e| (e.mean.pixels()[i], e.variance.pixels()[i]));
+            for c in 0..3 {
+                let error = a.1[c].sqrt();
+                assert!((a.0[c] - b.0[c]).abs() <= 0.126 * error, "pixel {i}: {a:?} {b:?}");
+                assert!(b.1[c] >= 0.4 * a.1[c], "pixel {i}: {a:?} {b:?}");
+                before += f64::from(a.1[c]);
+                sums += f64::from(b.1[c]);
+            }
+        }
+        assert!((0.95..1.25).contains(&(sums / before)), "variances add to {} of before", sums / before);
+        assert_eq!(read.areas.len(), renderings);
+        let spread = |area: usize| {
+            let values = all.areas.iter().map(|areas| f64::from(areas[area][1]));
+            mean_and_variance(values).1.sqrt()
+        };
+        for area in [0, 500, 1023] {
+            for (a, b) in all.areas.iter().zip(&read.areas) {
+                let difference = f64::from(a[area][1] - b[area][1]).abs();
+                assert!(difference <= 0.126 * spread(area), "area {area}: {difference}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pictures_with_variances_alone_are_references_and_others_are_refused() {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/cornell.exr");
+    let (read, attributes) = Evidence::read(&golden).expect("a reference");
+    assert_eq!((read.renderings, read.areas.len(), attributes.len()), (1, 0, 0));
+    assert_eq!((read.mean.width(), read.variance.width()), (64, 64));
+    let folder = folder();
+    let path = folder.path().join("plain.exr");
+    written(&path, &SyntheticScene::new(16).expected(), &[("variance.R", 0.0)]);
+    let refused = Evidence::read(&path).expect_err("it has no variances");
+    assert!(refused.to_string().contains("variance.G"), "{refused}");
+    let missing = Evidence::read(&folder.path().join("missing.exr")).expect_err("there is none");
+    assert!(matches!(missing, ImageError::Read { .. }), "{missing}");
+}
+
+#[test]
+fn references_with_cut_areas_and_attributes_without_names_are_refused() {
+    let folder = folder();
+    let path = folder.path().join("reference.exr");
+    let expected = SyntheticScene::new(24).expected();
+    let all = evidence(&expected, 12, log_normal, &mut Random(2));
+    assert!(all.write(&path, &[(String::new(), "x".to_owned())]).is_err());
+    let twice = ("reason".to_owned(), "x".to_owned());
+    assert!(all.write(&path, &[twice.clone(), twice]).is_err());
+    all.write(&path, &[]).expect("written");
+    let mut layers = exr::read(&path).expect("read");
+    layers.channels.retain(|(name, _)| name != "areas.0");
+    exr::write(&path, &layers).expect("written");
+    let refused = Evidence::read(&path).expect_err("the areas are cut");
+    assert!(refused.to_string().contains("12 renderings"), "{refused}");
+}
