@@ -4,9 +4,7 @@ use std::path::Path;
 
 use super::statistics::areas::{AreaLayout, mean_and_variance};
 use super::statistics::noise::estimated_variance;
-use super::statistics::packing::{
-    coarse_variances, pack_areas, rounded, step, unpack_areas, variance_of_step,
-};
+use super::statistics::packing::{coarse_variances, pack_areas, rounded, step, unpack_areas};
 use crate::image::compare::{Measured, Picture, luminance};
 use crate::image::exr::{self, Layers};
 use crate::image::{Attribute, Grid, ImageError};
@@ -175,25 +173,22 @@ impl Evidence {
 
     /// Writes an EXR file with attributes (provenance), small: values are rounded to a fraction of their standard error first.
     ///
-    /// `R`, `G`, `B` are rounded to a power of two of at most a quarter of the standard error of the pixel, which adds at most .53 % to
-    /// its variance; this is added to the variance that is written. The areas of each rendering, in the channels `areas.0`, …, are
-    /// rounded in the same way by their own spread. Variances are kept with one bit of mantissa, and as the mean of 2×2 pixels
-    /// where no pixel stands out. Attributes get `provenance.` before their names.
+    /// Variances are kept with one bit of mantissa, and as the mean of 4×4 pixels where no pixel stands out. `R`, `G`, `B` are rounded to
+    /// a power of two of at most a quarter of the standard error that is kept, which adds at most .53 % to the variance: less than what
+    /// that is rounded by. The areas of each rendering, in the channels `areas.0`, …, are rounded in the same way by their own
+    /// spread. Attributes get `provenance.` before their names.
     ///
     /// # Errors
     /// [`ImageError::Write`]; [`ImageError::Encode`] for attributes without a name, or twice with the same.
     pub fn write(&self, path: &Path, attributes: &[(String, String)]) -> Result<(), ImageError> {
         let (width, height) = (self.mean.width(), self.mean.height());
-        let mut means = Vec::with_capacity(self.mean.pixels().len());
-        let mut variances = self.variance.clone();
-        for (mean, variance) in self.mean.pixels().iter().zip(variances.pixels_mut()) {
-            let steps = variance.map(|v| step(f64::from(v).sqrt()));
-            means.push(std::array::from_fn::<f32, 3, _>(|c| rounded(mean[c], steps[c])));
-            for (variance, step) in variance.iter_mut().zip(steps) {
-                *variance = (f64::from(*variance) + variance_of_step(step)) as f32;
-            }
-        }
-        let variances = coarse_variances(&variances);
+        let variances = coarse_variances(&self.variance);
+        let pixels = self.mean.pixels().iter().zip(&variances);
+        let means: Vec<[f32; 3]> = pixels
+            .map(|(mean, variance)| {
+                std::array::from_fn(|c| rounded(mean[c], step(f64::from(variance[c]).sqrt())))
+            })
+            .collect();
         let mut layers = Layers { width, height, ..Layers::default() };
         for (c, (value, variance)) in CHANNELS.into_iter().enumerate() {
             layers.push(value, means.iter().map(|mean| mean[c]));

@@ -15,13 +15,14 @@ pub fn rounded(value: f32, step: f64) -> f32 {
     if multiple.is_finite() { multiple as f32 } else { value }
 }
 
-/// The variance that rounding to this step adds.
-pub fn variance_of_step(step: f64) -> f64 {
-    step * step / 12.0
-}
+/// Side of the blocks of pixels that share a variance.
+const BLOCK: usize = 4;
 
-/// Variances with one bit of mantissa (within 20 %), equal over blocks of 2×2 pixels but for pixels of more than twice the mean of their block.
-/// Their own estimate from a few renderings is not better than that.
+/// A pixel keeps its own variance where that exceeds the mean of its block by this factor.
+const STANDS_OUT: f32 = 4.0;
+
+/// Variances with one bit of mantissa (within 20 %), equal over blocks of 4×4 pixels but for pixels of more than four times the mean of their
+/// block. Their own estimate from a few renderings is not better than that.
 pub fn coarse_variances(variances: &Grid<[f32; 3]>) -> Vec<[f32; 3]> {
     let (width, height) = (variances.width(), variances.height());
     let mut coarse = Vec::with_capacity(width * height);
@@ -29,8 +30,8 @@ pub fn coarse_variances(variances: &Grid<[f32; 3]>) -> Vec<[f32; 3]> {
         for x in 0..width {
             coarse.push(std::array::from_fn(|c| {
                 let (mut sum, mut count) = (0.0, 0.0);
-                for ny in y / 2 * 2..(y / 2 * 2 + 2).min(height) {
-                    for nx in x / 2 * 2..(x / 2 * 2 + 2).min(width) {
+                for ny in y / BLOCK * BLOCK..(y / BLOCK * BLOCK + BLOCK).min(height) {
+                    for nx in x / BLOCK * BLOCK..(x / BLOCK * BLOCK + BLOCK).min(width) {
                         let value = f64::from(variances.at(nx, ny)[c]);
                         if value.is_finite() {
                             (sum, count) = (sum + value, count + 1.0);
@@ -39,7 +40,7 @@ pub fn coarse_variances(variances: &Grid<[f32; 3]>) -> Vec<[f32; 3]> {
                 }
                 let (own, mean) = (variances.at(x, y)[c], (sum / count) as f32);
                 // Also where `own` is not finite.
-                one_bit(if own <= 2.0 * mean { mean } else { own })
+                one_bit(if own <= STANDS_OUT * mean { mean } else { own })
             }));
         }
     }
@@ -104,7 +105,6 @@ mod tests {
         assert_eq!((rounded(0.0, 0.0), rounded(f32::INFINITY, 0.25)), (0.0, f32::INFINITY));
         // A step below the precision of the value changes nothing.
         assert_eq!(rounded(1.3, 2f64.powi(-40)), 1.3);
-        assert!(variance_of_step(step(1.0)) <= 0.0053);
     }
 
     #[test]
@@ -113,12 +113,13 @@ mod tests {
             assert_eq!(one_bit(value), near);
         }
         assert_eq!((one_bit(f32::MAX), one_bit(f32::INFINITY)), (f32::MAX, f32::INFINITY));
-        let mut variances = Grid::try_filled(4, 3, [1.0; 3]).expect("memory");
+        let mut variances = Grid::try_filled(8, 3, [1.0; 3]).expect("memory");
         variances.pixels_mut()[0] = [29.0; 3];
-        variances.pixels_mut()[11] = [f32::NAN; 3];
+        variances.pixels_mut()[23] = [f32::NAN; 3];
         let coarse = coarse_variances(&variances);
-        assert_eq!([coarse[0][0], coarse[1][0], coarse[2][0], coarse[10][0]], [32.0, 8.0, 1.0, 1.0]);
-        assert!(coarse[11][0].is_nan());
+        // The mean of the first block is 40 / 12.
+        assert_eq!([coarse[0][0], coarse[1][0], coarse[4][0], coarse[22][0]], [32.0, 3.0, 1.0, 1.0]);
+        assert!(coarse[23][0].is_nan());
     }
 
     #[test]
