@@ -7,7 +7,7 @@ use super::evidence::Evidence;
 use super::judgement::{Judgement, JudgementLevel, judge};
 use super::plan::{CaseBudget, CaseRenderer, ReferenceSource, RegressCase, RegressPlan};
 use super::provenance::{FileHashes, Provenance, StoredReference, stored};
-use super::renderings::{CaseStop, RenderingTally, Renderings};
+use super::renderings::{CaseRenderings, CaseStop, RenderingTally};
 use super::run_report::{CaseReport, CaseVerdict};
 use super::sentence;
 use super::sequential::Looks;
@@ -41,7 +41,7 @@ enum CaseReference {
     /// A picture on disk.
     File { path: PathBuf, stored: StoredReference },
     /// Another program.
-    Rendered(Box<Renderings>),
+    Rendered(Box<CaseRenderings>),
 }
 
 /// The outcome of a case that is not broken.
@@ -96,7 +96,7 @@ impl CaseRunner<'_> {
     /// Only when Ctrl-C was pressed: a case that cannot be rendered or compared is [`CaseVerdict::Broken`].
     pub fn run(&self, case: &RegressCase) -> Result<CaseReport, CaseStop> {
         let (place, log) = (self.results.join(&case.name), self.results.join(format!("{}.log", case.name)));
-        let mut tried = Renderings::new(self.plan, case, self.program, [&place, &log], "seed");
+        let mut tried = CaseRenderings::new(self.plan, case, self.program, [&place, &log], "seed");
         let outcome = match self.outcome(case, &mut tried, [&place, &log]) {
             Ok(outcome) => self.write(case, &outcome).map(|()| outcome),
             Err(stop) => Err(stop),
@@ -125,7 +125,7 @@ impl CaseRunner<'_> {
     fn outcome(
         &self,
         case: &RegressCase,
-        tried: &mut Renderings,
+        tried: &mut CaseRenderings,
         files: [&Path; 2],
     ) -> Result<CaseOutcome, CaseStop> {
         let reference = self.reference(case, files)?;
@@ -167,7 +167,7 @@ impl CaseRunner<'_> {
                 Ok(CaseReference::File { path: path.clone(), stored })
             }
             ReferenceSource::Rendered { renderer, spp } => {
-                let renderings = Renderings::new(self.plan, case, self.program, [place, log], "against");
+                let renderings = CaseRenderings::new(self.plan, case, self.program, [place, log], "against");
                 Ok(CaseReference::Rendered(Box::new(renderings.by(renderer, *spp))))
             }
         }
@@ -190,7 +190,7 @@ impl CaseRunner<'_> {
             }
         };
         let seeds = seeds.start..seeds.end.min(seeds.start.saturating_add(case.budget.seeds));
-        let mut renderings = Renderings::new(self.plan, case, self.program, files, "bits");
+        let mut renderings = CaseRenderings::new(self.plan, case, self.program, files, "bits");
         renderings.add(seeds.clone())?;
         let evidence = renderings.evidence()?;
         let pairs = evidence.hashes.iter().zip(&reference.evidence.hashes);
@@ -217,7 +217,7 @@ impl CaseRunner<'_> {
         &self,
         case: &RegressCase,
         mut reference: CaseReference,
-        tried: &mut Renderings,
+        tried: &mut CaseRenderings,
     ) -> Result<CaseOutcome, CaseStop> {
         let budget = &case.budget;
         let used = match &reference {

@@ -31,7 +31,7 @@ impl CaseStop {
 
 /// What is rendered, by whom, and where the files go.
 #[derive(Clone, Debug)]
-pub struct Renderings {
+pub struct CaseRenderings {
     renderer: CaseRenderer,
     /// This program.
     program: PathBuf,
@@ -70,7 +70,7 @@ struct RenderedBy {
     driver: Option<String>,
 }
 
-impl Renderings {
+impl CaseRenderings {
     /// None yet, of a case by its own renderer. `place` is the folder of the files and `kind` begins their names.
     pub fn new(
         plan: &RegressPlan,

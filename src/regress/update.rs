@@ -9,7 +9,7 @@ use super::evidence::Evidence;
 use super::judgement::judge;
 use super::plan::{ReferenceSource, RegressCase, RegressPlan};
 use super::provenance::{FileHashes, Provenance, StoredReference, stored};
-use super::renderings::{CaseStop, Renderings};
+use super::renderings::{CaseRenderings, CaseStop};
 use super::run::choose;
 use super::sentence;
 
@@ -91,7 +91,7 @@ fn rendered(runner: &CaseRunner<'_>, case: &RegressCase) -> Result<Option<(Evide
     }
     let log = runner.results.join("log");
     let mut renderings =
-        Renderings::new(runner.plan, case, runner.program, [runner.results, &log], "reference");
+        CaseRenderings::new(runner.plan, case, runner.program, [runner.results, &log], "reference");
     let seeds = 0..case.budget.reference_seeds;
     renderings.add(seeds.clone())?;
     let provenance = runner.provenance(case, renderings.tally(), seeds);
