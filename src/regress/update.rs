@@ -29,7 +29,7 @@ pub struct UpdateOptions {
 pub struct UpdatedReference {
     /// Name of the case.
     pub name: String,
-    /// What it means for the case, in a sentence.
+    /// Whether there is a new one.
     pub outcome: UpdateOutcome,
     /// What changes against the old reference, or why there is no new one.
     pub sentence: String,
