@@ -2,7 +2,7 @@
 //!
 //! `args/` reads the command line; its doc comments are the `--help`. Each subcommand has a file or a directory of its name, which converts
 //! its arguments to plain options and calls the module that does the work: `render` for a picture, `viewer` for the window, `study` for the
-//! analysis of measurements. Code used by only one subcommand is beside it.
+//! analysis of measurements, `regress` for regression renders. Code used by only one subcommand is beside it.
 //!
 //! # Rendering from another program
 //!
@@ -70,6 +70,7 @@ mod info;
 mod merge;
 mod mix;
 mod plugins;
+mod regress;
 mod render;
 mod replay;
 mod serve;
@@ -106,6 +107,7 @@ pub fn run(cli: Cli) -> Result<ExitCode> {
         CliCommand::Compare(args) => compare::compare(&args),
         CliCommand::Mix(args) => mix::mix(&args),
         CliCommand::Study(args) => study::study(&args),
+        CliCommand::Regress(args) => return Ok(regress::regress(&args)),
         CliCommand::Plugins(args) => plugins::list(&args),
         CliCommand::Devices => devices::list(),
     };

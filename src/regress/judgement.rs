@@ -1,6 +1,6 @@
 //! Whether two pictures have the same expectation, and what would have been noticed.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::evidence::Evidence;
 use super::statistics::areas::AreaLayout;
@@ -35,14 +35,18 @@ pub struct Judgement {
     /// More renderings could decide: something is unlikely, but not at the level.
     pub undecided: bool,
     /// Probability of a difference at least as large if nothing changed, corrected for the number of tests within the picture.
+    #[serde(deserialize_with = "number")]
     pub p_value: f64,
     /// Every test that was made.
     pub tests: Vec<JudgedTest>,
     /// Brightness of the picture over that of the reference, by channel, and its standard error.
+    #[serde(deserialize_with = "numbers")]
     pub brightness: [[f64; 2]; 3],
     /// Smallest relative change of brightness of the whole picture that would have been found with a probability of 90 %.
+    #[serde(deserialize_with = "number")]
     pub detectable: f64,
     /// The same of one area (median over the areas).
+    #[serde(deserialize_with = "number")]
     pub detectable_area: f64,
 }
 
@@ -52,11 +56,24 @@ pub struct JudgedTest {
     /// What was tested, in words.
     pub name: String,
     /// The statistic.
+    #[serde(deserialize_with = "number")]
     pub statistic: f64,
     /// Its p value, corrected for the number of pixels or areas.
+    #[serde(deserialize_with = "number")]
     pub p_value: f64,
     /// Pixel (column, row) of the largest difference, if it has one.
     pub place: Option<[usize; 2]>,
+}
+
+/// A number of a report: JSON has null for those that are not finite.
+fn number<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(source)?.unwrap_or(f64::NAN))
+}
+
+/// The same of all channels.
+fn numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[[f64; 2]; 3], D::Error> {
+    let all: [[Option<f64>; 2]; 3] = Deserialize::deserialize(source)?;
+    Ok(all.map(|channel| channel.map(|value| value.unwrap_or(f64::NAN))))
 }
 
 /// Compares two pictures of the same scene.

@@ -7,14 +7,28 @@
 //!
 //! | files | what |
 //! |---|---|
-//! | `plan.rs`, `manifest.rs` | what is rendered, as plain data; read from `regress.toml` or found by convention |
-//! | `evidence.rs`, `judgement.rs` | mean, variance and areas of several renderings; whether two of them have the same expectation, and what would have been noticed |
+//! | `plan.rs`, `manifest.rs`, `manifest/` | what is rendered, as plain data; read from `regress.toml` or found by convention |
+//! | `evidence.rs`, `judgement.rs`, `statistics/` | mean, variance and areas of several renderings; whether two of them have the same expectation, and what would have been noticed |
 //! | `sequential.rs` | how often a case is looked at, and what each look may spend of the probability of a false alarm |
-//! | `statistics/` | areas, noise of a single picture, differences in units of their errors, permutations of renderings |
-//! | `run_report.rs` | the result of a run: data of all reports |
+//! | `run.rs`, `case_run.rs`, `renderings.rs`, `child.rs` | all cases; one case, as often as it takes; its renderings; one of them as a child process |
+//! | `update.rs`, `merge.rs` | new references; the results of shards joined |
+//! | `provenance.rs`, `sentence.rs` | hashes of scenes, programs and references, and their attributes; judgements in words |
+//! | `run_report.rs`, `report/` | the result of a run: data of all reports; the reports |
+//!
+//! `README.md` beside this file is the guide for users, with every key of the manifest.
+pub mod case_run;
+mod child;
 pub mod evidence;
 pub mod judgement;
+pub mod manifest;
+pub mod merge;
 pub mod plan;
+pub mod provenance;
+pub mod renderings;
+pub mod report;
+pub mod run;
 pub mod run_report;
+mod sentence;
 pub mod sequential;
 mod statistics;
+pub mod update;

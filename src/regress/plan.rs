@@ -65,6 +65,10 @@ pub struct CaseBudget {
     pub seeds: u32,
     /// Most renderings where the answer is undecided.
     pub most_seeds: u32,
+    /// Renderings of a reference that `update` makes.
+    pub reference_seeds: u32,
+    /// Render more, up to `most_seeds`, until a relative change of brightness of this size would have been found.
+    pub detect: Option<f64>,
     /// The case is broken if one rendering takes longer.
     pub timeout: Duration,
 }

@@ -121,6 +121,8 @@ struct BatchRender<'a> {
     args: &'a RenderOptions,
     settings: Settings,
     run: RunSpec,
+    /// Driver of the Vulkan device; `None` on the CPU.
+    driver: Option<String>,
     /// When the render ends.
     goal: RenderGoal,
     /// Stages of an adaptive render; empty for an even one.
@@ -257,6 +259,7 @@ impl<'a> BatchRender<'a> {
             args,
             settings,
             run,
+            driver: device.gpu().map(|gpu| gpu.info().driver.clone()),
             goal: until,
             stages,
             loaded,
@@ -577,6 +580,7 @@ impl<'a> BatchRender<'a> {
             withheld: self.client.withheld(),
             rejected: self.rejected(&traced.stats),
             device: run.device.clone(),
+            driver: self.driver.clone(),
             threads: self.threads,
             simd: self.scene.kernel().name(),
             seed: run.seed,

@@ -11,10 +11,11 @@
 //! | `stereo.rs`, `stereo_outputs.rs`, `stereo_error.rs` | two eyes; files of their pictures; their stated errors |
 //! | `figures.rs`, `report.rs`, `rejected.rs`, `effect_price.rs` | figures as JSON and on standard output; those of a render; rejected values in words; what each effect costs |
 //! | `state/` | renders in parts: their files, their sum |
-//! | `timings.rs`, `trace.rs`, `pipelines.rs`, `process.rs` | `--gpu-timings`; compiled pipelines on disk; signals and standard error |
+//! | `timings.rs`, `trace.rs`, `pipelines.rs`, `process.rs`, `calendar.rs` | `--gpu-timings`; compiled pipelines on disk; signals and standard error; dates |
 
 pub mod adaptive;
 pub mod batch;
+pub mod calendar;
 pub mod device;
 pub mod drive;
 pub mod edited_scene;

@@ -67,6 +67,9 @@ pub struct RenderReport {
     pub withheld: Option<f64>,
     /// The device that rasterised the picture.
     pub device: String,
+    /// Name and version of its driver; `None` on the CPU.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub driver: Option<String>,
     pub threads: usize,
     /// SIMD instruction set of the ray traversal. The picture does not depend on it.
     pub simd: &'static str,

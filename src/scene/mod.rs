@@ -29,7 +29,7 @@ mod load;
 pub mod mesh;
 pub mod mitsuba;
 pub mod model;
-mod suggest;
+pub(crate) mod suggest;
 
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};

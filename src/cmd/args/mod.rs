@@ -9,6 +9,7 @@ pub mod farm;
 pub mod measure;
 pub mod mix;
 pub mod plugins;
+pub mod regress;
 pub mod remote;
 pub mod render;
 pub mod replay;
@@ -22,6 +23,7 @@ pub use farm::{InfoArgs, MergeArgs, ShardArgs};
 pub use measure::{BenchArgs, ExplainArgs};
 pub use mix::MixArgs;
 pub use plugins::PluginsArgs;
+pub use regress::RegressArgs;
 pub use remote::ServeArgs;
 pub use render::RenderArgs;
 pub use replay::ReplayArgs;
@@ -124,6 +126,12 @@ pub enum CliCommand {
     /// keeps its measurements, and another run adds to them. The time to an error is left out where a method's bias shows or
     /// its error comes close to that of the reference.
     Study(Box<StudyArgs>),
+
+    /// Regression renders: which scenes of a folder look different from their references, by statistics.
+    ///
+    /// Each case is rendered several times with independent seeds and compared with its reference by tests whose false alarms are 1 % for the whole
+    /// run. A green run says how small a change it would have found. src/regress/README.md is the guide.
+    Regress(Box<RegressArgs>),
 
     /// List what of Mitsuba's scene format is supported: plugins by kind, with their parameters.
     ///

@@ -1,0 +1,229 @@
+//! `pointillist regress`: regression renders of a folder of scenes.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+
+use crate::cmd::args::RegressArgs;
+use crate::cmd::args::regress::{
+    AnnotationService, RegressCommand, RegressFolder, RegressMergeArgs, RegressOutputs, RegressRunArgs,
+    RegressUpdateArgs,
+};
+use crate::image::write::{atomically, check_place};
+use crate::regress::case_run::{device, method};
+use crate::regress::manifest::read_plan;
+use crate::regress::merge::merge;
+use crate::regress::plan::{ReferenceSource, RegressPlan};
+use crate::regress::provenance::stored;
+use crate::regress::report;
+use crate::regress::run::{RegressEvent, RegressOptions, choose, run};
+use crate::regress::run_report::{CaseVerdict, RunReport};
+use crate::regress::update::{UpdateOptions, UpdateOutcome, update};
+use crate::render::figures::{is_special, print, publish};
+use crate::render::process::{listen_for_interrupt, tell};
+use crate::render::progress::Steps;
+
+/// Exit code where something is broken, and for wrong options.
+const BROKEN: u8 = 2;
+
+/// Runs the subcommand. The exit code says what was found: errors of the command line and of files are 2, as broken cases are.
+pub fn regress(args: &RegressArgs) -> ExitCode {
+    let outcome = match &args.command {
+        RegressCommand::Run(args) => run_cases(args),
+        RegressCommand::Update(args) => update_references(args),
+        RegressCommand::Merge(args) => merge_shards(args),
+        RegressCommand::List(args) => plan(&args.folder).map(|plan| list(&plan)),
+    };
+    let code = outcome.unwrap_or_else(|error| {
+        tell(&format!("{error:?}"));
+        BROKEN
+    });
+    ExitCode::from(code)
+}
+
+fn plan(folder: &RegressFolder) -> Result<RegressPlan> {
+    read_plan(&folder.dir, folder.device.as_deref())
+}
+
+/// This program, for child processes.
+fn program() -> Result<PathBuf> {
+    std::env::current_exe()
+        .into_diagnostic()
+        .wrap_err("cannot find this program, which renders in child processes")
+}
+
+fn run_cases(args: &RegressRunArgs) -> Result<u8> {
+    let plan = plan(&args.folder)?;
+    let results = results(&args.outputs, &args.folder);
+    check_outputs(&args.outputs)?;
+    listen_for_interrupt();
+    let options = RegressOptions {
+        results: results.clone(),
+        cases: args.cases.clone(),
+        shard: args.shard,
+        fresh: args.fresh,
+        seed_base: args.seed_base,
+        jobs: usize::from(args.jobs),
+        program: program()?,
+    };
+    let steps = steps(&plan, &args.cases, args.shard.map_or(1, |shard| shard.of), args.quiet)?;
+    let outcome = run(&plan, &options, &|event| match event {
+        RegressEvent::Begins(name) => begin(steps.as_ref(), name),
+        RegressEvent::Ends(case) => {
+            if case.verdict >= CaseVerdict::Changed {
+                say(steps.as_ref(), &format!("{}: {}: {}", case.name, case.verdict.name(), case.sentence));
+            }
+            done(steps.as_ref());
+        }
+    })?;
+    drop(steps);
+    // A part of a run is no point of the history.
+    let is_whole = outcome.unfinished == 0 && args.shard.is_none();
+    publish_report(&outcome.report, &args.outputs, &results, is_whole)?;
+    if outcome.unfinished > 0 {
+        tell(&format!(
+            "interrupted: {} cases are not finished; the same command goes on with them",
+            outcome.unfinished
+        ));
+        return Ok(BROKEN);
+    }
+    Ok(outcome.report.exit_code())
+}
+
+fn merge_shards(args: &RegressMergeArgs) -> Result<u8> {
+    let plan = plan(&args.folder)?;
+    check_outputs(&args.outputs)?;
+    let results = results(&args.outputs, &args.folder);
+    let report = merge(&plan, &args.parts, &results)?;
+    publish_report(&report, &args.outputs, &results, true)?;
+    Ok(report.exit_code())
+}
+
+fn update_references(args: &RegressUpdateArgs) -> Result<u8> {
+    let plan = plan(&args.folder)?;
+    listen_for_interrupt();
+    let options = UpdateOptions {
+        cases: args.cases.clone(),
+        reason: args.reason.clone().filter(|_| !args.dry_run),
+        program: program()?,
+    };
+    let steps = steps(&plan, &args.cases, 1, args.quiet)?;
+    let broken = std::cell::Cell::new(false);
+    let unfinished = update(&plan, &options, &|name, updated| {
+        let Some(updated) = updated else { return begin(steps.as_ref(), name) };
+        let word = match updated.outcome {
+            UpdateOutcome::Written if args.dry_run => "would be written",
+            UpdateOutcome::Written => "written",
+            UpdateOutcome::Kept => "kept",
+            UpdateOutcome::Broken => "broken",
+        };
+        broken.set(broken.get() || updated.outcome == UpdateOutcome::Broken);
+        let show = || print(&format!("{name}: {word}: {}\n", updated.sentence), "what changes");
+        match &steps {
+            Some(steps) => steps.suspend(show),
+            None => show(),
+        };
+        done(steps.as_ref());
+    })?;
+    if unfinished > 0 {
+        tell(&format!("interrupted: {unfinished} references are as they were"));
+    }
+    Ok(if broken.get() || unfinished > 0 { BROKEN } else { 0 })
+}
+
+/// Prints a line for each case: its name, method, device, budget, and what it is compared with.
+fn list(plan: &RegressPlan) -> u8 {
+    let width = plan.cases.iter().map(|case| case.name.chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    for case in &plan.cases {
+        let reference = match &case.reference {
+            ReferenceSource::Stored(name) => {
+                let path = stored(plan, name);
+                let missing = if path.exists() { "" } else { " (missing: `regress update` renders it)" };
+                format!("{}{missing}", path.display())
+            }
+            ReferenceSource::Picture(path) => path.display().to_string(),
+            ReferenceSource::Rendered { renderer, .. } => {
+                format!("{}, rendered in each run", method(renderer))
+            }
+        };
+        let size = case.size.map_or_else(|| "size of the scene".into(), |[w, h]| format!("{w}×{h}"));
+        let budget = case.budget;
+        text += &format!(
+            "{:<width$}  {}; method {}; {}; {size}; {} to {} renderings of {} spp; {}; against {reference}\n",
+            case.name,
+            case.scene.display(),
+            method(&case.renderer),
+            device(&case.renderer),
+            budget.seeds,
+            budget.most_seeds,
+            budget.spp,
+            case.tolerance.class,
+        );
+    }
+    print(&text, "the cases");
+    0
+}
+
+fn results(outputs: &RegressOutputs, folder: &RegressFolder) -> PathBuf {
+    outputs.results.clone().unwrap_or_else(|| folder.dir.join("results"))
+}
+
+/// Checks early that the files that are asked for can be written.
+fn check_outputs(outputs: &RegressOutputs) -> Result<()> {
+    let json = outputs.json.as_deref().filter(|path| !is_special(path));
+    for path in [outputs.html.as_deref(), outputs.junit.as_deref(), json].into_iter().flatten() {
+        check_place(path).into_diagnostic()?;
+    }
+    Ok(())
+}
+
+/// Writes all reports of a run.
+fn publish_report(
+    report: &RunReport,
+    outputs: &RegressOutputs,
+    results: &Path,
+    is_whole: bool,
+) -> Result<()> {
+    if is_whole {
+        report::record(report, results)?;
+    }
+    let page = outputs.html.clone().unwrap_or_else(|| results.join("index.html"));
+    let html = report::html(report, results).into_diagnostic()?;
+    atomically(&page, html.as_bytes()).into_diagnostic()?;
+    if let Some(path) = &outputs.junit {
+        atomically(path, report::junit(report).as_bytes()).into_diagnostic()?;
+    }
+    publish(&report::terminal(report), "the verdicts", report, outputs.json.as_deref())?;
+    if outputs.annotations == Some(AnnotationService::Github) {
+        print(&report::annotations(report), "the annotations");
+    }
+    Ok(())
+}
+
+/// A progress bar over the chosen cases, unless nothing is to be shown.
+fn steps(plan: &RegressPlan, words: &[String], shards: usize, quiet: bool) -> Result<Option<Steps>> {
+    let count = choose(plan, words)?.len().div_ceil(shards);
+    Ok((!quiet).then(|| Steps::new(count as u64)))
+}
+
+fn begin(steps: Option<&Steps>, name: &str) {
+    if let Some(steps) = steps {
+        steps.begin(name);
+    }
+}
+
+fn done(steps: Option<&Steps>) {
+    if let Some(steps) = steps {
+        steps.done();
+    }
+}
+
+/// A line on standard error.
+fn say(steps: Option<&Steps>, line: &str) {
+    match steps {
+        Some(steps) => steps.suspend(|| tell(line)),
+        None => tell(line),
+    }
+}

@@ -1,0 +1,96 @@
+//! Joins the results of shards.
+
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+
+use super::case_run::broken_report;
+use super::plan::{CaseRenderer, ReferenceSource, RegressCase, RegressPlan};
+use super::provenance::{FileHashes, stored};
+use super::run::{FinishedCase, results_folder};
+use super::run_report::{CaseReport, RunReport};
+use crate::image::write::{atomically, same_file};
+use crate::render::calendar;
+
+/// Collects the cases of a plan from folders of results into one folder, and makes their report. A case that no folder has, or only that
+/// of another scene, reference or manifest, is broken.
+///
+/// # Errors
+/// For a folder that does not exist, results of different builds of this program, and files that cannot be read or written.
+pub fn merge(plan: &RegressPlan, parts: &[PathBuf], results: &Path) -> Result<RunReport> {
+    if let Some(missing) = parts.iter().find(|part| !part.is_dir()) {
+        let help = "give the --results folders of all shards";
+        return Err(miette::miette!(help = help, "{} is not a folder", missing.display()));
+    }
+    let results = results_folder(plan, results)?;
+    let hashes = FileHashes::default();
+    let (mut build, mut cases): (Option<(&PathBuf, String)>, _) = (None, Vec::new());
+    for case in &plan.cases {
+        let wanted = hashes.key(plan, case, Path::new(""), None);
+        let has_key = |finished: &FinishedCase| {
+            let [a, b] = [&finished.key, &wanted].map(|key| (&key.case, &key.scene, &key.reference));
+            a == b
+        };
+        let found: Vec<_> =
+            parts.iter().filter_map(|part| Some((part, FinishedCase::read(part, &case.name)?))).collect();
+        let reason = match found.is_empty() {
+            true => "no folder of results has it: has every shard come to its end?",
+            false => "its results are of another manifest, scene or reference: run its shard again",
+        };
+        let Some((part, mut finished)) = found.into_iter().find(|(_, finished)| has_key(finished)) else {
+            cases.push(broken_report(plan, case, reason.to_owned()));
+            continue;
+        };
+        let only_own = matches!(case.renderer, CaseRenderer::Pointillist { .. })
+            && !matches!(case.reference, ReferenceSource::Rendered { .. });
+        if only_own {
+            let (first, program) = build.get_or_insert_with(|| (part, finished.key.program.clone()));
+            if *program != finished.key.program {
+                return Err(miette::miette!(
+                    help = "render all shards with the same build of the program",
+                    "{} and {} were rendered by different builds",
+                    first.display(),
+                    part.display()
+                ));
+            }
+        }
+        localise(plan, case, &results, &mut finished.report);
+        copy(part, &results, &finished)?;
+        cases.push(finished.report);
+    }
+    Ok(RunReport {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        folder: plan.folder.clone(),
+        started: calendar::now(),
+        seconds: cases.iter().map(|case| case.seconds).sum(),
+        false_alarm: plan.false_alarm,
+        cases,
+    })
+}
+
+/// The path of the reference on this machine.
+fn localise(plan: &RegressPlan, case: &RegressCase, results: &Path, report: &mut CaseReport) {
+    if report.reference.is_some() {
+        let path = match &case.reference {
+            ReferenceSource::Stored(name) => stored(plan, name),
+            ReferenceSource::Picture(path) => path.clone(),
+            ReferenceSource::Rendered { .. } => results.join(format!("{}.against.exr", case.name)),
+        };
+        report.reference = Some(path.canonicalize().unwrap_or(path));
+    }
+}
+
+/// Copies the files of a case.
+fn copy(from: &Path, to: &Path, finished: &FinishedCase) -> Result<()> {
+    for end in [".exr", ".against.exr", ".log"] {
+        let name = format!("{}{end}", finished.report.name);
+        let [source, target] = [from, to].map(|folder| folder.join(&name));
+        if !source.is_file() || same_file(&source, &target) {
+            continue;
+        }
+        let bytes = std::fs::read(&source).into_diagnostic();
+        let bytes = bytes.wrap_err_with(|| format!("cannot read {}", source.display()))?;
+        atomically(&target, &bytes).into_diagnostic()?;
+    }
+    finished.write(to)
+}

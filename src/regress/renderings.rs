@@ -1,0 +1,256 @@
+//! Independent renderings of a case by one renderer.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::Deserialize;
+
+use super::child::run_child;
+use super::evidence::Evidence;
+use super::plan::{CaseRenderer, RegressCase, RegressPlan};
+use crate::image::compare::Picture;
+use crate::image::write::atomically;
+use crate::render::process;
+
+/// Why a case has no outcome.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CaseStop {
+    /// Ctrl-C.
+    Interrupted,
+    /// It could not be rendered or compared: a sentence.
+    Broken(String),
+}
+
+impl CaseStop {
+    /// A case is broken for this reason.
+    pub fn broken(reason: impl std::fmt::Display) -> Self {
+        Self::Broken(reason.to_string())
+    }
+}
+
+/// What is rendered, by whom, and where the files go.
+#[derive(Clone, Debug)]
+pub struct CaseRenderings {
+    renderer: CaseRenderer,
+    /// This program.
+    program: PathBuf,
+    /// Folder of the plan, in which commands run: absolute.
+    folder: PathBuf,
+    /// The scene relative to it.
+    scene: PathBuf,
+    size: Option<[u32; 2]>,
+    spp: u64,
+    deterministic: bool,
+    timeout: Duration,
+    /// Begins the path of every file of these renderings.
+    place: PathBuf,
+    log: PathBuf,
+    pictures: Vec<Picture>,
+    tally: RenderingTally,
+}
+
+/// How many renderings there are, and how they were made.
+#[derive(Clone, Debug, Default)]
+pub struct RenderingTally {
+    /// Number of renderings.
+    pub count: u32,
+    /// Their wall clock in all, in seconds.
+    pub seconds: f64,
+    /// Device and driver, or the name of the program, once there is a rendering.
+    pub device: Option<String>,
+    /// The command of the first rendering.
+    pub command: Vec<String>,
+}
+
+/// The part of a render's report that is read.
+#[derive(Deserialize)]
+struct RenderedBy {
+    device: String,
+    driver: Option<String>,
+}
+
+impl CaseRenderings {
+    /// None yet, of a case by its own renderer. `place` is the folder of the files and `kind` begins their names.
+    pub fn new(
+        plan: &RegressPlan,
+        case: &RegressCase,
+        program: &Path,
+        [place, log]: [&Path; 2],
+        kind: &str,
+    ) -> Self {
+        Self {
+            renderer: case.renderer.clone(),
+            program: program.to_path_buf(),
+            folder: plan.folder.canonicalize().unwrap_or_else(|_| plan.folder.clone()),
+            scene: case.scene.strip_prefix(&plan.folder).unwrap_or(&case.scene).to_path_buf(),
+            size: case.size,
+            spp: case.budget.spp,
+            deterministic: case.tolerance.same_bits,
+            timeout: case.budget.timeout,
+            place: place.join(kind),
+            log: log.to_path_buf(),
+            pictures: Vec::new(),
+            tally: RenderingTally::default(),
+        }
+    }
+
+    /// The same by another renderer.
+    pub fn by(self, renderer: &CaseRenderer, spp: u64) -> Self {
+        Self { renderer: renderer.clone(), spp, ..self }
+    }
+
+    /// What there is so far.
+    pub fn tally(&self) -> &RenderingTally {
+        &self.tally
+    }
+
+    /// Adds a rendering for each seed. One that is there from an interrupted run is taken as it is.
+    ///
+    /// # Errors
+    /// When one fails or takes too long; when Ctrl-C was pressed before one began.
+    pub fn add(&mut self, seeds: Range<u32>) -> Result<(), CaseStop> {
+        for seed in seeds {
+            if process::is_interrupted() {
+                return Err(CaseStop::Interrupted);
+            }
+            let file = |extension: &str| {
+                let mut path = self.place.clone().into_os_string();
+                path.push(format!("-{seed}.{extension}"));
+                PathBuf::from(path)
+            };
+            let [output, report, time] = ["exr", "json", "seconds"].map(file);
+            let words = self.words(seed, &output, &report);
+            // Written last: a picture without it may be cut off.
+            let known = std::fs::read_to_string(&time).ok().and_then(|text| text.trim().parse::<f64>().ok());
+            let seconds = match known.filter(|_| output.is_file()) {
+                Some(seconds) => seconds,
+                None => self.render(seed, &words, &output, &time)?,
+            };
+            let picture = Picture::read(&output, None).map_err(CaseStop::broken)?;
+            self.pictures.push(picture);
+            self.tally.count += 1;
+            self.tally.seconds += seconds;
+            if self.tally.command.is_empty() {
+                self.tally.device = self.rendered_by(&report);
+                self.tally.command = words;
+            }
+        }
+        Ok(())
+    }
+
+    /// What the renderings say together.
+    ///
+    /// # Errors
+    /// When their sizes differ.
+    pub fn evidence(&self) -> Result<Evidence, CaseStop> {
+        Evidence::of_pictures(&self.pictures).map_err(CaseStop::broken)
+    }
+
+    /// Runs the program for one seed; its wall clock in seconds.
+    fn render(&self, seed: u32, words: &[String], output: &Path, time: &Path) -> Result<f64, CaseStop> {
+        let start = Instant::now();
+        run_child(words, &self.folder, &self.log, self.timeout)
+            .map_err(|error| CaseStop::broken(format!("the rendering with seed {seed} {error}")))?;
+        if !output.is_file() {
+            let message = format!(
+                "the rendering with seed {seed} ended well, but wrote no picture to {}",
+                output.display()
+            );
+            return Err(CaseStop::Broken(message));
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        atomically(time, seconds.to_string().as_bytes()).map_err(CaseStop::broken)?;
+        Ok(seconds)
+    }
+
+    /// The words of the command for one seed.
+    fn words(&self, seed: u32, output: &Path, report: &Path) -> Vec<String> {
+        let text = |path: &Path| path.display().to_string();
+        let (scene, output) = (text(&self.scene), text(output));
+        match &self.renderer {
+            CaseRenderer::Pointillist { method, device, options } => {
+                let mut words = vec![text(&self.program), "render".into(), scene];
+                let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+                option("--spp", self.spp.to_string());
+                option("--seed", seed.to_string());
+                if let Some([width, height]) = self.size {
+                    option("--size", format!("{width}x{height}"));
+                }
+                for (name, value) in [("--integrator", method), ("--device", device)] {
+                    if let Some(value) = value {
+                        option(name, value.clone());
+                    }
+                }
+                // Variances come from the spread over seeds: no rendering has to know its own.
+                if !options.iter().any(|word| word.starts_with("--replicates")) {
+                    option("--replicates", "1".into());
+                }
+                option("-o", output);
+                option("--json", text(report));
+                words.push("--quiet".into());
+                words.extend(self.deterministic.then(|| "--deterministic".to_owned()));
+                words.extend(options.iter().cloned());
+                words
+            }
+            CaseRenderer::Command { words, .. } => {
+                let [width, height] = self.size.unwrap_or_default();
+                let values = [
+                    ("{scene}", scene),
+                    ("{output}", output),
+                    ("{seed}", seed.to_string()),
+                    ("{spp}", self.spp.to_string()),
+                    ("{width}", width.to_string()),
+                    ("{height}", height.to_string()),
+                ];
+                let mut words: Vec<String> = words.iter().map(|word| replaced(word, &values)).collect();
+                // A program named by a relative path is relative to the manifest, as the scenes are.
+                if let Some(program) = words.first_mut().filter(|word| word.contains('/')) {
+                    *program = text(&self.folder.join(&program));
+                }
+                words
+            }
+        }
+    }
+
+    /// Device and driver by the report of a render, or the name of another program.
+    fn rendered_by(&self, report: &Path) -> Option<String> {
+        if let CaseRenderer::Command { name, .. } = &self.renderer {
+            return Some(name.clone());
+        }
+        let RenderedBy { device, driver } =
+            serde_json::from_str(&std::fs::read_to_string(report).ok()?).ok()?;
+        Some(driver.map_or_else(|| device.clone(), |driver| format!("{device}, {driver}")))
+    }
+}
+
+/// A word with its names in braces replaced by their values, from the left; values stay as they are.
+fn replaced(word: &str, values: &[(&str, String)]) -> String {
+    let (mut out, mut rest) = (String::new(), word);
+    while let Some(at) = rest.find('{') {
+        out += &rest[..at];
+        rest = &rest[at..];
+        match values.iter().find(|(name, _)| rest.starts_with(name)) {
+            Some((name, value)) => {
+                out += value;
+                rest = &rest[name.len()..];
+            }
+            None => {
+                out.push('{');
+                rest = &rest[1..];
+            }
+        }
+    }
+    out + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_in_braces_are_replaced_once() {
+        let values = [("{scene}", "{seed}.xml".to_owned()), ("{seed}", "7".to_owned())];
+        assert_eq!(replaced("a{scene}:{seed}{x}{", &values), "a{seed}.xml:7{x}{");
+    }
+}
