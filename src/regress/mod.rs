@@ -9,8 +9,9 @@
 //! |---|---|
 //! | `plan.rs`, `manifest.rs` | what is rendered, as plain data; read from `regress.toml` or found by convention |
 //! | `evidence.rs`, `judgement.rs` | mean, variance and areas of several renderings; whether two of them have the same expectation, and what would have been noticed |
-//! | `run_report.rs` | the result of a run: data of all reports |
+//! | `run_report.rs`, `report/` | the result of a run: data of all reports; the reports: terminal, JUnit, annotations, HTML page, history |
 pub mod evidence;
 pub mod judgement;
 pub mod plan;
+pub mod report;
 pub mod run_report;
