@@ -14,6 +14,7 @@ mod oidn;
 mod pipelines;
 mod plugins;
 mod program;
+mod regress_page;
 mod render_error;
 mod serve;
 mod simd;
