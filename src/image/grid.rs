@@ -65,4 +65,21 @@ impl<T: Copy> Grid<T> {
     pub fn at(&self, x: usize, y: usize) -> T {
         self.row(y)[x]
     }
+
+    /// A smaller grid whose sides are at most `side`: `join` makes one pixel of each square of pixels. Squares at the right and lower
+    /// border may be cut. A grid that fits has its pixels joined one by one.
+    pub fn reduced(&self, side: usize, join: impl Fn(&[T]) -> T) -> Self {
+        let step = self.width.max(self.height).div_ceil(side.max(1)).max(1);
+        let (width, height) = (self.width.div_ceil(step), self.height.div_ceil(step));
+        let mut square = Vec::new();
+        let mut data = Vec::with_capacity(width * height);
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y * step, x * step))) {
+            square.clear();
+            for row in y..(y + step).min(self.height) {
+                square.extend_from_slice(&self.row(row)[x..(x + step).min(self.width)]);
+            }
+            data.push(join(&square));
+        }
+        Self { width, height, data }
+    }
 }

@@ -15,6 +15,7 @@ mod pipelines;
 mod plugins;
 mod program;
 mod regress;
+mod regress_page;
 mod render_error;
 mod serve;
 mod simd;

@@ -1,37 +1,29 @@
-//! Reports of a run.
+//! Reports of a regression run: for the terminal, for a CI server, and for people with a browser.
+//!
+//! | file | what |
+//! |---|---|
+//! | `terminal.rs` | table and sentences for the terminal |
+//! | `junit.rs`, `annotations.rs` | JUnit XML; workflow commands of GitHub Actions |
+//! | `page.rs`, `case_section.rs`, `case_pictures.rs` | one self-contained HTML page: summary and table; the section of a case; its pictures and maps |
+//! | `history.rs` | what earlier runs found, a line each in `history.jsonl` of the folder of results |
+//! | `wording.rs` | sentences and numbers that all of them share |
+//!
+//! All but the page and the history are pure, from [`RunReport`](super::run_report::RunReport) to text. Numbers that are not finite appear
+//! as “—”, and no name or message of a case breaks a format.
 
-use std::path::Path;
+mod annotations;
+mod case_pictures;
+mod case_section;
+mod history;
+mod junit;
+mod page;
+#[cfg(test)]
+mod sample;
+mod terminal;
+mod wording;
 
-use super::run_report::RunReport;
-use crate::image::ImageError;
-
-/// A table for the terminal.
-pub fn terminal(_report: &RunReport) -> String {
-    unreachable!("written elsewhere")
-}
-
-/// JUnit XML.
-pub fn junit(_report: &RunReport) -> String {
-    unreachable!("written elsewhere")
-}
-
-/// A page that needs no other file.
-///
-/// # Errors
-/// When pictures cannot be encoded.
-pub fn html(_report: &RunReport, _results: &Path) -> Result<String, ImageError> {
-    unreachable!("written elsewhere")
-}
-
-/// Workflow commands of GitHub.
-pub fn annotations(_report: &RunReport) -> String {
-    unreachable!("written elsewhere")
-}
-
-/// Appends the run to the history in the folder of the results.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn record(_report: &RunReport, _results: &Path) -> miette::Result<()> {
-    unreachable!("written elsewhere")
-}
+pub use annotations::annotations;
+pub use history::record;
+pub use junit::junit;
+pub use page::html;
+pub use terminal::{terminal, terminal_in_colors};

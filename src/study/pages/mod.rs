@@ -11,10 +11,10 @@
 //! A page is one file that fetches nothing and has no scripts. Numbers that are not finite appear as “—” and are left out of charts; no content of a
 //! study makes a page fail, and the template escapes every name.
 
-mod chart;
+pub(crate) mod chart;
 mod csv;
 mod page;
-mod parts;
+pub(crate) mod parts;
 #[cfg(test)]
 mod sample;
 mod sections;
@@ -24,6 +24,7 @@ mod tests;
 mod verdict;
 
 pub use csv::csv;
+pub(crate) use page::document;
 pub use page::{html, index};
 pub use terminal::terminal;
 pub use verdict::fastest;

@@ -41,7 +41,7 @@ pub fn html(study: &Study) -> String {
             (origin(study))
         }
     };
-    document(&format!("{}: what accuracy costs in time", shortened(&name, 80)), body)
+    document(&format!("{}: what accuracy costs in time", shortened(&name, 80)), "", body)
 }
 
 /// Index page of all scenes: one row each with the answers and a small curve. Each study has the link to its page.
@@ -61,10 +61,11 @@ pub fn index(studies: &[(String, &Study)]) -> String {
             @for (link, study) in studies { (scene(link, study)) }
         }
     };
-    document("What accuracy costs in time", body)
+    document("What accuracy costs in time", "", body)
 }
 
-fn document(title: &str, body: Markup) -> String {
+/// A page with the style of all pages, and `style`, which is its own.
+pub fn document(title: &str, style: &str, body: Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en-GB" {
@@ -73,7 +74,7 @@ fn document(title: &str, body: Markup) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) (PreEscaped(style)) }
             }
             body { (body) }
         }
