@@ -14,7 +14,7 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::client::reference::ReferenceFilm;
 use crate::client::{DisplayImage, Settings};
-use crate::cmd::{Cli, CliCommand, run, tell};
+use crate::cmd::{Cli, CliCommand, print_messages, run, tell};
 use crate::color::profile::xyz_from_rec709;
 use crate::image::exr::Layers;
 use crate::image::png::{PngPicture, Transfer};
@@ -23,6 +23,13 @@ use crate::image::{Attribute, Grid, exr, layer, png};
 use crate::render::batch::render_in_memory;
 use crate::render::options::RenderOptions;
 use crate::scene::Loaded;
+
+/// Sets up a process that will call the functions of this module, before it has many threads: messages go to standard error, and the allocator of
+/// the GNU C library keeps little free memory, as in the program.
+pub fn prepare_process() {
+    crate::memory::limit_free_memory();
+    print_messages();
+}
 
 /// A render in memory: a scene and what is asked for.
 #[derive(Clone, Debug)]
