@@ -27,6 +27,14 @@ impl From<RenderedPicture> for NativePicture {
     }
 }
 
+impl NativePicture {
+    /// The picture of a scene that no command line has, as after changes, does not say by which command it is rendered again.
+    pub fn without_command(mut self) -> Self {
+        self.layers.attributes.retain(|(name, _)| name != "command");
+        self
+    }
+}
+
 impl From<Layers> for NativePicture {
     fn from(layers: Layers) -> Self {
         Self { layers, report: "null".to_owned() }
@@ -161,7 +169,7 @@ pub fn compare<'py>(
     let both = [&picture.layers, &reference.layers];
     let compared = py.detach(|| library::compare_layers(both, &metrics, exposure));
     let compared = compared.map_err(|error| of_value(&error))?;
-    let of = |compared: library::ComparedPictures| {
+    let of = |compared: library::ComparedPictures| -> PyResult<ComparedMetric<'py>> {
         let shape = (compared.map.height(), compared.map.width());
         let map = Array2::from_shape_vec(shape, compared.map.into_pixels()).map_err(cut)?;
         Ok((compared.metric.to_string(), map.into_pyarray(py)))

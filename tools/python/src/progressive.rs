@@ -24,6 +24,8 @@ const SHARE: u32 = 20;
 #[pyclass(frozen, name = "Pictures", module = "pointillist._native")]
 pub struct Pictures {
     shared: Arc<PictureInbox>,
+    /// The scene is a file as it is.
+    is_file: bool,
 }
 
 /// What the render and the caller share.
@@ -44,8 +46,8 @@ struct InboxState {
 }
 
 impl Pictures {
-    /// Starts the thread; a picture is taken every so often.
-    pub fn start(plan: PlannedRender, every: Duration) -> std::io::Result<Self> {
+    /// Starts the thread; a picture is taken every so often. `is_file`: the scene is a file as it is.
+    pub fn start(plan: PlannedRender, every: Duration, is_file: bool) -> std::io::Result<Self> {
         let shared = Arc::new(PictureInbox::default());
         let inbox = shared.clone();
         std::thread::Builder::new().name("pointillist render".to_owned()).spawn(move || {
@@ -57,7 +59,7 @@ impl Pictures {
             drop(state);
             inbox.news.notify_all();
         })?;
-        Ok(Self { shared })
+        Ok(Self { shared, is_file })
     }
 }
 
@@ -115,11 +117,13 @@ impl Pictures {
                     (false, None) => None,
                 }
             });
+            let told =
+                |picture: NativePicture| if self.is_file { picture } else { picture.without_command() };
             match taken {
-                Some(Some(Ok((picture, moment)))) => return Ok(Some((picture, Some(moment)))),
+                Some(Some(Ok((picture, moment)))) => return Ok(Some((told(picture), Some(moment)))),
                 Some(Some(Err(end))) => {
                     let last = end.map_err(|error| of_render(&error))?;
-                    return Ok(Some((last.into(), None)));
+                    return Ok(Some((told(last.into()), None)));
                 }
                 Some(None) => return Ok(None),
                 None => py.check_signals().inspect_err(|_| self.close())?,

@@ -35,12 +35,14 @@ pub struct NativeScene {
     edits: Edits,
     /// The scene with its changes.
     edited: Arc<Loaded>,
+    /// It is a file as it is, which the command line reads the same.
+    is_file: bool,
 }
 
 impl NativeScene {
-    fn new(name: String, loaded: Loaded) -> Self {
+    fn new(name: String, loaded: Loaded, is_file: bool) -> Self {
         let loaded = Arc::new(loaded);
-        Self { name, original: loaded.clone(), edits: Edits::default(), edited: loaded }
+        Self { name, original: loaded.clone(), edits: Edits::default(), edited: loaded, is_file }
     }
 
     fn plan(&self, words: &[String]) -> PyResult<PlannedRender> {
@@ -61,7 +63,8 @@ impl NativeScene {
         let options = LoadOptions { defines: &defines, lenient };
         let loaded = py.detach(|| scene::load_with(&path, &options));
         let loaded = loaded.map_err(|error| of_scene(py, &error))?;
-        Ok(Self::new(path.display().to_string(), loaded))
+        let is_plain = defines.is_empty() && !lenient;
+        Ok(Self::new(path.display().to_string(), loaded, is_plain))
     }
 
     /// Reads a text that stands for a file called `name`, and files in memory beside it.
@@ -80,7 +83,7 @@ impl NativeScene {
             files.into_iter().map(|(file, bytes)| (folder.join(file), bytes)).collect();
         let loaded = py.detach(|| scene::load_str_with_files(&name, text, files, &options));
         let loaded = loaded.map_err(|error| of_scene(py, &error))?;
-        Ok(Self::new(name, loaded))
+        Ok(Self::new(name, loaded, false))
     }
 
     /// The file, or what stands for it.
@@ -122,7 +125,8 @@ impl NativeScene {
         let desc = edits.apply(&self.original.desc);
         let desc = desc.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let edited = Arc::new(Loaded { desc, warnings: Vec::new() });
-        Ok(Self { name: self.name.clone(), original: self.original.clone(), edits, edited })
+        let is_file = self.is_file && edits.is_empty();
+        Ok(Self { name: self.name.clone(), original: self.original.clone(), edits, edited, is_file })
     }
 
     /// Renders; `watch` is told of the progress. An exception of it, and Ctrl-C, end the render and are raised.
@@ -158,17 +162,18 @@ impl NativeScene {
             }
         };
         let rendered = py.detach(|| plan.render(&mut look));
-        match raised {
-            Some(error) => Err(error),
-            None => rendered.map(NativePicture::from).map_err(|error| of_render(&error)),
+        if let Some(error) = raised {
+            return Err(error);
         }
+        let picture = NativePicture::from(rendered.map_err(|error| of_render(&error))?);
+        Ok(if self.is_file { picture } else { picture.without_command() })
     }
 
     /// Starts a render, and returns its pictures: one every so many seconds, and the last one.
     fn progressive(&self, words: Vec<String>, every: f64) -> PyResult<Pictures> {
         let every = Duration::try_from_secs_f64(every);
         let every = every.map_err(|_| PyValueError::new_err("`every` is a number of seconds from 0 on"))?;
-        Ok(Pictures::start(self.plan(&words)?, every)?)
+        Ok(Pictures::start(self.plan(&words)?, every, self.is_file)?)
     }
 }
 

@@ -115,6 +115,15 @@ def test_files_have_everything(scene: pointillist.Scene, tmp_path: Path) -> None
         pointillist.read(tmp_path / "no.exr")
 
 
+def test_only_a_file_as_it_is_has_a_command(root: Path) -> None:
+    """The command that repeats a render is that of the command line, which knows nothing of changes in Python."""
+    file = root / "scenes" / "cornell.xml"
+    scene = pointillist.load(file)
+    assert str(file) in str(scene.render(**SMALL).attributes["command"])
+    for other in (scene.edit({"white.reflectance": [0.5, 0.5, 0.5]}), pointillist.load(file, max_depth=3)):
+        assert "command" not in other.render(**SMALL).attributes
+
+
 def test_metrics_have_values_and_maps(scene: pointillist.Scene, tmp_path: Path) -> None:
     picture, reference = scene.render(**SMALL), scene.render(**{**SMALL, "spp": 64, "seed": 1})
     reference.save(tmp_path / "reference.exr")
