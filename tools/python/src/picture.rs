@@ -6,6 +6,7 @@ use numpy::ndarray::{Array2, Array3};
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArray2, PyReadonlyArray3};
 use pointillist::cmd::library::{self, RenderedPicture};
 use pointillist::image::exr::{self, Layers};
+use pointillist::image::write::FileFormat;
 use pointillist::image::{Attribute, ImageError};
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -130,7 +131,9 @@ impl NativePicture {
 
     /// Writes an EXR file of all channels, or a PNG file of the displayed picture.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| library::save(&path, &self.layers)).map_err(|error| of_value(&error))
+        FileFormat::of(&path).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        py.detach(|| library::save(&path, &self.layers))
+            .map_err(|error| PyOSError::new_err(error.to_string()))
     }
 }
 

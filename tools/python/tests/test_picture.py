@@ -111,6 +111,8 @@ def test_files_have_everything(scene: pointillist.Scene, tmp_path: Path) -> None
     assert (tmp_path / "picture.png").read_bytes() == picture._repr_png_()
     with pytest.raises(ValueError, match="picture.jpg"):
         picture.save(tmp_path / "picture.jpg")
+    with pytest.raises(OSError, match="there"):
+        picture.save(tmp_path / "there" / "is" / "no.exr")
     with pytest.raises(OSError):
         pointillist.read(tmp_path / "no.exr")
 
