@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Union
+from typing import Any, Optional, Union
 
 from ._native import RenderError
 from ._scene import _words
@@ -32,22 +32,25 @@ class Regression:
         return self.code == 0
 
 
-def run(folder: Union[str, os.PathLike[str]], **options: Any) -> Regression:
-    """Renders every case of a folder and compares it with its reference.
+def run(folder: Union[str, os.PathLike[str]], *cases: str, **options: Any) -> Regression:
+    """Renders every case of a folder, or those with one of these words in their names, and compares each with its reference.
 
-    Every option of ``pointillist regress run`` is a keyword with underscores: ``html="report.html"``, ``device="cpu"``.
+    Every other option of ``pointillist regress run`` is a keyword with underscores: ``html="report.html"``, ``device="cpu"``.
     """
     with tempfile.TemporaryDirectory() as temporary:
         given = options.pop("json", None)
         file = Path(given) if given is not None else Path(temporary) / "report.json"
-        code = _run(["regress", "run", *_words({**options, "json": file}), "--", os.fspath(folder)])
+        words = [f"--case={case}" for case in cases] + _words({**options, "json": file})
+        code = _run(["regress", "run", *words, "--", os.fspath(folder)])
         if not file.exists():
             raise RenderError(f"the run of {os.fspath(folder)} has ended with exit code {code} and no report; what it said is on standard error")
         return Regression(code, json.loads(file.read_text(encoding="utf-8")))
 
 
-def update(folder: Union[str, os.PathLike[str]], *cases: str, reason: str, **options: Any) -> None:
-    """Writes new references of a folder, or of these cases, with the reason for it."""
+def update(
+    folder: Union[str, os.PathLike[str]], *cases: str, reason: Optional[str] = None, **options: Any
+) -> None:
+    """Writes new references of a folder, or of these cases, with the reason for it; ``dry_run=True`` only shows what would change."""
     words = _words({**options, "reason": reason})
     code = _run(["regress", "update", *words, "--", os.fspath(folder), *cases])
     if code != 0:
