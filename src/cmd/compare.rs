@@ -6,6 +6,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Report, Result};
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::client::{Settings, develop};
 use crate::cmd::args::CompareArgs;
@@ -89,7 +90,7 @@ struct Pictures {
 pub fn compare(args: &CompareArgs) -> Result<()> {
     check_places(args)?;
     let pictures = read(args)?;
-    let (wanted, left_out) = choose(args, &pictures)?;
+    let (wanted, left_out) = choose(&args.metrics, &pictures)?;
     let mapped = args.metrics.first().copied().unwrap_or(Metric::Flip);
     let (mut metrics, mut note) = (Vec::new(), None);
     for metric in wanted {
@@ -153,21 +154,26 @@ fn read(args: &CompareArgs) -> Result<Pictures> {
     };
     let picture = Picture::read(&args.picture, of_picture).map_err(advise)?;
     let reference = Picture::read(&args.reference, of_reference).map_err(advise)?;
+    side_by_side(picture, reference, args.exposure)
+}
+
+/// Both pictures, and both as displayed with this brightness, if they are of one size.
+fn side_by_side(picture: Picture, reference: Picture, exposure: f32) -> Result<Pictures> {
     let size = |p: &Picture| (p.rgb.width(), p.rgb.height());
     let (a, b) = (size(&picture), size(&reference));
     if a != b {
         return Err(miette::miette!(
             help = "render or cut both to the same size",
             "{} has {}×{} pixels and {} has {}×{}: they cannot be compared",
-            args.picture.display(),
+            picture.path.display(),
             a.0,
             a.1,
-            args.reference.display(),
+            reference.path.display(),
             b.0,
             b.1
         ));
     }
-    let settings = Settings { exposure: args.exposure, ..Settings::default() };
+    let settings = Settings { exposure, ..Settings::default() };
     let displayed = [&picture, &reference].map(|p| develop::shown(&p.rgb, &settings));
     Ok(Pictures { picture, reference, displayed })
 }
@@ -185,10 +191,10 @@ fn advise(error: ImageError) -> Report {
 }
 
 /// The requested metrics, each once, or all that the files support; and the unsupported ones.
-fn choose(args: &CompareArgs, pictures: &Pictures) -> Result<(Vec<Metric>, Vec<LeftOut>)> {
+fn choose(metrics: &[Metric], pictures: &Pictures) -> Result<(Vec<Metric>, Vec<LeftOut>)> {
     let (mut wanted, mut left_out) = (Vec::new(), Vec::new());
-    let asked = !args.metrics.is_empty();
-    for &metric in if asked { &args.metrics } else { Metric::value_variants() } {
+    let asked = !metrics.is_empty();
+    for &metric in if asked { metrics } else { Metric::value_variants() } {
         match missing(metric, pictures) {
             _ if wanted.contains(&metric) => {}
             None => wanted.push(metric),
@@ -203,6 +209,46 @@ fn choose(args: &CompareArgs, pictures: &Pictures) -> Result<(Vec<Metric>, Vec<L
         }
     }
     Ok((wanted, left_out))
+}
+
+/// A metric of two pictures in memory.
+#[derive(Debug)]
+pub struct ComparedPictures {
+    /// The metric, with the keys that `pointillist compare --json` has for it.
+    pub metric: Value,
+    /// Its value in every pixel.
+    pub map: Grid<f32>,
+}
+
+/// Compares a picture with a reference of the same size by metrics of these names, or by all that they allow; the metrics on displayed colours
+/// see them with this brightness, or as the program shows them.
+///
+/// # Errors
+///
+/// For an unknown metric or one that the pictures do not support, for pictures without a main layer, and for pictures of different sizes.
+pub fn compare_layers(
+    [picture, reference]: [&Layers; 2],
+    metrics: &[String],
+    exposure: Option<f32>,
+) -> Result<Vec<ComparedPictures>> {
+    let of = |name: &str, layers| Picture::choose(Path::new(name), layers, None).map_err(advise);
+    let exposure = exposure.unwrap_or(Settings::default().exposure);
+    if !(exposure > 0.0 && exposure.is_finite()) {
+        return Err(miette::miette!("the exposure {exposure} is not a positive number"));
+    }
+    let pictures = side_by_side(of("the picture", picture)?, of("the reference", reference)?, exposure)?;
+    let known = |name: &String| {
+        let names = || Metric::value_variants().iter().map(|m| m.name()).collect::<Vec<_>>().join(", ");
+        Metric::from_str(name, false)
+            .map_err(|_| miette::miette!("there is no metric `{name}`; the metrics are {}", names()))
+    };
+    let metrics = metrics.iter().map(known).collect::<Result<Vec<_>>>()?;
+    let (wanted, _) = choose(&metrics, &pictures)?;
+    let compared = |metric| {
+        let (result, map) = measure(&pictures, metric).into_diagnostic()?;
+        Ok(ComparedPictures { metric: serde_json::to_value(&result).into_diagnostic()?, map })
+    };
+    wanted.into_iter().map(compared).collect()
 }
 
 /// Why the files do not support a metric; `None` if they do.

@@ -6,7 +6,9 @@
 //!
 //! # Rendering from another program
 //!
-//! The program is made of public parts. This loads a scene, renders it with the CPU implementation of the passes, and reads
+//! [`library`] has the subcommands `render` and `compare` as functions whose pictures are in memory, with the options of the command line by
+//! name; `tools/python` is made of it. Below that,
+//! the program is made of public parts. This loads a scene, renders it with the CPU implementation of the passes, and reads
 //! the error of the picture:
 //!
 //! ```
@@ -67,7 +69,9 @@ mod compare;
 mod devices;
 mod explain;
 mod info;
+pub mod library;
 mod merge;
+mod messages;
 mod mix;
 mod plugins;
 mod regress;
@@ -80,6 +84,7 @@ mod view;
 
 pub use crate::render::process::tell;
 pub use args::{Cli, CliCommand};
+pub use messages::print_messages;
 
 use std::process::ExitCode;
 

@@ -75,7 +75,11 @@ pub fn describe(path: &Path) -> Result<PngDescription, ImageError> {
 }
 
 /// The bytes of the file.
-pub(super) fn encode(
+///
+/// # Errors
+///
+/// As for [`write`].
+pub fn encode(
     picture: PngPicture<'_>,
     attributes: &[(String, Attribute)],
 ) -> Result<Vec<u8>, png::EncodingError> {

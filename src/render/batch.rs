@@ -3,6 +3,10 @@
 //! [`render`] sets up a [`BatchRender`], traces it until the sample count, the time, the error or Ctrl-C, and writes pictures
 //! and report.
 
+mod in_memory;
+
+pub use in_memory::{RenderedPicture, render_in_memory};
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -12,9 +16,9 @@ use crate::accounting::accumulator::CheckpointPolicy;
 use crate::accounting::observer::Observer;
 use crate::client::oidn::OidnQuality;
 use crate::client::reference::ExactFilm;
-use crate::client::{Denoise, DisplayView, Film, Settings, VarianceForm};
+use crate::client::{Denoise, Film, Settings, VarianceForm};
 use crate::denoise::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR};
-use crate::denoise::view_filter::{self, OidnOptions};
+use crate::denoise::view_filter::OidnOptions;
 use crate::image::stereo::Eye;
 use crate::render::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use crate::render::drive::{Drive, DriveObservers, DriveOutcome, drive};
@@ -36,8 +40,9 @@ use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedG
 use crate::render::stereo::{self, RightEye};
 use crate::render::stereo_error::{EyeErrors, StereoEnd};
 use crate::render::stereo_outputs::{self, EyePictures};
-use crate::render::timings::{self, TimingCapture};
-use crate::render::{effect_plan, layers, observed, process, warnings};
+use crate::render::timings::TimingCapture;
+use crate::render::watch::{RenderWatch, RenderWatcher};
+use crate::render::{checks, effect_plan, layers, observed, process, warnings};
 use crate::scene::Loaded;
 use crate::scene::light_groups::{of_sources, text};
 use crate::server::{Server, Stats};
@@ -55,7 +60,7 @@ use crate::tracer::{Camera, Scene};
 /// When a step of the run fails. Outputs are checked before anything is rendered, and replaced only when complete.
 pub fn render(mut args: RenderOptions) -> Result<()> {
     let kept = KeptState::plan(&mut args)?;
-    let outputs = check_options(&args)?;
+    let outputs = checks::check(&args, Outputs::plan)?;
     run(&args, &outputs, kept)
 }
 
@@ -64,7 +69,7 @@ pub fn run(args: &RenderOptions, outputs: &Outputs, kept: Option<KeptState>) -> 
     let start = Instant::now();
     process::listen_for_interrupt();
     let mut batch = BatchRender::set_up(args, outputs, kept)?;
-    let traced = batch.trace(outputs)?;
+    let traced = batch.trace(outputs, None)?;
     batch.write(outputs, &traced)?;
     batch.seconds.total = start.elapsed().as_secs_f64();
     let report = batch.report(outputs, &traced);
@@ -74,46 +79,7 @@ pub fn run(args: &RenderOptions, outputs: &Outputs, kept: Option<KeptState>) -> 
     if !args.quiet {
         tell(&report.summary());
     }
-    match &traced.driven.panicked {
-        Some((index, message)) => Err(miette::miette!(
-            "path {index} panicked: {message}; the picture holds what was traced before. Please report it with the scene \
-             and this command: {}",
-            batch.replay(traced.tally.as_deref(), *index)
-        )),
-        None => Ok(()),
-    }
-}
-
-/// Checks options and output paths before any work.
-fn check_options(args: &RenderOptions) -> Result<Outputs> {
-    if args.error.is_some() && (args.replicates == 1 || args.check_plan > 0.0) {
-        return Err(miette::miette!(
-            help = "leave --replicates and --check-plan away",
-            "--error needs the error of the picture, which one randomisation alone does not tell"
-        ));
-    }
-    if args.denoise != Denoise::Off {
-        let divided = args.replicates > 1 && args.check_plan == 0.0;
-        let needs = [
-            (divided, "two randomisations", "leave --replicates and --check-plan away"),
-            (args.display.view == DisplayView::Picture, "the picture to be shown", "leave --show away"),
-            (args.reweight_fireflies.is_none(), "all samples alike", "leave --reweight-fireflies away"),
-        ];
-        if let Some((_, what, advice)) = needs.iter().find(|(given, ..)| !given) {
-            return Err(miette::miette!(help = *advice, "--denoise needs {what}"));
-        }
-        view_filter::check(args.denoise)?;
-    }
-    if args.adaptive {
-        adaptive::check(args)?;
-    }
-    let outputs = Outputs::plan(args)?;
-    light_groups::check(args, &outputs)?;
-    stereo::check(args)?;
-    if let Some(path) = &args.gpu_timings {
-        timings::check(path, outputs.files().chain(&args.json).chain([&args.source.scene]))?;
-    }
-    Ok(outputs)
+    batch.check_panic(&traced)
 }
 
 /// A render that is set up: scene and film are ready, the tracer's threads sleep.
@@ -279,8 +245,8 @@ impl<'a> BatchRender<'a> {
         })
     }
 
-    /// Traces until the sample count, the time, the error or Ctrl-C.
-    fn trace(&mut self, outputs: &Outputs) -> Result<Traced> {
+    /// Traces until the sample count, the time, the error or Ctrl-C, or until `watcher` ends it.
+    fn trace(&mut self, outputs: &Outputs, mut watcher: Option<&mut RenderWatcher<'_>>) -> Result<Traced> {
         let (args, run, goal) = (self.args, &self.run, &self.goal);
         let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
             (Some(sums), Some(recorder)) => {
@@ -378,6 +344,13 @@ impl<'a> BatchRender<'a> {
                 live: Some(&mut live),
                 groups: self.groups.as_mut(),
                 right_eye: self.right_eye.as_mut(),
+                watch: watcher.as_mut().map(|call| RenderWatch {
+                    call: &mut **call,
+                    run,
+                    settings: &self.settings,
+                    at: args.error_at,
+                    before: before + driven.wall,
+                }),
             };
             driven.add(drive(plan, &self.server, &mut self.lanes, &mut *self.client, onlookers)?);
             let done = self.server.stats();
@@ -425,11 +398,7 @@ impl<'a> BatchRender<'a> {
 
     /// Writes all pictures and ends the capture of timings.
     fn write(&mut self, outputs: &Outputs, traced: &Traced) -> Result<()> {
-        let mut outcome = RunEnd {
-            prefix: self.is_prefix(&traced.driven),
-            rejected: self.rejected(&traced.stats).summary(),
-            notes: Vec::new(),
-        };
+        let outcome = self.end(traced);
         let start = Instant::now();
         let [extras, right_extras] = self.extras(outputs, traced)?;
         let (client, seconds, at) = (&mut *self.client, &mut self.seconds, self.args.error_at);
@@ -443,18 +412,40 @@ impl<'a> BatchRender<'a> {
                 };
                 stereo_outputs::write(outputs, pictures, &self.run, &end, &self.settings, seconds)
             }
-            None => {
-                if let Some(state) = traced.picture.status() {
-                    outcome.describe(state, at);
-                }
-                outputs.write(client, &self.run, &outcome, &self.settings, extras, seconds)
-            }
+            None => outputs.write(client, &self.run, &outcome, &self.settings, extras, seconds),
         };
-        if let Some(mut timings) = self.timings.take() {
-            timings.client("display and write", start)?;
-            timings.finish(Some(&self.server))?;
-        }
+        self.finish_timings(start)?;
         written
+    }
+
+    /// The outcome of the run for the metadata of its picture; with two eyes without their errors.
+    fn end(&self, traced: &Traced) -> RunEnd {
+        let mut outcome = RunEnd {
+            prefix: self.is_prefix(&traced.driven),
+            rejected: self.rejected(&traced.stats).summary(),
+            notes: Vec::new(),
+        };
+        if let Some(state) = traced.picture.status().filter(|_| self.right_eye.is_none()) {
+            outcome.describe(state, self.args.error_at);
+        }
+        outcome
+    }
+
+    /// Ends the capture of timings; pictures were made since `start`.
+    fn finish_timings(&mut self, start: Instant) -> Result<()> {
+        let Some(mut timings) = self.timings.take() else { return Ok(()) };
+        timings.client("display and write", start)?;
+        timings.finish(Some(&self.server))
+    }
+
+    /// The error of a path that panicked, if one did.
+    fn check_panic(&self, traced: &Traced) -> Result<()> {
+        let Some((index, message)) = &traced.driven.panicked else { return Ok(()) };
+        Err(miette::miette!(
+            "path {index} panicked: {message}; the picture holds what was traced before. Please report it with the scene \
+             and this command: {}",
+            self.replay(traced.tally.as_deref(), *index)
+        ))
     }
 
     /// Layers and denoised pictures of the camera or left eye, and of the right eye.

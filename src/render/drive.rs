@@ -14,6 +14,7 @@ use crate::render::progress::Progress;
 use crate::render::state::Recorder;
 use crate::render::stereo::RightEye;
 use crate::render::timings::TimingCapture;
+use crate::render::watch::RenderWatch;
 use crate::server::Server;
 use crate::stream::block::Block;
 use crate::stream::{DrainOrder, Drained, Epoch, Event, FinishReason, Lanes};
@@ -45,7 +46,7 @@ pub struct DriveOutcome {
     pub wall: Duration,
     /// The part of `wall` that was spent in the client.
     pub rasterise: Duration,
-    /// Ctrl-C ended the render.
+    /// Ctrl-C or the caller that watches ended the render.
     pub interrupted: bool,
     /// A path panicked and ended the render: its index and the panic's message.
     pub panicked: Option<(u64, String)>,
@@ -70,6 +71,8 @@ pub struct DriveObservers<'a, 'r> {
     pub groups: Option<&'a mut GroupFilms>,
     /// The right eye, if the film is the left eye's.
     pub right_eye: Option<&'a mut RightEye>,
+    /// The caller, if it watches.
+    pub watch: Option<RenderWatch<'a>>,
 }
 
 /// Drains until the server reports that the render has finished and the lanes are empty, then rasterises the rest.
@@ -83,8 +86,18 @@ pub fn drive(
     server: &Server,
     lanes: &mut Lanes,
     client: &mut dyn Film,
-    DriveObservers { bar, timings, observer, mut recorder, mut live, mut groups, mut right_eye }: DriveObservers<'_, '_>,
+    onlookers: DriveObservers<'_, '_>,
 ) -> Result<DriveOutcome> {
+    let DriveObservers {
+        bar,
+        timings,
+        observer,
+        mut recorder,
+        mut live,
+        mut groups,
+        mut right_eye,
+        mut watch,
+    } = onlookers;
     let start = Instant::now();
     let mut driven = DriveOutcome::default();
     let order = match drive.deterministic {
@@ -119,6 +132,10 @@ pub fn drive(
         bar.update(client.counts().paths(), drive.texels, start.elapsed(), shown);
         let reached = shown.is_some() && states.iter().flatten().all(|state| state.reached);
         driven.reached |= !drive.deterministic && reached;
+        if let Some(watch) = &mut watch {
+            let state = shown.map(|(state, _)| state);
+            driven.interrupted |= watch.look(client, state, bar.share(), start.elapsed(), drive.texels);
+        }
         if lanes.is_drained() {
             break;
         }

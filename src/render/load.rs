@@ -76,7 +76,10 @@ pub fn open_with_layers(
 
 /// Loads the scene, with size and method from the command line, and reports every file to `progress`.
 pub fn read_telling(source: &SceneOptions, progress: &Arc<LoadProgress>) -> Result<Loaded> {
-    let mut loaded = scene::load_telling(&source.scene, &options(source), progress)?;
+    let mut loaded = match &source.loaded {
+        Some(loaded) => Loaded { desc: loaded.desc.clone(), warnings: Vec::new() },
+        None => scene::load_telling(&source.scene, &options(source), progress)?,
+    };
     set_options(&mut loaded.desc, source);
     Ok(loaded)
 }

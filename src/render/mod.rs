@@ -5,7 +5,8 @@
 //! | `options.rs` | what is asked for, as plain data: the command line is read into it |
 //! | `load.rs`, `device.rs`, `edited_scene.rs`, `warnings.rs` | the scene and the device; a scene with edits; what is said of the scene |
 //! | `run_spec.rs`, `method.rs`, `effect_plan.rs`, `remote_order.rs` | what a run is made of; its method of light transport; its effects; the same for a tracer elsewhere |
-//! | `batch.rs`, `drive.rs`, `adaptive.rs`, `progress.rs` | a render from start to end; from the lanes to the film; its adaptive stages; its progress bar |
+//! | `batch.rs`, `batch/in_memory.rs`, `checks.rs` | a render from start to end; its picture without a file; options that exclude each other |
+//! | `drive.rs`, `adaptive.rs`, `progress.rs`, `watch.rs` | from the lanes to the film; its adaptive stages; its progress bar; a caller that watches it |
 //! | `film_writer.rs`, `observed.rs`, `predictions.rs` | where samples are added up; what the accounts of a run begin with; the log of predicted times |
 //! | `outputs.rs`, `live_outputs.rs`, `layers.rs`, `light_groups.rs`, `tev.rs` | files of pictures; snapshots on the way; layers beside the picture; pictures by groups of lights; the viewer tev |
 //! | `stereo.rs`, `stereo_outputs.rs`, `stereo_error.rs` | two eyes; files of their pictures; their stated errors |
@@ -16,6 +17,7 @@
 pub mod adaptive;
 pub mod batch;
 pub mod calendar;
+pub mod checks;
 pub mod device;
 pub mod drive;
 pub mod edited_scene;
@@ -48,3 +50,4 @@ pub mod tev;
 pub mod timings;
 pub mod trace;
 pub mod warnings;
+pub mod watch;

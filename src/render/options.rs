@@ -1,11 +1,13 @@
 //! Options of a run as plain data, filled from the command line or by another program.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::{Denoise, Settings, SplatFilter};
 use crate::image::stereo::StereoLayout;
 use crate::render::forced::Forced;
+use crate::scene::Loaded;
 use crate::scene::desc::{AovDesc, ConvergenceChoice, IntegratorKind};
 use crate::scene::light_groups::NamedGroup;
 use crate::study::ErrorQuantile;
@@ -15,6 +17,8 @@ use crate::tracer::accel::SimdKernel;
 #[derive(Clone, Debug)]
 pub struct SceneOptions {
     pub scene: PathBuf,
+    /// The scene, where another program has read it already and told its warnings; `scene` then is only its name.
+    pub loaded: Option<Arc<Loaded>>,
     /// Values of named parameters in the scene file (`-D`).
     pub defines: Vec<(String, String)>,
     /// Replace or skip unsupported plugins, with a warning.
@@ -45,6 +49,7 @@ impl SceneOptions {
     pub fn of(scene: PathBuf) -> Self {
         Self {
             scene,
+            loaded: None,
             defines: Vec::new(),
             lenient: false,
             verbose: false,

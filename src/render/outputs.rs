@@ -29,9 +29,19 @@ pub struct Extras {
     pub denoised: Option<FilteredPicture>,
 }
 
-/// The picture files of a run.
+impl Extras {
+    /// Everything as channels of an EXR file.
+    pub fn into_channels(self) -> Vec<Channel> {
+        let mut layers = self.layers;
+        layers.extend(self.denoised.iter().flat_map(FilteredPicture::channels));
+        layers
+    }
+}
+
+/// The picture files of a run, or the picture in memory that the caller gets instead.
 pub struct Outputs {
     files: Vec<(PathBuf, StereoFormat)>,
+    in_memory: bool,
 }
 
 impl Outputs {
@@ -78,7 +88,12 @@ impl Outputs {
                 ));
             }
         }
-        Ok(Self { files })
+        Ok(Self { files, in_memory: false })
+    }
+
+    /// No file: the caller gets what an EXR file would have.
+    pub fn in_memory() -> Self {
+        Self { files: Vec::new(), in_memory: true }
     }
 
     /// Whether there are no output files.
@@ -101,9 +116,9 @@ impl Outputs {
         self.writes_exr() || Effects::new(settings, 1).reads_variance()
     }
 
-    /// Whether any file is EXR.
+    /// Whether any file is EXR, or the picture in memory has what one has.
     pub fn writes_exr(&self) -> bool {
-        self.files.iter().any(|(_, format)| *format == EXR)
+        self.in_memory || self.files.iter().any(|(_, format)| *format == EXR)
     }
 
     /// Takes the picture from the client and writes every file with its extras.
@@ -128,8 +143,7 @@ impl Outputs {
             None => client.display(settings).into_diagnostic(),
         };
         let shown = wants(PNG).then(display).transpose()?;
-        let mut layers = extras.layers;
-        layers.extend(extras.denoised.iter().flat_map(FilteredPicture::channels));
+        let layers = extras.into_channels();
         let shown = shown.map(|shown| FilmSnapshot::Png(shown, client.counts().paths()));
         seconds.display = start.elapsed().as_secs_f64();
         let start = Instant::now();

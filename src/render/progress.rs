@@ -99,6 +99,12 @@ impl Progress {
         self.bar.set_message(format!("{spp:.1} spp  {} paths/s{known}", human(paths as f64 / seconds)));
     }
 
+    /// Share of the work that is done, 0 to 1.
+    pub fn share(&self) -> f64 {
+        let length = self.bar.length().unwrap_or(0).max(1);
+        (self.bar.position() as f64 / length as f64).min(1.0)
+    }
+
     /// Takes the bar away.
     pub fn finish(&self) {
         self.bar.finish_and_clear();

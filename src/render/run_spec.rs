@@ -224,6 +224,7 @@ impl RunSpec {
     pub fn source(&self, threads: Option<u16>) -> SceneOptions {
         SceneOptions {
             scene: self.scene.clone(),
+            loaded: None,
             defines: self.defines.clone(),
             lenient: self.lenient,
             verbose: false,

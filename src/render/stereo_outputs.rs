@@ -6,7 +6,6 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, Result, WrapErr};
 
 use crate::client::{ClientError, DisplayImage, Film, FilmData, Readback, Settings, stereo};
-use crate::denoise::filtered_picture::FilteredPicture;
 use crate::image::exr;
 use crate::image::stereo::{Eye, StereoFormat, StereoLayout, pair_paths, write_jps, write_mpo};
 use crate::image::write::FileFormat;
@@ -89,8 +88,7 @@ impl PendingStereo {
             }
             if outputs.writes_exr() {
                 sums.push(film.begin_develop().into_diagnostic()?);
-                *layers = extras.layers;
-                layers.extend(extras.denoised.iter().flat_map(FilteredPicture::channels));
+                *layers = extras.into_channels();
             }
         }
         let taken =
@@ -115,6 +113,17 @@ fn wait_for<T: Send + 'static>(eyes: Option<[Readback<T>; 2]>) -> Result<Option<
 }
 
 impl TakenStereo {
+    /// Both pictures as views of an EXR file, if their sums were taken.
+    pub fn views(&self, run: &RunSpec, end: &StereoEnd) -> Result<Option<exr::Layers>> {
+        let Some(sums) = &self.sums else { return Ok(None) };
+        let view = |eye: Eye| {
+            let (at, settings) = (eye as usize, &self.settings);
+            (eye.name(), file_layers(&sums[at], run, &end.eyes[at], &self.layers[at], settings))
+        };
+        let views = exr::Layers::of_views(Eye::BOTH.map(view).into());
+        views.map(Some).map_err(|reason| miette::miette!("{reason}"))
+    }
+
     /// Writes one file, or a pair.
     ///
     /// # Errors
@@ -122,14 +131,8 @@ impl TakenStereo {
     /// When it cannot be written, and for layouts of displays whose values are not those of 8-bit pictures.
     pub fn write(&self, path: &Path, format: StereoFormat, run: &RunSpec, end: &StereoEnd) -> Result<()> {
         if is_exr(format) {
-            let Some(sums) = &self.sums else { return Ok(()) };
-            let view = |eye: Eye| {
-                let (at, settings) = (eye as usize, &self.settings);
-                (eye.name(), file_layers(&sums[at], run, &end.eyes[at], &self.layers[at], settings))
-            };
-            let views = exr::Layers::of_views(Eye::BOTH.map(view).into());
-            let views = views.map_err(|reason| miette::miette!("{reason}"))?;
-            return exr::write(path, &views).into_diagnostic();
+            let views = self.views(run, end)?;
+            return views.map_or(Ok(()), |views| exr::write(path, &views).into_diagnostic());
         }
         let Some(shown) = &self.shown else { return Ok(()) };
         let write_shown = |path: &Path, shown: &DisplayImage, end: &RunEnd| {

@@ -1,6 +1,7 @@
 //! Loads scenes: reads a scene file or a model, then makes the changes that the viewer has saved in it.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::scene::desc::SceneDesc;
@@ -90,7 +91,22 @@ pub fn load_str(name: &str, text: &str, overrides: &[(String, String)]) -> Resul
 ///
 /// The errors of [`load_with`].
 pub fn load_str_with(name: &str, text: &str, options: &LoadOptions<'_>) -> Result<Loaded, SceneError> {
-    with_edits(mitsuba::read_text(name, text, options)?)
+    load_str_with_files(name, text, BTreeMap::new(), options)
+}
+
+/// Reads a scene from `text` as [`load_str_with`] does. A file that it names is taken from `files`, the bytes by their paths, if it is there:
+/// the path is relative to the folder of `name`.
+///
+/// # Errors
+///
+/// The errors of [`load_with`].
+pub fn load_str_with_files(
+    name: &str,
+    text: &str,
+    files: BTreeMap<PathBuf, Vec<u8>>,
+    options: &LoadOptions<'_>,
+) -> Result<Loaded, SceneError> {
+    with_edits(mitsuba::read_text(name, text, files, options)?)
 }
 
 /// The scene after its edits, in their order.

@@ -34,5 +34,7 @@ pub(crate) mod suggest;
 pub use desc::SceneDesc;
 pub use diagnostic::{FindingKind, SceneError, SceneWarning};
 pub use files::LoadProgress;
-pub use load::{Loaded, load, load_previewing, load_str, load_str_with, load_telling, load_with};
+pub use load::{
+    Loaded, load, load_previewing, load_str, load_str_with, load_str_with_files, load_telling, load_with,
+};
 pub use mitsuba::{LoadOptions, UNSUPPORTED};

@@ -81,6 +81,7 @@ impl From<SceneArgs> for SceneOptions {
         let SceneArgs { scene, defines, lenient, verbose, size, integrator, effects, .. } = args;
         Self {
             scene,
+            loaded: None,
             defines,
             lenient,
             verbose,

@@ -277,6 +277,7 @@ impl StudyRenderer {
                 live: None,
                 groups: groups.as_deref_mut(),
                 right_eye: None,
+                watch: None,
             };
             let client = &mut *self.film.client;
             driven.add(drive(plan, &self.server, &mut self.lanes, client, onlookers)?);

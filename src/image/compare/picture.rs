@@ -45,8 +45,11 @@ impl Picture {
         Self::choose(path, &exr::decode_layers(path, Cursor::new(bytes))?, layer)
     }
 
-    /// The picture among the channels of a file; `path` only names it in errors.
-    fn choose(path: &Path, layers: &Layers, wanted: Option<&str>) -> Result<Self, ImageError> {
+    /// The picture among the channels of a file: the layer of this name, or [`layer::main`]'s choice; `path` only names it in errors.
+    ///
+    /// # Errors
+    /// [`ImageError::Layer`] as for [`read`](Self::read), [`ImageError::Decode`] for a channel of another length.
+    pub fn choose(path: &Path, layers: &Layers, wanted: Option<&str>) -> Result<Self, ImageError> {
         let chosen = match wanted {
             Some(name) => layer::named(layers, name),
             None => layer::main(layers),

@@ -8,10 +8,12 @@
 //!
 //! Edits are always applied to the description as it was read, so that nothing drifts and undoing is removing. What can be edited is
 //! one table in `parameters.rs`, with that of media in `medium.rs`: a [`Target`] is one variant and one line of it. `target.rs` has types
-//! and ranges, `objects.rs` lists what an object has and names it, `save.rs` writes the file, `saved.rs` reads the changes back.
+//! and ranges, `objects.rs` lists what an object has and names it, `save.rs` writes the file, `saved.rs` reads the changes back,
+//! `named.rs` makes changes by the names that files have.
 
 mod camera_text;
 mod medium;
+mod named;
 pub(crate) mod objects;
 pub(crate) mod parameters;
 mod save;
@@ -20,6 +22,7 @@ pub(crate) mod target;
 
 use crate::scene::desc::{CameraDesc, SceneDesc};
 
+pub use named::{NamedEditError, NamedValue, named_values};
 pub use objects::{Editable, editable, light_name, lights_and_media, material_name, medium_name, shape_name};
 pub use save::SaveError;
 pub use target::{BsdfNumber, EditError, NewValue, Target};

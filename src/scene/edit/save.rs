@@ -271,7 +271,7 @@ fn comparable(camera: &CameraDesc) -> CameraDesc {
 /// Reads the element back: an element that the reader refuses or understands otherwise must not be written.
 fn check_sensor(sensor: &str, camera: &CameraDesc, film: &FilmDesc) -> Result<(), SaveError> {
     let text = format!("<scene version=\"3.0.0\">{sensor}</scene>");
-    let read = read_text("camera", &text, &LoadOptions::default());
+    let read = read_text("camera", &text, Default::default(), &LoadOptions::default());
     let read = read.map_err(|e| SaveError::Camera(e.to_string()))?.desc;
     if comparable(&read.camera) == comparable(camera) && read.film == *film {
         return Ok(());

@@ -1,5 +1,6 @@
 //! Expands text to a [`Document`]: XML, `default` and `$name`, `include`, `path`, `alias`.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -52,6 +53,12 @@ impl Expander {
     /// Tells `progress` of every file.
     pub(crate) fn telling(mut self, progress: Arc<LoadProgress>) -> Self {
         self.document.files.progress = progress;
+        self
+    }
+
+    /// Adds files that are only in memory.
+    pub(crate) fn with_files(mut self, files: BTreeMap<PathBuf, Vec<u8>>) -> Self {
+        self.document.files.add(files);
         self
     }
 

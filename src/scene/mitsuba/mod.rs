@@ -70,7 +70,8 @@ pub use unsupported::UNSUPPORTED;
 pub(super) use value::{integer, numbers};
 pub(super) use walk::{ReadElements, SceneWithEdits, TakePreview};
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::scene::diagnostic::SceneError;
@@ -97,12 +98,14 @@ pub(super) fn read_file(
     walk::read(expander.file(path)?, options.lenient, preview)
 }
 
-/// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`.
+/// Reads a scene from `text`; messages call it `name`, and files it names are looked for beside `name`, first among those in memory.
 pub(super) fn read_text(
     name: &str,
     text: &str,
+    files: BTreeMap<PathBuf, Vec<u8>>,
     options: &LoadOptions<'_>,
 ) -> Result<SceneWithEdits, SceneError> {
-    let expanded = expand::Expander::new(options.defines).string(Path::new(name), text.as_bytes())?;
+    let expander = expand::Expander::new(options.defines).with_files(files);
+    let expanded = expander.string(Path::new(name), text.as_bytes())?;
     walk::read(expanded, options.lenient, None)
 }
