@@ -34,7 +34,7 @@ struct SizeBytes {
     folded_per_million_samples: f64,
     /// As `folded_per_million_samples`, plus vertices and sprites.
     per_million_samples: f64,
-    /// Bytes of a frame of a moving picture.
+    /// Bytes of a frame of a moving picture of the camera stream.
     moving_frame: f64,
 }
 
@@ -84,8 +84,9 @@ impl SizeBytes {
         };
         let batch = ["splat", "fold", "variance"];
         let millions = still.samples * 1e-6;
-        // The fold of the variance is included in the variance.
-        let all: Vec<_> = PASSES.into_iter().filter(|pass| *pass != "variance fold").collect();
+        // The fold of the variance is included in the variance, and the camera stream is not filtered adaptively.
+        let all: Vec<_> =
+            PASSES.into_iter().filter(|pass| !["variance fold", "adaptive filter"].contains(pass)).collect();
         Self {
             width: film.width,
             height: film.height,
