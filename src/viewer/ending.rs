@@ -26,7 +26,7 @@ use crate::study::ErrorQuantile;
 use crate::viewer::Viewer;
 use crate::viewer::picture::output::ComposedFilm;
 use crate::viewer::screen::Screen;
-use crate::viewer::tools::left_eye_of;
+use crate::viewer::tools::{layers_in, left_eye_of};
 
 /// Longest wait for the last samples, once the tracer was told to stop.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
@@ -248,6 +248,9 @@ impl Viewer {
         let of_left_eye =
             outputs.files().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")));
         of_left_eye.filter(|_| has_right_eye).for_each(|path| tell(&left_eye_of(path)));
+        let in_layers =
+            outputs.files().filter(|_| has_right_eye).filter_map(|path| layers_in(path, &settings));
+        in_layers.for_each(|told| tell(&told));
         let samples = self.picture.counts().samples();
         let mut taken = self.picture.take_film();
         let written = match &mut taken {

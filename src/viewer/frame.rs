@@ -288,6 +288,7 @@ impl Viewer {
     /// Acquires a swapchain image and creates the requested film if it differs. False if there is no image now.
     fn make_ready(&mut self) -> Result<bool, ClientError> {
         self.match_output();
+        self.match_layers();
         let extent = match self.picture.acquire()? {
             Canvas::Ready(extent) => extent,
             Canvas::Hidden => {
@@ -498,6 +499,19 @@ impl Viewer {
         self.say(format!(
             "warning: no {wanted} on this display, which offers {offered}; the window has 8 bits"
         ));
+    }
+
+    /// Gives the window's images a layer for each eye if the layout needs them, or takes another layout if unsupported.
+    fn match_layers(&mut self) {
+        let layout = self.picture.layout(&self.panel.controls.settings).unwrap_or_default();
+        let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) else { return };
+        if swapchain.set_layers(stereo::layers(layout)) {
+            return;
+        }
+        let why = stereo::refused_layout(layout, swapchain.most_layers());
+        self.panel.controls.settings.stereo = layout.in_one_picture();
+        self.picture.request_repaint();
+        why.into_iter().for_each(|why| self.say(format!("warning: {why}")));
     }
 
     /// Repaints the same samples after the display controls have changed; another splat filter needs another film.

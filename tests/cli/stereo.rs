@@ -109,6 +109,7 @@ fn what_two_eyes_do_not_go_with_is_refused() {
     let dir = folder("refused");
     for (args, why) in [
         (&["--stereo", "sideways"][..], "the layouts are side-by-side"),
+        (&["--stereo", "swapchain"], "only the window of `pointillist view` has layers"),
         (&["--stereo", "--convergence", "toed-in"], "trapezoids"),
         (&["--stereo", "--interocular", "0"], "above 0"),
         (&["--interocular", "1"], "--stereo"),

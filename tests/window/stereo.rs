@@ -1,7 +1,7 @@
 //! Two eyes in the real window: switched on and off, composed in other layouts, and found under the pointer.
 
 use crate::support::desktop::Desktop;
-use crate::viewer::{Listened, PATIENCE, figures, folder, png, program, scene, view, words};
+use crate::viewer::{Listened, PATIENCE, end, figures, folder, png, program, scene, view, words};
 
 const CTRL: u32 = 0xffe3;
 
@@ -56,6 +56,11 @@ fn two_eyes_are_switched_on_composed_and_switched_off() {
         let (width, height, _) = save(&mut viewer, number);
         assert_eq!((width, height), size, "{layout}");
     }
+    // The list ends without a layer for each eye, which surfaces of X windows do not have here, and begins again.
+    (0..10).for_each(|_| press(&desktop, 'y'));
+    viewer.wait_for("Checkerboard");
+    viewer.wait_for_times("Side by side", 2);
+    assert_eq!(viewer.times("maxImageArrayLayers"), 0);
     assert_eq!(viewer.times(ENDED), 2, "a layout traces nothing");
     // What sees one eye is refused by its name.
     for (key, what) in [('b', "a region"), ('l', "a light mix")] {
@@ -119,6 +124,21 @@ fn the_pointer_finds_the_same_point_in_both_pictures() {
     let figures = figures(&folder);
     assert_eq!(figures["stereo"]["interocular"], 0.05, "{figures:#}");
     assert_eq!(figures["validation_messages"], 0, "{figures:#}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Surfaces of X windows have images of one layer here. The line that refuses a layer for each eye names that limit, and another layout.
+#[test]
+fn a_layer_for_each_eye_is_refused_where_there_is_one() {
+    let (desktop, folder) = (Desktop::start(400, 300), folder("stereo-layers"));
+    let output = end(view(&desktop, &folder, &["--size", "96x64", "--stereo", "swapchain"]));
+    assert!(!output.status.success());
+    // Without the margin of a report's lines.
+    let said = words(&output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in ["swapchain", "has at most 1", "maxImageArrayLayers", "another layout"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert!(!said.contains("panicked"), "{said}");
     std::fs::remove_dir_all(folder).unwrap();
 }
 

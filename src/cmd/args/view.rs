@@ -7,7 +7,7 @@ use clap::Args;
 use crate::client::{ColorOutput, Denoise, Settings};
 use crate::cmd::args::display::DisplayArgs;
 use crate::cmd::args::remote::ConnectArgs;
-use crate::cmd::args::values::{composed_layout, count, host_port, positive, positive_length};
+use crate::cmd::args::values::{count, host_port, positive, positive_length, window_layout};
 use crate::color::pq;
 #[cfg(feature = "faults")]
 use crate::gpu::{CallFault, CallFaults, DeviceFaults};
@@ -65,13 +65,14 @@ pub struct ViewArgs {
     #[arg(long, value_name = "CD/M2", default_value_t = pq::PEAK, value_parser = clap::value_parser!(u32).range(203..=10_000), help_heading = "Window")]
     pub hdr_peak: u32,
 
-    /// See with two eyes: trace both at once, and show them as one picture. LAYOUT is one of those of `render --stereo`, without pair.
+    /// See with two eyes: trace both at once, and show them as one picture. LAYOUT is one of those of `render --stereo`, without pair, or
+    /// `swapchain`: a layer of the window's images for each eye, where the display has quad-buffered stereo.
     #[arg(
         long,
         value_name = "LAYOUT",
         num_args = 0..=1,
         default_missing_value = StereoLayout::SideBySide.name(),
-        value_parser = composed_layout,
+        value_parser = window_layout,
         help_heading = "Stereo"
     )]
     pub stereo: Option<StereoLayout>,

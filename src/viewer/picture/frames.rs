@@ -13,7 +13,7 @@ use crate::gpu::FrameNumber;
 use crate::image::stereo::StereoLayout;
 use crate::stream::BLOCK_SAMPLES;
 use crate::viewer::picture::{LastRepaint, LivePicture, Painted, ShownFrame};
-use crate::viewer::screen::{Canvas, PictureParts, PictureSource};
+use crate::viewer::screen::{Canvas, PictureParts, PictureSource, Screen};
 use crate::viewer::session::RenderSession;
 
 /// After an edit, how long to wait for a reprojection of the last picture before one of the first samples is shown instead.
@@ -30,6 +30,11 @@ impl LivePicture {
     /// How the picture is composed of those of two eyes; `None` for one eye.
     pub fn layout(&self, settings: &Settings) -> Option<StereoLayout> {
         self.film().filter(|film| film.has_right_eye()).map(|_| settings.stereo)
+    }
+
+    /// Most layers of the window's images; one before there is a window.
+    pub fn most_layers(&mut self) -> u32 {
+        self.screen.as_mut().and_then(Screen::swapchain).map_or(1, |swapchain| swapchain.most_layers())
     }
 
     /// Plans the frame.

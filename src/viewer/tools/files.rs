@@ -175,6 +175,9 @@ impl FileTool {
         if context.panel.looks_around() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             context.say(format!("saving {}: the whole panorama, flat", path.display()));
         }
+        if run.stereo.is_some() {
+            layers_in(&path, &settings).into_iter().for_each(|told| context.say(told));
+        }
         let snapshot = context.picture.snapshot(&path, context.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }
@@ -183,6 +186,13 @@ impl FileTool {
 /// What the user is told of the EXR file of a picture of two eyes.
 pub fn left_eye_of(path: &Path) -> String {
     format!("{} has the picture of the left eye: `render --stereo` writes both", path.display())
+}
+
+/// What the user is told of a PNG file of what the window shows in layers; `None` for other files and layouts.
+pub fn layers_in(path: &Path, settings: &Settings) -> Option<String> {
+    let file = settings.stereo.in_one_picture();
+    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    (is_png && file != settings.stereo).then(|| format!("{} has both eyes {}", path.display(), file.name()))
 }
 
 /// Settings of the displayed picture. They contain the noise filter only if that has been applied to it.
@@ -199,7 +209,7 @@ fn copy_command(context: &mut ToolContext<'_>) -> Result<String> {
     let options = display_options(&settings_shown(context));
     let mut command = format!("{} {options}", run.command(0, context.picture.counts().paths()));
     if run.stereo.is_some() {
-        let layout = context.panel.controls.settings.stereo.name();
+        let layout = context.panel.controls.settings.stereo.in_one_picture().name();
         command = command.replacen("--stereo", &format!("--stereo {layout}"), 1);
     }
     if run.light_groups.is_some() {

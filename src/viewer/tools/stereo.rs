@@ -16,7 +16,7 @@ use crate::render::options::StereoOptions;
 use crate::scene::desc::{StereoConvergence, StereoRig};
 use crate::stream::Epoch;
 use crate::viewer::editor::SeenDepth;
-use crate::viewer::stereo::{refusal, refused_settings};
+use crate::viewer::stereo::{layouts, refusal, refused_layout, refused_settings};
 use crate::viewer::tools::tool::{Tool, ToolContext};
 
 /// Ranges of the sliders, as multiples of the distance that the camera orbits about.
@@ -45,6 +45,8 @@ pub enum StereoAction {
 struct ShownEyes {
     rig: StereoRig,
     layout: StereoLayout,
+    /// The layouts that the window has.
+    layouts: Vec<StereoLayout>,
     /// The distance that the camera orbits about, world units.
     reach: f64,
     /// What they see.
@@ -95,7 +97,8 @@ impl Tool for StereoTool {
                 context.panel.change_settings(|settings| settings.stereo = layout);
             }
             (StereoAction::NextLayout, Some(_)) => {
-                let (all, present) = (StereoLayout::ALL, context.panel.controls.settings.stereo);
+                let all = layouts(context.picture.most_layers());
+                let present = context.panel.controls.settings.stereo;
                 let place = all.iter().position(|layout| *layout == present).unwrap_or_default();
                 let next = all[(place + 1) % all.len()];
                 context.panel.change_settings(|settings| settings.stereo = next);
@@ -130,6 +133,7 @@ impl Tool for StereoTool {
         self.shown = context.editor.rig().map(|rig| ShownEyes {
             rig,
             layout: context.panel.controls.settings.stereo,
+            layouts: layouts(context.picture.most_layers()),
             reach: context.editor.pose().distance(),
             seen: self.seen_depth(rig, context),
         });
@@ -152,6 +156,11 @@ impl StereoTool {
         let run = context.session.run_spec();
         let is_remote = context.session.tracers.server().is_none();
         if let Some(why) = refusal(run.deterministic, is_remote, context.options.tev.is_some()) {
+            return Err(miette!("stereo: {why}"));
+        }
+        if let Some(why) =
+            wanted.layout.and_then(|layout| refused_layout(layout, context.picture.most_layers()))
+        {
             return Err(miette!("stereo: {why}"));
         }
         if context.picture.mix.is_on() {
@@ -228,10 +237,10 @@ fn show(ui: &mut Ui, shown: Option<&ShownEyes>, queue: &mut ActionQueue<StereoAc
     if ui.checkbox(&mut is_on, "Two eyes").on_hover_text(hint).changed() {
         queue.ask(StereoAction::Toggle);
     }
-    let Some(ShownEyes { rig, layout, reach, seen }) = shown else { return };
+    let Some(ShownEyes { rig, layout, layouts, reach, seen }) = shown else { return };
     let mut next = *layout;
     let hint = "How the pictures of both eyes become one; nothing is traced anew  Y";
-    let kinds = StereoLayout::ALL.map(|layout| (layout.label(), layout));
+    let kinds: Vec<_> = layouts.iter().map(|layout| (layout.label(), *layout)).collect();
     choice(ui, ("Layout", hint), &mut next, &StereoLayout::default(), &kinds);
     if next != *layout {
         queue.ask(StereoAction::SetLayout(next));
@@ -350,7 +359,7 @@ mod tests {
         let comfortable =
             ComfortableDepth { near: 0.75, far: f64::INFINITY, screen: StereoScreen::default() };
         let seen = SeenDepth { range: Some([near, 12.34]), comfortable };
-        ShownEyes { rig, layout: StereoLayout::SideBySide, reach: 1.5, seen: Some(seen) }
+        ShownEyes { rig, layout: StereoLayout::SideBySide, layouts: layouts(1), reach: 1.5, seen: Some(seen) }
     }
 
     #[test]
