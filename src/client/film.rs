@@ -23,7 +23,7 @@ use crate::stream::{PathCounts, Sample};
 /// Picture pixels per texel of coarse sums, along each axis.
 const COARSE: u32 = 4;
 
-/// A film on a Vulkan device; [`ReferenceFilm`](crate::client::reference::ReferenceFilm) is its reference.
+/// A film on a Vulkan device; [`ReferenceFilm`] is its reference.
 ///
 /// The same samples in the same order give the same bits on the same device, however they are split into calls.
 ///

@@ -70,7 +70,7 @@ pub(super) struct CameraConnection {
 }
 
 impl RenderContext {
-    /// The settings of a scene file, for a picture of [`USUAL_PIXELS`].
+    /// The settings of a scene file, for a picture of `USUAL_PIXELS` pixels.
     pub fn new(
         scene: Arc<Scene>,
         camera: Camera,
