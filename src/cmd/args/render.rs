@@ -165,7 +165,8 @@ pub struct RenderArgs {
     /// its own), or by the name that the program gives them if they have none; those that are not named are the group `others`. Without GROUPS each emitter is a group of its
     /// own. If there are more than 8, those whose names differ in a number at their end are one group (lamp_1, lamp_2: lamp), and if there are
     /// still more the 7 strongest groups stay and the rest is `others`. A group is the layer NAME.R, NAME.G, NAME.B. All of a path is
-    /// credited to the lights that it comes from: each path is traced once, and the picture is the same as without.
+    /// credited to the lights that it comes from: each path is traced once, and the picture is the same as without. With --stereo each view
+    /// has these layers, and the eyes share no paths.
     #[arg(
         long,
         value_name = "GROUPS",
