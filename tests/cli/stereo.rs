@@ -355,7 +355,7 @@ fn adaptive_sampling_of_both_eyes() {
         assert!(even != one, "{method}");
         for (adaptive, plain) in adaptive.iter().zip(&plain) {
             let [adaptive, plain] = [adaptive, plain].map(|view| mean(view, "G"));
-            assert!((adaptive / plain - 1.0).abs() < 0.05, "{method}: {adaptive} {plain}");
+            assert!((adaptive / plain - 1.0).abs() < 0.1, "{method}: {adaptive} {plain}");
         }
     }
 }
