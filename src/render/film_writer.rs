@@ -39,7 +39,8 @@ impl<'a> FilmWriter<'a> {
 
     /// The film is the left eye's, and this the right eye of the render.
     pub fn with_right_eye(self, right_eye: Option<&'a mut RightEye>) -> Self {
-        Self { right_eye, ..self }
+        let eyes = right_eye.as_ref().map_or(self.eyes, |eye| eye.eyes);
+        Self { right_eye, eyes, ..self }
     }
 
     /// Blocks have samples of these eyes; those of the right one go onto its layer of the film.
@@ -59,19 +60,19 @@ impl<'a> FilmWriter<'a> {
 
     /// Adds a block from the lanes.
     pub fn block(&mut self, block: &Block) {
-        let [mut samples, on_layer] = self.eyes.split(block);
-        let mut of_right = None;
-        if let Some(eye) = &self.right_eye {
-            let [left, right] = eye.of_eyes(block);
-            (samples, of_right) = (left, Some(right));
-        }
-        self.samples(block.header.first_index, block.header.paths, samples);
-        self.right_samples(on_layer);
-        if let Some((eye, samples)) = self.right_eye.as_mut().zip(of_right).filter(|_| self.outcome.is_ok()) {
-            self.outcome = eye.add(block, samples);
-        }
+        self.of_eyes(block.header.first_index, block.header.paths, self.eyes.split(block));
         if let Some(groups) = self.groups.as_mut().filter(|_| self.outcome.is_ok()) {
-            self.outcome = groups.add(block);
+            self.outcome = groups.add(block, self.eyes);
+        }
+    }
+
+    /// Adds samples of the picture or of the left eye, and of the right eye by the same paths.
+    pub fn of_eyes(&mut self, first_index: u64, paths: PathCounts, [left, right]: [&[Sample]; 2]) {
+        self.samples(first_index, paths, left);
+        match &mut self.right_eye {
+            None => self.right_samples(right),
+            Some(eye) if self.outcome.is_ok() => self.outcome = eye.add(first_index, paths, right),
+            Some(_) => {}
         }
     }
 

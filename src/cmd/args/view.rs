@@ -7,13 +7,13 @@ use clap::Args;
 use crate::client::{ColorOutput, Denoise, Settings};
 use crate::cmd::args::display::DisplayArgs;
 use crate::cmd::args::remote::ConnectArgs;
-use crate::cmd::args::values::{count, host_port, positive, positive_length, window_layout};
+use crate::cmd::args::stereo::EyesArgs;
+use crate::cmd::args::values::{count, host_port, positive, window_layout};
 use crate::color::pq;
 #[cfg(feature = "faults")]
 use crate::gpu::{CallFault, CallFaults, DeviceFaults};
 use crate::image::stereo::StereoLayout;
-use crate::render::options::{SceneOptions, StereoOptions};
-use crate::scene::desc::ConvergenceChoice;
+use crate::render::options::SceneOptions;
 use crate::viewer::options::{OF_TRACER, ViewOptions};
 
 /// Options of `pointillist view`.
@@ -77,13 +77,9 @@ pub struct ViewArgs {
     )]
     pub stereo: Option<StereoLayout>,
 
-    /// Distance between the eyes, in units of the scene [default: a thirtieth of the distance of what is in focus, or in the middle].
-    #[arg(long, value_name = "D", value_parser = positive_length, requires = "stereo", help_heading = "Stereo")]
-    pub interocular: Option<f64>,
-
-    /// What is in the plane of the screen: what is at this distance, `subject` (in focus, or in the middle), or with `parallel` eyes infinity.
-    #[arg(long, value_name = "D", value_parser = ConvergenceChoice::parse, requires = "stereo", help_heading = "Stereo")]
-    pub convergence: Option<ConvergenceChoice>,
+    /// Where the eyes are.
+    #[command(flatten)]
+    pub eyes: EyesArgs,
 
     /// Stop tracing after this many camera paths (k, M, G are accepted); the window stays open.
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Sampling")]
@@ -159,11 +155,7 @@ impl From<ViewArgs> for ViewOptions {
             steer: args.steer,
             fps: args.fps,
             no_panel: args.no_panel,
-            stereo: args.stereo.map(|layout| StereoOptions {
-                layout: Some(layout),
-                interocular: args.interocular,
-                convergence: args.convergence.unwrap_or_default(),
-            }),
+            stereo: args.stereo.map(|layout| args.eyes.options(Some(layout))),
             samples: args.samples,
             deterministic: args.deterministic,
             replicates: args.replicates,

@@ -127,6 +127,18 @@ impl RenderContext {
         Self { camera, medium, on_boundary, ..self }
     }
 
+    /// The other of two eyes, if paths of this one have samples of both: not where they tell of groups of lights.
+    #[inline]
+    pub(super) fn partner(&self) -> Option<&RenderContext> {
+        self.other_eye.as_deref().filter(|_| self.scene.lights().groups().is_none())
+    }
+
+    /// The factor on light samples. Light paths are counted for both eyes, so that those of one eye stand for two where none has samples of
+    /// both.
+    pub(super) fn light_share(&self) -> f32 {
+        if self.other_eye.is_some() && self.partner().is_none() { 2.0 } else { 1.0 }
+    }
+
     /// The seed of the light paths that leave photons: one for both eyes, which see the same photons.
     pub(super) fn photon_seed(&self) -> u32 {
         self.other_eye.as_ref().map_or(self.seed, |other| self.seed.min(other.seed))
