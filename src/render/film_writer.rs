@@ -17,6 +17,8 @@ pub struct FilmWriter<'a> {
     groups: Option<&'a mut GroupFilms>,
     right_eye: Option<&'a mut RightEye>,
     eyes: BlockEyes,
+    /// Observer of the picture of the right eye where that is a layer of the film.
+    layer_observer: Option<&'a Observer>,
     outcome: Result<(), ClientError>,
 }
 
@@ -24,7 +26,16 @@ impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
         let eyes = BlockEyes::One;
-        Self { film, observer, meter: None, groups: None, right_eye: None, eyes, outcome: Ok(()) }
+        Self {
+            film,
+            observer,
+            meter: None,
+            groups: None,
+            right_eye: None,
+            eyes,
+            layer_observer: None,
+            outcome: Ok(()),
+        }
     }
 
     /// Also copies samples to this light meter.
@@ -47,6 +58,11 @@ impl<'a> FilmWriter<'a> {
         Self { eyes, ..self }
     }
 
+    /// Also passes copies of the right eye's samples that go onto its layer of the film to this observer.
+    pub fn with_layer_observer(self, layer_observer: Option<&'a Observer>) -> Self {
+        Self { layer_observer, ..self }
+    }
+
     /// The observer that receives copies.
     pub fn observer(&self) -> Option<&'a Observer> {
         self.observer
@@ -65,8 +81,9 @@ impl<'a> FilmWriter<'a> {
             let [left, right] = eye.of_eyes(block);
             (samples, of_right) = (left, Some(right));
         }
-        self.samples(block.header.first_index, block.header.paths, samples);
-        self.right_samples(on_layer);
+        let (first_index, paths) = (block.header.first_index, block.header.paths);
+        self.samples(first_index, paths, samples);
+        self.right_samples(first_index, paths, on_layer);
         if let Some((eye, samples)) = self.right_eye.as_mut().zip(of_right).filter(|_| self.outcome.is_ok()) {
             self.outcome = eye.add(block, samples);
         }
@@ -92,12 +109,17 @@ impl<'a> FilmWriter<'a> {
 
     /// Adds samples of the right eye to its layer of the film, after those of the left eye of the same block. A film without one leaves them
     /// out.
-    pub fn right_samples(&mut self, samples: &[Sample]) {
-        if samples.is_empty() || self.outcome.is_err() {
+    pub fn right_samples(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        if self.outcome.is_err() {
             return;
         }
-        if let Some(film) = VulkanFilm::of(self.film).filter(|film| film.has_right_eye()) {
+        if !samples.is_empty()
+            && let Some(film) = VulkanFilm::of(self.film).filter(|film| film.has_right_eye())
+        {
             self.outcome = film.add_right(samples);
+        }
+        if let Some(observer) = self.layer_observer {
+            observer.samples(first_index, paths, samples);
         }
     }
 

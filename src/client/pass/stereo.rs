@@ -49,8 +49,7 @@ impl StereoPass {
         encoded: &mut Image,
     ) -> Result<&mut Image, ClientError> {
         let layout = settings.stereo;
-        let (number, mixes) = number(layout);
-        if mixes && settings.output != ColorOutput::Sdr {
+        if layout.mixes_light() && settings.output != ColorOutput::Sdr {
             return Err(StereoError::Encoding(settings.output.label()).into());
         }
         self.upload(cmd, settings)?;
@@ -62,7 +61,7 @@ impl StereoPass {
             Some(image) => image,
             None => Image::new(&self.gpu, "picture of both eyes", format, extent)?,
         };
-        let pipeline = self.pipelines.get(&[number], &[format])?;
+        let pipeline = self.pipelines.get(&[number(layout)], &[format])?;
         let cmd = &mut cmd.scope("stereo");
         cmd.access(encoded, Access::Sampled);
         cmd.access(&mut composed, Access::ColorWrite);
@@ -111,18 +110,18 @@ pub fn composed_extent(layout: StereoLayout, size: [u32; 2]) -> Result<[u32; 2],
     Ok(composed.map(|n| n as u32))
 }
 
-/// The number of a layout in `stereo.frag`, and whether it mixes the light of several pixels.
-fn number(layout: StereoLayout) -> (u32, bool) {
+/// The number of a layout in `stereo.frag`.
+fn number(layout: StereoLayout) -> u32 {
     match layout {
-        StereoLayout::SideBySide => (0, false),
-        StereoLayout::SideBySideHalf => (1, true),
-        StereoLayout::OverUnder => (2, false),
-        StereoLayout::OverUnderHalf => (3, true),
-        StereoLayout::CrossEyed => (4, false),
-        StereoLayout::Anaglyph(_) => (5, true),
-        StereoLayout::RowInterlaced => (6, false),
-        StereoLayout::ColumnInterlaced => (7, false),
-        StereoLayout::Checkerboard => (8, false),
+        StereoLayout::SideBySide => 0,
+        StereoLayout::SideBySideHalf => 1,
+        StereoLayout::OverUnder => 2,
+        StereoLayout::OverUnderHalf => 3,
+        StereoLayout::CrossEyed => 4,
+        StereoLayout::Anaglyph(_) => 5,
+        StereoLayout::RowInterlaced => 6,
+        StereoLayout::ColumnInterlaced => 7,
+        StereoLayout::Checkerboard => 8,
     }
 }
 
