@@ -236,18 +236,16 @@ impl VulkanFilm {
         self.present_mut().add(Eye::Right, samples)
     }
 
-    /// The sums of the right eye, as [`develop`](Film::develop) returns those of the left; `None` without it.
+    /// Begins to read the sums of each eye, the left one's first, as [`begin_develop`](Film::begin_develop) those of the left.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`].
-    pub fn develop_right(&mut self) -> Result<Option<FilmData>, ClientError> {
-        if !self.has_right_eye() {
-            return Ok(None);
-        }
+    pub fn begin_develop_eyes(&mut self) -> Result<Vec<Readback<FilmData>>, ClientError> {
         self.complete()?;
         let sums = self.present_mut();
-        sums.develop(Eye::Right, sums.spec().pad())?.wait().map(Some)
+        let (eyes, pad) = (sums.eyes() as usize, sums.spec().pad());
+        Eye::BOTH.into_iter().take(eyes).map(|eye| sums.develop(eye, pad)).collect()
     }
 
     /// Whether camera and light stream have images, which are allocated with their first sample.

@@ -17,6 +17,8 @@ pub struct FilmWriter<'a> {
     groups: Option<&'a mut GroupFilms>,
     right_eye: Option<&'a mut RightEye>,
     eyes: BlockEyes,
+    /// Observer of the picture of the right eye where that is a layer of the film.
+    layer_observer: Option<&'a Observer>,
     outcome: Result<(), ClientError>,
 }
 
@@ -24,7 +26,16 @@ impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
         let eyes = BlockEyes::One;
-        Self { film, observer, meter: None, groups: None, right_eye: None, eyes, outcome: Ok(()) }
+        Self {
+            film,
+            observer,
+            meter: None,
+            groups: None,
+            right_eye: None,
+            eyes,
+            layer_observer: None,
+            outcome: Ok(()),
+        }
     }
 
     /// Also copies samples to this light meter.
@@ -46,6 +57,11 @@ impl<'a> FilmWriter<'a> {
     /// Blocks have samples of these eyes; those of the right one go onto its layer of the film.
     pub fn with_eyes(self, eyes: BlockEyes) -> Self {
         Self { eyes, ..self }
+    }
+
+    /// Also passes copies of the right eye's samples that go onto its layer of the film to this observer.
+    pub fn with_layer_observer(self, layer_observer: Option<&'a Observer>) -> Self {
+        Self { layer_observer, ..self }
     }
 
     /// The observer that receives copies.
@@ -70,7 +86,7 @@ impl<'a> FilmWriter<'a> {
     pub fn of_eyes(&mut self, first_index: u64, paths: PathCounts, [left, right]: [&[Sample]; 2]) {
         self.samples(first_index, paths, left);
         match &mut self.right_eye {
-            None => self.right_samples(right),
+            None => self.right_samples(first_index, paths, right),
             Some(eye) if self.outcome.is_ok() => self.outcome = eye.add(first_index, paths, right),
             Some(_) => {}
         }
@@ -93,12 +109,17 @@ impl<'a> FilmWriter<'a> {
 
     /// Adds samples of the right eye to its layer of the film, after those of the left eye of the same block. A film without one leaves them
     /// out.
-    pub fn right_samples(&mut self, samples: &[Sample]) {
-        if samples.is_empty() || self.outcome.is_err() {
+    pub fn right_samples(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        if self.outcome.is_err() {
             return;
         }
-        if let Some(film) = VulkanFilm::of(self.film).filter(|film| film.has_right_eye()) {
+        if !samples.is_empty()
+            && let Some(film) = VulkanFilm::of(self.film).filter(|film| film.has_right_eye())
+        {
             self.outcome = film.add_right(samples);
+        }
+        if let Some(observer) = self.layer_observer {
+            observer.samples(first_index, paths, samples);
         }
     }
 

@@ -425,9 +425,9 @@ impl Viewer {
         {
             self.recover(error);
         }
-        let camera = self.editor.seeing_camera(self.session.size())?;
-        let view = EpochView { scene: self.editor.scene(), camera };
-        self.picture.begin_epoch(&self.session, view, &self.panel.controls.settings);
+        let cameras = self.editor.cameras(self.session.size())?.into_iter();
+        let views = cameras.map(|camera| EpochView { scene: self.editor.scene(), camera }).collect();
+        self.picture.begin_epoch(&self.session, views, &self.panel.controls.settings)?;
         self.tools.forget(ViewChange::Epoch);
         self.metrics.epoch();
         Ok(())
@@ -443,8 +443,10 @@ impl Viewer {
         // Error estimates of the last epoch do not apply to the next, and a finished render stays as it is.
         let goes_on =
             at_rest && !self.session.is_stale() && !self.session.is_through() && self.paused.is_none();
-        let late = self.picture.observer.as_ref().filter(|_| goes_on).map(|observer| observer.state().late);
-        if is_chosen || late.is_some_and(|late| self.session.change_over(&late)) {
+        let observers = self.picture.observers().filter(|_| goes_on);
+        let changes =
+            observers.map(|observer| observer.state().late).any(|late| self.session.change_over(&late));
+        if is_chosen || changes {
             self.refresh();
         }
         Ok(())

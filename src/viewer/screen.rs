@@ -62,8 +62,8 @@ pub enum PictureSource<'a> {
     Film(u32),
     /// The light mix, at this internal resolution (`detail`).
     Mix(u32),
-    /// A denoised picture, scene-linear XYZ.
-    Filtered(&'a Grid<Vec3>),
+    /// A denoised picture for each eye, scene-linear XYZ.
+    Filtered(&'a [&'a Grid<Vec3>]),
 }
 
 /// Objects of one device, dropped in order of declaration.
@@ -435,8 +435,8 @@ impl Screen {
                         let mut layers = parts.mix.record(cmd, settings, detail)?;
                         film.paint_sum(cmd, settings, detail, &mut layers)?
                     }
-                    PictureSource::Filtered(picture) => {
-                        film.paint_filtered(cmd, &[picture], settings, &mut regions)?
+                    PictureSource::Filtered(pictures) => {
+                        film.paint_filtered(cmd, pictures, settings, &mut regions)?
                     }
                 })
             }

@@ -91,7 +91,9 @@ fn each_eye_is_the_picture_of_a_film_of_its_own() {
             }
             let developed = alone.map(|mut film| film.develop().expect("develop"));
             assert_eq!(both.develop().expect("develop"), developed[0]);
-            assert_eq!(both.develop_right().expect("develop").expect("a right eye"), developed[1]);
+            let of_eyes = both.begin_develop_eyes().expect("develop").into_iter();
+            let of_eyes: Vec<_> = of_eyes.map(|eye| eye.wait().expect("develop")).collect();
+            assert_eq!(of_eyes, developed);
         }
     }
     assert_silent(gpu());
@@ -205,10 +207,7 @@ fn wide_range_pictures_are_not_mixed() {
         let settings = Settings { stereo: layout, output: ColorOutput::ScRgb, ..Settings::default() };
         let mut frame = gpu().begin().expect("a frame");
         let painted = both.paint(&mut frame.cmd(), &settings, 1, &mut []).map(|image| image.extent(0));
-        let mixes = matches!(
-            layout,
-            StereoLayout::Anaglyph(_) | StereoLayout::SideBySideHalf | StereoLayout::OverUnderHalf
-        );
+        let mixes = layout.mixes_light();
         match painted {
             Ok(extent) => {
                 assert!(!mixes);

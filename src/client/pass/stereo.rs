@@ -50,11 +50,11 @@ impl StereoPass {
         encoded: &mut Image,
     ) -> Result<(), ClientError> {
         let layout = settings.stereo;
-        let Some((number, mixes)) = number(layout) else {
+        let Some(number) = number(layout) else {
             self.composed = None;
             return Ok(());
         };
-        if mixes && settings.output != ColorOutput::Sdr {
+        if layout.mixes_light() && settings.output != ColorOutput::Sdr {
             return Err(StereoError::Encoding(settings.output.label()).into());
         }
         self.upload(cmd, settings)?;
@@ -116,18 +116,18 @@ pub fn composed_extent(layout: StereoLayout, size: [u32; 2]) -> Result<[u32; 2],
     Ok(composed.map(|n| n as u32))
 }
 
-/// The number of a layout in `stereo.frag`, and whether it mixes the light of several pixels; `None` for layers, which are not composed.
-fn number(layout: StereoLayout) -> Option<(u32, bool)> {
+/// The number of a layout in `stereo.frag`; `None` for layers, which are not composed.
+fn number(layout: StereoLayout) -> Option<u32> {
     Some(match layout {
-        StereoLayout::SideBySide => (0, false),
-        StereoLayout::SideBySideHalf => (1, true),
-        StereoLayout::OverUnder => (2, false),
-        StereoLayout::OverUnderHalf => (3, true),
-        StereoLayout::CrossEyed => (4, false),
-        StereoLayout::Anaglyph(_) => (5, true),
-        StereoLayout::RowInterlaced => (6, false),
-        StereoLayout::ColumnInterlaced => (7, false),
-        StereoLayout::Checkerboard => (8, false),
+        StereoLayout::SideBySide => 0,
+        StereoLayout::SideBySideHalf => 1,
+        StereoLayout::OverUnder => 2,
+        StereoLayout::OverUnderHalf => 3,
+        StereoLayout::CrossEyed => 4,
+        StereoLayout::Anaglyph(_) => 5,
+        StereoLayout::RowInterlaced => 6,
+        StereoLayout::ColumnInterlaced => 7,
+        StereoLayout::Checkerboard => 8,
         StereoLayout::Swapchain => return None,
     })
 }

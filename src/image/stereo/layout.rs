@@ -85,6 +85,11 @@ impl StereoLayout {
         self.names().1
     }
 
+    /// Whether pixels of the composed picture mix the light of several, so that their encoding must be known.
+    pub const fn mixes_light(self) -> bool {
+        matches!(self, Self::SideBySideHalf | Self::OverUnderHalf | Self::Anaglyph(_))
+    }
+
     /// The layout of one picture that has this name, or `None`.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|layout| layout.name() == name)

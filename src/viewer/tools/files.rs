@@ -159,16 +159,14 @@ impl FileTool {
 
     /// Saves the present picture to this file; a message follows when it is complete.
     fn write_picture(&mut self, path: PathBuf, context: &mut ToolContext<'_>) -> Result<()> {
-        let mut outcome = context.picture.outcome(context.session, context.editor);
-        outcome.prefix &= context.session.run_spec().deterministic;
+        let in_order = context.session.run_spec().deterministic;
+        let outcome = context.picture.outcome(context.session, context.editor);
+        let outcome = outcome.with(|end| end.prefix &= in_order);
         let run = context.editor.present_run_spec(&context.options.name, context.session.run_spec())?;
         if run.scene != context.session.run_spec().scene {
             let (picture, scene) = (path.display(), run.scene.display());
             context
                 .say(format!("saving {picture}; it comes from the changed scene, which is saved as {scene}"));
-        }
-        if run.stereo.is_some() && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr")) {
-            context.say(left_eye_of(&path));
         }
         // Another view into a panorama would need another file; the command that C copies shows this one.
         let settings = settings_shown(context).flat();
@@ -181,11 +179,6 @@ impl FileTool {
         let snapshot = context.picture.snapshot(&path, context.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }
-}
-
-/// What the user is told of the EXR file of a picture of two eyes.
-pub fn left_eye_of(path: &Path) -> String {
-    format!("{} has the picture of the left eye: `render --stereo` writes both", path.display())
 }
 
 /// What the user is told of a PNG file of what the window shows in layers; `None` for other files and layouts.
@@ -236,7 +229,7 @@ fn save_buttons(ui: &mut Ui, queue: &mut ActionQueue<FileAction>) {
             "Saves the picture as it is shown, without the panel; a panorama flat  P",
             FileAction::SavePng,
         ),
-        ("EXR", "Saves the sums of both streams  E", FileAction::SaveExr),
+        ("EXR", "Saves the sums of both streams, of two eyes as two views  E", FileAction::SaveExr),
         (
             "Save scene",
             "Saves camera and changes as XML that includes the original  Ctrl+S",

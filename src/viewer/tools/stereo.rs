@@ -7,10 +7,10 @@ use std::path::Path;
 use egui::{Checkbox, Slider, SliderClamping, Ui};
 use miette::{Result, miette};
 
+use crate::client::ColorOutput;
 use crate::client::window::action::ActionQueue;
 use crate::client::window::keys::{ToolKey, Trigger, tool_at_cursor, tool_key};
 use crate::client::window::panel::{PanelData, PanelTab, SectionPlace, choice, section, style, trimmed};
-use crate::client::{ColorOutput, Denoise};
 use crate::image::stereo::StereoLayout;
 use crate::render::options::StereoOptions;
 use crate::scene::desc::{StereoConvergence, StereoRig};
@@ -60,8 +60,8 @@ pub struct StereoTool {
     shown: Option<ShownEyes>,
     /// The eyes that were switched off last.
     last: Option<StereoRig>,
-    /// Display settings that two eyes are not shown with.
-    one_eyed: Option<(Denoise, f32, ColorOutput)>,
+    /// The encoding of the window with one eye.
+    one_eyed: Option<ColorOutput>,
     /// What is seen in an epoch by these eyes in pictures of this size.
     seen: Option<(SeenKey, Option<SeenDepth>)>,
 }
@@ -173,8 +173,7 @@ impl StereoTool {
                 context.editor.open_eyes(wanted.interocular, wanted.convergence, size)?;
             }
         }
-        let settings = &context.panel.controls.settings;
-        self.one_eyed = Some((settings.denoise, settings.vm, settings.output));
+        self.one_eyed = Some(context.panel.controls.settings.output);
         let mut told: Vec<String> = context.editor.rig().iter().map(ToString::to_string).collect();
         context.panel.change_settings(|settings| {
             settings.stereo = wanted.layout.unwrap_or(settings.stereo);
@@ -189,9 +188,7 @@ impl StereoTool {
         self.last = context.editor.rig().or(self.last);
         context.editor.set_rig(None)?;
         if let Some(one_eyed) = self.one_eyed.take() {
-            context.panel.change_settings(|settings| {
-                (settings.denoise, settings.vm, settings.output) = one_eyed;
-            });
+            context.panel.change_settings(|settings| settings.output = one_eyed);
         }
         context.has_edited = true;
         Ok("the picture is that of one eye".to_owned())
