@@ -298,11 +298,6 @@ impl SharedVertex {
         };
         Some((scattering, shares))
     }
-
-    /// `vertex` as the other eye sees it.
-    pub(super) fn seen_by_other<B: Scattering>(&self, vertex: &SurfaceVertex<B>) -> SurfaceVertex<B> {
-        SurfaceVertex { wo: self.wo, ..*vertex }
-    }
 }
 
 impl RenderContext {
