@@ -133,7 +133,7 @@ impl<P: Send + 'static> Variants<P> {
         Self { gpu: gpu.clone(), shader, policy: policy.clone(), made: Vec::new() }
     }
 
-    /// The pipeline with these constants, created by `compile`.
+    /// The pipeline with these constants and whatever else tells it from others, created by `compile`.
     ///
     /// # Errors
     ///
@@ -238,7 +238,10 @@ impl ShaderVariants {
         let owned = constants.to_vec();
         let attachments: Vec<_> = formats.iter().map(|format| (*format, *blend)).collect();
         let layers = variants.policy.layers();
-        variants.get(constants, move || {
+        // A pipeline draws to attachments of its formats only.
+        let key: Vec<u32> =
+            constants.iter().copied().chain(formats.iter().map(|format| *format as u32)).collect();
+        variants.get(&key, move || {
             let desc = GraphicsDesc {
                 name: frag,
                 vert: ("fullscreen.vert", &[]),

@@ -145,7 +145,10 @@ mod tests {
             }
             assert!(of_other.next().is_none(), "{name}");
             let all = alone.camera[0].len();
-            assert!(4 * shared > all && 50 * same >= 49 * shared, "{name}: {same} of {shared} of {all}");
+            // What is seen by path tracing branches at the first vertex, which the first paths of one eye do not.
+            let is_comparable = !name.ends_with(", path");
+            assert!(4 * shared > all, "{name}: {shared} of {all}");
+            assert!(!is_comparable || 50 * same >= 49 * shared, "{name}: {same} of {shared}");
             for eye in &both.light {
                 assert_eq!(eye.len(), alone.light[0].len(), "{name}");
                 for (light, of_one) in eye.iter().zip(&alone.light[0]) {

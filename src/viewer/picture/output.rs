@@ -114,7 +114,7 @@ pub enum WindowSnapshot {
     /// The picture of one eye, or what is displayed of two.
     One(PendingSnapshot),
     /// The sums of two eyes.
-    Views(PendingStereo),
+    Views(Box<PendingStereo>),
 }
 
 impl WindowSnapshot {
@@ -247,7 +247,7 @@ impl LivePicture {
             let layers = [0, 1].map(|eye: usize| {
                 denoised.get(eye).map(FilteredPicture::channels).into_iter().flatten().collect()
             });
-            return Ok(WindowSnapshot::Views(PendingStereo::of_sums(sums, layers, settings)));
+            return Ok(WindowSnapshot::Views(Box::new(PendingStereo::of_sums(sums, layers, settings))));
         }
         let shown = displayed(denoised, settings)?;
         // In index order the sums must stay those of whole batches until the render is complete.
