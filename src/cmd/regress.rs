@@ -46,8 +46,12 @@ fn plan(folder: &RegressFolder) -> Result<RegressPlan> {
     read_plan(&folder.dir, folder.device.as_deref())
 }
 
-/// This program, for child processes.
+/// This program, for child processes: what the environment variable POINTILLIST_PROGRAM names, as the package for Python sets it, whose
+/// executable is the interpreter.
 fn program() -> Result<PathBuf> {
+    if let Some(program) = std::env::var_os("POINTILLIST_PROGRAM") {
+        return Ok(program.into());
+    }
     std::env::current_exe()
         .into_diagnostic()
         .wrap_err("cannot find this program, which renders in child processes")
