@@ -11,7 +11,7 @@
 
 // Instanced quads instead of points, for devices without points of this size.
 layout(constant_id = 2) const bool QUADS = false;
-// Pass on the luminance for the variance instead of the colour.
+// Pass on luminance and weight for the variance instead of the colour.
 layout(constant_id = 3) const bool LUMINANCE = false;
 
 layout(location = 0) in vec2 uv;
@@ -43,5 +43,5 @@ void main() {
 
     position = p;
     float w = abs(xyzw.w);
-    value = LUMINANCE ? vec4(xyzw.y / w * push.inverse_scale) : vec4(xyzw.xyz, w);
+    value = LUMINANCE ? vec4(xyzw.y / w * push.inverse_scale, w, 0.0, 0.0) : vec4(xyzw.xyz, w);
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// f · (Y - m0)(Y - m1), in units of the squared luminance scale, added to the batch image by the blender.
+// f · w² (Y - m0)(Y - m1), in units of the squared luminance scale, added to the batch image by the blender.
 // m0 and m1 are the texel's mean before and after this batch; the paper's own form has m1 twice.
 
 #define SPLAT_PUSH
@@ -22,5 +22,6 @@ void main() {
     vec4 mean = texelFetch(means, clamp(ivec2(texel), ivec2(0), ivec2(push.target) - 1), 0);
     precise float after = (value.x - mean.z) - mean.w;
     precise float before = (value.x - mean.x) - mean.y;
-    sum = slot_weight(texel, position) * (PAPER_FORM ? after : before) * after;
+    float w = value.y;
+    sum = slot_weight(texel, position) * (w * (PAPER_FORM ? after : before)) * (w * after);
 }

@@ -53,7 +53,7 @@ pub fn shown(rgb: &Grid<[f32; 3]>, settings: &Settings) -> Grid<[f32; 3]> {
 ///
 /// Camera stream: `V/(n − 1)/W` with `n = W/energy` effective samples; infinite for `n ≤ 1`. Light stream:
 /// `energy · Σ f Y²`, the variance of a sum with a random number of terms, times the light scale squared.
-/// Right for independent samples, too large for those of a low-discrepancy sequence. `energy` is the splat
+/// Squares count with the squares of the samples' weights. Right for independent samples, too large for those of a low-discrepancy sequence. `energy` is the splat
 /// filter's ([`SplatFilter::energy`](crate::client::SplatFilter::energy)).
 pub fn mean_variance(data: &FilmData, energy: f32) -> Vec<f32> {
     let energy = f64::from(energy);

@@ -23,7 +23,7 @@ use crate::stream::{PathCounts, Sample};
 /// Picture pixels per texel of coarse sums, along each axis.
 const COARSE: u32 = 4;
 
-/// A film on a Vulkan device; [`ReferenceFilm`](crate::client::reference::ReferenceFilm) is its reference.
+/// A film on a Vulkan device; [`ReferenceFilm`] is its reference.
 ///
 /// The same samples in the same order give the same bits on the same device, however they are split into calls.
 ///
@@ -236,18 +236,16 @@ impl VulkanFilm {
         self.present_mut().add(Eye::Right, samples)
     }
 
-    /// The sums of the right eye, as [`develop`](Film::develop) returns those of the left; `None` without it.
+    /// Begins to read the sums of each eye, the left one's first, as [`begin_develop`](Film::begin_develop) those of the left.
     ///
     /// # Errors
     ///
     /// [`ClientError::Gpu`].
-    pub fn develop_right(&mut self) -> Result<Option<FilmData>, ClientError> {
-        if !self.has_right_eye() {
-            return Ok(None);
-        }
+    pub fn begin_develop_eyes(&mut self) -> Result<Vec<Readback<FilmData>>, ClientError> {
         self.complete()?;
         let sums = self.present_mut();
-        sums.develop(Eye::Right, sums.spec().pad())?.wait().map(Some)
+        let (eyes, pad) = (sums.eyes() as usize, sums.spec().pad());
+        Eye::BOTH.into_iter().take(eyes).map(|eye| sums.develop(eye, pad)).collect()
     }
 
     /// Whether camera and light stream have images, which are allocated with their first sample.

@@ -120,7 +120,7 @@ pub struct LocalStatistics {
     pub luminance: f32,
     /// `Σ f w`.
     pub weight: f32,
-    /// `Σ f (Y − Ȳ)²` in units of the squared luminance scale.
+    /// `Σ f w² (Y − Ȳ)²` in units of the squared luminance scale.
     pub variance: f32,
     /// Whether the sum is displayed (light stream), or the mean (camera stream).
     pub summed: bool,

@@ -9,19 +9,31 @@ use crate::client::compiled_effects::Effects;
 use crate::client::glare::FourierAxis;
 use crate::client::glare::point_spread::GlareProfile;
 use crate::client::pass::images::atlas_extent;
+use crate::client::pass::stereo::composed_extent;
 use crate::client::settings::{CHUNK_SAMPLES, FilmSpec, Glare, Masking, Settings, Summation};
 use crate::client::upload::STRIDE;
 use crate::gpu::TexelFormat;
 
-/// Names and bytes of the images and buffers of a film with these settings and this many `samples` of each stream (camera, light). `atlas`
-/// is true for devices that cannot [fetch any level](crate::gpu::Gpu::fetches_any_level).
+/// What a film holds.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmContents {
+    /// Whether camera and light stream have samples.
+    pub streams: [bool; 2],
+    /// Number of samples of each eye.
+    pub samples: usize,
+    /// Number of eyes: 2 for a film with a [right eye](crate::client::film::VulkanFilm::with_right_eye), whose images have two layers.
+    pub eyes: u32,
+}
+
+/// Names and bytes of the images and buffers of a film with these settings and contents. `atlas` is true for devices that cannot
+/// [fetch any level](crate::gpu::Gpu::fetches_any_level).
 pub fn film_memory(
     spec: &FilmSpec,
     settings: &Settings,
-    streams: [bool; 2],
-    samples: usize,
+    contents: FilmContents,
     atlas: bool,
 ) -> Vec<(String, u64)> {
+    let FilmContents { streams, samples, eyes } = contents;
     let effects = Effects::new(settings, 1);
     let (padded, extent) = (spec.padded_extent(), [spec.width, spec.height]);
     let mut list = Vec::new();
@@ -59,10 +71,10 @@ pub fn film_memory(
         }
     }
     let slots = [padded[0], padded[1] * spec.batch_slots()];
-    list.push(image("batch color", TexelFormat::Rgba32F, slots));
+    let mut of_batch = vec![image("batch color", TexelFormat::Rgba32F, slots)];
     if spec.variance.is_some() {
-        list.push(image("batch variance", TexelFormat::R32F, slots));
-        list.push(image("batch means", TexelFormat::Rgba32F, padded));
+        of_batch.push(image("batch variance", TexelFormat::R32F, slots));
+        of_batch.push(image("batch means", TexelFormat::Rgba32F, padded));
     }
     let coarse = extent.map(|n| n.div_ceil(effects.detail));
     list.push(image("picture XYZ", TexelFormat::Rgba32F, coarse));
@@ -73,9 +85,19 @@ pub fn film_memory(
     // The chunks of a batch, and the one being filled while the device reads them.
     let capacity = spec.batch_capacity();
     let chunks = samples.min(capacity).div_ceil(CHUNK_SAMPLES) + usize::from(samples > capacity);
-    list.extend((0..chunks).map(|chunk| (format!("samples {chunk}"), (CHUNK_SAMPLES * STRIDE) as u64)));
-    if let Some(glare) = settings.glare.filter(|_| effects.glare) {
-        list.extend(glare_tables(extent, &glare));
+    of_batch.extend((0..chunks).map(|chunk| (format!("samples {chunk}"), (CHUNK_SAMPLES * STRIDE) as u64)));
+    let glare = settings.glare.filter(|_| effects.glare);
+    if glare.is_some() {
+        list.extend(glare_work(extent));
+    }
+    // Images and the work of glare have a layer for each eye. Each eye has a batch of its own.
+    list.iter_mut().for_each(|(_, bytes)| *bytes *= u64::from(eyes));
+    (0..eyes).for_each(|_| list.extend(of_batch.iter().cloned()));
+    list.extend(glare.iter().flat_map(|glare| glare_tables(extent, glare)));
+    if eyes > 1
+        && let Ok(composed) = composed_extent(settings.stereo, extent)
+    {
+        list.push(image("picture of both eyes", effects.encoded_format(), composed));
     }
     list.sort();
     list
@@ -94,18 +116,22 @@ fn with_mips(name: &str, format: TexelFormat, extent: [u32; 2]) -> (String, u64)
     (name.to_owned(), mips.sum())
 }
 
-/// Tables of glare, and its frequency buffers.
-fn glare_tables(extent: [u32; 2], glare: &Glare) -> Vec<(String, u64)> {
-    let axes = extent.map(|n| FourierAxis::new(n as usize));
+/// Tables of glare.
+fn glare_tables(extent: [u32; 2], glare: &Glare) -> impl Iterator<Item = (String, u64)> + use<> {
+    let [across, down] = extent.map(|n| FourierAxis::new(n as usize));
     let quarter = extent.map(|n| n.div_ceil(2) as usize);
-    let [across, down] = &axes;
     let kernel = ((across.half + 1) * (down.half + 1) * size_of::<f32>()) as u64;
-    let work = ((across.half + 1) * down.pixels.next_multiple_of(2) * size_of::<[f32; 2]>()) as u64;
     let kernels = if GlareProfile::new(glare.adaptation).is_chromatic() { 3 } else { 1 };
     let gain = (quarter[0] * quarter[1] * size_of::<[f32; 3]>()) as u64;
-    let kernels = (0..kernels).map(|_| ("glare kernel".to_owned(), kernel));
-    let work = ["glare X", "glare Y", "glare Z"].map(|name| (name.to_owned(), work));
-    kernels.chain(work).chain([("glare gain".to_owned(), gain)]).collect()
+    let kernels = (0..kernels).map(move |_| ("glare kernel".to_owned(), kernel));
+    kernels.chain([("glare gain".to_owned(), gain)])
+}
+
+/// Frequency buffers of glare, for one eye.
+fn glare_work(extent: [u32; 2]) -> [(String, u64); 3] {
+    let [across, down] = extent.map(|n| FourierAxis::new(n as usize));
+    let work = ((across.half + 1) * down.pixels.next_multiple_of(2) * size_of::<[f32; 2]>()) as u64;
+    ["glare X", "glare Y", "glare Z"].map(|name| (name.to_owned(), work))
 }
 
 fn image(name: &str, format: TexelFormat, extent: [u32; 2]) -> (String, u64) {

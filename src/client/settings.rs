@@ -253,10 +253,10 @@ pub enum Dither {
 /// The form of the running variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum VarianceForm {
-    /// `Σ f (Y − Ȳ_old)(Y − Ȳ_new)`: equals Chan's merge exactly for batches of any size.
+    /// `Σ f w² (Y − Ȳ_old)(Y − Ȳ_new)`: equals Chan's merge exactly for batches of any size of samples of the weight 1.
     #[default]
     Product,
-    /// The paper's `Σ f (Y − Ȳ_new)²`, biased low; kept to show the difference.
+    /// The paper's `Σ f w² (Y − Ȳ_new)²`, biased low; kept to show the difference.
     Paper,
 }
 
@@ -413,7 +413,7 @@ pub struct FilmData {
     pub camera: Vec<[f32; 4]>,
     /// Sums `[X, Y, Z, W]` of the light stream; empty when it had no samples.
     pub light: Vec<[f32; 4]>,
-    /// `Σ f (Y − Ȳ)²` of the camera stream in units of `luminance_scale²`; empty like `camera`, and where no variance is kept.
+    /// `Σ f w² (Y − Ȳ)²` of the camera stream in units of `luminance_scale²`; empty like `camera`, and where no variance is kept.
     pub camera_variance: Vec<f32>,
     /// As `camera_variance`, for the light stream.
     pub light_variance: Vec<f32>,

@@ -11,11 +11,13 @@ use crate::client::upload::STRIDE;
 
 /// The model in one sentence.
 pub const MODEL: &str = "every texel read and written once per pass, blended sprites read and write what they cover; \
-                         mips and reconstruct by the level of detail; `variance` includes `variance fold`";
+                         mips and reconstruct by the level of detail; `variance` includes `variance fold`; \
+                         `adaptive filter`, of light streams, takes the place of `mips`";
 
-/// Bytes of a texel of colour, of variance, and of the encoded picture in 8 bits.
+/// Bytes of a texel of colour, of variance or edges, of the adaptive filter's statistics, and of the encoded picture in 8 bits.
 const COLOR: f64 = 16.0;
 const SCALAR: f64 = 4.0;
+const STATISTICS: f64 = 8.0;
 const ENCODED: f64 = 4.0;
 
 /// Inputs of the model for the passes of one stream.
@@ -33,18 +35,30 @@ pub struct PassTraffic {
     pub detail: u32,
     /// Whether noise is masked.
     pub is_masked: bool,
+    /// Whether the stream is filtered adaptively, so that its mips are not needed.
+    pub is_adaptive: bool,
 }
 
 /// Passes of a batch and of a repaint, in their order.
-pub const PASSES: [&str; 9] =
-    ["clear", "splat", "fold", "variance", "variance fold", "mips", "reconstruct", "tonemap", "show"];
+pub const PASSES: [&str; 10] = [
+    "clear",
+    "splat",
+    "fold",
+    "variance",
+    "variance fold",
+    "mips",
+    "adaptive filter",
+    "reconstruct",
+    "tonemap",
+    "show",
+];
 
 impl PassTraffic {
     /// A full batch of a still picture with one sample per pixel.
     pub fn still(film: FilmSpec) -> Self {
         let on_film = u64::from(film.width) * u64::from(film.height);
         let samples = film.batch_capacity() as f64;
-        Self { film, is_coarse: false, samples, on_film, detail: 1, is_masked: false }
+        Self { film, is_coarse: false, samples, on_film, detail: 1, is_masked: false, is_adaptive: false }
     }
 
     /// A frame of a moving picture in which this many samples arrive, which are all there are.
@@ -58,7 +72,7 @@ impl PassTraffic {
     }
 
     /// Bytes moved by one run of the pass of this name; `None` for passes without a model. The fold of the variance is included in
-    /// `variance` as well.
+    /// `variance` as well. Those of the adaptive filter are told whether the stream is filtered by it or not.
     pub fn bytes(&self, pass: &str) -> Option<f64> {
         let sums = self.sums();
         let extent = sums.padded_extent();
@@ -82,8 +96,13 @@ impl PassTraffic {
                 texels * (slots * SCALAR + COLOR) + vertices + sprites * 2.0 * SCALAR + fold_variance
             }
             "variance fold" if has_variance => fold_variance,
+            "mips" if self.is_adaptive => 0.0,
             "mips" => self.mips(extent),
+            "adaptive filter" => adaptive_filter([sums.width, sums.height]),
             "atlas" => texels * COLOR * 2.0 * (1.0 + 1.0 / 3.0),
+            "reconstruct" if self.is_adaptive => {
+                texels_of([sums.width, sums.height], 0) * COLOR + drawn * COLOR
+            }
             "reconstruct" => self.reconstruct(extent) + drawn * COLOR,
             "tonemap" => drawn * COLOR + picture * ENCODED,
             "show" => 2.0 * picture * ENCODED,
@@ -120,6 +139,21 @@ impl PassTraffic {
     }
 }
 
+/// The passes of [`AdaptiveFilterPass`](crate::client::pass::adaptive_filter::AdaptiveFilterPass) on sums of this extent without overscan.
+fn adaptive_filter(extent: [u32; 2]) -> f64 {
+    let last = extent[0].max(extent[1]).ilog2();
+    let texels = |level: u32| texels_of(extent, level);
+    // Statistics of the sums; of every further level from the one below, and its edges.
+    let measured = (COLOR + STATISTICS) * texels(0)
+        + (1..=last)
+            .map(|level| STATISTICS * texels(level - 1) + (2.0 * STATISTICS + SCALAR) * texels(level))
+            .sum::<f64>();
+    // Each level but the last: what has come to it is read twice, what it keeps is written, read, and blended with what coarser ones have;
+    // of the next one statistics and edges are read, what it gets is written, and what it has kept is read.
+    let kept = |level| 6.0 * COLOR * texels(level) + (STATISTICS + SCALAR + 2.0 * COLOR) * texels(level + 1);
+    measured + (0..last).map(kept).sum::<f64>()
+}
+
 /// Texels of a mip level.
 fn texels_of(extent: [u32; 2], level: u32) -> f64 {
     extent.map(|n| f64::from((n >> level).max(1))).iter().product()
@@ -131,5 +165,51 @@ fn footprint(filter: SplatFilter) -> f64 {
         SplatFilter::Gaussian | SplatFilter::Scaled(_) => 36.0,
         SplatFilter::Tent => 4.0,
         SplatFilter::Box => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::client::settings::VarianceForm;
+
+    fn film(width: u32, height: u32) -> FilmSpec {
+        let (filter, variance) = (SplatFilter::Gaussian, Some(VarianceForm::Product));
+        FilmSpec { width, height, filter, variance, sums: Summation::TwoFloat }
+    }
+
+    /// The draws of the adaptive filter on 4×2 pixels, one by one, with levels of 8, 2 and 1 texels.
+    #[test]
+    fn draws_of_the_adaptive_filter_are_counted() {
+        let draws = [
+            8 * (16 + 8),                  // statistics
+            8 * 8 + 2 * 8,                 // their first level
+            2 * 8 + 8,                     // and their second
+            2 * (8 + 4),                   // edges of the first level
+            8 + 4,                         // and of the second
+            8 * 16 + 2 * (8 + 4) + 8 * 16, // what the finest level keeps
+            8 * 16 + 8 * 16 + 2 * 16,      // and passes on
+            2 * 16 + (8 + 4) + 2 * 16,     // what the next level keeps
+            2 * 16 + 2 * 16 + 16,          // and passes on
+            16 + 2 * 2 * 16,               // what the last one has is added to the next,
+            2 * 16 + 2 * 8 * 16,           // and that to the finest
+        ];
+        let light = PassTraffic { is_adaptive: true, ..PassTraffic::still(film(4, 2)) };
+        assert_eq!(light.bytes("adaptive filter"), Some(f64::from(draws.iter().sum::<i32>())));
+        assert_eq!(PassTraffic::still(film(1, 1)).bytes("adaptive filter"), Some(24.0), "no coarser level");
+    }
+
+    /// The adaptive filter reads what mips would be made of, and its result has one level without overscan.
+    #[test]
+    fn adaptively_filtered_streams_have_no_mips() {
+        let camera = PassTraffic { on_film: 100, ..PassTraffic::still(film(64, 32)) };
+        let light = PassTraffic { is_adaptive: true, ..camera };
+        assert!(camera.bytes("mips").is_some_and(|bytes| bytes > 0.0));
+        assert_eq!(light.bytes("mips"), Some(0.0));
+        assert_eq!(light.bytes("reconstruct"), Some(2.0 * 16.0 * 64.0 * 32.0));
+        // A moving picture is filtered at a quarter of the extent.
+        let moving = |film| PassTraffic::moving(film, 100).bytes("adaptive filter");
+        assert_eq!(moving(film(64, 32)), PassTraffic::still(film(16, 8)).bytes("adaptive filter"));
+        assert!(PASSES.into_iter().all(|pass| light.bytes(pass).is_some()));
     }
 }

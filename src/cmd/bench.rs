@@ -15,6 +15,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::client::Settings;
+use crate::client::compiled_effects::Effects;
 use crate::client::traffic::{MODEL, PassTraffic};
 use crate::cmd::args::BenchArgs;
 use crate::gpu::Gpu;
@@ -134,6 +135,9 @@ impl BenchReport {
         let copy = find("copy").map(|(_, t)| Percentiles::of(t).p50).filter(|t| *t > 0.0);
         let wall = measured.wall.as_secs_f64().max(1e-9);
         let frames = measured.frames.len();
+        // Where there are both streams the model is that of the camera's, which is not filtered adaptively.
+        let has_light_only = !run.integrator.streams()[0];
+        let is_adaptive = has_light_only && Effects::new(settings, 1).adapts(&run.film, true);
         let per_frame = measured.samples as f64 / frames.max(1) as f64;
         let passes = measured.passes.iter().map(|(name, times)| {
             let milliseconds = Percentiles::of(times);
@@ -143,6 +147,7 @@ impl BenchReport {
                 samples: per_frame / runs.max(1.0),
                 on_film: measured.samples,
                 is_masked: settings.vm > 0.0,
+                is_adaptive,
                 ..PassTraffic::still(run.film)
             };
             let bytes = traffic.bytes(name).map(|b| b * runs);

@@ -19,7 +19,7 @@ use self::budget::Budget;
 pub use self::budget::farm_cost;
 use self::client_price::{ClientFrames, charge_filter, is_yardstick};
 use self::price_list::PriceList;
-use crate::client::memory::film_memory;
+use crate::client::memory::{FilmContents, film_memory};
 use crate::client::{FilmSpec, Settings};
 use crate::cmd::args::ExplainArgs;
 use crate::cmd::bench::{BenchJob, measure};
@@ -82,7 +82,8 @@ pub fn explain(args: &ExplainArgs) -> Result<()> {
     run.film.variance = shown_variance(&settings);
     let mut plan = plan(&input.loaded.desc, &run, &settings);
     let atlas = matches!(&device, Device::Vulkan(gpu) if !gpu.fetches_any_level());
-    let film_memory = film_memory(&run.film, &settings, run.integrator.streams(), usize::MAX, atlas);
+    let contents = FilmContents { streams: run.integrator.streams(), samples: usize::MAX, eyes: 1 };
+    let film_memory = film_memory(&run.film, &settings, contents, atlas);
     let silent = args.json.as_deref() == Some(Path::new("-"));
     let say = |words: &str| silent || print(words, "the plan");
     let columns = std::io::stdout().is_terminal().then_some(COLUMNS);

@@ -71,6 +71,9 @@ fn state(about: &StateHeader) -> String {
         ("seed", run.seed.to_string()),
         ("randomisations", if run.replicated { "2" } else { "1" }.to_string()),
     ]);
+    if let Some(rig) = &run.stereo {
+        text += &lines(&[("eyes", rig.to_string())]);
+    }
     if let Some(share) = about.share {
         text += &lines(&[("part", share.to_string())]);
     }

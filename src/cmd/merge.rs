@@ -227,6 +227,7 @@ impl Merged {
         let mut left_out = Vec::new();
         for path in states {
             let checked = StateFile::open(path).and_then(|file| {
+                check_one_eye(&file)?;
                 if let Some(Self { state: RenderState { about, .. }, .. }) = &merged {
                     about.check_same(&file.about, path)?;
                     check_new(&about.indices, &places, &file)?;
@@ -257,7 +258,7 @@ impl Merged {
         let empty = StateHeader { program, ..StateHeader::empty(run, identity, picture, goal) };
         let state = RenderState::new(empty, threads)?;
         // Without replicates no error is estimated.
-        let view = state.replicates.as_ref().map(|_| MergedView::open(&about, args.threads));
+        let view = state.sums.replicates.as_ref().map(|_| MergedView::open(&about, args.threads));
         let witnesses = match &view {
             None => None,
             Some(Ok(MergedView { scene, camera })) => method::witnesses(&about.run, scene, camera),
@@ -288,7 +289,7 @@ impl Merged {
 
     fn add(&mut self, file: StateFile) -> Result<()> {
         let about = file.about.clone();
-        if let Some(replicates) = self.state.replicates.as_ref().filter(|_| self.wants_filtered_error) {
+        if let Some(replicates) = self.state.sums.replicates.as_ref().filter(|_| self.wants_filtered_error) {
             let paths = replicates.paths();
             if paths > 0 && self.apart.last().is_none_or(|part| paths >= 2 * part.paths) {
                 self.apart.drain(..self.apart.len().saturating_sub(1));
@@ -307,7 +308,7 @@ impl Merged {
 
     /// Estimates the present error.
     fn measure(&mut self) -> ErrorStatus {
-        let Some(replicates) = &self.state.replicates else { return ErrorStatus::default() };
+        let Some(replicates) = &self.state.sums.replicates else { return ErrorStatus::default() };
         let film = &self.state.about.run.film;
         let size = [film.width, film.height];
         let accumulated = AccumulatedSamples::new(size, film.filter.energy()).exact(replicates.clone());
@@ -332,7 +333,7 @@ impl Merged {
 
     fn report(&mut self, args: &MergeArgs, status: &ErrorStatus) -> MergeReport {
         let about = &mut self.state.about;
-        about.counts = self.state.film.counts();
+        about.counts = self.state.sums.film.counts();
         let about = &self.state.about;
         let (run, wanted) = (&about.run, self.wanted());
         let missing = about.indices.missing(wanted.clone());
@@ -425,7 +426,7 @@ impl Merged {
                 extras.layers = layers::trace(&run, &scene, &camera, about.samples_per_pixel());
             }
             if args.denoise != Denoise::Off {
-                let replicates = self.state.replicates.as_ref().ok_or_else(|| {
+                let replicates = self.state.sums.replicates.as_ref().ok_or_else(|| {
                     miette::miette!(
                         help = "leave --denoise away",
                         "--denoise needs two randomisations, and the states have one"
@@ -433,7 +434,7 @@ impl Merged {
                 })?;
                 let threads = args.threads.map_or_else(|| OidnOptions::default().threads, usize::from);
                 let oidn = OidnOptions { threads, quality: OidnQuality::High };
-                let data = self.state.film.develop().into_diagnostic()?;
+                let data = self.state.sums.film.develop().into_diagnostic()?;
                 let view = FilteredView { scene: &scene, camera: &camera, film: &run.film };
                 let wants_error = run.states_filtered_error(status);
                 // The part closer to half of all paths.
@@ -449,8 +450,20 @@ impl Merged {
             }
         }
         end.describe(status, args.error_at);
-        outputs.write(&mut self.state.film, &run, &end, &settings, extras, &mut Seconds::default())?;
+        outputs.write(&mut self.state.sums.film, &run, &end, &settings, extras, &mut Seconds::default())?;
         Ok(filtered_error)
+    }
+}
+
+/// Rejects states of two eyes, which are not divided into parts.
+fn check_one_eye(file: &StateFile) -> Result<()> {
+    match file.about.right_eye {
+        None => Ok(()),
+        Some(_) => Err(miette::miette!(
+            help = "`render --resume FILE` goes on with it and writes its pictures",
+            "{} holds the pictures of two eyes, and `merge` adds those of one",
+            file.path.display()
+        )),
     }
 }
 

@@ -182,7 +182,7 @@ fn write_png(path: &Path, picture: &[MixRgb], layers: &Layers, exposure: f32, to
         width: shown.width,
         height: shown.height,
         rgb: &shown.rgb,
-        transfer: Transfer::Gamma(settings.gamma),
+        transfer: Transfer::of(&settings.profile, settings.gamma),
         primaries: settings.profile.primaries,
     };
     let text = |(_, value): &(String, Attribute)| matches!(value, Attribute::Text(_));

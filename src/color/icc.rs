@@ -61,7 +61,13 @@ fn matrix_profile(bytes: &[u8]) -> Result<Profile, String> {
     let curves = [b"rTRC", b"gTRC", b"bTRC"].map(|name| file.curve(name));
     let [red, green, blue] = curves;
     let transfer = table(&[red?, green?, blue?])?;
-    Ok(Profile { name: String::new(), from_xyz: from_xyz.as_mat3(), primaries, transfer: Some(transfer) })
+    Ok(Profile {
+        name: String::new(),
+        from_xyz: from_xyz.as_mat3(),
+        primaries,
+        transfer: Some(transfer),
+        icc: Some(bytes.into()),
+    })
 }
 
 /// The tags of a profile.

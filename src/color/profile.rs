@@ -22,6 +22,8 @@ pub struct Profile {
     pub primaries: [DVec2; 3],
     /// The display's own transfer, of an ICC profile; `None` is a power, the display gamma.
     pub transfer: Option<TransferTable>,
+    /// The bytes of the ICC profile that this one was read from, for the heads of picture files; `None` for a named one.
+    pub icc: Option<Arc<[u8]>>,
 }
 
 /// Signal of each channel at [`TRANSFER_STEPS`] luminances, at the squares of `i / (TRANSFER_STEPS − 1)`: so the steps are
@@ -98,7 +100,7 @@ impl Profile {
 
     fn new((name, primaries): Primaries) -> Self {
         let from_xyz = xyz_from_rgb(primaries).inverse().as_mat3();
-        Profile { name: name.to_owned(), from_xyz, primaries, transfer: None }
+        Profile { name: name.to_owned(), from_xyz, primaries, transfer: None, icc: None }
     }
 }
 

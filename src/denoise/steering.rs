@@ -14,8 +14,7 @@
 //! at density d. So steering ends after [`STEERED_SAMPLES`]: a region of the density 2 then has as many samples of its own as a reprojected
 //! picture is worth at most. The loss, where the density is ½, is 2 / (n + s) from then on, and 1 % at 200 samples per pixel.
 //!
-//! The sub-pixel variance of the film, which the views of the error and noise masking read, assumes equal weights; steered samples are too few to be
-//! seen in it.
+//! The sub-pixel variance of the film, which the views of the error and noise masking read, counts samples by their weights as the mean does.
 
 use std::sync::Arc;
 

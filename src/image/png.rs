@@ -4,16 +4,27 @@ use std::path::Path;
 
 use glam::DVec2;
 
+use crate::color::Profile;
 use crate::image::error::ImageError;
 use crate::image::{Attribute, write};
 
 /// Encoding of the 8-bit values, stored so that viewers display them correctly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Transfer {
+pub enum Transfer<'a> {
     /// As sRGB (chunks sRGB and gAMA).
     Srgb,
     /// A plain power with this display gamma (chunks gAMA and cHRM).
     Gamma(f32),
+    /// By the tone curves of the ICC profile of these bytes, which is embedded (chunk iCCP). It overrides gAMA and cHRM where a reader knows
+    /// it (PNG specification, third edition, 11.3.2), and a single power would contradict its curves: neither is written.
+    Icc(&'a [u8]),
+}
+
+impl<'a> Transfer<'a> {
+    /// The encoding of values for the display of this profile: by its own ICC profile or, where it has none, by a power.
+    pub fn of(profile: &'a Profile, gamma: f32) -> Self {
+        profile.icc.as_deref().map_or(Self::Gamma(gamma), Self::Icc)
+    }
 }
 
 /// CIE xy of D65, as the standards round it.
@@ -29,8 +40,8 @@ pub struct PngPicture<'a> {
     /// Encoded R, G, B in rows from the top.
     pub rgb: &'a [[u8; 3]],
     /// Encoding of the values.
-    pub transfer: Transfer,
-    /// CIE xy chromaticities of red, green and blue (chunk cHRM; sRGB implies its own); the white is D65.
+    pub transfer: Transfer<'a>,
+    /// CIE xy chromaticities of red, green and blue (chunk cHRM; sRGB and an ICC profile imply their own); the white is D65.
     pub primaries: [DVec2; 3],
 }
 
@@ -84,7 +95,11 @@ pub fn encode(
     attributes: &[(String, Attribute)],
 ) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
+    let mut info = png::Info::with_size(picture.width, picture.height);
+    if let Transfer::Icc(profile) = picture.transfer {
+        info.icc_profile = Some(profile.into());
+    }
+    let mut encoder = png::Encoder::with_info(&mut bytes, info)?;
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
@@ -100,6 +115,7 @@ pub fn encode(
             let [red, green, blue] = picture.primaries.map(xy);
             encoder.set_source_chromaticities(png::SourceChromaticities { white: xy(D65), red, green, blue });
         }
+        Transfer::Icc(_) => {}
     }
     for (name, value) in attributes {
         let text = match value {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::statistics::areas::{AreaLayout, mean_and_variance};
 use super::statistics::noise::estimated_variance;
 use super::statistics::packing::{coarse_variances, pack_areas, rounded, step, unpack_areas};
-use crate::image::compare::{Measured, Picture, luminance};
+use crate::image::compare::{Picture, luminance};
 use crate::image::exr::{self, Layers};
 use crate::image::{Attribute, Grid, ImageError};
 
@@ -229,7 +229,7 @@ fn given_variances(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     Some(values.map(|((r, g), b)| [*r, *g, *b].map(|v| if v < 0.0 { 0.0 } else { v })).collect())
 }
 
-/// Variances of the channels of a pixel from that of its luminance ([`Measured::VARIANCE_CHANNEL`]).
+/// Variances of the channels of a pixel from that of its luminance ([`VARIANCE_CHANNEL`](crate::image::compare::Measured::VARIANCE_CHANNEL)).
 fn of_luminance(rgb: [f32; 3], variance: f64) -> [f32; 3] {
     let y = luminance(rgb);
     rgb.map(|value| {

@@ -216,13 +216,15 @@ fn pixel_test(now: &Evidence, reference: &Evidence, used: &[bool], relative: f64
     let (mut largest, mut place) = (0.0, None);
     for i in (0..used.len()).filter(|&i| used[i]) {
         let around = sides.map(|side| neighbours(&side.variance, used, [i % width, i / width]));
-        for c in 0..3 {
+        let score_of = |c: usize| {
             let variance = std::array::from_fn(|k| {
                 let own = freedom[k] * f64::from(sides[k].variance.pixels()[i][c]);
                 (own + FREEDOM_OF_NEIGHBOURS * around[k][c]) / (freedom[k] + FREEDOM_OF_NEIGHBOURS)
             });
             let means = sides.map(|side| f64::from(side.mean.pixels()[i][c]));
-            let score = Contrast { means, variance, freedom }.score(relative);
+            Contrast { means, variance, freedom }.score(relative)
+        };
+        for score in (0..3).map(score_of) {
             if score > largest {
                 (largest, place) = (score, Some([i % width, i / width]));
             }

@@ -5,9 +5,9 @@
 //!                             ◀─ render, abort, credit ═════════════════ (epochs as in one process)
 //! ```
 //!
-//! The viewer asks and the tracer answers ([`message`]). A render is a [`Request`](message::Request): an epoch, a seed that no other tracer
+//! The viewer asks and the tracer answers ([`message`]). A render is a [`Request`]: an epoch, a seed that no other tracer
 //! of the picture has, and an order in the words of the program. Samples come in [`blocks`], as many bytes as the viewer has given credit
-//! for ([`window`]); where that is less than what is traced, as film deltas ([`delta`]). A [`link`] is plain where both are on one machine, or encrypted with a token. [`fetch`] brings the scene to a viewer
+//! for (`window`); where that is less than what is traced, as film deltas (`delta`). A [`link`] is plain where both are on one machine, or encrypted with a token. [`fetch()`] brings the scene to a viewer
 //! that has no copy of it. `tools/farm/README.md` describes the protocol for those who write another end.
 
 pub mod blocks;

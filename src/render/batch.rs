@@ -15,7 +15,6 @@ use miette::{IntoDiagnostic, Result};
 use crate::accounting::accumulator::CheckpointPolicy;
 use crate::accounting::observer::Observer;
 use crate::client::oidn::OidnQuality;
-use crate::client::reference::ExactFilm;
 use crate::client::{Denoise, Film, Settings, VarianceForm};
 use crate::denoise::filtered_picture::{FilteredView, UNKNOWN_FILTERED_ERROR};
 use crate::denoise::view_filter::OidnOptions;
@@ -23,6 +22,7 @@ use crate::image::stereo::Eye;
 use crate::render::adaptive::{self, AdaptiveReport, RenderStage, StagePart};
 use crate::render::drive::{Drive, DriveObservers, DriveOutcome, drive};
 use crate::render::figures::{Seconds, write_json};
+use crate::render::films::{FilmOrder, RenderFilms};
 use crate::render::light_groups::{self, GroupFilms, GroupMemory};
 use crate::render::live_outputs::{LiveOutputs, LiveRender};
 use crate::render::load::{self, Opened};
@@ -35,8 +35,7 @@ use crate::render::progress::{Goal, Progress};
 use crate::render::rejected::RejectedReport;
 use crate::render::report::{ErrorReport, PlanCheck, RenderReport};
 use crate::render::run_spec::{RunEnd, RunSpec};
-use crate::render::state::identity::luminance_scale;
-use crate::render::state::{Identity, IndexRanges, KeptState, OpenState, PlannedGoal, Recorder, RenderGoal};
+use crate::render::state::{IndexRanges, KeptState, PlannedGoal, Recorder, RenderGoal};
 use crate::render::stereo::{self, RightEye};
 use crate::render::stereo_error::{EyeErrors, StereoEnd};
 use crate::render::stereo_outputs::{self, EyePictures};
@@ -48,7 +47,7 @@ use crate::scene::light_groups::{of_sources, text};
 use crate::server::{Server, Stats};
 use crate::stream::Lanes;
 use crate::stream::control::Epoch;
-use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates};
+use crate::study::{ErrorEstimate, ErrorStatus, ExactReplicates, MonitorProgress};
 use crate::tracer::integrator::PlanCheckTally;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::{Camera, Scene};
@@ -104,8 +103,8 @@ struct BatchRender<'a> {
     right_eye: Option<RightEye>,
     /// Writes the state to disk, if requested.
     recorder: Option<Recorder>,
-    /// Sums of the replicates from the resumed state.
-    replicates: Option<ExactReplicates>,
+    /// Sums of the replicates from the kept state: of the camera or left eye, and of the right eye.
+    replicates: [Option<ExactReplicates>; 2],
     server: Server,
     lanes: Lanes,
     timings: Option<TimingCapture>,
@@ -179,23 +178,18 @@ impl<'a> BatchRender<'a> {
         (run.reweighted, run.adaptive) = (args.reweight_fireflies, args.adaptive);
         let goal = PlannedGoal::new(args, &run, kept.as_ref());
         let stages = if run.adaptive { adaptive::stages(&run, &goal.part)? } else { Vec::new() };
-        let (mut recorder, mut replicates) = (None, None);
         let until = goal.part.clone();
-        let client: Box<dyn Film> = match kept {
-            Some(kept) => {
-                let identity = Identity::of(&run, &input.files, &scene, &camera)?;
-                let OpenState { file, every, state } = kept.open(&run, identity, goal, threads)?;
-                recorder = Some(Recorder::new(file, every, state.about));
-                replicates = state.replicates;
-                Box::new(state.film)
-            }
-            // Exact sums, so that the bits equal those of a picture merged from parts.
-            None if run.deterministic && device.gpu().is_none() && run.reweighted.is_none() => {
-                let scale = luminance_scale(&run, &scene, &camera);
-                Box::new(ExactFilm::new(run.film, threads, scale).into_diagnostic()?)
-            }
-            None => device.client(run.film, threads, run.reweighted)?,
+        let order = FilmOrder {
+            run: &run,
+            files: &input.files,
+            scene: &scene,
+            camera: &camera,
+            right_eye: right_camera.as_ref(),
+            device: &device,
+            threads,
         };
+        let RenderFilms { film: client, right_eye: right_film, recorder, replicates } =
+            RenderFilms::open(&order, kept, goal)?;
         let (scene, groups) = match &args.light_groups {
             Some(arg) => {
                 let groups = light_groups::plan(arg, &run, &input.loaded.desc, &scene)?;
@@ -210,8 +204,7 @@ impl<'a> BatchRender<'a> {
             }
             None => (scene, None),
         };
-        let right_eye =
-            right_camera.map(|camera| RightEye::new(camera, &run, &device, threads)).transpose()?;
+        let right_eye = right_camera.zip(right_film).map(|(camera, film)| RightEye::new(camera, film, &run));
         let (server, lanes) = Server::start_with(threads, device.tracing_priority()).into_diagnostic()?;
         let timings = args.gpu_timings.as_deref().map(|path| {
             if device.gpu().is_none() {
@@ -245,29 +238,37 @@ impl<'a> BatchRender<'a> {
         })
     }
 
-    /// Traces until the sample count, the time, the error or Ctrl-C, or until `watcher` ends it.
-    fn trace(&mut self, outputs: &Outputs, mut watcher: Option<&mut RenderWatcher<'_>>) -> Result<Traced> {
-        let (args, run, goal) = (self.args, &self.run, &self.goal);
-        let observer = run.replicated.then(|| match (self.replicates.take(), &self.recorder) {
-            (Some(sums), Some(recorder)) => {
-                observed::resume(run, goal.error, sums, recorder.about().progress.clone())
-            }
-            _ => observed::observe(run, goal.error, CheckpointPolicy::Exact),
-        });
-        let observer = observer.transpose()?;
-        let filters = self.settings.denoise != Denoise::Off;
-        let equip = |observer: &Observer, camera: &Camera| {
+    /// Starts observing the pictures of a render that is divided into replicates; returns the observer of the camera's or the left eye's.
+    fn observe(&mut self, filters: bool) -> Result<Option<Observer>> {
+        let [sums, right_sums] = std::mem::take(&mut self.replicates);
+        let (run, target) = (&self.run, self.goal.error);
+        if !run.replicated {
+            return Ok(None);
+        }
+        let about = self.recorder.as_ref().map(Recorder::about);
+        let observe = |camera: &Camera, sums: Option<ExactReplicates>, seen: Option<&MonitorProgress>| {
+            let observer = match sums.zip(seen) {
+                Some((sums, seen)) => observed::resume(run, target, sums, seen.clone())?,
+                None => observed::observe(run, target, CheckpointPolicy::Exact)?,
+            };
             if filters && run.can_state_filtered_error() {
                 observer.hold_out();
             }
             method::witnesses(run, &self.scene, camera).into_iter().for_each(|paths| observer.call(paths));
+            Ok::<_, miette::Report>(observer)
         };
-        observer.iter().for_each(|observer| equip(observer, &self.camera));
-        if let Some(eye) = self.right_eye.as_mut().filter(|_| run.replicated) {
-            let observer = observed::observe(run, goal.error, CheckpointPolicy::Exact)?;
-            equip(&observer, &eye.camera);
-            eye.observer = Some(observer);
+        if let Some(eye) = &mut self.right_eye {
+            let seen = about.and_then(|about| about.right_eye.as_ref()).map(|of_eye| &of_eye.progress);
+            eye.observer = Some(observe(&eye.camera, right_sums, seen)?);
         }
+        observe(&self.camera, sums, about.map(|about| &about.progress)).map(Some)
+    }
+
+    /// Traces until the sample count, the time, the error or Ctrl-C, or until `watcher` ends it.
+    fn trace(&mut self, outputs: &Outputs, mut watcher: Option<&mut RenderWatcher<'_>>) -> Result<Traced> {
+        let filters = self.settings.denoise != Denoise::Off;
+        let observer = self.observe(filters)?;
+        let (args, run, goal) = (self.args, &self.run, &self.goal);
         let per_index = run.integrator.paths_per_index();
         let bar = Progress::new(
             match (goal.time, goal.indices.end) {
@@ -307,7 +308,8 @@ impl<'a> BatchRender<'a> {
             let sampling = match (part, &observer) {
                 (StagePart::Pilot, _) => ScreenSampling::Pilot,
                 (StagePart::Main, Some(observer)) => {
-                    let (sampling, report) = adaptive::sampling(run, observer);
+                    let right = self.right_eye.as_ref().and_then(|eye| eye.observer.as_ref());
+                    let (sampling, report) = adaptive::sampling(run, observer, right);
                     adaptive = Some(report);
                     sampling
                 }
@@ -465,6 +467,7 @@ impl<'a> BatchRender<'a> {
         }
         if let Some(groups) = &mut self.groups {
             extras[0].layers.extend(groups.channels()?);
+            extras[1].layers.extend(groups.right_channels()?);
         }
         let start = Instant::now();
         let filter = |picture: &ObservedPicture, camera: &Camera, film: &mut dyn Film| {

@@ -115,7 +115,7 @@ pub fn drive(
             take(drive, lanes, onto, recorder.as_deref_mut(), &mut driven.reached).into_diagnostic()?;
         driven.rasterise += rasterise.elapsed();
         if let Some(recorder) = recorder.as_mut().filter(|recorder| recorder.is_due()) {
-            recorder.save(client, observer)?;
+            recorder.save(client, observer, right_eye.as_deref_mut())?;
         }
         if let Some(live) = &mut live {
             live.update(client, observer, right_eye.as_deref_mut(), server)?;
@@ -162,9 +162,9 @@ pub fn drive(
     let rasterise = Instant::now();
     client.flush().into_diagnostic()?;
     groups.map_or(Ok(()), GroupFilms::flush).into_diagnostic()?;
-    right_eye.map_or(Ok(()), |eye| eye.film.flush()).into_diagnostic()?;
+    right_eye.as_deref_mut().map_or(Ok(()), |eye| eye.film.flush()).into_diagnostic()?;
     if let Some(recorder) = recorder {
-        recorder.save(client, observer)?;
+        recorder.save(client, observer, right_eye)?;
     }
     note(timings, "flush", rasterise)?;
     driven.rasterise += rasterise.elapsed();
@@ -203,7 +203,13 @@ fn take(
         match &mut recorder {
             None => writer.block(block),
             Some(recorder) => match recorder.take(block) {
-                Some(chunk) => writer.samples(chunk.first_index, chunk.paths, &chunk.samples),
+                Some(chunk) => {
+                    writer.of_eyes(
+                        chunk.first_index,
+                        chunk.paths,
+                        chunk.samples.each_ref().map(Vec::as_slice),
+                    );
+                }
                 None => return,
             },
         }

@@ -17,6 +17,8 @@ pub struct FilmWriter<'a> {
     groups: Option<&'a mut GroupFilms>,
     right_eye: Option<&'a mut RightEye>,
     eyes: BlockEyes,
+    /// Observer of the picture of the right eye where that is a layer of the film.
+    layer_observer: Option<&'a Observer>,
     outcome: Result<(), ClientError>,
 }
 
@@ -24,7 +26,16 @@ impl<'a> FilmWriter<'a> {
     /// A writer to this film.
     pub fn new(film: &'a mut dyn Film, observer: Option<&'a Observer>) -> Self {
         let eyes = BlockEyes::One;
-        Self { film, observer, meter: None, groups: None, right_eye: None, eyes, outcome: Ok(()) }
+        Self {
+            film,
+            observer,
+            meter: None,
+            groups: None,
+            right_eye: None,
+            eyes,
+            layer_observer: None,
+            outcome: Ok(()),
+        }
     }
 
     /// Also copies samples to this light meter.
@@ -39,12 +50,18 @@ impl<'a> FilmWriter<'a> {
 
     /// The film is the left eye's, and this the right eye of the render.
     pub fn with_right_eye(self, right_eye: Option<&'a mut RightEye>) -> Self {
-        Self { right_eye, ..self }
+        let eyes = right_eye.as_ref().map_or(self.eyes, |eye| eye.eyes);
+        Self { right_eye, eyes, ..self }
     }
 
     /// Blocks have samples of these eyes; those of the right one go onto its layer of the film.
     pub fn with_eyes(self, eyes: BlockEyes) -> Self {
         Self { eyes, ..self }
+    }
+
+    /// Also passes copies of the right eye's samples that go onto its layer of the film to this observer.
+    pub fn with_layer_observer(self, layer_observer: Option<&'a Observer>) -> Self {
+        Self { layer_observer, ..self }
     }
 
     /// The observer that receives copies.
@@ -59,19 +76,19 @@ impl<'a> FilmWriter<'a> {
 
     /// Adds a block from the lanes.
     pub fn block(&mut self, block: &Block) {
-        let [mut samples, on_layer] = self.eyes.split(block);
-        let mut of_right = None;
-        if let Some(eye) = &self.right_eye {
-            let [left, right] = eye.of_eyes(block);
-            (samples, of_right) = (left, Some(right));
-        }
-        self.samples(block.header.first_index, block.header.paths, samples);
-        self.right_samples(on_layer);
-        if let Some((eye, samples)) = self.right_eye.as_mut().zip(of_right).filter(|_| self.outcome.is_ok()) {
-            self.outcome = eye.add(block, samples);
-        }
+        self.of_eyes(block.header.first_index, block.header.paths, self.eyes.split(block));
         if let Some(groups) = self.groups.as_mut().filter(|_| self.outcome.is_ok()) {
-            self.outcome = groups.add(block);
+            self.outcome = groups.add(block, self.eyes);
+        }
+    }
+
+    /// Adds samples of the picture or of the left eye, and of the right eye by the same paths.
+    pub fn of_eyes(&mut self, first_index: u64, paths: PathCounts, [left, right]: [&[Sample]; 2]) {
+        self.samples(first_index, paths, left);
+        match &mut self.right_eye {
+            None => self.right_samples(first_index, paths, right),
+            Some(eye) if self.outcome.is_ok() => self.outcome = eye.add(first_index, paths, right),
+            Some(_) => {}
         }
     }
 
@@ -92,12 +109,17 @@ impl<'a> FilmWriter<'a> {
 
     /// Adds samples of the right eye to its layer of the film, after those of the left eye of the same block. A film without one leaves them
     /// out.
-    pub fn right_samples(&mut self, samples: &[Sample]) {
-        if samples.is_empty() || self.outcome.is_err() {
+    pub fn right_samples(&mut self, first_index: u64, paths: PathCounts, samples: &[Sample]) {
+        if self.outcome.is_err() {
             return;
         }
-        if let Some(film) = VulkanFilm::of(self.film).filter(|film| film.has_right_eye()) {
+        if !samples.is_empty()
+            && let Some(film) = VulkanFilm::of(self.film).filter(|film| film.has_right_eye())
+        {
             self.outcome = film.add_right(samples);
+        }
+        if let Some(observer) = self.layer_observer {
+            observer.samples(first_index, paths, samples);
         }
     }
 

@@ -8,6 +8,7 @@ use crate::color::Profile;
 use crate::image::Grid;
 use crate::image::exr::Channel;
 use crate::image::mix::MixRgb;
+use crate::image::stereo::Eye;
 use crate::render::device::Device;
 use crate::render::options::RenderOptions;
 use crate::render::outputs::Outputs;
@@ -15,7 +16,7 @@ use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{AovDesc, NoLight};
 use crate::scene::light_groups::{self, Emitter, LightGroup, NamedGroup};
-use crate::stream::Block;
+use crate::stream::{Block, BlockEyes};
 use crate::tracer::Scene;
 
 /// Bytes per texel of a stream's sums without variance: on the CPU, and on a device.
@@ -91,6 +92,14 @@ pub fn plan(asked: &[NamedGroup], run: &RunSpec, desc: &SceneDesc, scene: &Scene
         false => light_groups::named(emitters, asked)
             .map_err(|[what, help]| miette::miette!(help = help, "--light-groups: {what}"))?,
     };
+    let of_view = |group: &&LightGroup| Eye::BOTH.iter().any(|eye| eye.name() == group.name);
+    if let Some(group) = groups.iter().find(of_view).filter(|_| run.stereo.is_some()) {
+        return Err(miette::miette!(
+            help = "name the groups by --light-groups 'NAME=EMITTER,…'",
+            "--light-groups: with --stereo `{}` is the name of a view of the file, and no layer can have it",
+            group.name
+        ));
+    }
     let taken: Vec<String> = run.aovs.iter().flat_map(AovDesc::channels).collect();
     let layer =
         |group: &&LightGroup| ["R", "G", "B"].iter().any(|c| taken.contains(&format!("{}.{c}", group.name)));
@@ -107,7 +116,10 @@ pub fn plan(asked: &[NamedGroup], run: &RunSpec, desc: &SceneDesc, scene: &Scene
 /// Light groups of a render, and their films.
 pub struct GroupFilms {
     groups: Vec<LightGroup>,
+    /// Films of the picture or of the left eye's, in the order of the groups.
     films: Vec<Box<dyn Film>>,
+    /// Films of the right eye's; none if there is one eye.
+    right_films: Vec<Box<dyn Film>>,
 }
 
 /// One line about the groups and the memory of their films.
@@ -131,13 +143,16 @@ pub fn summary(groups: &[LightGroup], run: &RunSpec, memory: GroupMemory) -> Str
         GroupMemory::Window | GroupMemory::WindowOnProcessor => SHOWN_BYTES,
     };
     let texels: u64 = run.film.padded_extent().map(u64::from).iter().product();
-    let bytes = (per_texel * streams + shown) * texels * groups.len() as u64;
+    let eyes = if run.stereo.is_some() { 2 } else { 1 };
+    let bytes = (per_texel * streams + shown) * texels * groups.len() as u64 * eyes;
     let list: Vec<String> = groups.iter().map(list).collect();
     let (count, list, mebibytes) = (groups.len(), list.join(", "), bytes as f64 / f64::from(1 << 20));
     let in_addition = format!("{mebibytes:.1} MiB in addition to the picture's");
+    let apart =
+        if eyes > 1 { "; paths tell of lights for one eye each, so that the eyes share none" } else { "" };
     match count {
-        1 => format!("1 group of lights: {list}; its film takes {in_addition}"),
-        _ => format!("{count} groups of lights: {list}; their films take {in_addition}"),
+        1 => format!("1 group of lights: {list}; its film takes {in_addition}{apart}"),
+        _ => format!("{count} groups of lights: {list}; their films take {in_addition}{apart}"),
     }
 }
 
@@ -162,8 +177,9 @@ impl GroupFilms {
         make: impl Fn(FilmSpec) -> Result<Box<dyn Film>, E>,
     ) -> Result<Self, E> {
         let spec = FilmSpec { variance: None, ..run.film };
-        let films = groups.iter().map(|_| make(spec)).collect::<Result<Vec<_>, E>>()?;
-        Ok(Self { groups, films })
+        let films = || groups.iter().map(|_| make(spec)).collect::<Result<Vec<_>, E>>();
+        let (films, right_films) = (films()?, if run.stereo.is_some() { films()? } else { Vec::new() });
+        Ok(Self { groups, films, right_films })
     }
 
     /// The groups.
@@ -171,49 +187,46 @@ impl GroupFilms {
         &self.groups
     }
 
-    /// The films, in the order of the groups.
+    /// The films of the picture or of the left eye's, in the order of the groups.
     pub fn films(&mut self) -> &mut [Box<dyn Film>] {
         &mut self.films
     }
 
-    /// Discards all samples.
-    pub fn clear(&mut self) {
-        self.films.iter_mut().for_each(|film| film.clear());
+    fn all(&mut self) -> impl Iterator<Item = &mut Box<dyn Film>> {
+        self.films.iter_mut().chain(&mut self.right_films)
     }
 
-    /// Adds the samples of a block to the films.
-    pub fn add(&mut self, block: &Block) -> Result<(), ClientError> {
-        self.films.iter_mut().for_each(|film| film.count_paths(block.header.paths));
-        self.films.iter_mut().zip(block.groups()).try_for_each(|(film, samples)| film.add(samples))
+    /// Discards all samples.
+    pub fn clear(&mut self) {
+        self.all().for_each(|film| film.clear());
+    }
+
+    /// Adds the samples of a block, which are of one of these eyes, to its films. Its paths count for both.
+    pub fn add(&mut self, block: &Block, eyes: BlockEyes) -> Result<(), ClientError> {
+        self.all().for_each(|film| film.count_paths(block.header.paths));
+        let is_left = eyes.of_index(block.header.first_index) == 0;
+        let films = if is_left { &mut self.films } else { &mut self.right_films };
+        films.iter_mut().zip(block.groups()).try_for_each(|(film, samples)| film.add(samples))
     }
 
     /// Rasterises the waiting samples.
     pub fn flush(&mut self) -> Result<(), ClientError> {
-        self.films.iter_mut().try_for_each(|film| film.flush())
+        self.all().try_for_each(|film| film.flush())
     }
 
-    /// The pictures, linear Rec.709.
+    /// The pictures, linear Rec.709; with two eyes those of the left one.
     pub fn pictures(&mut self) -> Result<Vec<Grid<MixRgb>>> {
-        let picture = |film: &mut Box<dyn Film>| {
-            let data = film.develop().into_diagnostic()?;
-            let pixels = develop::linear_rgb(&data, &Profile::srgb());
-            let picture = Grid::from_rows(data.width as usize, data.height as usize, pixels);
-            picture.ok_or_else(|| miette::miette!("the picture is incomplete"))
-        };
         self.films.iter_mut().map(picture).collect()
     }
 
-    /// The pictures as layers of an EXR file, linear Rec.709.
+    /// The pictures as layers of an EXR file, linear Rec.709; with two eyes those of the left one.
     pub fn channels(&mut self) -> Result<Vec<Channel>> {
-        let mut channels = Vec::new();
-        let pictures = self.pictures()?;
-        for (group, picture) in self.groups.iter().zip(pictures) {
-            for (c, axis) in ["R", "G", "B"].into_iter().enumerate() {
-                let name = format!("{}.{axis}", group.name);
-                channels.push((name, picture.pixels().iter().map(|pixel| pixel[c]).collect()));
-            }
-        }
-        Ok(channels)
+        channels(&self.groups, &mut self.films)
+    }
+
+    /// The pictures of the right eye as layers of its view; none if there is one eye.
+    pub fn right_channels(&mut self) -> Result<Vec<Channel>> {
+        channels(&self.groups, &mut self.right_films)
     }
 
     /// The groups, for the report.
@@ -225,4 +238,25 @@ impl GroupFilms {
         };
         self.groups.iter().map(report).collect()
     }
+}
+
+/// The picture of a film, linear Rec.709.
+fn picture(film: &mut Box<dyn Film>) -> Result<Grid<MixRgb>> {
+    let data = film.develop().into_diagnostic()?;
+    let pixels = develop::linear_rgb(&data, &Profile::srgb());
+    let picture = Grid::from_rows(data.width as usize, data.height as usize, pixels);
+    picture.ok_or_else(|| miette::miette!("the picture is incomplete"))
+}
+
+/// The pictures of these films of groups as layers.
+fn channels(groups: &[LightGroup], films: &mut [Box<dyn Film>]) -> Result<Vec<Channel>> {
+    let mut channels = Vec::new();
+    for (group, film) in groups.iter().zip(films) {
+        let picture = picture(film)?;
+        for (c, axis) in ["R", "G", "B"].into_iter().enumerate() {
+            let name = format!("{}.{axis}", group.name);
+            channels.push((name, picture.pixels().iter().map(|pixel| pixel[c]).collect()));
+        }
+    }
+    Ok(channels)
 }

@@ -7,7 +7,7 @@
 //! | `run_spec.rs`, `method.rs`, `effect_plan.rs`, `remote_order.rs` | what a run is made of; its method of light transport; its effects; the same for a tracer elsewhere |
 //! | `batch.rs`, `batch/in_memory.rs`, `checks.rs` | a render from start to end; its picture without a file; options that exclude each other |
 //! | `drive.rs`, `adaptive.rs`, `progress.rs`, `watch.rs` | from the lanes to the film; its adaptive stages; its progress bar; a caller that watches it |
-//! | `film_writer.rs`, `observed.rs`, `predictions.rs` | where samples are added up; what the accounts of a run begin with; the log of predicted times |
+//! | `films.rs`, `film_writer.rs`, `observed.rs`, `predictions.rs` | the films of a render; where samples are added up; what the accounts of a run begin with; the log of predicted times |
 //! | `outputs.rs`, `live_outputs.rs`, `layers.rs`, `light_groups.rs`, `tev.rs` | files of pictures; snapshots on the way; layers beside the picture; pictures by groups of lights; the viewer tev |
 //! | `stereo.rs`, `stereo_outputs.rs`, `stereo_error.rs` | two eyes; files of their pictures; their stated errors |
 //! | `figures.rs`, `report.rs`, `rejected.rs`, `effect_price.rs` | figures as JSON and on standard output; those of a render; rejected values in words; what each effect costs |
@@ -25,6 +25,7 @@ pub mod effect_plan;
 pub mod effect_price;
 pub mod figures;
 pub mod film_writer;
+pub mod films;
 pub mod forced;
 pub mod layers;
 pub mod light_groups;

@@ -8,7 +8,7 @@ use crate::client::{Denoise, Settings, SplatFilter};
 use crate::image::stereo::StereoLayout;
 use crate::render::forced::Forced;
 use crate::scene::Loaded;
-use crate::scene::desc::{AovDesc, ConvergenceChoice, IntegratorKind};
+use crate::scene::desc::{AovDesc, ConvergenceChoice, IntegratorKind, StereoConvergence, StereoRig};
 use crate::scene::light_groups::NamedGroup;
 use crate::study::ErrorQuantile;
 use crate::tracer::accel::SimdKernel;
@@ -128,6 +128,17 @@ pub struct StereoOptions {
     pub interocular: Option<f64>,
     /// What they look at.
     pub convergence: ConvergenceChoice,
+}
+
+impl StereoOptions {
+    /// Options for eyes where those of `rig` are.
+    pub fn of_rig(rig: &StereoRig, layout: Option<StereoLayout>) -> Self {
+        let convergence = match rig.convergence {
+            StereoConvergence::Parallel => ConvergenceChoice::Parallel,
+            StereoConvergence::OffAxis { distance } => ConvergenceChoice::Distance(distance),
+        };
+        Self { layout, interocular: Some(rig.interocular), convergence }
+    }
 }
 
 impl RenderOptions {

@@ -197,7 +197,7 @@ pub fn write_png(
         width: shown.width,
         height: shown.height,
         rgb: &shown.rgb,
-        transfer: Transfer::Gamma(settings.gamma),
+        transfer: Transfer::of(&settings.profile, settings.gamma),
         primaries: settings.profile.primaries,
     };
     let mut attributes = run.attributes(paths, outcome);

@@ -283,9 +283,11 @@ impl RunSpec {
 
     /// The eyes that its blocks carry samples of.
     pub fn eyes(&self) -> BlockEyes {
-        match self.stereo {
-            Some(_) => BlockEyes::Both { replicated: self.replicated },
-            None => BlockEyes::One,
+        let replicated = self.replicated;
+        match (&self.stereo, &self.light_groups) {
+            (None, _) => BlockEyes::One,
+            (Some(_), None) => BlockEyes::Both { replicated },
+            (Some(_), Some(_)) => BlockEyes::Apart { replicated },
         }
     }
 

@@ -4,12 +4,11 @@ use miette::{IntoDiagnostic, Result};
 
 use crate::accounting::observer::Observer;
 use crate::client::{ClientError, Film};
-use crate::render::device::Device;
 use crate::render::options::{RenderOptions, StereoOptions};
 use crate::render::run_spec::RunSpec;
 use crate::scene::SceneDesc;
 use crate::scene::desc::{ComfortableDepth, StereoRig, StereoScreen};
-use crate::stream::{Block, BlockEyes, Sample};
+use crate::stream::{BlockEyes, PathCounts, Sample};
 use crate::tracer::{Camera, PrepareOptions, Scene};
 
 /// The right eye of a render; the left one has the render's own camera and film.
@@ -20,8 +19,8 @@ pub struct RightEye {
     pub film: Box<dyn Film>,
     /// Observer of the error of its picture, if there is one.
     pub observer: Option<Observer>,
-    /// Whether indices alternate between replicates.
-    replicated: bool,
+    /// Which samples of a block are whose.
+    pub eyes: BlockEyes,
 }
 
 /// Refuses options that two eyes do not go with, before any work.
@@ -30,18 +29,11 @@ pub fn check(args: &RenderOptions) -> Result<()> {
         return Ok(());
     }
     let refused = [
-        (args.adaptive, "--adaptive steers the samples by the error of one picture", "leave --adaptive away"),
         (args.check_plan > 0.0, "--check-plan compares the samples of one eye", "leave --check-plan away"),
-        (args.light_groups.is_some(), "light groups are those of one eye", "leave --light-groups away"),
         (
             args.reweight_fireflies.is_some(),
             "--reweight-fireflies compares samples of equal weight",
             "leave --reweight-fireflies away",
-        ),
-        (
-            args.state.is_some() || args.resume,
-            "the state of a render holds one eye",
-            "leave --state and --resume away",
         ),
     ];
     match refused.into_iter().find(|(wrong, ..)| *wrong) {
@@ -80,27 +72,25 @@ pub fn set_up(
 }
 
 impl RightEye {
-    /// The right eye with an empty film like that of the left.
+    /// The right eye of a run.
+    pub fn new(camera: Camera, film: Box<dyn Film>, run: &RunSpec) -> Self {
+        Self { camera, film, observer: None, eyes: run.eyes() }
+    }
+
+    /// Adds its samples by paths of both eyes to its film, and passes copies to its observer.
     ///
     /// # Errors
     ///
-    /// As for the film of the left eye.
-    pub fn new(camera: Camera, run: &RunSpec, device: &Device, threads: usize) -> Result<Self> {
-        let film = device.client(run.film, threads, None)?;
-        Ok(Self { camera, film, observer: None, replicated: run.replicated })
-    }
-
-    /// The samples of the left and of the right eye in a block.
-    pub fn of_eyes<'a>(&self, block: &'a Block) -> [&'a [Sample]; 2] {
-        BlockEyes::Both { replicated: self.replicated }.split(block)
-    }
-
-    /// Adds samples of the right eye in this block to its film, and passes copies to its observer.
-    pub fn add(&mut self, block: &Block, samples: &[Sample]) -> Result<(), ClientError> {
-        let header = &block.header;
-        self.film.count_paths(header.paths);
+    /// Those of [`Film::add`].
+    pub fn add(
+        &mut self,
+        first_index: u64,
+        paths: PathCounts,
+        samples: &[Sample],
+    ) -> Result<(), ClientError> {
+        self.film.count_paths(paths);
         if let Some(observer) = &self.observer {
-            observer.samples(header.first_index, header.paths, samples);
+            observer.samples(first_index, paths, samples);
         }
         self.film.add(samples)
     }

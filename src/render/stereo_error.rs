@@ -105,6 +105,14 @@ impl StereoEnd {
     }
 }
 
+impl StereoEnd {
+    /// As `self`, after this change of the outcome for every picture.
+    pub fn with(mut self, change: impl Fn(&mut RunEnd)) -> Self {
+        self.eyes.iter_mut().chain([&mut self.both]).for_each(change);
+        self
+    }
+}
+
 /// What a note says that only the other eye's picture has.
 const NONE: &str = "none";
 

@@ -96,6 +96,17 @@ impl PendingStereo {
         Ok(Self { shown: shown.try_into().ok(), sums: sums.try_into().ok(), taken })
     }
 
+    /// What EXR files need: the sums of both eyes, the left one's first, and the channels beside them.
+    pub fn of_sums(
+        sums: [Readback<FilmData>; 2],
+        layers: [Vec<exr::Channel>; 2],
+        settings: &Settings,
+    ) -> Self {
+        let settings = settings.clone();
+        let taken = TakenStereo { shown: None, sums: None, layers, paths: 0, layout: None, settings };
+        Self { shown: None, sums: Some(sums), taken }
+    }
+
     /// Waits until the device has computed it.
     ///
     /// # Errors

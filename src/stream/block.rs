@@ -20,19 +20,31 @@ pub enum BlockEyes {
         /// Whether indices alternate between replicates.
         replicated: bool,
     },
+    /// Two, whose chunks take turns, in a render with groups of lights: all samples, those of groups too, are of the eye whose chunk it is.
+    Apart {
+        /// Whether indices alternate between replicates.
+        replicated: bool,
+    },
 }
 
 impl BlockEyes {
     /// The samples of the left and of the right eye in a block of such a render; a single eye is the left one.
     pub fn split(self, block: &Block) -> [&[Sample]; 2] {
-        let first = block.header.first_index;
-        let index = match self {
-            Self::One => return [block.samples(), &[]],
-            Self::Both { replicated: true } => replicate(first).1,
-            Self::Both { replicated: false } => first,
+        let other = match self {
+            Self::Both { .. } => block.groups().next().unwrap_or_default(),
+            Self::One | Self::Apart { .. } => &[],
         };
-        let (own, other) = (block.samples(), block.groups().next().unwrap_or_default());
-        if eye(index).0 == 0 { [own, other] } else { [other, own] }
+        let own = block.samples();
+        if self.of_index(block.header.first_index) == 0 { [own, other] } else { [other, own] }
+    }
+
+    /// The eye whose chunk has this index: 0 for the left one, or a single one.
+    pub fn of_index(self, index: u64) -> usize {
+        match self {
+            Self::One => 0,
+            Self::Both { replicated: true } | Self::Apart { replicated: true } => eye(replicate(index).1).0,
+            Self::Both { replicated: false } | Self::Apart { replicated: false } => eye(index).0,
+        }
     }
 }
 
@@ -174,6 +186,10 @@ mod tests {
             let [own, other] = if is_of_right { [right, left] } else { [left, right] };
             assert_eq!((own, other), (vec![1.0, 2.0], vec![3.0]), "chunk {chunk}, {replicated}");
             assert_eq!(BlockEyes::One.split(&block).map(places), [vec![1.0, 2.0], vec![]]);
+            // With groups of lights those of the first group are no samples of the other eye.
+            let [left, right] = BlockEyes::Apart { replicated }.split(&block).map(places);
+            let [own, other] = if is_of_right { [right, left] } else { [left, right] };
+            assert_eq!((own, other), (vec![1.0, 2.0], vec![]), "chunk {chunk}, {replicated}");
         }
     }
 }

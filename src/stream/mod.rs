@@ -39,8 +39,11 @@
 //! # Two eyes
 //!
 //! In a render for two eyes each chunk of indices is of one eye ([`eye`]), and [`Block::samples`] are those of that eye. Where a path is one of the
-//! other eye, too, its sample for that eye ([`SampleSink::camera_of_other_eye`]) stands in the first section behind ([`Block::groups`]). There are
-//! either eyes or groups of lights. Path counts are those of both eyes: each light path lights both pictures.
+//! other eye, too, its sample for that eye ([`SampleSink::camera_of_other_eye`]) stands in the first section behind ([`Block::groups`]). Path
+//! counts are those of both eyes: each light path lights both pictures.
+//!
+//! In a render with groups of lights, too, the eyes share no paths: sections are those of groups, for the eye whose chunk it is
+//! ([`BlockEyes::Apart`]). Paths are counted for both eyes all the same, so that light samples, half as many of each eye, are twice as large.
 //!
 //! # Blocks, lanes and epochs
 //!

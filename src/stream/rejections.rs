@@ -17,7 +17,7 @@ pub enum Cause {
     Infinite,
     /// A colour is negative, or a weight is not above 0, which would mean the light stream.
     NotPositive,
-    /// It exceeds [`MAX_VALUE`](crate::stream::MAX_VALUE), so that sums might overflow.
+    /// It exceeds [`MAX_VALUE`], so that sums might overflow.
     TooLarge,
     /// A position lies outside the window that samples must cover.
     OutsideWindow,

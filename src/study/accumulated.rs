@@ -82,7 +82,8 @@ impl AccumulatedSamples {
 
     /// The sums of the replicates; exact ones are rounded.
     pub fn replicates(&self) -> Arc<Replicates> {
-        self.exact.as_ref().map_or_else(|| self.sums.clone(), |exact| Arc::new(exact.rounded()))
+        let rounded = |exact: &Arc<ExactReplicates>| Arc::new(exact.rounded().weighted_as(&self.sums));
+        self.exact.as_ref().map_or_else(|| self.sums.clone(), rounded)
     }
 
     /// The exact sums, if the render keeps them.
@@ -98,5 +99,31 @@ impl AccumulatedSamples {
     /// How much the samples are blurred by the photon radius; nothing without a schedule.
     pub(super) fn blurred(&self) -> BlurredSamples {
         self.blurred.map_or_else(BlurredSamples::default, |(_, blurred)| blurred)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Xyz;
+
+    /// Samples that both eyes share count by their weights in a state, too, whose sums are exact.
+    #[test]
+    fn exact_sums_know_what_weights_mean() {
+        let samples = [0.25, 0.5].map(|w| Sample { uv: [0.5; 2], xyz: Xyz::new(w, w, w), w });
+        let plain = AccumulatedSamples::new([4, 4], 1.0);
+        let exact = plain.clone().exact(ExactReplicates::new([4, 4], 1.0, 1.0));
+        let per_pixel = |mut accumulated: AccumulatedSamples, is_density: bool| {
+            if is_density {
+                accumulated.set_density_weights();
+            }
+            accumulated.add(0, PathCounts { camera: 2, light: 0 }, &samples);
+            accumulated.replicates().per_pixel()
+        };
+        for (is_density, count) in [(true, 0.75), (false, 2.0)] {
+            for accumulated in [&plain, &exact] {
+                assert_eq!(per_pixel(accumulated.clone(), is_density), count / 16.0);
+            }
+        }
     }
 }

@@ -6,7 +6,7 @@
 //! E\[(x − r)²\] = var x + var r, plus the squared bias of x if it has any.
 //!
 //! A method that has not found some of the light yet states too small a variance. Its pictures must not dominate the pool: where
-//! the pool of the other methods shows significantly more light in a part of the picture, the method is left out ([`PoolPart::missing`]).
+//! the pool of the other methods shows significantly more light in a part of the picture, the method is left out (`PoolPart::missing`).
 
 use crate::image::compare::luminance;
 use crate::study::error::{ErrorField, TileSubset};

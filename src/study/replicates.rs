@@ -60,6 +60,11 @@ impl Replicates {
         self.density_weights = true;
     }
 
+    /// These sums, with weights that mean the same as those of `other`.
+    pub(super) fn weighted_as(self, other: &Self) -> Self {
+        Self { density_weights: other.density_weights, ..self }
+    }
+
     /// Width and height in pixels.
     pub fn size(&self) -> [usize; 2] {
         self.size

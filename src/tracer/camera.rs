@@ -35,8 +35,8 @@ use super::prepare::{PrepareError, PrepareOptions};
 ///
 /// With an aperture it is a thin lens in the plane z = 0 of camera space: all rays of one uv intersect at one point of the
 /// plane z = `focus_distance`. Without an aperture it is a pinhole. An orthographic camera sends parallel rays along z, and shows −1 to 1
-/// along x. These three stand here; the projections of [`film`], which have closed forms of their own, and several cameras side by side
-/// ([`batch`]) are reached by one cold branch.
+/// along x. These three stand here; the projections of `film`, which have closed forms of their own, and several cameras side by side
+/// (`batch`) are reached by one cold branch.
 ///
 /// Every projection has both ways: [`Camera::ray`] from uv, and [`Camera::view`] from a point of the scene, with the area of the picture
 /// around it.

@@ -31,7 +31,7 @@
 //! After a move of the camera some of a render's paths, at its beginning, are steered to where the picture that was carried over to the new
 //! view shows least (`denoise::steering`): they follow a density that depends on no sample of this render, and all others are even. A steered
 //! sample has the weight 1/d, too, so that the expected sum of weights is even at any time, whichever part of the steered paths has been traced. Steered paths
-//! take a part of the same sequence, [`APART`], that no even path reaches.
+//! take a part of the same sequence, `APART`, that no even path reaches.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -9,7 +9,7 @@
 //! This module says what a chain is and where chains may lead; [`integrator`](super::integrator) follows them.
 //!
 //! Only chains to lights with a surface are followed ([`ChainBounds`]); an environment, which hardly any chain misses, is left to sampling. So are
-//! chains of many steps ([`LONGEST_CHAIN`]), of little throughput ([`LEAST_VALUE`]), and dispersive deltas. This depends on the chain alone, so that
+//! chains of many steps (`LONGEST_CHAIN`), of little throughput (`LEAST_VALUE`), and dispersive deltas. This depends on the chain alone, so that
 //! all paths agree.
 
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! The random walk: how a path scatters at a vertex and continues, for every integrator.
 //!
-//! A step is [`Walk::sample`], [`Walk::scatter`] and [`Walk::survive`], in this order. Camera paths with next-event estimation
+//! A step is [`Walk::sample`], [`Walk::scatter`] and `Walk::survive`, in this order. Camera paths with next-event estimation
 //! (`PathState` in `integrator/direct_lighting.rs`) and [subpaths](super::subpath) hold a walk, and keep beside it what their MIS weights need.
 //! No other file knows what a vertex is or how a dispersive interface affects the wavelengths.
 //!

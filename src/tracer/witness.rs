@@ -3,7 +3,7 @@
 //! A method cannot estimate light that its own paths have not met yet. Other methods can: bidirectional subpaths find light around corners and
 //! caustics on directly visible surfaces, and photons find caustics behind mirrors and glass. A [`Witness`] traces a few paths of both kinds and sums
 //! the light of each area of a coarse grid over the picture, and separately that of caustics, for which photons have little
-//! noise. [`highlights`](super::highlights) are found one by one. Nothing of this enters the picture.
+//! noise. `highlights` are found one by one. Nothing of this enters the picture.
 //!
 //! Caustics behind mirrors and glass are blurred over the lookup disc of the photons, as in [`VcmTracer`](super::integrator::VcmTracer). All other
 //! estimates are unbiased, except that single samples much brighter than the rest of their area, such as highlights, are left out.

@@ -103,14 +103,18 @@ impl Viewer {
             has_edited: false,
             redraws: false,
             opens: None,
+            asks_room: None,
         };
         let result = act(tools, &mut context);
-        let ToolContext { has_edited, redraws, opens, .. } = context;
+        let ToolContext { has_edited, redraws, opens, asks_room, .. } = context;
         if has_edited {
             self.edited();
         }
         if redraws {
             self.refresh();
+        }
+        if let Some(size) = asks_room {
+            self.ask_room(size);
         }
         if let Some(path) = opens
             && self.may_discard("opening another scene")

@@ -7,26 +7,28 @@ use std::time::Duration;
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
 
+use crate::accounting::observer::Observer;
 use crate::client::window::statistics::RecentValues;
 use crate::client::{Denoise, Film, Settings};
-use crate::denoise::noise_filter::NoiseFilter;
 use crate::gpu;
 use crate::remote::{Health, TracerStatus};
 use crate::render::effect_plan::PlannedEffect;
 use crate::render::figures::{Seconds, human, write_json};
 use crate::render::light_groups::GroupFilms;
+use crate::render::observed::ObservedPicture;
 use crate::render::outputs::Extras;
+use crate::render::process;
 use crate::render::process::tell;
 use crate::render::rejected::RejectedReport;
 use crate::render::report::ErrorReport;
 use crate::render::run_spec::{ChoiceReport, RunEnd};
-use crate::render::{predictions, process};
+use crate::render::stereo_error::{EyeErrors, StereoEnd};
 use crate::scene::desc::StereoRig;
 use crate::study::ErrorQuantile;
 use crate::viewer::Viewer;
 use crate::viewer::picture::output::ComposedFilm;
 use crate::viewer::screen::Screen;
-use crate::viewer::tools::left_eye_of;
+use crate::viewer::tools::layers_in;
 
 /// Longest wait for the last samples, once the tracer was told to stop.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
@@ -41,7 +43,7 @@ struct ViewReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     auto: Option<ChoiceReport>,
     device: String,
-    /// The eyes, if there are two: the error is that of the left one.
+    /// The eyes, if there are two.
     #[serde(skip_serializing_if = "Option::is_none")]
     stereo: Option<StereoRig>,
     /// Every effect, on or off, and why.
@@ -87,9 +89,12 @@ struct ViewReport {
     rasterised_samples: u64,
     traced_samples_per_second: f64,
     rasterised_samples_per_second: f64,
-    /// Error of the last picture, if known.
+    /// Error of the last picture, if known and there is one eye.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<ErrorReport>,
+    /// Errors of the last pictures of two eyes, if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    eyes: Option<EyeErrors>,
     passes_ms: BTreeMap<&'static str, f64>,
     peak_memory_bytes: Option<u64>,
 }
@@ -173,6 +178,7 @@ impl Viewer {
         let (session, metrics, screen) = (&self.session, &self.metrics, self.picture.screen.as_ref());
         let (run, [width, height]) = (session.run_spec(), session.size());
         let (traced, rasterised) = (session.traced(), self.picture.rasterised);
+        let (error, eyes) = self.last_errors();
         ViewReport {
             version: env!("CARGO_PKG_VERSION"),
             scene: run.scene.clone(),
@@ -199,7 +205,7 @@ impl Viewer {
             aborts: session.aborts.iter().count(),
             stalls: metrics.stalls,
             epochs: metrics.epochs,
-            reprojections: self.picture.filter.thread.as_ref().map_or(0, NoiseFilter::reprojections),
+            reprojections: self.picture.filter.reprojections(),
             steered_epochs: session.steered_epochs,
             resizes: metrics.resizes,
             device_losses: screen.map_or(0, |screen| screen.device_losses),
@@ -210,34 +216,46 @@ impl Viewer {
             rasterised_samples: rasterised,
             traced_samples_per_second: traced as f64 / seconds.max(1e-9),
             rasterised_samples_per_second: rasterised as f64 / seconds.max(1e-9),
-            error: self.last_error(),
+            error,
+            eyes,
             passes_ms: metrics.passes.iter().copied().collect(),
             peak_memory_bytes: process::peak_memory_bytes(),
         }
     }
 
-    /// Error of the last picture. Also logs the predictions and their outcomes.
-    fn last_error(&self) -> Option<ErrorReport> {
-        let (observer, run) = (self.picture.observer.as_ref()?, self.session.run_spec());
-        let (state, kept) = observer.end();
-        predictions::log(run, &kept);
+    /// Error of the last picture, or those of two eyes. Also logs the predictions of the picture, or of the worse one, and their outcomes.
+    fn last_errors(&self) -> (Option<ErrorReport>, Option<EyeErrors>) {
+        let (run, target) = (self.session.run_spec(), Some(self.picture.target()));
+        let at = ErrorQuantile::P95;
+        let end = |observer: &Observer| ObservedPicture { error: Some(observer.end()), accumulated: None };
+        let pictures: Vec<_> = self.picture.observers().map(end).collect();
+        let Some((first, right)) = pictures.split_first() else { return (None, None) };
+        first.worse(right.first(), at).log_predictions(run);
         let filter = self.picture.filter_shown(run, &self.panel.controls.settings);
-        ErrorReport::new(&state, run, observer.target(), ErrorQuantile::P95, state.reached, filter)
+        let report = |picture: &ObservedPicture| {
+            let state = picture.status()?;
+            ErrorReport::new(state, run, target, at, state.reached, filter)
+        };
+        let states = right.first().and_then(|right| Some([first.status()?, right.status()?]));
+        match (right.first(), states) {
+            (None, _) => (report(first), None),
+            (Some(right), Some(states)) => (None, EyeErrors::new([report(first), report(right)], states)),
+            (Some(_), None) => (None, None),
+        }
     }
 
     /// Writes the requested pictures from the film or, if it is lost, from the retained samples.
     fn write_pictures(&mut self) -> Result<()> {
         let outcome = self.picture.outcome(&self.session, &self.editor);
         let settings = &self.panel.controls.settings;
-        let denoised = self.picture.filtered(self.session.run_spec(), settings);
-        let denoise = denoised.as_ref().map_or(Denoise::Off, |_| settings.denoise);
+        let mut denoised = self.picture.filtered(self.session.run_spec(), settings);
+        let denoise = if denoised.is_empty() { Denoise::Off } else { settings.denoise };
         let settings = Settings { denoise, ..settings.flat() };
         let films = self.picture.mix.films().filter(|_| self.options.outputs.writes_exr());
         let layers = films.map_or(Ok(Vec::new()), GroupFilms::channels).unwrap_or_else(|error| {
             tell(&format!("the pictures of the groups of lights are lost: {error}"));
             Vec::new()
         });
-        let extras = Extras { denoised, layers };
         let run = self.editor.present_run_spec(&self.options.name, self.session.run_spec());
         let run = run.unwrap_or_else(|error| {
             tell(&format!("the changes of the scene could not be saved: {error}"));
@@ -245,17 +263,32 @@ impl Viewer {
         });
         let (outputs, mut seconds) = (&self.options.outputs, Seconds::default());
         let has_right_eye = run.stereo.is_some();
-        let of_left_eye =
-            outputs.files().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")));
-        of_left_eye.filter(|_| has_right_eye).for_each(|path| tell(&left_eye_of(path)));
+        let in_layers =
+            outputs.files().filter(|_| has_right_eye).filter_map(|path| layers_in(path, &settings));
+        in_layers.for_each(|told| tell(&told));
         let samples = self.picture.counts().samples();
+        let mut failed = None;
+        if has_right_eye {
+            let mut take = |path| self.picture.snapshot_of(path, &self.session, &settings, &denoised);
+            let snapshots = outputs.files().map(|path: &PathBuf| Ok((path, take(path)?)));
+            match snapshots.collect::<Result<Vec<_>>>() {
+                Ok(snapshots) => {
+                    let written = snapshots.into_iter();
+                    let written = written.map(|(path, it)| it.write(path, &run, &outcome, &settings));
+                    return written.fold(Ok(()), Result::and);
+                }
+                Err(error) => failed = Some(error),
+            }
+        }
+        let extras = Extras { denoised: denoised.pop(), layers };
         let mut taken = self.picture.take_film();
         let written = match &mut taken {
+            _ if failed.is_some() => failed.map_or(Ok(()), Err),
             Some(film) if film.is_damaged() => Err(miette::miette!("the film has lost samples")),
             Some(film) => {
                 let (regions, mix) = (&mut self.picture.regions, &mut self.picture.mix);
                 let mut film = ComposedFilm { film, regions, mix };
-                outputs.write(&mut film, &run, &outcome, &settings, extras, &mut seconds)
+                outputs.write(&mut film, &run, &outcome.both, &settings, extras, &mut seconds)
             }
             None => Err(miette::miette!("there is no film")),
         };
@@ -267,12 +300,14 @@ impl Viewer {
         } else {
             String::new()
         };
+        let StereoEnd { eyes: [of_left, _], both } = outcome;
+        let left = if has_right_eye { of_left } else { both };
         let eye = if has_right_eye { ", of the left eye alone" } else { "" };
         tell(&format!("{error}; the picture is made without the device{eye}{of}"));
         outputs.write(
             &mut film,
             &run,
-            &RunEnd { prefix: false, ..outcome },
+            &RunEnd { prefix: false, ..left },
             &Settings { denoise: Denoise::Off, ..settings },
             Extras::default(),
             &mut seconds,

@@ -288,6 +288,7 @@ impl Viewer {
     /// Acquires a swapchain image and creates the requested film if it differs. False if there is no image now.
     fn make_ready(&mut self) -> Result<bool, ClientError> {
         self.match_output();
+        self.match_layers();
         let extent = match self.picture.acquire()? {
             Canvas::Ready(extent) => extent,
             Canvas::Hidden => {
@@ -424,9 +425,9 @@ impl Viewer {
         {
             self.recover(error);
         }
-        let camera = self.editor.seeing_camera(self.session.size())?;
-        let view = EpochView { scene: self.editor.scene(), camera };
-        self.picture.begin_epoch(&self.session, view, &self.panel.controls.settings);
+        let cameras = self.editor.cameras(self.session.size())?.into_iter();
+        let views = cameras.map(|camera| EpochView { scene: self.editor.scene(), camera }).collect();
+        self.picture.begin_epoch(&self.session, views, &self.panel.controls.settings)?;
         self.tools.forget(ViewChange::Epoch);
         self.metrics.epoch();
         Ok(())
@@ -442,8 +443,10 @@ impl Viewer {
         // Error estimates of the last epoch do not apply to the next, and a finished render stays as it is.
         let goes_on =
             at_rest && !self.session.is_stale() && !self.session.is_through() && self.paused.is_none();
-        let late = self.picture.observer.as_ref().filter(|_| goes_on).map(|observer| observer.state().late);
-        if is_chosen || late.is_some_and(|late| self.session.change_over(&late)) {
+        let observers = self.picture.observers().filter(|_| goes_on);
+        let changes =
+            observers.map(|observer| observer.state().late).any(|late| self.session.change_over(&late));
+        if is_chosen || changes {
             self.refresh();
         }
         Ok(())
@@ -498,6 +501,19 @@ impl Viewer {
         self.say(format!(
             "warning: no {wanted} on this display, which offers {offered}; the window has 8 bits"
         ));
+    }
+
+    /// Gives the window's images a layer for each eye if the layout needs them, or takes another layout if unsupported.
+    fn match_layers(&mut self) {
+        let layout = self.picture.layout(&self.panel.controls.settings).unwrap_or_default();
+        let Some(swapchain) = self.picture.screen.as_mut().and_then(Screen::swapchain) else { return };
+        if swapchain.set_layers(stereo::layers(layout)) {
+            return;
+        }
+        let why = stereo::refused_layout(layout, swapchain.most_layers());
+        self.panel.controls.settings.stereo = layout.in_one_picture();
+        self.picture.request_repaint();
+        why.into_iter().for_each(|why| self.say(format!("warning: {why}")));
     }
 
     /// Repaints the same samples after the display controls have changed; another splat filter needs another film.

@@ -18,10 +18,10 @@
 //! Viewer
 //! ├─ RenderSession   session   lanes, epoch; what is rendered and by which method
 //! │  └─ Tracers      tracers   server, or tracers on other machines
-//! ├─ LivePicture     picture   kept samples, pacing of frames, observer of the error
+//! ├─ LivePicture     picture   kept samples, pacing of frames, observers of the error of each eye
 //! │  ├─ LightMix     light_mix  films of groups of lights, and how they are mixed
 //! │  ├─ Regions      picture/regions  rectangles that have samples of their own
-//! │  ├─ WindowFilter window_filter  the noise filter: its thread, which reads the accounts of the observer, the last filtered picture
+//! │  ├─ WindowFilter window_filter  the noise filter: a thread for each eye, which reads the accounts of its observer, the last filtered pictures
 //! │  └─ Screen       screen    window, device, swapchain, and the FILM
 //! ├─ SceneEditor     editor    scene, camera moves, edits, selection; saves them as a scene file
 //! ├─ ViewerPanel     panel     egui, mouse and keys, display controls

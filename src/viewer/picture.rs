@@ -1,5 +1,6 @@
 //! The picture in the window: screen with film, retained samples (to fill another film), frame pacing, and the observer of the error.
 
+mod accounts;
 mod backup;
 mod feed;
 mod frames;
@@ -12,26 +13,26 @@ use std::time::{Duration, Instant};
 use miette::Result;
 
 use crate::accounting::accumulator::CheckpointPolicy;
-use crate::accounting::observer::{ObservedRender, Observer};
+use crate::accounting::observer::Observer;
 use crate::client::film::VulkanFilm;
 use crate::client::light_meter::LightMeter;
 use crate::client::pacing::Pacer;
 use crate::client::pass::repaint::ShownTexels;
 use crate::client::retained::{RETAINED_SAMPLES, RetainedSamples};
 use crate::client::{ClientError, Film, FilmCounts, FilmSpec, Settings};
-use crate::denoise::noise_filter::{EpochView, FilteredFrame};
+use crate::denoise::noise_filter::EpochView;
 use crate::gpu::{FrameNumber, Gpu, Region};
 use crate::image::stereo::Eye;
 use crate::render::figures::human;
 use crate::render::light_groups::{GroupFilms, GroupMemory};
+use crate::render::observed;
 use crate::render::run_spec::RunSpec;
-use crate::render::{method, observed};
 use crate::scene::light_groups::LightGroup;
-use crate::study::{ErrorEstimate, ErrorQuantile, ErrorTarget};
+use crate::study::{ErrorQuantile, ErrorTarget};
 use crate::viewer::editor::SceneEditor;
 use crate::viewer::light_mix::LightMix;
 use crate::viewer::picture::backup::SumsBackup;
-use crate::viewer::picture::regions::{RegionRender, Regions};
+use crate::viewer::picture::regions::Regions;
 use crate::viewer::screen::Screen;
 use crate::viewer::session::RenderSession;
 use crate::viewer::window_filter::WindowFilter;
@@ -89,8 +90,10 @@ pub struct LivePicture {
     backup: SumsBackup,
     /// Divides the time of a frame between its tasks.
     pub pacer: Pacer,
-    /// Estimates the error, if the render is divided into replicates.
+    /// Estimates the error, if the render is divided into replicates; of two eyes that of the left one's picture.
     pub observer: Option<Observer>,
+    /// The same for the right one's.
+    right_observer: Option<Observer>,
     /// Regions with samples in addition to those of the whole picture.
     pub regions: Regions,
     /// Light mix: films of light groups.
@@ -139,15 +142,6 @@ const TARGET: ErrorTarget = ErrorTarget { error: 0.01, at: ErrorQuantile::P95 };
 /// Number of such errors after which the picture freezes; before that the frame is retried.
 const FAILURES: u32 = 2;
 
-/// What the accounts of a picture begin with; samples are held out for the error of the denoised picture if that can be stated.
-fn accounts(run: &RunSpec, target: Option<ErrorTarget>) -> ObservedRender {
-    let mut render = observed::observed(run, target, CheckpointPolicy::WhenIdle);
-    if run.can_state_filtered_error() {
-        render.samples.hold_out();
-    }
-    render
-}
-
 impl LivePicture {
     /// A picture without a window, for this many tracer threads. Starts the observer if the render is divided into replicates.
     pub fn new(run: &RunSpec, budget: Option<Duration>, threads: usize) -> Result<Self> {
@@ -159,6 +153,7 @@ impl LivePicture {
             backup: SumsBackup::default(),
             pacer: Pacer::new(budget.unwrap_or(DEFAULT_BUDGET)),
             observer: run.replicated.then(observe).transpose()?,
+            right_observer: None,
             regions: Regions::default(),
             mix: LightMix::default(),
             filter: WindowFilter::new(threads),
@@ -197,20 +192,6 @@ impl LivePicture {
     /// Length of a frame.
     pub fn budget(&self) -> Duration {
         self.pacer.budget()
-    }
-
-    /// The error target of the observers.
-    pub fn target(&self) -> ErrorTarget {
-        self.observer.as_ref().and_then(Observer::target).unwrap_or(TARGET)
-    }
-
-    /// Sets the relative error that is the target of the observers.
-    pub fn aim(&mut self, error: f64) {
-        let target = ErrorTarget { error, ..TARGET };
-        let of_regions = self.regions.iter_mut().filter_map(RegionRender::observer_mut);
-        for observer in self.observer.iter_mut().chain(of_regions) {
-            observer.set_target(Some(target));
-        }
     }
 
     /// Samples and paths on the film.
@@ -334,30 +315,37 @@ impl LivePicture {
         screen.is_idle() && (screen.leads() || screen.gpu().is_none_or(are_drawn))
     }
 
-    /// Clears film and retained samples for another epoch. The old picture stays on screen until the new one is ready.
-    pub fn begin_epoch(&mut self, session: &RenderSession, view: EpochView, settings: &Settings) {
+    /// Clears film and retained samples for another epoch with the view of each eye. The old picture stays on screen until the new one is ready.
+    ///
+    /// # Errors
+    ///
+    /// When the system gives no thread for the accounts of the right eye.
+    pub fn begin_epoch(
+        &mut self,
+        session: &RenderSession,
+        views: Vec<EpochView>,
+        settings: &Settings,
+    ) -> Result<()> {
         let run = session.run_spec();
         self.kept.begin(run.eyes());
         self.backup.clear();
         self.meter.clear();
         self.regions.clear();
         self.mix.begin_epoch();
-        if let Some(observer) = &mut self.observer {
-            let accounts = accounts(run, observer.target());
-            let witnesses = method::witnesses(run, &view.scene, &view.camera);
-            observer.begin(accounts.with_witnesses(witnesses));
-        }
-        self.filter.begin_epoch(run, view, settings, session.steerable());
+        self.begin_accounts(run, &views)?;
+        self.filter.begin_epoch(run, views, settings, session.steerable());
         (self.unseen, self.running, self.failures, self.steered) = (true, true, 0, false);
         // The message about samples of the previous film no longer matters.
         self.dropped = None;
         // Coarse sums are used while few samples are expected: all of them are retained, so that full sums can be made later. In index
         // order the sums must be those of whole batches, so none are coarse.
         let coarse = !run.deterministic && VulkanFilm::coarse_samples(&run.film) <= MOST_COARSE;
-        let Some(film) = self.film_mut() else { return };
-        if !coarse || film.begin_coarsely().is_err() {
+        if let Some(film) = self.film_mut()
+            && (!coarse || film.begin_coarsely().is_err())
+        {
             film.clear();
         }
+        Ok(())
     }
 
     /// Replaces the film if its size or filter differs from the present; returns whether it did. The new film is filled from the retained
@@ -492,9 +480,7 @@ impl LivePicture {
         self.backup.clear();
         self.kept.rewind();
         self.meter.clear();
-        if let Some(observer) = &mut self.observer {
-            observer.begin_again(accounts(run, observer.target()));
-        }
+        self.begin_accounts_again(run);
         if self.steered {
             self.note_steering();
         }
@@ -503,46 +489,6 @@ impl LivePicture {
             self.filter.prepare();
         }
         self.repaint = true;
-    }
-
-    /// Takes over a denoised picture; returns whether the next repaint shows the denoised picture.
-    fn look_at_filter(&mut self, run: &RunSpec, settings: &Settings) -> bool {
-        self.filter.choose(settings);
-        // A device that is the CPU has no time to spare for the filter.
-        let device =
-            self.gpu().filter(|_| self.film().is_some_and(|film| !film.is_summed_on_host())).cloned();
-        match self.filter.is_wanting(run, settings) {
-            true => {
-                let account = self.observer.as_ref().map(Observer::account);
-                self.filter.start(run, account, !self.unseen, device);
-            }
-            false => self.filter.set_device(device),
-        }
-        if let Some(time) = self.filter.poll() {
-            self.pacer.filtered(time);
-            self.filter_time += time;
-        }
-        self.filter.is_ready(run, settings, self.samples()) && !self.mix.is_mixing()
-    }
-
-    /// The last denoised picture, if these settings show it. A light mix is not denoised: the filter has the samples of unmixed light.
-    fn filtered_frame(&self, run: &RunSpec, settings: &Settings) -> Option<&FilteredFrame> {
-        self.filter.shown(run, settings).filter(|_| !self.mix.is_mixing())
-    }
-
-    /// Error estimate of the denoised picture, if these settings show it. The inner `None`: not known, as where regions have other samples.
-    pub fn filtered_error(&self, run: &RunSpec, settings: &Settings) -> Option<Option<&ErrorEstimate>> {
-        self.filtered_frame(run, settings)?;
-        Some(self.filter.error(settings).filter(|_| self.regions.is_empty()))
-    }
-
-    /// Begins to denoise the samples so far.
-    fn filter_now(&mut self) {
-        let samples = self.samples();
-        // If the sums are on the device, denoised pictures have no sub-pixel detail.
-        let film = self.film_mut().filter(|film| film.is_summed_on_host() && !film.is_coarse());
-        let data = film.map(Film::develop);
-        self.filter.filter(samples, data.and_then(Result::ok));
     }
 
     /// Rasterises the batch even if it is not full.

@@ -9,7 +9,7 @@ use winit::window::Window;
 
 use crate::client::background::BackgroundPolicy;
 use crate::client::film::VulkanFilm;
-use crate::client::memory::film_memory;
+use crate::client::memory::{FilmContents, film_memory};
 use crate::client::pass::glare::glare_detail;
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::panel_renderer::PanelRenderer;
@@ -62,8 +62,8 @@ pub enum PictureSource<'a> {
     Film(u32),
     /// The light mix, at this internal resolution (`detail`).
     Mix(u32),
-    /// A denoised picture, scene-linear XYZ.
-    Filtered(&'a Grid<Vec3>),
+    /// A denoised picture for each eye, scene-linear XYZ.
+    Filtered(&'a [&'a Grid<Vec3>]),
 }
 
 /// Objects of one device, dropped in order of declaration.
@@ -259,10 +259,10 @@ impl Screen {
         let of_sums =
             |name: &str| name.starts_with("batch") || name.starts_with("samples") || name.ends_with("rests");
         let bytes = |spec: &FilmSpec, both_eyes: bool| -> u64 {
-            let all = film_memory(spec, settings, streams, samples, !gpu.fetches_any_level());
+            let contents = FilmContents { streams, samples, eyes: if both_eyes { 2 } else { 1 } };
+            let all = film_memory(spec, settings, contents, !gpu.fetches_any_level());
             let on_device = all.iter().filter(|(name, _)| !film.is_summed_on_host() || !of_sums(name));
-            // All images have a layer for each eye.
-            on_device.map(|(_, bytes)| bytes).sum::<u64>() * if both_eyes { 2 } else { 1 }
+            on_device.map(|(_, bytes)| bytes).sum()
         };
         let name = format!("a picture of {}×{} pixels", spec.width, spec.height);
         Ok(gpu.check_room(&name, bytes(spec, both_eyes), bytes(film.spec(), film.has_right_eye()))?)
@@ -435,8 +435,8 @@ impl Screen {
                         let mut layers = parts.mix.record(cmd, settings, detail)?;
                         film.paint_sum(cmd, settings, detail, &mut layers)?
                     }
-                    PictureSource::Filtered(picture) => {
-                        film.paint_filtered(cmd, &[picture], settings, &mut regions)?
+                    PictureSource::Filtered(pictures) => {
+                        film.paint_filtered(cmd, pictures, settings, &mut regions)?
                     }
                 })
             }

@@ -8,14 +8,14 @@ use std::time::{Duration, Instant};
 use miette::{Result, miette};
 
 use crate::client::window::statistics::RecentValues;
-use crate::client::{FilmSpec, SplatFilter, VarianceForm};
+use crate::client::{FilmSpec, SplatFilter};
 use crate::denoise::steering::{NEEDLESS_FROM, STEERED_SAMPLES};
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::remote::{Health, TracerStatus};
 use crate::render::method::{self, Chooser, RenderOrder};
 use crate::render::rejected::RejectedReport;
 use crate::render::run_spec::RunSpec;
-use crate::scene::desc::{IntegratorKind, StereoRig};
+use crate::scene::desc::IntegratorKind;
 use crate::scene::light_groups::{self, LightGroup};
 use crate::stream::{
     Block, CHUNK, DrainOrder, Drained, Epoch, Event, FinishReason, Lanes, REPLICATES, Rejections, UvWindow,
@@ -268,22 +268,13 @@ impl RenderSession {
 
     /// Begins the next epoch at once with the editor's scene and camera. Blocks of the previous epoch are dropped on arrival.
     pub fn begin(&mut self, editor: &SceneEditor) -> Result<()> {
-        self.take_eyes(editor.rig());
+        self.run.stereo = editor.rig();
         (self.window, self.stale) = (self.wanted_window(), false);
         (self.reached, self.arrived, self.has_gaps, self.steered) = (0, 0, false, None);
         self.rejected = Rejections::default();
         self.trace_whole(editor)?;
         self.began = Instant::now();
         Ok(())
-    }
-
-    /// Takes over the eyes of the next epoch.
-    fn take_eyes(&mut self, rig: Option<StereoRig>) {
-        if rig.is_some() != self.run.stereo.is_some() {
-            // The sub-pixel variance assumes samples of equal weight, which those of two eyes are not.
-            self.run.film.variance = rig.is_none().then_some(VarianceForm::Product);
-        }
-        self.run.stereo = rig;
     }
 
     /// Traces a region of the picture from now on, seen through `camera` as `run` specifies. The samples of the whole picture stay valid;

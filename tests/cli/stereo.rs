@@ -25,9 +25,21 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
-fn render(dir: &Path, args: &[&str]) -> Output {
+fn run(dir: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pointillist"));
-    command.current_dir(dir).args(["render", "scene.xml"]).args(args).output().expect("the program runs")
+    command.current_dir(dir).args(args).output().expect("the program runs")
+}
+
+fn render(dir: &Path, args: &[&str]) -> Output {
+    run(dir, &[&["render", "scene.xml"], args].concat())
+}
+
+/// What the program writes to standard output.
+#[track_caller]
+fn program(dir: &Path, args: &[&str]) -> String {
+    let output = run(dir, args);
+    assert!(output.status.success(), "{args:?}: {}", said(&output));
+    String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
 fn said(output: &Output) -> String {
@@ -56,12 +68,7 @@ fn views_of_an_exr_file() {
         succeed(&dir, &[&args[..], device].concat());
         let file = exr::read(&dir.join("eyes.exr")).expect("the file can be read");
         assert_eq!(file.views, ["left", "right"]);
-        let mean = |view: &str, of: &str| {
-            let view = file.view(view).expect("the view is there");
-            let (_, values) =
-                view.channels.iter().find(|(name, _)| name == of).expect("the channel is there");
-            values.iter().sum::<f32>() / values.len() as f32
-        };
+        let mean = |view: &str, of: &str| mean(&file.view(view).expect("the view is there"), of);
         let [left, right] = ["left", "right"].map(|view| mean(view, "G"));
         assert!((left / right - 1.0).abs() < 0.02, "{left} {right}");
         // 3/30 between the eyes: both look at the same middle of the ball, and beside it at the wall from another place.
@@ -109,12 +116,13 @@ fn what_two_eyes_do_not_go_with_is_refused() {
     let dir = folder("refused");
     for (args, why) in [
         (&["--stereo", "sideways"][..], "the layouts are side-by-side"),
+        (&["--stereo", "swapchain"], "only the window of `pointillist view` has layers"),
         (&["--stereo", "--convergence", "toed-in"], "trapezoids"),
         (&["--stereo", "--interocular", "0"], "above 0"),
         (&["--interocular", "1"], "--stereo"),
-        (&["--stereo", "--adaptive"], "--adaptive"),
-        (&["--stereo", "--light-groups", "-o", "x.exr"], "--light-groups"),
-        (&["--stereo", "--state", "x.state"], "--state"),
+        (&["--stereo", "--check-plan", "1"], "--check-plan"),
+        (&["--stereo", "--reweight-fireflies"], "--reweight-fireflies"),
+        (&["--stereo", "--light-groups", "left=constant", "-o", "x.exr"], "`left` is the name of a view"),
         (&["-o", "x.mpo"], ".exr or .png"),
         (
             &["--aov", "disparity", "-o", "x.exr"],
@@ -143,6 +151,12 @@ fn report(dir: &Path, args: &[&str]) -> Value {
 fn views(path: &Path) -> [exr::Layers; 2] {
     let file = exr::read(path).expect("the file can be read");
     ["left", "right"].map(|view| file.view(view).expect("the view is there"))
+}
+
+/// The mean of a channel.
+fn mean(view: &exr::Layers, channel: &str) -> f32 {
+    let values = view.channel(channel).unwrap_or_else(|| panic!("no {channel}"));
+    values.iter().sum::<f32>() / values.len() as f32
 }
 
 /// The relMSE of a layer against R, G and B of a reference.
@@ -262,4 +276,125 @@ fn disparity_is_a_layer_of_each_view() {
         assert!(middle <= 0.01 && middle > -0.1, "{name}: {middle}");
         assert!(view.channels.iter().filter(|(name, _)| name.starts_with("disparity")).count() == 1);
     }
+}
+
+/// A render that was interrupted goes on to the bits of one that was not, in both eyes, by every kind of method; and without a state, too, the
+/// picture is the same.
+#[test]
+fn both_eyes_go_on_from_a_state() {
+    for method in ["path", "bidirectional", "photon", "light"] {
+        let dir = folder(&format!("state_{method}"));
+        let common = ["--stereo", "--integrator", method, "--device", "cpu", "--quiet"];
+        let begin = |more: &[&str]| succeed(&dir, &[&common[..], more].concat());
+        begin(&["--spp", "6", "--state", "a.state", "-o", "begun.exr"]);
+        begin(&["--spp", "12", "--state", "whole.state", "-o", "whole.exr", "-o", "whole.png"]);
+        begin(&["--spp", "12", "--deterministic", "-o", "plain.exr"]);
+        let resume = ["render", "--resume", "a.state", "--spp", "12", "--quiet"];
+        let outputs = ["-o", "resumed.exr", "-o", "resumed.png"];
+        program(&dir, &[&resume[..], &outputs].concat());
+        let whole = views(&dir.join("whole.exr"));
+        for other in ["resumed.exr", "plain.exr"] {
+            for (whole, other_view) in whole.iter().zip(&views(&dir.join(other))) {
+                assert!(whole.channels == other_view.channels, "{method}: {other} differs");
+            }
+        }
+        if method == "path" {
+            let bytes = |name: &str| fs::read(dir.join(name)).expect("the file is there");
+            assert!(bytes("whole.exr") == bytes("resumed.exr") && bytes("whole.png") == bytes("resumed.png"));
+        }
+        let [left, right] = whole;
+        assert!(left.channel("G") != right.channel("G"), "{method}: both eyes see the same");
+    }
+}
+
+/// States of two eyes have another version of the format, and say where the eyes are; those of one eye are what they were. Their eyes stay,
+/// and how both are shown is free.
+#[test]
+fn states_say_how_many_eyes_they_have() {
+    let dir = folder("states");
+    let version = |name: &str| fs::read(dir.join(name)).expect("the state is there")[8];
+    succeed(&dir, &["--spp", "1", "--state", "one.state", "-o", "x.png", "--quiet"]);
+    succeed(&dir, &["--spp", "1", "--stereo", "--state", "two.state", "-o", "x.png", "--quiet"]);
+    assert_eq!([version("one.state"), version("two.state")], [1, 2]);
+    assert!(program(&dir, &["info", "two.state"]).contains("eyes: two eyes, 0.100 units apart"));
+    let shown = ["render", "--resume", "two.state", "--spp", "2", "-o", "x.png", "--quiet"];
+    program(&dir, &[&shown[..], &["--stereo", "over-under"]].concat());
+    assert_eq!(png_size(&dir.join("x.png")), [48, 64]);
+    for (args, why) in [
+        (&["one.state", "--stereo"][..], "--stereo cannot be changed"),
+        (&["two.state", "--stereo", "--interocular", "0.2"], "--interocular cannot be changed"),
+        (&["two.state", "--stereo", "--convergence", "4"], "--convergence cannot be changed"),
+    ] {
+        let output = run(&dir, &[&["render", "--resume"], args].concat());
+        assert!(!output.status.success() && said(&output).contains(why), "{args:?}: {}", said(&output));
+    }
+    let output = run(&dir, &["merge", "two.state", "-o", "x.exr"]);
+    assert!(
+        !output.status.success() && said(&output).contains("the pictures of two eyes"),
+        "{}",
+        said(&output)
+    );
+}
+
+/// More paths where the pilot found errors of either eye: the same bytes for any number of threads, and no other picture.
+#[test]
+fn adaptive_sampling_of_both_eyes() {
+    let dir = folder("adaptive");
+    let common = ["--spp", "64", "--deterministic"];
+    for method in ["path", "bidirectional", "photon"] {
+        let render = |threads: &str, more: &[&str]| {
+            let method = ["--integrator", method, "--threads", threads, "-o", "eyes.exr"];
+            let report = report(&dir, &[&common[..], &method, more].concat());
+            (report, fs::read(dir.join("eyes.exr")).expect("is there"), views(&dir.join("eyes.exr")))
+        };
+        let (report, one, adaptive) = render("1", &["--adaptive"]);
+        let (_, three, _) = render("3", &["--adaptive"]);
+        assert!(one == three, "{method}");
+        let density = |i: usize| report["adaptive"]["density"][i].as_f64().expect("a density");
+        assert!(density(0) < 1.0 && density(2) > 1.0, "{report}");
+        let (_, even, plain) = render("1", &[]);
+        assert!(even != one, "{method}");
+        for (adaptive, plain) in adaptive.iter().zip(&plain) {
+            let [adaptive, plain] = [adaptive, plain].map(|view| mean(view, "G"));
+            assert!((adaptive / plain - 1.0).abs() < 0.1, "{method}: {adaptive} {plain}");
+        }
+    }
+}
+
+/// In each view the layers of the groups add up to the picture, which is that without groups within noise: each eye has the light of all its
+/// paths, also where the other has none of them.
+#[test]
+fn light_groups_add_up_in_each_view() {
+    let dir = folder("groups");
+    let lamp = r#"<emitter type="point" id="lamp"><point name="position" x="2" y="3" z="-3"/><rgb name="intensity" value="800,400,200"/></emitter>
+<emitter type="constant" id="sky"/>"#;
+    fs::write(dir.join("scene.xml"), SCENE.replace(r#"<emitter type="constant"/>"#, lamp))
+        .expect("is written");
+    for method in ["path", "light", "bidirectional", "photon", "vcm"] {
+        let common = ["--spp", "64", "--integrator", method, "--deterministic", "-o", "eyes.exr"];
+        report(&dir, &common);
+        let without = views(&dir.join("eyes.exr"));
+        let report = report(&dir, &[&common[..], &["--light-groups"]].concat());
+        assert_eq!(report["light_groups"].as_array().map(Vec::len), Some(2), "{report}");
+        for (view, without) in views(&dir.join("eyes.exr")).iter().zip(&without) {
+            let value = |name: &str| view.channel(name).unwrap_or_else(|| panic!("no {name}"));
+            let (picture, lamp, sky) = (value("G"), value("lamp.G"), value("sky.G"));
+            let largest = picture.iter().copied().fold(0.0, f32::max);
+            for i in 0..picture.len() {
+                let off = (lamp[i] + sky[i] - picture[i]).abs() / largest;
+                assert!(off < 3e-6, "{method}: the sum is off by {off}");
+            }
+            assert!(mean(view, "lamp.G") > 0.01 && mean(view, "sky.G") > 0.01, "{method}: a group is black");
+            let [grouped, plain] = [view, without].map(|view| mean(view, "G"));
+            assert!((grouped / plain - 1.0).abs() < 0.25, "{method}: {grouped} with groups, {plain} without");
+        }
+        let [left, right] = views(&dir.join("eyes.exr"));
+        assert!(
+            left.channel("lamp.G") != right.channel("lamp.G"),
+            "{method}: both eyes have the same layers"
+        );
+    }
+    let output =
+        run(&dir, &["render", "scene.xml", "--stereo", "--light-groups", "--spp", "1", "-o", "eyes.exr"]);
+    assert!(output.status.success() && said(&output).contains("the eyes share none"), "{}", said(&output));
 }

@@ -205,6 +205,30 @@ fn hard_films_stay_finite() {
     }
 }
 
+/// Samples of different weights, as those that two eyes share: the variance that pixels state of their mean is that of the means of many pixels.
+#[test]
+fn the_variance_counts_samples_by_their_weights() {
+    let spec = spec(96, 96, SplatFilter::Box);
+    let (mut film, mut random) = (film(spec), Random(31));
+    // A quarter of the samples has the weight 1; without the weights the variance would be four times as large.
+    let weights: Vec<f32> = (0..16).map(|i| if i % 4 == 0 { 1.0 } else { 0.25 }).collect();
+    for weight in weights {
+        let samples = (0..96 * 96).map(|i| {
+            let uv = [(i % 96) as f32 + 0.5, (i / 96) as f32 + 0.5].map(|at| at / 96.0);
+            Sample { uv, xyz: Xyz::new(1.0, 0.5 + random.f32(), 1.0) * weight, w: weight }
+        });
+        film.add(&samples.collect::<Vec<_>>()).expect("add");
+        film.flush().expect("flush");
+    }
+    let data = film.develop().expect("develop");
+    let means: Vec<f64> = data.camera.iter().map(|sum| f64::from(sum[1] / sum[3])).collect();
+    let mean = means.iter().sum::<f64>() / means.len() as f64;
+    let real = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / means.len() as f64;
+    let stated = develop::mean_variance(&data, spec.filter.energy());
+    let stated = stated.iter().map(|v| f64::from(*v)).sum::<f64>() / stated.len() as f64;
+    assert!((stated / real - 1.0).abs() < 0.2, "{stated:e} of {real:e}");
+}
+
 /// Sums at the end of the range: no NaN, and 8-bit output for any brightness.
 #[test]
 fn extreme_values_do_not_spread() {

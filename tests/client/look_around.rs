@@ -53,7 +53,11 @@ fn perspective(view: &PanoramaView, size: [u32; 2]) -> Camera {
     let ahead = DVec3::new(-yaw.sin() * pitch.cos(), pitch.sin(), yaw.cos() * pitch.cos());
     let left = DVec3::Y.cross(ahead).normalize();
     let axes = DMat3::from_cols(left, ahead.cross(left), ahead);
-    let (fov, lens) = (f64::from(view.fov), LensDesc::PINHOLE);
+    // In a strip the angle is that along twice the shorter side.
+    let [longer, shorter] = [size[0].max(size[1]), size[0].min(size[1])].map(f64::from);
+    let strip = (0.5 * longer / shorter).max(1.0);
+    let fov = 2.0 * (strip * (0.5 * f64::from(view.fov)).to_radians().tan()).atan().to_degrees();
+    let lens = LensDesc::PINHOLE;
     let desc = PerspectiveDesc { fov, fov_axis: FovAxis::Larger, lens, distortion: None };
     camera(ProjectionDesc::Perspective(desc), DAffine3::from_mat3(axes), size)
 }

@@ -1,8 +1,13 @@
 //! ICC profiles made here, read back: matrices, curves, and every way in which a file may be damaged.
 
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
 use glam::{DMat3, DVec3, Vec3};
 use pointillist::color::icc::parse;
 use pointillist::color::{Profile, cie};
+use pointillist::image::png::{self, PngPicture, Transfer};
 
 fn fixed(v: f64) -> [u8; 4] {
     ((v * 65536.0).round() as i32).to_be_bytes()
@@ -110,6 +115,31 @@ fn curves_are_inverted() {
             // A quarter of a step of 8 bits.
             assert!((got - signal).abs() < 1e-3, "{what}: {signal} came back as {got}");
         }
+    }
+}
+
+/// A PNG file of values that a profile has encoded holds that profile, byte by byte, and no power or primaries that would say something else.
+#[test]
+fn pictures_hold_the_profile_that_encoded_them() {
+    let bytes = profile("display-p3", para(0, &[1.8]), true);
+    let read = parse(&bytes).expect("a profile");
+    assert_eq!(Transfer::of(&read, 2.2), Transfer::Icc(&bytes));
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("profile.png");
+    for profile in [read, Profile::named("display-p3").expect("a listed name")] {
+        let (transfer, primaries) = (Transfer::of(&profile, 2.2), profile.primaries);
+        let picture =
+            PngPicture { width: 2, height: 1, rgb: &[[10, 20, 30], [40, 50, 60]], transfer, primaries };
+        png::write(&path, picture, &[]).expect("write");
+        let file = BufReader::new(File::open(&path).expect("a file"));
+        let reader = ::png::Decoder::new(file).read_info().expect("a PNG file");
+        let info = reader.info();
+        assert_eq!(info.icc_profile.as_deref(), profile.icc.as_deref());
+        assert_eq!(info.icc_profile.as_deref().is_some_and(|held| held == bytes), profile.icc.is_some());
+        let has_power = profile.icc.is_none();
+        assert_eq!((info.gama_chunk.is_some(), info.chrm_chunk.is_some()), (has_power, has_power));
+        assert!(info.srgb.is_none());
+        let shown = image::open(&path).expect("a picture").into_rgb8();
+        assert_eq!(shown.as_raw()[..], [10, 20, 30, 40, 50, 60]);
     }
 }
 

@@ -6,12 +6,13 @@ use std::time::Duration;
 use crate::common::{assert_silent, open, scene, settings, spec};
 use pointillist::client::background::{BackgroundPolicy, join_abandoned};
 use pointillist::client::film::VulkanFilm;
-use pointillist::client::memory::film_memory;
+use pointillist::client::memory::{FilmContents, film_memory};
 use pointillist::client::reference::ReferenceFilm;
 use pointillist::client::{
     ClientError, Film, FilmSpec, Glare, Masking, Reconstruction, Settings, SplatFilter, ToneCurve,
 };
 use pointillist::gpu::{DeviceKind, Gpu, Region, read_image};
+use pointillist::image::stereo::StereoLayout;
 use pointillist::stream::PathCounts;
 
 /// Without noise masking there is no variance: no pass, no image, and the same picture bit for bit. One stream has the images
@@ -123,18 +124,13 @@ fn pipelines_are_compiled_aside() {
 
 /// What is told of a film's memory is what is allocated, image by image; in all within 5 %, but for a `padding` of that share.
 #[track_caller]
-fn assert_told(
-    gpu: &Gpu,
-    spec: &FilmSpec,
-    settings: &Settings,
-    streams: [bool; 2],
-    samples: usize,
-    padding: f64,
-) {
-    let told = film_memory(spec, settings, streams, samples, !gpu.fetches_any_level());
+fn assert_told(gpu: &Gpu, spec: &FilmSpec, settings: &Settings, contents: FilmContents, padding: f64) {
+    let told = film_memory(spec, settings, contents, !gpu.fetches_any_level());
     // Tables that no film is too small for.
-    let small =
-        |name: &str| ["blue noise", "transfer", "glare line"].contains(&name) || name.ends_with("readback");
+    let small = |name: &str| {
+        ["blue noise", "transfer", "glare line", "stereo coding"].contains(&name)
+            || name.ends_with("readback")
+    };
     let held: Vec<_> = gpu.inventory().memory.into_iter().filter(|(name, _)| !small(name)).collect();
     let names = |list: &[(String, u64)]| list.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&told), names(&held));
@@ -179,7 +175,7 @@ fn the_memory_of_a_film_is_told() {
             own.free_retired().expect("the device");
             // Hardware rounds the rows of an image up to whole blocks, of 128 rows on an NVIDIA H200, and each level again.
             let padding = if own.info().kind == DeviceKind::Cpu { 0.0 } else { 0.1 };
-            assert_told(&own, &spec, &settings, streams, count, padding);
+            assert_told(&own, &spec, &settings, FilmContents { streams, samples: count, eyes: 1 }, padding);
             assert_silent(&own);
         }
     }
@@ -199,7 +195,36 @@ fn the_memory_of_a_large_film_is_told() {
         film.count_paths(PathCounts { camera: 1_000, light: 1_000 });
         film.display(&settings).expect("display");
         own.free_retired().expect("the device");
-        assert_told(&own, &spec, &settings, streams, 1_000, 0.0);
+        assert_told(&own, &spec, &settings, FilmContents { streams, samples: 1_000, eyes: 1 }, 0.0);
+        assert_silent(&own);
+    }
+}
+
+/// A film of two eyes: images have two layers, batches are there twice, tables once, and the composed picture has the size of its layout.
+#[test]
+fn the_memory_of_two_eyes_is_told() {
+    let plain = settings(Reconstruction::Gaussian, 0.0);
+    let glare = Settings { glare: Some(Glare::default()), ..plain.clone() };
+    let masked = Settings { masking: Masking::LowPass, ..settings(Reconstruction::Gaussian, 0.5) };
+    let anaglyph = Settings { stereo: StereoLayout::Anaglyph(Default::default()), ..plain.clone() };
+    for (settings, streams, every_light) in [
+        (plain, [true, false], 0),
+        (glare, [true, true], 2),
+        (masked, [true, true], 2),
+        (anaglyph, [true, false], 0),
+    ] {
+        let own = open(false);
+        let spec = spec(640, 360, SplatFilter::Gaussian);
+        let film = VulkanFilm::new(own.clone(), spec).expect("a film");
+        let mut film = film.with_right_eye().expect("a film");
+        let samples = scene(&spec, 2_000, 9, every_light);
+        film.add(&samples).expect("add");
+        film.add_right(&samples).expect("add");
+        film.count_paths(PathCounts { camera: 2_000, light: 2_000 });
+        film.display(&settings).expect("display");
+        own.free_retired().expect("the device");
+        let padding = if own.info().kind == DeviceKind::Cpu { 0.0 } else { 0.1 };
+        assert_told(&own, &spec, &settings, FilmContents { streams, samples: 2_000, eyes: 2 }, padding);
         assert_silent(&own);
     }
 }

@@ -85,7 +85,12 @@ fn sums_on_the_host_are_those_of_the_reference() {
 }
 
 fn compare_sums(spec: FilmSpec) {
-    let samples = scene(&spec, 200_000, 42, 3);
+    // Camera samples have two weights.
+    let weighted = |(i, sample): (usize, Sample)| match sample.w > 0.0 && i % 2 == 0 {
+        true => Sample { xyz: sample.xyz * 0.25, w: 0.25, ..sample },
+        false => sample,
+    };
+    let samples: Vec<_> = scene(&spec, 200_000, 42, 3).into_iter().enumerate().map(weighted).collect();
     let mut reference = ReferenceFilm::new(spec, 1).expect("a film");
     reference.add(&samples).expect("add");
     let reference = reference.develop().expect("develop");

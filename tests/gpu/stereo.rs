@@ -8,6 +8,7 @@ use pointillist::client::{
     Settings, SplatFilter,
 };
 use pointillist::color::{Profile, TransferTable, Xyz};
+use pointillist::gpu::{Region, read_image};
 use pointillist::image::Grid;
 use pointillist::image::stereo::{DisplayCoding, Eye, StereoLayout, compose};
 use pointillist::stream::{PathCounts, Sample};
@@ -90,7 +91,9 @@ fn each_eye_is_the_picture_of_a_film_of_its_own() {
             }
             let developed = alone.map(|mut film| film.develop().expect("develop"));
             assert_eq!(both.develop().expect("develop"), developed[0]);
-            assert_eq!(both.develop_right().expect("develop").expect("a right eye"), developed[1]);
+            let of_eyes = both.begin_develop_eyes().expect("develop").into_iter();
+            let of_eyes: Vec<_> = of_eyes.map(|eye| eye.wait().expect("develop")).collect();
+            assert_eq!(of_eyes, developed);
         }
     }
     assert_silent(gpu());
@@ -159,6 +162,41 @@ fn composed_pictures_equal_the_reference() {
     assert_silent(gpu());
 }
 
+/// For a window with a layer for each eye the picture has two of them, which are the eyes as they stand side by side; a readback has them so,
+/// and leaves nothing behind that the window would show instead.
+#[test]
+fn layers_are_the_pictures_of_the_eyes() {
+    let (width, height) = (61, 45);
+    let spec = spec(width, height, SplatFilter::Gaussian);
+    let mut both = of_both(film(spec), &samples(&spec, 30_000, 3));
+    both.flush().expect("flush");
+    for output in [ColorOutput::Sdr, ColorOutput::ScRgb] {
+        let settings = |stereo| Settings { stereo, output, ..Settings::default() };
+        for before in [StereoLayout::SideBySide, StereoLayout::Swapchain] {
+            let shown = both.display(&settings(StereoLayout::SideBySide)).expect("display");
+            assert_eq!(both.display(&settings(StereoLayout::Swapchain)).expect("display"), shown);
+            let mut frame = gpu().begin().expect("a frame");
+            both.paint(&mut frame.cmd(), &settings(before), 1, &mut []).expect("paint");
+            both.paint(&mut frame.cmd(), &settings(StereoLayout::Swapchain), 1, &mut []).expect("paint");
+            frame.submit().expect("submit");
+            let layers = both.painted().expect("a picture");
+            assert_eq!((layers.extent(0), layers.layers()), ([width, height], 2));
+            if output != ColorOutput::Sdr {
+                continue;
+            }
+            for eye in Eye::BOTH {
+                let whole = Region { origin: [0, 0], extent: [width, height] };
+                let texels = read_image(gpu(), layers, eye as u32, whole).expect("read");
+                let rows = shown.rgb.chunks(2 * width as usize);
+                let wanted = rows.flat_map(|row| &row[(width * eye as u32) as usize..][..width as usize]);
+                let differ = texels.chunks_exact(4).zip(wanted).filter(|(a, b)| a[..3] != b[..]).count();
+                assert_eq!(differ, 0, "{}", eye.name());
+            }
+        }
+    }
+    assert_silent(gpu());
+}
+
 /// Layouts that copy pixels take any encoding; those that mix light are refused where pixels are no 8-bit values.
 #[test]
 fn wide_range_pictures_are_not_mixed() {
@@ -169,10 +207,7 @@ fn wide_range_pictures_are_not_mixed() {
         let settings = Settings { stereo: layout, output: ColorOutput::ScRgb, ..Settings::default() };
         let mut frame = gpu().begin().expect("a frame");
         let painted = both.paint(&mut frame.cmd(), &settings, 1, &mut []).map(|image| image.extent(0));
-        let mixes = matches!(
-            layout,
-            StereoLayout::Anaglyph(_) | StereoLayout::SideBySideHalf | StereoLayout::OverUnderHalf
-        );
+        let mixes = layout.mixes_light();
         match painted {
             Ok(extent) => {
                 assert!(!mixes);

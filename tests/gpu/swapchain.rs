@@ -65,6 +65,8 @@ fn the_screen_shows_the_bytes_of_the_picture() {
     assert_eq!(swapchain.extent(), Some(size));
     assert_eq!((swapchain.output(), swapchain.outputs()), (ColorOutput::Sdr, vec![ColorOutput::Sdr]));
     assert!(!swapchain.set_output(ColorOutput::Hdr10), "Xvfb has no such thing");
+    assert_eq!(swapchain.most_layers(), 1, "Mesa's surfaces of X windows have no second layer");
+    assert!(swapchain.set_layers(1) && !swapchain.set_layers(2) && !swapchain.set_layers(0));
     for (seed, extent) in [(1, size), (2, [64, 20]), (3, [31, 48]), (4, [1, 1]), (5, [100, 90]), (6, [80, 7])]
     {
         let (mut picture, pixels) = noise(&gpu, extent, seed);

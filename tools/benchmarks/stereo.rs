@@ -62,6 +62,17 @@ impl PixelSums {
         y * self.size + x
     }
 
+    fn add_camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+        let pixel = self.pixel(uv);
+        let (sum, weights) = &mut self.camera[pixel];
+        (*sum, *weights) = (*sum + value * weight, *weights + weight);
+    }
+
+    fn add_light(&mut self, uv: [f32; 2], value: Xyz) {
+        let pixel = self.pixel(uv);
+        self.light[pixel] += value;
+    }
+
     /// The picture of so many light paths.
     fn picture(&self, light_paths: u64) -> Picture {
         let matrix = Profile::srgb().from_xyz;
@@ -75,38 +86,66 @@ impl PixelSums {
     }
 }
 
-impl SampleSink for PixelSums {
-    fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        let pixel = self.pixel(uv);
-        let (sum, weights) = &mut self.camera[pixel];
-        (*sum, *weights) = (*sum + value * weight, *weights + weight);
-    }
-
-    fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        let pixel = self.pixel(uv);
-        self.light[pixel] += value;
-    }
+/// A sample as a tracer sends it, of its own eye or of the other.
+enum Sent {
+    Camera { other: bool, uv: [f32; 2], value: Xyz, weight: f32 },
+    Light { other: bool, uv: [f32; 2], value: Xyz },
 }
 
-/// Sums of both eyes, that of the path in progress first.
-struct EyeSums<'a>([&'a mut PixelSums; 2]);
+/// Samples one after the other, as renders pass them on. What sums them up is no part of a tracer, and its time, that of the memory, would be
+/// twice that of one eye.
+#[derive(Default)]
+struct Samples(Vec<Sent>);
 
-impl SampleSink for EyeSums<'_> {
+impl SampleSink for Samples {
     fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        self.0[0].camera(uv, value, weight);
+        self.0.push(Sent::Camera { other: false, uv, value, weight });
     }
 
     fn light(&mut self, uv: [f32; 2], value: Xyz) {
-        self.0[0].light(uv, value);
+        self.0.push(Sent::Light { other: false, uv, value });
     }
 
     fn camera_of_other_eye(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
-        self.0[1].camera(uv, value, weight);
+        self.0.push(Sent::Camera { other: true, uv, value, weight });
     }
 
     fn light_of_other_eye(&mut self, uv: [f32; 2], value: Xyz) {
-        self.0[1].light(uv, value);
+        self.0.push(Sent::Light { other: true, uv, value });
     }
+}
+
+impl Samples {
+    /// Adds the samples of a chunk of paths of this eye to the sums of both, and is empty then.
+    fn add_to(&mut self, sums: &mut [PixelSums; 2], eye: usize) {
+        for sample in self.0.drain(..) {
+            match sample {
+                Sent::Camera { other, uv, value, weight } => {
+                    sums[eye ^ usize::from(other)].add_camera(uv, value, weight);
+                }
+                Sent::Light { other, uv, value } => sums[eye ^ usize::from(other)].add_light(uv, value),
+            }
+        }
+    }
+}
+
+/// Sums of the paths of so many indices for each eye, and the processor seconds that it took to trace them. `eye_of` tells the eye of an index.
+fn trace<I: Integrator>(
+    tracer: &I,
+    indices: u64,
+    size: usize,
+    eye_of: impl Fn(u64) -> usize,
+) -> ([PixelSums; 2], f64) {
+    let mut sums = [PixelSums::new(size), PixelSums::new(size)];
+    let (mut scratch, mut samples, mut seconds) = (I::Scratch::default(), Samples::default(), 0.0);
+    for chunk in 0..indices / CHUNK {
+        let first = chunk * CHUNK;
+        let start = thread_seconds();
+        (first..first + CHUNK).for_each(|index| tracer.trace(index, &mut scratch, &mut samples));
+        seconds += thread_seconds() - start;
+        samples.add_to(&mut sums, eye_of(first));
+    }
+    (sums, seconds)
 }
 
 /// The pictures of both eyes, and the processor seconds that each took, or both together.
@@ -133,23 +172,12 @@ impl Turn<'_> {
         // As many of each eye.
         let indices = paths.div_ceil(counts.camera.max(counts.light)).next_multiple_of(2 * CHUNK);
         let light_paths = counts.light * indices;
-        let mut sums = [PixelSums::new(size), PixelSums::new(size)];
-        let mut scratch = <Stereo<I> as Integrator>::Scratch::default();
-        let start = thread_seconds();
-        for index in 0..indices {
-            let [left, right] = &mut sums;
-            let own_first = if eye(index).0 == 0 { [left, right] } else { [right, left] };
-            both.trace(index, &mut scratch, &mut EyeSums(own_first));
-        }
-        let seconds = thread_seconds() - start;
+        let (sums, seconds) = trace(&both, indices, size, |index| eye(index).0);
         let pictures = sums.map(|sums| sums.picture(light_paths));
         let both = EyePictures { pictures, seconds: [seconds; 2] };
         let [left, right] = contexts.map(|context| {
-            let (tracer, mut sums) = (make(context), PixelSums::new(size));
-            let mut scratch = I::Scratch::default();
-            let start = thread_seconds();
-            (0..indices).for_each(|index| tracer.trace(index, &mut scratch, &mut sums));
-            (sums.picture(light_paths), thread_seconds() - start)
+            let ([sums, _], seconds) = trace(&make(context), indices, size, |_| 0);
+            (sums.picture(light_paths), seconds)
         });
         [both, EyePictures { pictures: [left.0, right.0], seconds: [left.1, right.1] }]
     }

@@ -247,7 +247,7 @@ pub struct BatchImages {
 
 /// Images of the variance of a batch.
 pub struct Deviations {
-    /// `Σ f (Y − m₀)(Y − m₁)`.
+    /// `Σ f w² (Y − m₀)(Y − m₁)`.
     pub variance: Image,
     /// Mean luminance before and after the batch, each as two floats.
     pub means: Image,

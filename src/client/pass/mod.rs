@@ -14,7 +14,7 @@
 //! | [`glare`] | scatter of the eye: convolution by FFT in compute | `glare` |
 //! | [`PostPass`](crate::client::post_process) | what changes the picture, if asked for | [`post_process`](crate::client::post_process) |
 //! | [`tonemap`] | tone curve, matrix, desaturation, transfer, dither | `tonemap`, `curves` |
-//! | [`stereo`](stereo) | the pictures of two eyes as one, of a film that has both | [`image::stereo`](crate::image::stereo) |
+//! | [`stereo`] | the pictures of two eyes as one, of a film that has both | [`image::stereo`](crate::image::stereo) |
 //! | [`wavelet`] | the noise filter, before a picture is shown through it | [`client/wavelet`](crate::client::wavelet) |
 //!
 //! [`VulkanFilm`](crate::client::film::VulkanFilm) runs the passes of a batch, down to `variance`; `denoise` runs
@@ -35,7 +35,7 @@
 //!    constants. A line in [`effect_list`](crate::client::effect_list::effect_list) names the effect, its passes and its
 //!    images.
 //! 3. **Reference.** Write the pass in plain Rust in `client/reference` and call it from
-//!    [`ReferenceFilm::display`](crate::client::reference::ReferenceFilm::display). It defines what the shader computes.
+//!    [`ReferenceFilm`](crate::client::reference::ReferenceFilm), which displays a picture by it. It defines what the shader computes.
 //! 4. **Layout.** Push constants are a block in [`layout`](crate::client::layout) and one of the same name and members in the
 //!    shader, or in `glsl/include/layout.glsl` if several read it; the test of the shaders compares the offsets.
 //! 5. **Shader.** Put `name.frag` into `glsl/`, compile it with the feature `shaderc`, and commit its SPIR-V in `glsl/spv`.
@@ -133,7 +133,7 @@ impl<P: Send + 'static> Variants<P> {
         Self { gpu: gpu.clone(), shader, policy: policy.clone(), made: Vec::new() }
     }
 
-    /// The pipeline with these constants, created by `compile`.
+    /// The pipeline with these constants and whatever else tells it from others, created by `compile`.
     ///
     /// # Errors
     ///
@@ -238,7 +238,10 @@ impl ShaderVariants {
         let owned = constants.to_vec();
         let attachments: Vec<_> = formats.iter().map(|format| (*format, *blend)).collect();
         let layers = variants.policy.layers();
-        variants.get(constants, move || {
+        // A pipeline draws to attachments of its formats only.
+        let key: Vec<u32> =
+            constants.iter().copied().chain(formats.iter().map(|format| *format as u32)).collect();
+        variants.get(&key, move || {
             let desc = GraphicsDesc {
                 name: frag,
                 vert: ("fullscreen.vert", &[]),

@@ -277,8 +277,8 @@ impl Repaint {
 
     /// The encoded picture of the last repaint; `None` before the first.
     pub fn painted(&mut self) -> Option<&mut Image> {
-        match &mut self.stereo {
-            Some(stereo) => stereo.composed(),
+        match self.stereo.as_mut().and_then(StereoPass::composed) {
+            Some(composed) => Some(composed),
             None => self.picture.painted(),
         }
     }
@@ -308,7 +308,8 @@ impl Repaint {
         Ok(Some(ShownTexels { xyz, displayed }))
     }
 
-    /// The encoded picture in 8 bits, whatever the format of the window; that of two eyes is composed.
+    /// The encoded picture in 8 bits, whatever the format of the window; that of two eyes is composed [in one
+    /// picture](crate::image::stereo::StereoLayout::in_one_picture).
     ///
     /// # Errors
     ///
@@ -321,7 +322,8 @@ impl Repaint {
     ) -> Result<Readback<DisplayImage>, ClientError> {
         let gpu = self.gpu.clone();
         self.policy = BackgroundPolicy::Block;
-        let settings = Settings { output: ColorOutput::Sdr, ..settings.clone() };
+        let stereo = settings.stereo.in_one_picture();
+        let settings = Settings { output: ColorOutput::Sdr, stereo, ..settings.clone() };
         let [width, height] = match &self.stereo {
             Some(_) => composed_extent(settings.stereo, [self.spec.width, self.spec.height])?,
             None => [self.spec.width, self.spec.height],

@@ -13,7 +13,8 @@ use crate::image::stereo::{Anaglyph, DisplayCoding, StereoError, StereoLayout};
 
 /// Composes the encoded pictures of both eyes.
 ///
-/// Reads: two layers of the encoded picture. Writes: the composed one, of the extent that the layout has.
+/// Reads: two layers of the encoded picture. Writes: the composed one, of the extent that the layout has. Where a window shows the layers
+/// themselves there is nothing to compose, and the encoded picture is what is shown.
 pub struct StereoPass {
     gpu: Arc<Gpu>,
     /// Constants: the layout.
@@ -37,7 +38,7 @@ impl StereoPass {
         Self { gpu: gpu.clone(), pipelines, coding: None, composed: None }
     }
 
-    /// Composes `encoded`, which has the picture's extent.
+    /// Composes `encoded`, which has the picture's extent; [`composed`](Self::composed) is the result.
     ///
     /// # Errors
     ///
@@ -47,10 +48,13 @@ impl StereoPass {
         cmd: &mut Cmd<'_>,
         settings: &Settings,
         encoded: &mut Image,
-    ) -> Result<&mut Image, ClientError> {
+    ) -> Result<(), ClientError> {
         let layout = settings.stereo;
-        let (number, mixes) = number(layout);
-        if mixes && settings.output != ColorOutput::Sdr {
+        let Some(number) = number(layout) else {
+            self.composed = None;
+            return Ok(());
+        };
+        if layout.mixes_light() && settings.output != ColorOutput::Sdr {
             return Err(StereoError::Encoding(settings.output.label()).into());
         }
         self.upload(cmd, settings)?;
@@ -70,10 +74,11 @@ impl StereoPass {
         let textures = [&*encoded, coding].map(Texture::texels);
         let push = StereoPush { size: size.map(|n| n as i32) };
         cmd.draw_fullscreen(pipeline, bytemuck::bytes_of(&push), &textures, &[Attachment::whole(&composed)]);
-        Ok(self.composed.insert(composed))
+        self.composed = Some(composed);
+        Ok(())
     }
 
-    /// The composed picture of the last [`record`](Self::record).
+    /// The composed picture of the last [`record`](Self::record); `None` where that left both layers as they are.
     pub fn composed(&mut self) -> Option<&mut Image> {
         self.composed.as_mut()
     }
@@ -111,19 +116,20 @@ pub fn composed_extent(layout: StereoLayout, size: [u32; 2]) -> Result<[u32; 2],
     Ok(composed.map(|n| n as u32))
 }
 
-/// The number of a layout in `stereo.frag`, and whether it mixes the light of several pixels.
-fn number(layout: StereoLayout) -> (u32, bool) {
-    match layout {
-        StereoLayout::SideBySide => (0, false),
-        StereoLayout::SideBySideHalf => (1, true),
-        StereoLayout::OverUnder => (2, false),
-        StereoLayout::OverUnderHalf => (3, true),
-        StereoLayout::CrossEyed => (4, false),
-        StereoLayout::Anaglyph(_) => (5, true),
-        StereoLayout::RowInterlaced => (6, false),
-        StereoLayout::ColumnInterlaced => (7, false),
-        StereoLayout::Checkerboard => (8, false),
-    }
+/// The number of a layout in `stereo.frag`; `None` for layers, which are not composed.
+fn number(layout: StereoLayout) -> Option<u32> {
+    Some(match layout {
+        StereoLayout::SideBySide => 0,
+        StereoLayout::SideBySideHalf => 1,
+        StereoLayout::OverUnder => 2,
+        StereoLayout::OverUnderHalf => 3,
+        StereoLayout::CrossEyed => 4,
+        StereoLayout::Anaglyph(_) => 5,
+        StereoLayout::RowInterlaced => 6,
+        StereoLayout::ColumnInterlaced => 7,
+        StereoLayout::Checkerboard => 8,
+        StereoLayout::Swapchain => return None,
+    })
 }
 
 /// Three rows of [`VALUES`] texels, as `stereo.frag` reads them.

@@ -12,7 +12,7 @@ use crate::image::Grid;
 pub struct LookAround {
     /// A perspective view into a picture of all directions: how that shows them (spherical, over-under, cube-block, cube-row, cube-column,
     /// cube-cross, fisheye-equidistant, fisheye-equisolid, fisheye-stereographic, fisheye-orthographic), and in degrees the angles of the view to
-    /// the right and up, its field of view along the longer side (10 to 120), and what a fisheye lens covers along the shorter side.
+    /// the right and up, its field of view along the longer side (10 to 120; in a strip along twice the shorter one), and what a fisheye lens covers along the shorter side.
     #[arg(id = "look_around", long = "look-around", value_name = "PROJECTION[,YAW,PITCH,FOV[,LENS]]")]
     #[arg(value_parser = PanoramaView::parse)]
     pub view: Option<PanoramaView>,
@@ -62,7 +62,7 @@ impl PostProcess for LookAround {
             slider("View up", "Degrees above the horizon", pitch, 0.0, -90.0..=90.0),
             slider(
                 "View width",
-                "Field of view along the longer side of the picture, degrees",
+                "Field of view along the longer side of the picture, in a strip along twice the shorter one, degrees",
                 fov,
                 90.0,
                 VIEW_FOVS[0]..=VIEW_FOVS[1],

@@ -7,7 +7,7 @@
 //!    commit its SPIR-V and the hashes in `glsl/spv` (`glsl/build.rs` says how).
 //! 2. **File.** `name.rs` here: a struct of the parameters, which implements [`PostProcess`]. Its
 //!    [`texel`](PostProcess::texel) defines what the shader computes; a test beside it compares that with the formula.
-//! 3. **Lines.** `pub mod name;`, and a line in the list below. Numbers of options are read by [`number`](post_pass::number).
+//! 3. **Lines.** `pub mod name;`, and a line in the list below. Numbers of options are read by `post_pass::number`.
 //!
 //! What follows from the list: the [settings](PostSettings) and the options of the command line, also those in the attributes of files; the
 //! order on the device and in the reference; the list of effects and its switches; the sliders of the panel; the device memory. The tests of

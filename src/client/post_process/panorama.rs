@@ -277,6 +277,9 @@ pub const VIEW_FOVS: [f32; 2] = [10.0, 120.0];
 /// The angles that follow a projection.
 const EXPECTED: &str = "to the right, up, field of view, and that of a fisheye lens";
 
+/// Longer side of the frame of a view, in its shorter sides.
+const LONGEST_FRAME: f64 = 2.0;
+
 /// A perspective view into a panorama. Angles are in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PanoramaView {
@@ -286,7 +289,7 @@ pub struct PanoramaView {
     pub yaw: f32,
     /// Angle of the view above the horizon, −90 to 90.
     pub pitch: f32,
-    /// Field of view along the longer side of the picture.
+    /// Field of view along the longer side of the [frame](Self::frame).
     pub fov: f32,
     /// Of a fisheye lens the angle that the shorter side of the picture covers; else of no effect.
     pub lens: f32,
@@ -359,9 +362,16 @@ impl PanoramaView {
         Self { fov: (self.fov + by).clamp(VIEW_FOVS[0], VIEW_FOVS[1]), ..*self }
     }
 
-    /// Half its width and height at distance 1.
+    /// Width and height of the part in the middle of a picture of this extent that the field of view is told of: all of the picture, unless that
+    /// is a strip, as of six faces of a cube in a row. Along a strip the view goes on beyond the frame.
+    pub fn frame(extent: DVec2) -> DVec2 {
+        extent.min(DVec2::splat(LONGEST_FRAME * extent.min_element()))
+    }
+
+    /// Half its width and height at distance 1, of all of a picture of this extent.
     fn half(&self, extent: Vec2) -> Vec2 {
-        (0.5 * self.fov.to_radians()).tan() * extent / extent.max_element()
+        let longer = Self::frame(extent.as_dvec2()).max_element() as f32;
+        (0.5 * self.fov.to_radians()).tan() * extent / longer
     }
 
     /// Ahead, right and up as the view has them, unit vectors.
@@ -463,6 +473,22 @@ mod tests {
         assert_eq!([view.widened(500.0).fov, view.widened(-500.0).fov], [120.0, 10.0]);
         let to = view.turned_to(DVec2::new(200.0, 50.0), extent);
         assert!((to.yaw - 45.0).abs() < 1e-3 && to.pitch.abs() < 1e-3, "{to:?}");
+    }
+
+    /// In a picture of six faces in a row, the view has its angle over twice the height of the row, and not over its length.
+    #[test]
+    fn views_into_strips_have_a_frame() {
+        for (strip, frame) in [([600.0, 100.0], [200.0, 100.0]), ([100.0, 600.0], [100.0, 200.0])] {
+            assert_eq!(PanoramaView::frame(strip.into()), DVec2::from(frame));
+            let view = PanoramaView::ahead(PanoramaProjection::CubeRow);
+            let half = view.half(DVec2::from(strip).as_vec2()) * DVec2::from(frame).as_vec2()
+                / DVec2::from(strip).as_vec2();
+            assert!(
+                (half.max_element() - 1.0).abs() < 1e-6 && (half.min_element() - 0.5).abs() < 1e-6,
+                "{half}"
+            );
+        }
+        assert_eq!(PanoramaView::frame(DVec2::new(200.0, 100.0)), DVec2::new(200.0, 100.0));
     }
 
     #[test]

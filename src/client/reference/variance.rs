@@ -2,7 +2,10 @@
 //!
 //! The paper adds `(Y − Ȳ_new)²`, which is biased low: the first sample of a texel gives 0, "perfectly
 //! clean" where least is known. The product `(Y − Ȳ_old)(Y − Ȳ_new)` equals the merge of Chan, Golub and
-//! LeVeque (1979) for weighted batches of any size. Luminance is divided by a power of two first.
+//! LeVeque (1979) for batches of any size. Luminance is divided by a power of two first.
+//!
+//! Samples of any weight `w` are averaged by their weights. The variance of such a mean is `Σ w² (Y − Ȳ)² / (Σ w)²`, so that squares are added
+//! with `w²`: light that a sample of small weight brings counts as little as it does in the picture.
 
 use std::ops::Range;
 
@@ -96,7 +99,7 @@ pub struct VarianceParameters {
     pub samples_per_sum: usize,
 }
 
-/// Adds `f·((Y − m₀)/s)·((Y − m₁)/s)` of every sprite (or `f·((Y − m₁)/s)²`) to the band's texels.
+/// Adds `f·w²·((Y − m₀)/s)·((Y − m₁)/s)` of every sprite (or `f·w²·((Y − m₁)/s)²`) to the band's texels.
 pub fn splat_variance(
     p: VarianceParameters,
     band: Band,
@@ -113,11 +116,12 @@ pub fn splat_variance(
         let (m0, r0) = (&first[at..][..n], &first_rest[at..][..n]);
         let (m1, r1) = (&means.new[at..][..n], &means.new_rest[at..][..n]);
         let texels = &mut texels[at..][..n];
-        let y = sprite.value.y / sprite.value.w;
+        let w = sprite.value.w;
+        let y = sprite.value.y / w;
         for i in 0..n {
             let d0 = ((y - m0[i]) - r0[i]) * p.inverse_scale;
             let d1 = ((y - m1[i]) - r1[i]) * p.inverse_scale;
-            texels[i] += f[i] * d0 * d1;
+            texels[i] += f[i] * (w * d0) * (w * d1);
         }
     });
 }

@@ -4,7 +4,7 @@
 //! coefficients is the power of the signal in a band, without a model of the noise. With S that mean and N the power of the noise in the mean
 //! of both, a band is multiplied by max(0, S − N) / (S + N): Wiener's gain, with the noise subtracted once more because S is itself noisy.
 //! If the features of first hits change (albedo, normal, distance) the transform does not mix pixels, so that edges are preserved. Detail
-//! that features do not show, such as shadows and caustics, is restored because both halves contain it (paper [21], Suykens and Willems
+//! that features do not show, such as shadows and caustics, is restored because both halves contain it (paper, reference 21: Suykens and Willems
 //! 2000; the à-trous scheme is that of Dammertz et al. 2010).
 //!
 //! [`WaveletFilter`] runs on the CPU, [`WaveletPass`](crate::client::pass::wavelet::WaveletPass) on a device.

@@ -135,7 +135,8 @@ fn renderer(parts: RendererParts) -> Result<EguiRenderer, GpuError> {
         depth_attachment_format: None,
         stencil_attachment_format: None,
     });
-    let options = Options { in_flight_frames: parts.frames, ..Options::default() };
+    // Every draw has buffers of its own: an image of two layers takes two.
+    let options = Options { in_flight_frames: parts.draws, ..Options::default() };
     Renderer::with_gpu_allocator(parts.allocator, parts.device, mode, options).map_err(panel_error)
 }
 
@@ -168,16 +169,18 @@ fn paste(whole: &mut ImageDelta, part: &ImageDelta) {
 mod tests {
     use super::*;
     use crate::gpu::{
-        Access, Attachment, ColorOutput, DeviceChoice, GpuOptions, Image, Region, TexelFormat, read_image,
+        Access, Attachment, ColorOutput, DeviceChoice, GpuOptions, Image, ImageDesc, Region, TexelFormat,
+        read_image,
     };
 
-    /// The bytes of a texel of an image that holds colours as `output` says, after an opaque rectangle of one grey was drawn
+    /// The bytes of a texel of each layer of an image that holds colours as `output` says, after an opaque rectangle of one grey was drawn
     /// over black.
-    fn drawn(output: ColorOutput, format: TexelFormat, grey: u8) -> Vec<u8> {
+    fn drawn(output: ColorOutput, format: TexelFormat, layers: u32, grey: u8) -> Vec<Vec<u8>> {
         let options = GpuOptions { validation: true, ..GpuOptions::default() };
         let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
-        let mut target = Image::new(&gpu, "target", format, [32, 32]).expect("an image");
-        let mut panel = ForeignRenderer::for_images(&gpu, format, output, renderer).expect("a panel");
+        let desc = ImageDesc::new(format, [32, 32]).layered(layers);
+        let mut target = Image::of(&gpu, "target", desc).expect("an image");
+        let mut panel = ForeignRenderer::for_images(&gpu, &target, output, renderer).expect("a panel");
         let context = egui::Context::default();
         let rect = egui::Rect::from_min_max(egui::pos2(-9.0, -9.0), egui::pos2(99.0, 99.0));
         let color = egui::Color32::from_gray(grey);
@@ -202,16 +205,26 @@ mod tests {
         panel.draw_image(&mut cmd, &mut target, draw).expect("drawn");
         frame.submit().expect("submit");
         let region = Region { origin: [16, 16], extent: [1, 1] };
-        let bytes = read_image(&gpu, &mut target, 0, region).expect("the texel");
+        let texels =
+            (0..layers).map(|layer| read_image(&gpu, &mut target, layer, region).expect("the texel"));
+        let texels = texels.collect();
         assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
-        bytes
+        texels
+    }
+
+    /// A window with a layer for each eye shows the panel to both, at the same place.
+    #[test]
+    fn both_layers_show_the_panel() {
+        assert_eq!(drawn(ColorOutput::Sdr, TexelFormat::Rgba8, 2, 255), [[255_u8; 4]; 2]);
+        let wide = |layers| drawn(ColorOutput::ScRgb, TexelFormat::Rgba16F, layers, 255);
+        assert_eq!(wide(2), [wide(1), wide(1)].concat());
     }
 
     /// White is 203 cd/m² (ITU-R BT.2408), and a middle grey what sRGB makes of it, in both encodings.
     #[test]
     fn wide_outputs_show_the_panel_at_the_luminance_of_paper() {
         for (grey, linear) in [(255, 1.0), (128, 0.2158)] {
-            let half = drawn(ColorOutput::ScRgb, TexelFormat::Rgba16F, grey);
+            let half = &drawn(ColorOutput::ScRgb, TexelFormat::Rgba16F, 1, grey)[0];
             let bits = u32::from(u16::from_le_bytes([half[0], half[1]]));
             // A normal half float: 5 bits of exponent with bias 15, 10 of mantissa.
             let value = f32::from_bits((((bits >> 10) + 112) << 23) | ((bits & 1023) << 13));
@@ -221,7 +234,7 @@ mod tests {
         // PQ of 203 cd/m² is 0.5807 (BT.2408, table 1: 58 %), of 43.8 cd/m² 0.4235 by the formula of ST 2084.
         for (grey, pq) in [(255, 0.5807), (128, 0.4235)] {
             for format in [TexelFormat::Rgb10A2, TexelFormat::Bgr10A2] {
-                let bytes = drawn(ColorOutput::Hdr10, format, grey);
+                let bytes = &drawn(ColorOutput::Hdr10, format, 1, grey)[0];
                 let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
                 let channels = [0, 10, 20].map(|shift| (word >> shift & 1023) as f32 / 1023.0);
                 for value in channels {

@@ -117,6 +117,7 @@ impl Viewport {
     /// Sets the view into a panorama that is displayed in its place.
     pub fn set_look_around(&mut self, view: Option<PanoramaView>) {
         self.look_around = view;
+        self.keep_inside();
     }
 
     /// Whether the picture itself is displayed, and no view into it.
@@ -124,9 +125,11 @@ impl Viewport {
         self.look_around.is_none()
     }
 
-    /// Zoom at which the picture fits the area.
+    /// Zoom at which the picture fits the area, or the frame of a view into it, about which the area shows more where there is room.
     fn fit(&self) -> f64 {
-        (self.area.as_dvec2() / self.picture.as_dvec2()).min_element()
+        let picture = self.picture.as_dvec2();
+        let framed = self.look_around.map_or(picture, |_| PanoramaView::frame(picture));
+        (self.area.as_dvec2() / framed).min_element()
     }
 
     /// Smallest zoom: the fitted one, or 1:1 if that is smaller.
@@ -261,6 +264,8 @@ impl Viewport {
             let rest = self.area()[i] - picture[i] * self.zoom();
             self.origin[i] = match rest > -1e-6 {
                 true => -(0.5 * rest.max(0.0)).floor() / self.zoom(),
+                // The frame of a view is in the middle of a strip.
+                false if self.zoom.is_none() => 0.5 * (picture[i] - shown[i]),
                 false => self.origin[i].clamp(0.0, picture[i] - shown[i]),
             };
         }
@@ -386,6 +391,23 @@ mod tests {
             assert!(view.zoom_at(at, 3.0) && view.to_picture(at).distance(place) < 2.0 / view.zoom());
         }
         assert_eq!(view.seen(DVec2::new(100.0, 100.0)), None, "behind");
+    }
+
+    /// A view into a strip of faces fills the area with its frame; flat, the whole strip is shown.
+    #[test]
+    fn views_into_strips_are_framed() {
+        let mut view = Viewport::new([600, 100]);
+        view.set_sizes([400, 300], [600, 100]);
+        let flat = view;
+        view.set_look_around(Some(PanoramaView::ahead(PanoramaProjection::CubeRow)));
+        assert!(view.zoom() == 2.0 && view.is_whole());
+        assert!(view.to_shown(DVec2::new(200.0, 150.0)).distance(DVec2::new(300.0, 50.0)) < 1e-9);
+        let [copy] = view.copies([400, 300])[..] else { panic!("{view:?}") };
+        assert_eq!(copy, CopyRegion { from: [[200, 0], [400, 100]], to: [[0, 50], [400, 250]] });
+        // In the middle of the view is the face in front, the fifth.
+        assert!(view.to_picture(DVec2::new(200.0, 150.0)).distance(DVec2::new(450.0, 50.0)) < 1e-3);
+        view.set_look_around(None);
+        assert_eq!(view, flat);
     }
 
     #[test]

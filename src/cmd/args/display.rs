@@ -61,7 +61,8 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "G", default_value_t = Settings::default().gamma, value_parser = positive)]
     pub gamma: f32,
 
-    /// Display profile: srgb, display-p3, rec2020, or the file of an ICC matrix profile, whose tone curves replace --gamma.
+    /// Display profile: srgb, display-p3, rec2020, or the file of an ICC matrix profile, whose tone curves replace --gamma. PNG files hold the
+    /// profile of the file.
     #[arg(long, value_name = "NAME|FILE", default_value = "srgb", value_parser = profile)]
     pub profile: crate::color::Profile,
 

@@ -14,6 +14,7 @@ pub mod remote;
 pub mod render;
 pub mod replay;
 pub mod scene;
+pub mod stereo;
 pub mod study;
 pub mod values;
 pub mod view;

@@ -7,13 +7,13 @@ use clap::{ArgGroup, Args};
 
 use crate::client::Denoise;
 use crate::cmd::args::display::DisplayArgs;
+use crate::cmd::args::stereo::EyesArgs;
 use crate::cmd::args::values::{
     AovArg, EACH_EMITTER, LightGroupsArg, StereoLayoutArg, aov, count, error, host_port, light_groups,
-    positive, positive_length, seconds, share, stereo_layout,
+    positive, seconds, share, stereo_layout,
 };
 use crate::image::stereo::StereoLayout;
-use crate::render::options::{RenderOptions, SceneOptions, StereoOptions};
-use crate::scene::desc::ConvergenceChoice;
+use crate::render::options::{RenderOptions, SceneOptions};
 use crate::study::ErrorQuantile;
 
 /// Options of `pointillist render`.
@@ -138,6 +138,7 @@ pub struct RenderArgs {
     /// Once a second and at the end, in linear Rec.709. The render goes on where there is no tev.
     #[arg(long, value_name = "HOST:PORT", value_parser = host_port, help_heading = "Output")]
     pub tev: Option<String>,
+
     /// Render the pictures of two eyes at once, and show both in PNG files in this way [default: side-by-side].
     ///
     /// LAYOUT is side-by-side, over-under (either with -half), cross-eyed, anaglyph (red–cyan; also anaglyph-green-magenta, anaglyph-amber-blue,
@@ -154,13 +155,9 @@ pub struct RenderArgs {
     )]
     pub stereo: Option<StereoLayoutArg>,
 
-    /// Distance between the eyes, in units of the scene [default: a thirtieth of the distance of what is in focus, or in the middle].
-    #[arg(long, value_name = "D", value_parser = positive_length, requires = "stereo", help_heading = "Stereo")]
-    pub interocular: Option<f64>,
-
-    /// What is in the plane of the screen: what is at this distance, `subject` (in focus, or in the middle), or with `parallel` eyes infinity.
-    #[arg(long, value_name = "D", value_parser = ConvergenceChoice::parse, requires = "stereo", help_heading = "Stereo")]
-    pub convergence: Option<ConvergenceChoice>,
+    /// Where the eyes are.
+    #[command(flatten)]
+    pub eyes: EyesArgs,
 
     /// Make a picture for each group of lights in the same render, as layers of EXR files that add up to the picture.
     ///
@@ -168,7 +165,8 @@ pub struct RenderArgs {
     /// its own), or by the name that the program gives them if they have none; those that are not named are the group `others`. Without GROUPS each emitter is a group of its
     /// own. If there are more than 8, those whose names differ in a number at their end are one group (lamp_1, lamp_2: lamp), and if there are
     /// still more the 7 strongest groups stay and the rest is `others`. A group is the layer NAME.R, NAME.G, NAME.B. All of a path is
-    /// credited to the lights that it comes from: each path is traced once, and the picture is the same as without.
+    /// credited to the lights that it comes from: each path is traced once, and the picture is the same as without. With --stereo each view
+    /// has these layers, and the eyes share no paths.
     #[arg(
         long,
         value_name = "GROUPS",
@@ -225,11 +223,7 @@ impl From<RenderArgs> for RenderOptions {
             outputs: args.outputs,
             aov: args.aov.map(|list| list.0),
             tev: args.tev,
-            stereo: args.stereo.map(|StereoLayoutArg(layout)| StereoOptions {
-                layout,
-                interocular: args.interocular,
-                convergence: args.convergence.unwrap_or_default(),
-            }),
+            stereo: args.stereo.map(|StereoLayoutArg(layout)| args.eyes.options(layout)),
             light_groups: args.light_groups.map(|groups| groups.0),
             json: args.json,
             quiet: args.quiet,

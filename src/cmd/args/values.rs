@@ -55,7 +55,22 @@ pub(super) fn stereo_layout(text: &str) -> Result<StereoLayoutArg, String> {
 
 pub(super) fn composed_layout(text: &str) -> Result<StereoLayout, String> {
     let names = || StereoLayout::ALL.map(StereoLayout::name).join(", ");
-    StereoLayout::named(text).ok_or_else(|| format!("the layouts are {}", names()))
+    StereoLayout::named(text).ok_or_else(|| match text == StereoLayout::Swapchain.name() {
+        true => format!(
+            "only the window of `pointillist view` has layers; the layouts of a picture are {}",
+            names()
+        ),
+        false => format!("the layouts are {}", names()),
+    })
+}
+
+/// Value of `--stereo` of a window, which may have layers.
+pub(super) fn window_layout(text: &str) -> Result<StereoLayout, String> {
+    let layers = StereoLayout::Swapchain;
+    match text == layers.name() {
+        true => Ok(layers),
+        false => composed_layout(text).map_err(|names| format!("{names} and {}", layers.name())),
+    }
 }
 
 pub(super) fn positive_length(text: &str) -> Result<f64, &'static str> {
@@ -241,6 +256,15 @@ mod tests {
         for bad in ["", ",", "0.5", "2.4", "4.5,8", "nan", "2,0", "2,65", "2,-1", "2,8,8", "1e9,8"] {
             assert!(kernel(bad).is_err(), "{bad:?} was accepted");
         }
+    }
+
+    #[test]
+    fn layers_are_those_of_a_window() {
+        assert_eq!(window_layout("swapchain"), Ok(StereoLayout::Swapchain));
+        assert_eq!(window_layout("over-under"), Ok(StereoLayout::OverUnder));
+        assert!(window_layout("sideways").is_err_and(|e| e.ends_with("checkerboard and swapchain")));
+        let refused = composed_layout("swapchain").expect_err("pictures have no layers");
+        assert!(refused.contains("`pointillist view`") && refused.ends_with("checkerboard"), "{refused}");
     }
 
     #[test]

@@ -7,13 +7,13 @@ use clap::Args;
 use crate::client::{ColorOutput, Denoise, Settings};
 use crate::cmd::args::display::DisplayArgs;
 use crate::cmd::args::remote::ConnectArgs;
-use crate::cmd::args::values::{composed_layout, count, host_port, positive, positive_length};
+use crate::cmd::args::stereo::EyesArgs;
+use crate::cmd::args::values::{count, host_port, positive, window_layout};
 use crate::color::pq;
 #[cfg(feature = "faults")]
 use crate::gpu::{CallFault, CallFaults, DeviceFaults};
 use crate::image::stereo::StereoLayout;
-use crate::render::options::{SceneOptions, StereoOptions};
-use crate::scene::desc::ConvergenceChoice;
+use crate::render::options::SceneOptions;
 use crate::viewer::options::{OF_TRACER, ViewOptions};
 
 /// Options of `pointillist view`.
@@ -65,24 +65,21 @@ pub struct ViewArgs {
     #[arg(long, value_name = "CD/M2", default_value_t = pq::PEAK, value_parser = clap::value_parser!(u32).range(203..=10_000), help_heading = "Window")]
     pub hdr_peak: u32,
 
-    /// See with two eyes: trace both at once, and show them as one picture. LAYOUT is one of those of `render --stereo`, without pair.
+    /// See with two eyes: trace both at once, and show them as one picture. LAYOUT is one of those of `render --stereo`, without pair, or
+    /// `swapchain`: a layer of the window's images for each eye, where the display has quad-buffered stereo.
     #[arg(
         long,
         value_name = "LAYOUT",
         num_args = 0..=1,
         default_missing_value = StereoLayout::SideBySide.name(),
-        value_parser = composed_layout,
+        value_parser = window_layout,
         help_heading = "Stereo"
     )]
     pub stereo: Option<StereoLayout>,
 
-    /// Distance between the eyes, in units of the scene [default: a thirtieth of the distance of what is in focus, or in the middle].
-    #[arg(long, value_name = "D", value_parser = positive_length, requires = "stereo", help_heading = "Stereo")]
-    pub interocular: Option<f64>,
-
-    /// What is in the plane of the screen: what is at this distance, `subject` (in focus, or in the middle), or with `parallel` eyes infinity.
-    #[arg(long, value_name = "D", value_parser = ConvergenceChoice::parse, requires = "stereo", help_heading = "Stereo")]
-    pub convergence: Option<ConvergenceChoice>,
+    /// Where the eyes are.
+    #[command(flatten)]
+    pub eyes: EyesArgs,
 
     /// Stop tracing after this many camera paths (k, M, G are accepted); the window stays open.
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Sampling")]
@@ -158,11 +155,7 @@ impl From<ViewArgs> for ViewOptions {
             steer: args.steer,
             fps: args.fps,
             no_panel: args.no_panel,
-            stereo: args.stereo.map(|layout| StereoOptions {
-                layout: Some(layout),
-                interocular: args.interocular,
-                convergence: args.convergence.unwrap_or_default(),
-            }),
+            stereo: args.stereo.map(|layout| args.eyes.options(Some(layout))),
             samples: args.samples,
             deterministic: args.deterministic,
             replicates: args.replicates,

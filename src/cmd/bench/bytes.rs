@@ -34,7 +34,7 @@ struct SizeBytes {
     folded_per_million_samples: f64,
     /// As `folded_per_million_samples`, plus vertices and sprites.
     per_million_samples: f64,
-    /// Bytes of a frame of a moving picture.
+    /// Bytes of a frame of a moving picture of the camera stream.
     moving_frame: f64,
 }
 
@@ -84,8 +84,9 @@ impl SizeBytes {
         };
         let batch = ["splat", "fold", "variance"];
         let millions = still.samples * 1e-6;
-        // The fold of the variance is included in the variance.
-        let all: Vec<_> = PASSES.into_iter().filter(|pass| *pass != "variance fold").collect();
+        // The fold of the variance is included in the variance, and the camera stream is not filtered adaptively.
+        let all: Vec<_> =
+            PASSES.into_iter().filter(|pass| !["variance fold", "adaptive filter"].contains(pass)).collect();
         Self {
             width: film.width,
             height: film.height,
@@ -102,7 +103,7 @@ impl SizeBytes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::client::memory::film_memory;
+    use crate::client::memory::{FilmContents, film_memory};
 
     /// Design targets for a 4K picture: at most .4 GB per million samples besides sprites, .6 GB for a frame of a moving picture, and 389
     /// MB of memory for the sums of a stream.
@@ -122,7 +123,8 @@ mod tests {
             variance: Some(VarianceForm::Product),
             sums: Summation::TwoFloat,
         };
-        let memory = film_memory(&film, &Settings::default(), [true, false], 0, false);
+        let contents = FilmContents { streams: [true, false], samples: 0, eyes: 1 };
+        let memory = film_memory(&film, &Settings::default(), contents, false);
         let stream: u64 = memory.iter().filter(|(name, _)| name.starts_with("camera")).map(|(_, b)| b).sum();
         assert!(stream <= 389_000_000, "{memory:?}");
     }

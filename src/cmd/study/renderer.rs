@@ -241,7 +241,7 @@ impl StudyRenderer {
             }
             let sampling = match (part, &observer) {
                 (StagePart::Pilot, _) => ScreenSampling::Pilot,
-                (StagePart::Main, Some(observer)) => adaptive::sampling(run, observer).0,
+                (StagePart::Main, Some(observer)) => adaptive::sampling(run, observer, None).0,
                 _ => ScreenSampling::Even,
             };
             self.epoch = self.epoch.next();

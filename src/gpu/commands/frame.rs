@@ -28,7 +28,7 @@ pub struct GpuFrame<'g> {
 }
 
 impl Gpu {
-    /// Begins a frame, after waiting until fewer than [`IN_FLIGHT`] are in flight. Other threads block until it is submitted.
+    /// Begins a frame, after waiting until fewer than `IN_FLIGHT` are in flight. Other threads block until it is submitted.
     ///
     /// # Errors
     ///

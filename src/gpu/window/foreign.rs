@@ -26,21 +26,23 @@ pub struct RendererParts {
     pub allocator: Arc<Mutex<Allocator>>,
     /// Format of the images to draw into.
     pub format: vk::Format,
-    /// Number of frames in flight.
-    pub frames: usize,
+    /// Number of draws in flight.
+    pub draws: usize,
 }
 
 /// A renderer of another crate that draws over the picture in a window. Dropping it retires it.
 ///
-/// If the window has wide-range colours, the renderer draws into an 8-bit image, which is then converted and blended over the picture.
+/// Images of two layers show the same in both. If the window has wide-range colours, the renderer draws into an 8-bit image, which is then
+/// converted and blended over the picture.
 pub struct ForeignRenderer<R: Send + 'static> {
     gpu: Arc<Gpu>,
     /// Taken only by `drop`.
     renderer: Option<Box<R>>,
     /// Command pool for its uploads.
     uploads: vk::CommandPool,
-    /// Format of the window's images.
+    /// Format and layers of the window's images.
     format: vk::Format,
+    layers: u32,
     conversion: Option<Conversion>,
 }
 
@@ -63,23 +65,24 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         if swapchain.format() == vk::Format::UNDEFINED {
             return Ok(None);
         }
-        Self::new(swapchain.gpu(), swapchain.format(), swapchain.output(), make).map(Some)
+        let images = (swapchain.format(), swapchain.layers());
+        Self::new(swapchain.gpu(), images, swapchain.output(), make).map(Some)
     }
 
-    /// Creates a renderer for images of this format with colours encoded as `output`.
+    /// Creates a renderer for images like this one with colours encoded as `output`.
     #[cfg(test)]
     pub fn for_images(
         gpu: &Arc<Gpu>,
-        format: TexelFormat,
+        image: &Image,
         output: ColorOutput,
         make: impl FnOnce(RendererParts) -> Result<R, GpuError>,
     ) -> Result<Self, GpuError> {
-        Self::new(gpu, format.raw(), output, make)
+        Self::new(gpu, (image.format().raw(), image.layers()), output, make)
     }
 
     fn new(
         gpu: &Arc<Gpu>,
-        format: vk::Format,
+        (format, layers): (vk::Format, u32),
         output: ColorOutput,
         make: impl FnOnce(RendererParts) -> Result<R, GpuError>,
     ) -> Result<Self, GpuError> {
@@ -103,16 +106,17 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         let uploads = unsafe { gpu.device.create_command_pool(&info, None) }.named("vkCreateCommandPool")?;
         gpu.name(uploads, "panel uploads");
         // From here on a failure drops `this`, which retires the pool.
-        let mut this = Self { gpu: gpu.clone(), renderer: None, uploads, format, conversion };
+        let mut this = Self { gpu: gpu.clone(), renderer: None, uploads, format, layers, conversion };
         let (device, allocator) = (gpu.device.clone(), gpu.memory.shared());
-        let parts = RendererParts { device, allocator, format: drawn, frames: IN_FLIGHT };
+        let parts = RendererParts { device, allocator, format: drawn, draws: IN_FLIGHT * layers as usize };
         this.renderer = Some(Box::new(make(parts)?));
         Ok(this)
     }
 
     /// Whether it can draw into the window's images.
     pub fn fits(&self, swapchain: &Swapchain) -> bool {
-        Arc::ptr_eq(&self.gpu, swapchain.gpu()) && self.format == swapchain.format()
+        let images = (swapchain.format(), swapchain.layers());
+        Arc::ptr_eq(&self.gpu, swapchain.gpu()) && (self.format, self.layers) == images
     }
 
     /// Calls `change` with the renderer, the queue and the pool for its uploads.
@@ -129,7 +133,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
     }
 
     /// Draws over the acquired image of the window, if there is one; `record` records the renderer's commands for an
-    /// image of this extent.
+    /// image of this extent, once for each of its layers.
     ///
     /// # Errors
     ///
@@ -138,7 +142,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         &mut self,
         swapchain: &mut Swapchain,
         frame: &mut GpuFrame<'_>,
-        record: impl FnOnce(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
+        record: impl FnMut(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
     ) -> Result<(), GpuError> {
         self.gpu.alive("vkQueueSubmit")?;
         let Some(acquired) = &mut swapchain.acquired else { return Ok(()) };
@@ -157,7 +161,7 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         &mut self,
         cmd: &mut Cmd<'_>,
         image: &mut Image,
-        record: impl FnOnce(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
+        record: impl FnMut(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
     ) -> Result<(), GpuError> {
         let mut target = WindowImage::of(image);
         let outcome = self.draw_over(cmd, &mut target, record);
@@ -169,20 +173,20 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         &mut self,
         cmd: &mut Cmd<'_>,
         target: &mut WindowImage,
-        record: impl FnOnce(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
+        mut record: impl FnMut(&mut R, vk::CommandBuffer, vk::Extent2D) -> Result<(), GpuError>,
     ) -> Result<(), GpuError> {
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
         let [width, height] = target.extent;
-        let mut outcome = Ok(());
-        let paint = |cmd: &mut Cmd<'_>, view, load| {
+        let mut paint = |cmd: &mut Cmd<'_>, view, load| {
+            let mut outcome = Ok(());
             cmd.render_into(&[(view, load)], [width, height], 1, |cmd| {
                 outcome = record(renderer, cmd.raw, vk::Extent2D { width, height });
             });
+            outcome
         };
         let Some(conversion) = &mut self.conversion else {
             cmd.access_shown(target.raw, &mut target.access, Access::ColorBlend);
-            paint(cmd, target.view, LoadOp::Keep);
-            return outcome;
+            return target.views().iter().try_for_each(|view| paint(cmd, *view, LoadOp::Keep));
         };
         let image = match conversion.image.take().filter(|image| image.extent(0) == target.extent) {
             Some(image) => image,
@@ -190,15 +194,16 @@ impl<R: Send + 'static> ForeignRenderer<R> {
         };
         let image = conversion.image.insert(image);
         cmd.access(image, Access::ColorWrite);
-        paint(cmd, image.view_of(Some(0)), LoadOp::Clear);
-        outcome?;
+        paint(cmd, image.view_of(Some(0)), LoadOp::Clear)?;
         cmd.access(image, Access::Sampled);
         cmd.access_shown(target.raw, &mut target.access, Access::ColorBlend);
         let texture = Texture::texels(image);
-        cmd.render_into(&[(target.view, LoadOp::Keep)], target.extent, 1, |cmd| {
-            cmd.bind(&conversion.pipeline, &[], &[texture]);
-            cmd.draw_triangle(&conversion.pipeline);
-        });
+        for view in target.views() {
+            cmd.render_into(&[(*view, LoadOp::Keep)], target.extent, 1, |cmd| {
+                cmd.bind(&conversion.pipeline, &[], &[texture]);
+                cmd.draw_triangle(&conversion.pipeline);
+            });
+        }
         Ok(())
     }
 }

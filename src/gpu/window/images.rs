@@ -17,15 +17,23 @@ pub(in crate::gpu) struct ImagesDesc {
     pub extent: [u32; 2],
     pub format: vk::SurfaceFormatKHR,
     pub mode: vk::PresentModeKHR,
+    /// Layers of each image, one or two, which the surface offers.
+    pub layers: u32,
     /// The previous generation, or null.
     pub old: vk::SwapchainKHR,
     pub faults: CallFaults,
 }
 
+/// Most layers of a swapchain image: one for each eye.
+pub(in crate::gpu) const MOST_LAYERS: u32 = 2;
+
+/// A view of each layer of an image to be shown; those of layers that it lacks are null.
+pub(in crate::gpu) type LayerViews = [vk::ImageView; MOST_LAYERS as usize];
+
 /// A swapchain image.
 pub(in crate::gpu) struct SwapchainImage {
     pub raw: vk::Image,
-    pub view: vk::ImageView,
+    pub views: LayerViews,
     /// Signalled by the frame that draws the image; presenting waits for it. It may be reused once the image is acquired again; a semaphore
     /// per frame in flight would not be safe to reuse then.
     pub drawn: vk::Semaphore,
@@ -36,6 +44,7 @@ pub(in crate::gpu) struct SwapchainImages {
     pub raw: vk::SwapchainKHR,
     pub images: Vec<SwapchainImage>,
     pub extent: [u32; 2],
+    pub layers: u32,
     pub format: vk::Format,
     /// Whether any of the images was presented.
     pub presented: bool,
@@ -66,7 +75,7 @@ impl SwapchainImages {
             .image_format(desc.format.format)
             .image_color_space(desc.format.color_space)
             .image_extent(vk::Extent2D { width, height })
-            .image_array_layers(1)
+            .image_array_layers(desc.layers)
             .image_usage(vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT)
             .pre_transform(limits.current_transform)
             .composite_alpha(alpha)
@@ -78,7 +87,8 @@ impl SwapchainImages {
         let raw = unsafe { loader.create_swapchain(&info, None) }.named("vkCreateSwapchainKHR")?;
         gpu.name(raw, "window");
         let (images, format) = (Vec::new(), desc.format.format);
-        let mut chain = SwapchainImages { raw, images, extent: desc.extent, format, presented: false };
+        let (extent, layers) = (desc.extent, desc.layers);
+        let mut chain = SwapchainImages { raw, images, extent, layers, format, presented: false };
         match chain.fill(gpu, loader) {
             Ok(()) => Ok(chain),
             Err(error) => {
@@ -95,9 +105,13 @@ impl SwapchainImages {
         for (i, raw) in images.into_iter().enumerate() {
             gpu.name(raw, &format!("window image {i}"));
             let drawn = gpu.semaphore(&format!("window image {i} drawn"))?;
-            self.images.push(SwapchainImage { raw, view: vk::ImageView::null(), drawn });
-            let (kind, name) = (vk::ImageViewType::TYPE_2D, format!("window image {i}"));
-            self.images[i].view = gpu.view(raw, self.format, kind, levels(0, 1), &name)?;
+            self.images.push(SwapchainImage { raw, views: LayerViews::default(), drawn });
+            for layer in 0..self.layers {
+                let range =
+                    vk::ImageSubresourceRange { base_array_layer: layer, layer_count: 1, ..levels(0, 1) };
+                let (kind, name) = (vk::ImageViewType::TYPE_2D, format!("window image {i} layer {layer}"));
+                self.images[i].views[layer as usize] = gpu.view(raw, self.format, kind, range, &name)?;
+            }
         }
         Ok(())
     }
@@ -111,7 +125,7 @@ impl SwapchainImages {
         // SAFETY: the caller promises that nothing is pending; null handles are allowed here.
         unsafe {
             for image in self.images {
-                gpu.device.destroy_image_view(image.view, None);
+                image.views.into_iter().for_each(|view| gpu.device.destroy_image_view(view, None));
                 gpu.device.destroy_semaphore(image.drawn, None);
             }
             loader.destroy_swapchain(self.raw, None);
@@ -126,17 +140,32 @@ const BACKGROUND: vk::ClearColorValue = vk::ClearColorValue { float32: [0.0, 0.0
 #[derive(Clone, Copy)]
 pub(in crate::gpu) struct WindowImage {
     pub raw: vk::Image,
-    pub view: vk::ImageView,
+    views: LayerViews,
     pub extent: [u32; 2],
+    /// One, which both eyes see, or one for each.
+    layers: u32,
     /// Last use.
     pub access: Access,
 }
 
 impl WindowImage {
-    /// Level 0 of an ordinary image.
+    /// An acquired image of a generation.
+    pub fn acquired(chain: &SwapchainImages, index: u32) -> Self {
+        let &SwapchainImage { raw, views, .. } = &chain.images[index as usize];
+        Self { raw, views, extent: chain.extent, layers: chain.layers, access: Access::Acquired }
+    }
+
+    /// Level 0 of an ordinary image of one layer or two.
     pub fn of(image: &Image) -> Self {
-        let (view, extent, access) = (image.view_of(Some(0)), image.extent(0), image.access[0]);
-        Self { raw: image.raw, view, extent, access }
+        let layers = image.layers().min(MOST_LAYERS);
+        let mut views = LayerViews::default();
+        (0..layers).for_each(|layer| views[layer as usize] = image.layer_view(layer));
+        Self { raw: image.raw, views, extent: image.extent(0), layers, access: image.access[0] }
+    }
+
+    /// The view of each layer.
+    pub fn views(&self) -> &[vk::ImageView] {
+        &self.views[..self.layers as usize]
     }
 }
 
@@ -192,20 +221,22 @@ impl CopyRegion {
         Some(Self { from, to })
     }
 
-    fn blit(self) -> vk::ImageBlit {
+    /// The copy of a layer of the picture into one of the window.
+    fn blit(self, from: u32, to: u32) -> vk::ImageBlit {
         let corners = |[a, b]: [[i32; 2]; 2]| {
             [vk::Offset3D { x: a[0], y: a[1], z: 0 }, vk::Offset3D { x: b[0], y: b[1], z: 1 }]
         };
         vk::ImageBlit::default()
-            .src_subresource(level(0, 0..1))
+            .src_subresource(level(0, from..from + 1))
             .src_offsets(corners(self.from))
-            .dst_subresource(level(0, 0..1))
+            .dst_subresource(level(0, to..to + 1))
             .dst_offsets(corners(self.to))
     }
 }
 
 impl Cmd<'_> {
-    /// Copies rectangles of level 0 of `picture`, clipped to both images, and clears the rest.
+    /// Copies rectangles of level 0 of `picture`, clipped to both images, and clears the rest. Each layer of the window shows the same layer
+    /// of the picture; a picture of one layer is shown in all of them.
     ///
     /// Implemented as a blit, which converts channel orders; unscaled copies between equal formats keep their bits.
     pub(in crate::gpu) fn show(
@@ -224,7 +255,9 @@ impl Cmd<'_> {
         if regions.is_empty() {
             return;
         }
-        let blits: Vec<vk::ImageBlit> = regions.into_iter().map(CopyRegion::blit).collect();
+        let layers = (0..shown.layers).map(|layer| (layer.min(picture.layers() - 1), layer));
+        let blits: Vec<vk::ImageBlit> =
+            layers.flat_map(|(from, to)| regions.iter().map(move |region| region.blit(from, to))).collect();
         self.access_levels(picture, 0..1, Access::TransferRead);
         self.access_shown(shown.raw, &mut shown.access, Access::TransferWrite);
         // SAFETY: the rectangles lie within both images, whose layouts were set above.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::gpu::commands::cmd::Cmd;
 use crate::gpu::device::gpu::Gpu;
 use crate::gpu::error::GpuError;
-use crate::gpu::resources::image::Image;
+use crate::gpu::resources::image::{Image, ImageDesc};
 use crate::gpu::window::images::{CopyFilter, CopyRegion, WindowImage};
 
 /// The copies, each half the size of the previous one.
@@ -25,7 +25,7 @@ impl ReducedPictures {
     ///
     /// # Errors
     ///
-    /// Those of [`Image::new`] for the copies.
+    /// Those of [`Image::of`] for the copies.
     pub fn of<'a>(
         &'a mut self,
         gpu: &Arc<Gpu>,
@@ -38,12 +38,15 @@ impl ReducedPictures {
         self.made = if is_new { 0 } else { self.made };
         while regions.iter().any(is_reduced) {
             let whole = if level == 0 { &*picture } else { &self.levels[level - 1] };
-            let (extent, format) = (whole.extent(0).map(|n| n.div_ceil(2)), whole.format());
-            let fits = |half: &Image| half.extent(0) == extent && half.format() == format;
+            let extent = whole.extent(0).map(|n| n.div_ceil(2));
+            let (format, layers) = (whole.format(), whole.layers());
+            let is_like = |half: &Image| half.format() == format && half.layers() == layers;
+            let fits = |half: &Image| half.extent(0) == extent && is_like(half);
             if !self.levels.get(level).is_some_and(fits) {
                 self.levels.truncate(level);
                 self.made = self.made.min(level);
-                self.levels.push(Image::new(gpu, "window.reduced", format, extent)?);
+                let desc = ImageDesc::new(format, extent).layered(layers);
+                self.levels.push(Image::of(gpu, "window.reduced", desc)?);
             }
             if level >= self.made {
                 let (before, rest) = self.levels.split_at_mut(level);
@@ -127,6 +130,44 @@ mod tests {
         gpu.wait(frame.submit().expect("submit")).expect("wait");
         let read = read_image(gpu, &mut window, 0, Region { origin: [0, 0], extent: to }).expect("read");
         read.chunks_exact(4).map(|texel| texel[0]).collect()
+    }
+
+    /// A window with a layer for each eye shows each its own layer of the picture, reduced or not; a picture of one layer is shown in both.
+    #[test]
+    fn each_layer_is_shown_in_its_own() {
+        let options = GpuOptions { validation: true, ..GpuOptions::default() };
+        let gpu = Gpu::with_options(&DeviceChoice::Best, options).expect("a device with validation");
+        for (from, greys) in [([8, 8], &[40, 200][..]), ([64, 64], &[40, 200]), ([64, 64], &[90])] {
+            let image = |name, extent, layers| {
+                let desc = ImageDesc::new(TexelFormat::Rgba8, extent).layered(layers);
+                Image::of(&gpu, name, desc).expect(name)
+            };
+            let mut picture = image("picture", from, greys.len() as u32);
+            let mut window = image("window", [8, 8], 2);
+            let texels = |grey: &u8| vec![[*grey, *grey, *grey, 255]; (from[0] * from[1]) as usize];
+            let upload = |grey| {
+                Buffer::filled(&gpu, "texels", BufferUse::Upload, texels(grey).as_flattened())
+                    .expect("a buffer")
+            };
+            let buffers: Vec<_> = greys.iter().map(upload).collect();
+            let mut reduced = ReducedPictures::default();
+            let mut frame = gpu.begin().expect("a frame");
+            let mut cmd = frame.cmd();
+            cmd.copy_from_buffers(&buffers.iter().collect::<Vec<_>>(), &mut picture);
+            let whole = CopyRegion { from: [[0, 0], from.map(|n| n as i32)], to: [[0, 0], [8, 8]] };
+            let (small, regions) = reduced.of(&gpu, &mut cmd, &mut picture, &[whole], true).expect("memory");
+            let mut shown = WindowImage::of(&window);
+            cmd.show(small, &mut shown, &regions, CopyFilter::Linear);
+            window.access[0] = shown.access;
+            gpu.wait(frame.submit().expect("submit")).expect("wait");
+            let region = Region { origin: [0, 0], extent: [8, 8] };
+            for layer in 0..2 {
+                let grey = greys[(layer as usize).min(greys.len() - 1)];
+                let read = read_image(&gpu, &mut window, layer, region).expect("read");
+                assert!(read.chunks_exact(4).all(|texel| texel == [grey, grey, grey, 255]), "layer {layer}");
+            }
+        }
+        assert!(gpu.validation_messages().is_empty(), "{:?}", gpu.validation_messages());
     }
 
     /// Every texel contributes to a reduced picture: isolated bright texels keep their total brightness wherever they are, while a single

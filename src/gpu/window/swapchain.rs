@@ -21,7 +21,7 @@ use crate::gpu::error::{GpuError, Named};
 use crate::gpu::resources::image::Image;
 use crate::gpu::resources::sync::Access;
 use crate::gpu::window::images::{
-    CopyFilter, CopyRegion, ImagesDesc, SwapchainImage, SwapchainImages, WindowImage,
+    CopyFilter, CopyRegion, ImagesDesc, MOST_LAYERS, SwapchainImages, WindowImage,
 };
 use crate::gpu::window::offers::{HdrMetadata, PresentWait};
 use crate::gpu::window::reduced::ReducedPictures;
@@ -92,6 +92,9 @@ pub struct Swapchain {
     wanted: [u32; 2],
     output: ColorOutput,
     outputs: Vec<ColorOutput>,
+    /// Requested layers of the images, and most that the surface offers.
+    layers: u32,
+    most_layers: u32,
     /// Whether the images no longer fit the window.
     stale: bool,
     hidden: bool,
@@ -148,6 +151,8 @@ impl Swapchain {
             wanted: extent,
             output: ColorOutput::Sdr,
             outputs: Vec::new(),
+            layers: 1,
+            most_layers: 1,
             stale: false,
             hidden: false,
             surface_lost: false,
@@ -199,6 +204,26 @@ impl Swapchain {
             self.stale = true;
         }
         offered
+    }
+
+    /// Most layers of an image that the surface offers (`maxImageArrayLayers`): with two, each eye can see its own.
+    pub fn most_layers(&self) -> u32 {
+        self.most_layers
+    }
+
+    /// Requests images of so many layers, one or two, effective with the next image. `false` if unsupported.
+    pub fn set_layers(&mut self, layers: u32) -> bool {
+        let offered = (1..=self.most_layers.min(MOST_LAYERS)).contains(&layers);
+        if offered && self.layers != layers {
+            self.layers = layers;
+            self.stale = true;
+        }
+        offered
+    }
+
+    /// Layers of the present images.
+    pub(in crate::gpu) fn layers(&self) -> u32 {
+        self.chain.as_ref().map_or(1, |chain| chain.layers)
     }
 
     /// Sets the peak luminance of wide-range colours for the display, cd/m².
@@ -342,8 +367,7 @@ impl Swapchain {
                 return Ok(self.surface_lost.then_some(Readiness::SurfaceLost));
             }
         };
-        let SwapchainImage { raw, view, .. } = chain.images[index as usize];
-        let image = WindowImage { raw, view, extent: chain.extent, access: Access::Acquired };
+        let image = WindowImage::acquired(chain, index);
         self.acquired = Some(Acquired { index, semaphore, waiting: None, image });
         self.suboptimal |= suboptimal || planned.is_some();
         Ok(Some(Readiness::Ready))
@@ -460,6 +484,8 @@ impl Swapchain {
             self.surface.capabilities(physical).named("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
         let formats = self.surface.formats(physical).named("vkGetPhysicalDeviceSurfaceFormatsKHR")?;
         self.outputs = formats.iter().map(|(output, _)| *output).collect();
+        self.most_layers = capabilities.max_image_array_layers.max(1);
+        self.layers = self.layers.min(self.most_layers);
         let extent = extent(&capabilities, self.wanted);
         self.hidden = extent.contains(&0);
         if self.hidden {
@@ -476,8 +502,8 @@ impl Swapchain {
         }
         let old = self.chain.take();
         let raw = old.as_ref().map_or(vk::SwapchainKHR::null(), |chain| chain.raw);
-        let desc =
-            ImagesDesc { capabilities, extent, format, mode, old: raw, faults: self.gpu.faults().clone() };
+        let (layers, faults) = (self.layers, self.gpu.faults().clone());
+        let desc = ImagesDesc { capabilities, extent, format, mode, layers, old: raw, faults };
         let made = SwapchainImages::new(&self.gpu, &self.loader, &self.surface, &desc);
         if let Some(old) = old {
             // Presenting is not part of a frame. Once an image of the next generation was presented, so was the last one of this

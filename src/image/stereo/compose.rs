@@ -11,7 +11,8 @@ type Encoded = Grid<[u8; 3]>;
 /// Composes the display pictures of the left and the right eye, in the encoding of both.
 ///
 /// Where pixels are averaged (half layouts) or mixed (anaglyphs) that is done in linear light; anaglyphs also in the primaries of Rec.709,
-/// which their matrices are for, whatever those of the display are. All other layouts copy pixels.
+/// which their matrices are for, whatever those of the display are. All other layouts copy pixels. What a window shows in layers is composed
+/// [in one picture](StereoLayout::in_one_picture).
 ///
 /// # Errors
 ///
@@ -25,6 +26,7 @@ pub fn compose(
     if left != right {
         return Err(StereoError::Size { left, right });
     }
+    let layout = layout.in_one_picture();
     let memory = StereoError::Memory { size: left };
     let size = layout.size(left).ok_or_else(|| memory.clone())?;
     let mut composed = Grid::try_filled(size[0], size[1], [0; 3]).ok_or(memory)?;

@@ -24,6 +24,8 @@ pub enum StereoLayout {
     ColumnInterlaced,
     /// The top left pixel and all other white fields of a chessboard are the left eye's: for DLP screens.
     Checkerboard,
+    /// Not one picture but two, each in a layer of a window's images (quad-buffered stereo): for displays that show each eye a layer.
+    Swapchain,
 }
 
 /// What a pixel of a composed picture shows; pixels are `[column, row]` of both eyes' pictures.
@@ -38,7 +40,7 @@ pub enum StereoSource {
 }
 
 impl StereoLayout {
-    /// All of them, in the order in which they are listed.
+    /// All that make one picture, in the order in which they are listed.
     pub const ALL: [Self; 12] = [
         Self::SideBySide,
         Self::SideBySideHalf,
@@ -69,6 +71,7 @@ impl StereoLayout {
             Self::RowInterlaced => ("row-interlaced", "Interlaced rows"),
             Self::ColumnInterlaced => ("column-interlaced", "Interlaced columns"),
             Self::Checkerboard => ("checkerboard", "Checkerboard"),
+            Self::Swapchain => ("swapchain", "A layer of the window for each eye"),
         }
     }
 
@@ -82,25 +85,41 @@ impl StereoLayout {
         self.names().1
     }
 
-    /// The layout of this name, or `None`.
+    /// Whether pixels of the composed picture mix the light of several, so that their encoding must be known.
+    pub const fn mixes_light(self) -> bool {
+        matches!(self, Self::SideBySideHalf | Self::OverUnderHalf | Self::Anaglyph(_))
+    }
+
+    /// The layout of one picture that has this name, or `None`.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|layout| layout.name() == name)
     }
 
-    /// Width and height of the composed picture of two of this size; half of an odd number is rounded up. `None` where a number overflows.
+    /// The layout in which files show what a window shows in this one: layers stand side by side.
+    pub const fn in_one_picture(self) -> Self {
+        match self {
+            Self::Swapchain => Self::SideBySide,
+            layout => layout,
+        }
+    }
+
+    /// Width and height of the composed picture of two of this size, or of each layer; half of an odd number is rounded up. `None` where a
+    /// number overflows.
     pub fn size(self, [width, height]: [usize; 2]) -> Option<[usize; 2]> {
         Some(match self {
             Self::SideBySide | Self::CrossEyed => [width.checked_mul(2)?, height],
             Self::SideBySideHalf => [width.div_ceil(2).checked_mul(2)?, height],
             Self::OverUnder => [width, height.checked_mul(2)?],
             Self::OverUnderHalf => [width, height.div_ceil(2).checked_mul(2)?],
-            Self::Anaglyph(_) | Self::RowInterlaced | Self::ColumnInterlaced | Self::Checkerboard => {
-                [width, height]
-            }
+            Self::Anaglyph(_)
+            | Self::RowInterlaced
+            | Self::ColumnInterlaced
+            | Self::Checkerboard
+            | Self::Swapchain => [width, height],
         })
     }
 
-    /// What the pixel `[x, y]` of the composed picture of two of this size shows.
+    /// What the pixel `[x, y]` of the composed picture of two of this size shows; of layers that is the pixel of the left eye's.
     pub fn source(self, size: [usize; 2], pixel: [usize; 2]) -> StereoSource {
         let [x, y] = pixel;
         match self {
@@ -113,6 +132,7 @@ impl StereoLayout {
             Self::RowInterlaced => StereoSource::Pixel(Eye::BOTH[y % 2], pixel),
             Self::ColumnInterlaced => StereoSource::Pixel(Eye::BOTH[x % 2], pixel),
             Self::Checkerboard => StereoSource::Pixel(Eye::BOTH[(x + y) % 2], pixel),
+            Self::Swapchain => StereoSource::Pixel(Eye::Left, pixel),
         }
     }
 }

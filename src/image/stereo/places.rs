@@ -4,7 +4,7 @@ use super::{Eye, StereoLayout, StereoSource};
 
 impl StereoLayout {
     /// The eye that is shown at a place of the composed picture of two of this size, and the place in its picture, both in pixels `[x, y]`
-    /// from the left top corner. Where both eyes are mixed it is the left one. `None` beside the picture.
+    /// from the left top corner. Where both eyes are mixed or shown at once it is the left one. `None` beside the picture.
     ///
     /// The pixel is that of [`source`](Self::source); a pixel that shows two neighbours has a half for each.
     pub fn place_of_eye(self, size: [usize; 2], [x, y]: [f64; 2]) -> Option<(Eye, [f64; 2])> {
@@ -34,7 +34,8 @@ impl StereoLayout {
             | Self::Anaglyph(_)
             | Self::RowInterlaced
             | Self::ColumnInterlaced
-            | Self::Checkerboard => ([0.0; 2], [1.0; 2]),
+            | Self::Checkerboard
+            | Self::Swapchain => ([0.0; 2], [1.0; 2]),
         }
     }
 }
@@ -47,7 +48,7 @@ mod tests {
     #[test]
     fn places_are_found_again() {
         for size in [[6, 4], [5, 3]] {
-            for layout in StereoLayout::ALL {
+            for layout in StereoLayout::ALL.into_iter().chain([StereoLayout::Swapchain]) {
                 let (corner, scale) = layout.left_eye(size.map(|n| n as f64));
                 let mut found = 0;
                 for (x, y) in (0..size[0]).flat_map(|x| (0..size[1]).map(move |y| (x, y))) {

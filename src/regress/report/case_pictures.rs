@@ -30,9 +30,18 @@ pub struct CasePictures {
     /// Map of FLIP between both as displayed, and its mean.
     pub flip: Option<(String, f64)>,
     /// Map of the signed z values, and the one of largest magnitude with its pixel.
-    pub z: Option<(String, Option<(f32, [usize; 2])>)>,
+    pub z: Option<SignedZMap>,
     /// Why something is not shown, in sentences.
     pub problems: Vec<String>,
+}
+
+/// Map of signed z values.
+#[derive(Debug)]
+pub struct SignedZMap {
+    /// The map.
+    pub uri: String,
+    /// The value of largest magnitude and its pixel (column, row); `None` if nothing differs.
+    pub largest: Option<(f32, [usize; 2])>,
 }
 
 impl CasePictures {
@@ -62,7 +71,7 @@ impl CasePictures {
         if let Some(z) = shown.said("The map of z values", signed_z(&now, &reference)) {
             let largest = worst(&z).map(|worst| (worst.value, [worst.x, worst.y]));
             let map = data_uri::false_colors(&z.reduced(SIDE, strongest), z_color);
-            shown.z = map.map(|map| (map, largest));
+            shown.z = map.map(|uri| SignedZMap { uri, largest });
         }
         shown
     }

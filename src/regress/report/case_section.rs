@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
 
-use super::case_pictures::{CasePictures, STRONGEST_Z, located, z_color};
+use super::case_pictures::{CasePictures, STRONGEST_Z, SignedZMap, located, z_color};
 use super::history::{PastCase, PastRun, RunHistory};
 use super::{timing_section, wording};
 use crate::color::palette;
@@ -94,7 +94,7 @@ fn maps(case: &CaseReport, pictures: &CasePictures) -> Markup {
                     figcaption { "FLIP: how visible the difference is when both alternate; mean " (wording::number(*mean)) "." }
                 }
             }
-            @if let Some((map, largest)) = &pictures.z {
+            @if let Some(SignedZMap { uri: map, largest }) = &pictures.z {
                 figure {
                     img src=(map) alt={ (case) ", map of the difference in standard errors" };
                     (scale(&format!("−{STRONGEST_Z}"), &format!("+{STRONGEST_Z}"), |at| z_color((2.0 * at - 1.0) * STRONGEST_Z)))

@@ -6,7 +6,7 @@
 //! | 4 | [`VERSION`], little endian like every number |
 //! | 8 | length of the header |
 //! | … | the header: [`StateHeader`] as JSON, with the list of sections |
-//! | … | the sections, row by row |
+//! | … | the sections, row by row; with two eyes, those of the left one and then those of the right |
 //! | 32 | BLAKE3 of everything before |
 //!
 //! A row of a section holds, channel by channel, the number of the first byte and the number of bytes that any of the row's sums uses,
@@ -20,20 +20,25 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, Report, Result};
 use serde::{Deserialize, Serialize};
 
-use crate::client::Film;
 use crate::client::reference::ExactFilm;
+use crate::client::reference::accumulator::ExactTexel;
+use crate::client::{Film, FilmCounts};
 use crate::image::Grid;
 use crate::image::write::AtomicFile;
 use crate::math::exact_sum::ExactSum;
 use crate::render::state::header::StateHeader;
-use crate::study::ExactReplicates;
+use crate::stream::{PathCounts, REPLICATES};
 use crate::study::largest::KEPT;
+use crate::study::{ExactPixel, ExactReplicates};
 
 /// Magic number of the file.
 pub const MAGIC: [u8; 8] = *b"\x8bPNTLST\n";
 
-/// Version of the format; no other is read.
-pub const VERSION: u32 = 1;
+/// Version of the format; later ones are not read.
+pub const VERSION: u32 = 2;
+
+/// Version of the format of one eye, which has not changed with the second one.
+const VERSION_OF_ONE_EYE: u32 = 1;
 
 /// Longest header, bytes.
 const LONGEST_HEADER: u64 = 64 << 20;
@@ -58,14 +63,78 @@ struct Contents {
     #[serde(flatten)]
     about: StateHeader,
     sections: Vec<Section>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    right_sections: Vec<Section>,
 }
 
 /// A render in memory that can be written, resumed, and merged with others.
 pub struct RenderState {
     pub about: StateHeader,
+    /// Sums of the picture, or of the left eye's.
+    pub sums: PictureSums,
+    /// Sums of the right eye's picture, if there are two.
+    pub right_eye: Option<PictureSums>,
+}
+
+/// Exact sums of one picture.
+pub struct PictureSums {
     pub film: ExactFilm,
     /// `None` if the render is not divided into replicates.
     pub replicates: Option<ExactReplicates>,
+}
+
+impl PictureSums {
+    /// Empty sums.
+    ///
+    /// # Errors
+    ///
+    /// When the film cannot be created.
+    fn new(about: &StateHeader, threads: usize) -> Result<Self> {
+        let (spec, scale) = (about.run.film, about.identity.luminance_scale);
+        let film = ExactFilm::new(spec, threads, scale).into_diagnostic()?;
+        let exact = || ExactReplicates::new([spec.width, spec.height], spec.filter.energy(), scale);
+        let replicates = about.run.replicated.then(exact);
+        Ok(Self { film, replicates })
+    }
+
+    fn add_counts(&mut self, counts: FilmCounts, replicates: [PathCounts; REPLICATES]) {
+        self.film.add_counts(counts);
+        let parts = self.replicates.iter_mut().flat_map(|exact| &mut exact.parts);
+        parts.zip(replicates).for_each(|(part, paths)| part.count_paths(paths));
+    }
+
+    /// The sums as [`write()`] takes them, once the film has no batch.
+    pub fn shared(&self) -> SharedSums<'_> {
+        SharedSums { film: &self.film, replicates: self.replicates.as_ref() }
+    }
+}
+
+/// Exact sums of one picture, to be written.
+#[derive(Clone, Copy)]
+pub struct SharedSums<'a> {
+    /// Must have no batch.
+    pub film: &'a ExactFilm,
+    pub replicates: Option<&'a ExactReplicates>,
+}
+
+impl<'a> SharedSums<'a> {
+    /// Sums of the film, by stream.
+    fn of_film(self) -> impl Iterator<Item = (Section, &'a Grid<ExactTexel>)> {
+        [0, 1].into_iter().filter_map(move |stream| Some((Section::Film(stream), self.film.sums(stream)?)))
+    }
+
+    /// Sums of the replicates, by replicate and stream.
+    fn of_replicates(self) -> impl Iterator<Item = (Section, &'a Grid<ExactPixel>)> {
+        let parts = self.replicates.into_iter().flat_map(|exact| exact.parts.iter().enumerate());
+        let streams = parts.flat_map(|(i, part)| part.streams.iter().enumerate().map(move |s| (i, s)));
+        streams.filter_map(|(i, (stream, sums))| Some((Section::Replicate(i, stream), sums.as_ref()?)))
+    }
+
+    fn sections(self) -> Vec<Section> {
+        let film = self.of_film().map(|(section, _)| section);
+        let replicates = self.of_replicates().map(|(section, _)| section);
+        film.chain(replicates).chain(self.replicates.map(|_| Section::Largest)).collect()
+    }
 }
 
 impl RenderState {
@@ -75,17 +144,17 @@ impl RenderState {
     ///
     /// When the film cannot be created.
     pub fn new(about: StateHeader, threads: usize) -> Result<Self> {
-        let (spec, scale) = (about.run.film, about.identity.luminance_scale);
-        let film = ExactFilm::new(spec, threads, scale).into_diagnostic()?;
-        let exact = || ExactReplicates::new([spec.width, spec.height], spec.filter.energy(), scale);
-        let replicates = about.run.replicated.then(exact);
-        Ok(Self { about, film, replicates })
+        let sums = PictureSums::new(&about, threads)?;
+        let right_eye = about.run.stereo.map(|_| PictureSums::new(&about, threads)).transpose()?;
+        Ok(Self { about, sums, right_eye })
     }
 
     /// Writes the state to `path`, replacing an existing file.
     pub fn write(&mut self, path: &Path) -> Result<()> {
-        self.film.flush().into_diagnostic()?;
-        write(path, &self.about, &self.film, self.replicates.as_ref())
+        for sums in [&mut self.sums].into_iter().chain(&mut self.right_eye) {
+            sums.film.flush().into_diagnostic()?;
+        }
+        write(path, &self.about, self.sums.shared(), self.right_eye.as_ref().map(PictureSums::shared))
     }
 
     /// Adds a state of the same picture: sums, indices and counts.
@@ -95,6 +164,12 @@ impl RenderState {
     /// When indices are present in both (nothing is added then), or the file cannot be read.
     pub fn add(&mut self, mut file: StateFile) -> Result<()> {
         let other = &file.about;
+        if self.right_eye.is_some() != other.right_eye.is_some() {
+            return Err(damaged(
+                &file.path,
+                "it does not hold the sums of as many eyes as its settings speak of",
+            ));
+        }
         self.about.indices.merge(&other.indices).map_err(|twice| {
             miette::miette!(
                 "{} holds indices {}–{} once more",
@@ -103,57 +178,49 @@ impl RenderState {
                 twice.end - 1
             )
         })?;
-        self.film.add_counts(other.counts);
         self.about.seconds += other.seconds;
         self.about.rejections.merge(&other.rejections);
-        if let Some(replicates) = &mut self.replicates {
-            for (part, paths) in replicates.parts.iter_mut().zip(other.replicates) {
-                part.count_paths(paths);
-            }
+        self.sums.add_counts(other.counts, other.replicates);
+        if let Some((sums, of_eye)) = self.right_eye.as_mut().zip(other.right_eye.as_ref()) {
+            sums.add_counts(of_eye.counts, other.replicates);
         }
-        file.add_sums(&mut self.film, self.replicates.as_mut())
-    }
-
-    /// The header with present counts.
-    fn counted(about: &StateHeader, film: &ExactFilm, replicates: Option<&ExactReplicates>) -> StateHeader {
-        let mut about = about.clone();
-        about.counts = film.counts();
-        about.replicates =
-            replicates.map_or(Default::default(), |exact| exact.parts.each_ref().map(|part| part.paths));
-        about
+        let [sections, right_sections] = std::mem::take(&mut file.sections);
+        file.add_sums(&sections, &mut self.sums)?;
+        self.right_eye.as_mut().map_or(Ok(()), |sums| file.add_sums(&right_sections, sums))
     }
 }
 
-/// Writes a state, whose film must have no batch, to `path`.
+/// The header with present counts.
+fn counted(about: &StateHeader, left: SharedSums<'_>, right: Option<SharedSums<'_>>) -> StateHeader {
+    let mut about = about.clone();
+    about.counts = left.film.counts();
+    about.replicates =
+        left.replicates.map_or(Default::default(), |exact| exact.parts.each_ref().map(|part| part.paths));
+    if let Some((of_eye, right)) = about.right_eye.as_mut().zip(right) {
+        of_eye.counts = right.film.counts();
+    }
+    about
+}
+
+/// Writes a state of one picture, or of those of the left and the right eye, to `path`.
 pub fn write(
     path: &Path,
     about: &StateHeader,
-    film: &ExactFilm,
-    replicates: Option<&ExactReplicates>,
+    left: SharedSums<'_>,
+    right: Option<SharedSums<'_>>,
 ) -> Result<()> {
-    let films = [0, 1].map(|stream| (Section::Film(stream), film.sums(stream)));
-    let films: Vec<_> = films.into_iter().filter_map(|(section, sums)| Some((section, sums?))).collect();
-    let mut parts = Vec::new();
-    for (i, part) in replicates.iter().flat_map(|exact| exact.parts.iter().enumerate()) {
-        let sums = part.streams.iter().enumerate();
-        parts.extend(sums.filter_map(|(stream, sums)| Some((Section::Replicate(i, stream), sums.as_ref()?))));
-    }
-    let mut sections: Vec<Section> = films.iter().map(|(section, _)| *section).collect();
-    sections.extend(parts.iter().map(|(section, _)| *section));
-    sections.extend(replicates.map(|_| Section::Largest));
-    let about = RenderState::counted(about, film, replicates);
-    let json = serde_json::to_vec(&Contents { about, sections }).into_diagnostic()?;
+    let right_sections = right.map(SharedSums::sections).unwrap_or_default();
+    let contents = Contents { about: counted(about, left, right), sections: left.sections(), right_sections };
+    let version = if right.is_some() { VERSION } else { VERSION_OF_ONE_EYE };
+    let json = serde_json::to_vec(&contents).into_diagnostic()?;
     let mut out =
         HashedWriter { file: AtomicFile::create(path).into_diagnostic()?, hash: blake3::Hasher::new() };
     out.append(&MAGIC)?;
-    out.append(&VERSION.to_le_bytes())?;
+    out.append(&version.to_le_bytes())?;
     out.append(&(json.len() as u64).to_le_bytes())?;
     out.append(&json)?;
-    films.iter().try_for_each(|(_, sums)| out.grid(sums))?;
-    parts.iter().try_for_each(|(_, sums)| out.grid(sums))?;
-    if let Some(exact) = replicates {
-        out.append(bytemuck::cast_slice(exact.largest.tiles()))?;
-    }
+    out.sums(left)?;
+    right.map_or(Ok(()), |right| out.sums(right))?;
     let hash = out.hash.finalize();
     out.file.append(hash.as_bytes()).into_diagnostic()?;
     out.file.commit().into_diagnostic()
@@ -169,6 +236,14 @@ impl HashedWriter {
     fn append(&mut self, bytes: &[u8]) -> Result<()> {
         self.hash.update(bytes);
         self.file.append(bytes).into_diagnostic()
+    }
+
+    /// Appends the sections of a picture.
+    fn sums(&mut self, sums: SharedSums<'_>) -> Result<()> {
+        sums.of_film().try_for_each(|(_, grid)| self.grid(grid))?;
+        sums.of_replicates().try_for_each(|(_, grid)| self.grid(grid))?;
+        let Some(exact) = sums.replicates else { return Ok(()) };
+        self.append(bytemuck::cast_slice(exact.largest.tiles()))
     }
 
     fn grid<const C: usize>(&mut self, sums: &Grid<[ExactSum; C]>) -> Result<()> {
@@ -199,7 +274,8 @@ fn pack<const C: usize>(row: &[[ExactSum; C]], out: &mut Vec<u8>) {
 pub struct StateFile {
     pub path: PathBuf,
     pub about: StateHeader,
-    sections: Vec<Section>,
+    /// Sections of the picture or of the left eye's, and of the right eye's.
+    sections: [Vec<Section>; 2],
     input: BufReader<File>,
 }
 
@@ -235,10 +311,10 @@ impl StateFile {
             start[at..at + len].iter().rev().fold(0u64, |n, byte| n << 8 | u64::from(*byte))
         };
         let (version, length) = (number(8, 4), number(12, 8));
-        if version != u64::from(VERSION) {
+        if !(u64::from(VERSION_OF_ONE_EYE)..=u64::from(VERSION)).contains(&version) {
             return Err(miette::miette!(
                 help = "use the version of the program that wrote it, or render again",
-                "{name} has version {version} of the format, and this program reads version {VERSION}"
+                "{name} has version {version} of the format, and this program reads {VERSION_OF_ONE_EYE} to {VERSION}"
             ));
         }
         if length > LONGEST_HEADER || length > meta.len() {
@@ -253,17 +329,18 @@ impl StateFile {
         input.read_exact(&mut json).map_err(unread)?;
         let contents: Contents = serde_json::from_slice(&json)
             .map_err(|e| damaged(path, &format!("its header is not understood: {e}")))?;
-        let Contents { about, sections } = contents;
-        Ok(Self { path: path.to_path_buf(), about, sections, input })
+        let Contents { about, sections, right_sections } = contents;
+        Ok(Self { path: path.to_path_buf(), about, sections: [sections, right_sections], input })
     }
 
-    /// Adds the sums to others of the same picture.
-    fn add_sums(&mut self, film: &mut ExactFilm, mut replicates: Option<&mut ExactReplicates>) -> Result<()> {
+    /// Adds the sums of the next sections to others of the same picture.
+    fn add_sums(&mut self, sections: &[Section], sums: &mut PictureSums) -> Result<()> {
+        let PictureSums { film, replicates } = sums;
         let (path, size) = (self.path.clone(), [self.about.run.film.width, self.about.run.film.height]);
         let size = size.map(|n| n as usize);
         let unread = |e: std::io::Error| -> Report { damaged(&path, &e.to_string()) };
-        for section in self.sections.clone() {
-            match (section, &mut replicates) {
+        for section in sections {
+            match (*section, &mut *replicates) {
                 (Section::Film(stream @ (0 | 1)), _) => {
                     add_grid(&mut self.input, film.sums_mut(stream).into_diagnostic()?).map_err(unread)?;
                 }

@@ -6,13 +6,14 @@ use std::time::Duration;
 
 use miette::{IntoDiagnostic, Result};
 
+use crate::image::stereo::StereoLayout;
 use crate::image::write::{check_place, same_file};
-use crate::render::options::RenderOptions;
-use crate::render::options::SceneOptions;
+use crate::render::options::{RenderOptions, SceneOptions, StereoOptions};
 use crate::render::run_spec::RunSpec;
 use crate::render::state::file::{RenderState, StateFile};
 use crate::render::state::header::{RenderGoal, Share, StateHeader};
 use crate::render::state::identity::Identity;
+use crate::scene::desc::ConvergenceChoice;
 use crate::study::ErrorTarget;
 
 /// The state that a render keeps.
@@ -37,7 +38,7 @@ impl KeptState {
             (state, true) => {
                 let old = args.source.scene.clone();
                 let from = StateFile::open(&old)?;
-                check_free(args)?;
+                check_free(args, &from.about.run)?;
                 let file = state.clone().unwrap_or(old);
                 resume(args, &from.about);
                 (file, Some(from))
@@ -160,8 +161,8 @@ pub struct OpenState {
     pub state: RenderState,
 }
 
-/// Rejects options that determine samples, since the state's apply.
-fn check_free(args: &RenderOptions) -> Result<()> {
+/// Rejects options that determine samples, since those of the state, which are in `run`, apply.
+fn check_free(args: &RenderOptions, run: &RunSpec) -> Result<()> {
     let SceneOptions { defines, lenient, size, integrator, effects, max_depth, seed, filter, .. } =
         &args.source;
     let given = [
@@ -175,6 +176,9 @@ fn check_free(args: &RenderOptions) -> Result<()> {
         (filter.is_some(), "--filter"),
         (args.replicates != 2, "--replicates"),
         (args.first_index != 0, "--first-index"),
+        (args.stereo.is_some() && run.stereo.is_none(), "--stereo"),
+        (args.stereo.is_some_and(|eyes| eyes.interocular.is_some()), "--interocular"),
+        (args.stereo.is_some_and(|eyes| eyes.convergence != ConvergenceChoice::default()), "--convergence"),
     ];
     match given.into_iter().find(|(given, _)| *given) {
         None => Ok(()),
@@ -191,5 +195,7 @@ fn resume(args: &mut RenderOptions, about: &StateHeader) {
     args.source = SceneOptions { simd, verbose, ..about.run.source(args.source.threads) };
     args.replicates = if about.run.replicated { 2 } else { 1 };
     args.first_index = about.picture.start;
+    let layout = args.stereo.map_or(Some(StereoLayout::default()), |eyes| eyes.layout);
+    args.stereo = about.run.stereo.as_ref().map(|rig| StereoOptions::of_rig(rig, layout));
     args.aov = Some(args.aov.take().unwrap_or_else(|| about.run.aovs.clone()));
 }

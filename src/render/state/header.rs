@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use miette::Result;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::client::FilmCounts;
 use crate::render::run_spec::RunSpec;
@@ -85,11 +85,24 @@ pub struct StateHeader {
     pub seconds: f64,
     /// Error so far, which decides about the end of the render.
     pub progress: MonitorProgress,
+    /// The right eye, if there are two; counts and error above are then those of the left one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right_eye: Option<EyeHeader>,
+}
+
+/// What a state says of the right eye's picture alone: its paths are those of the left one's.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct EyeHeader {
+    /// Samples and paths in the sums of its film.
+    pub counts: FilmCounts,
+    /// Its error so far.
+    pub progress: MonitorProgress,
 }
 
 impl StateHeader {
     /// The header of a state with nothing in its sums.
     pub fn empty(run: RunSpec, identity: Identity, picture: Range<u64>, goal: RenderGoal) -> Self {
+        let right_eye = run.stereo.map(|_| EyeHeader::default());
         Self {
             program: format!("pointillist {}", env!("CARGO_PKG_VERSION")),
             run,
@@ -103,6 +116,7 @@ impl StateHeader {
             rejections: Rejections::default(),
             seconds: 0.0,
             progress: MonitorProgress::default(),
+            right_eye,
         }
     }
 
@@ -156,10 +170,8 @@ fn first_difference(a: &RunSpec, b: &RunSpec) -> Option<(String, String, String)
     else {
         return None;
     };
-    let differs = |(key, value): &(String, Value)| {
-        !FREE.contains(&key.as_str()) && b.get(key).unwrap_or(&Value::Null) != value
-    };
-    let (key, value) = a.into_iter().find(differs)?;
-    let other = b.get(&key).cloned().unwrap_or_default();
-    Some((key, value.to_string(), other.to_string()))
+    let of = |run: &Map<String, Value>, key: &str| run.get(key).cloned().unwrap_or_default();
+    let differs = |key: &&String| !FREE.contains(&key.as_str()) && of(&a, key) != of(&b, key);
+    let key = a.keys().chain(b.keys()).find(differs)?;
+    Some((key.clone(), of(&a, key).to_string(), of(&b, key).to_string()))
 }

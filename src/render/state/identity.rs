@@ -11,7 +11,7 @@ use crate::color::Xyz;
 use crate::render::method::render_context;
 use crate::render::run_spec::RunSpec;
 use crate::stream::{CHUNK, REPLICATES, Sample, SampleSink};
-use crate::tracer::integrator::{IntegratorVisitor, RenderContext, visit};
+use crate::tracer::integrator::{IntegratorVisitor, RenderContext, Stereo, visit};
 use crate::tracer::sampler::LightSampler;
 use crate::tracer::{Camera, Integrator, Sampler, Scene};
 
@@ -29,13 +29,19 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Identity of a run whose scene consists of these files.
+    /// Identity of a run whose scene consists of these files, and whose `right_eye` has this camera, if there are two.
     ///
     /// # Errors
     ///
     /// When a file can no longer be read.
-    pub fn of(run: &RunSpec, files: &[PathBuf], scene: &Arc<Scene>, camera: &Camera) -> Result<Self> {
-        let mut first = FirstChunk::trace(run, scene, camera);
+    pub fn of(
+        run: &RunSpec,
+        files: &[PathBuf],
+        scene: &Arc<Scene>,
+        camera: &Camera,
+        right_eye: Option<&Camera>,
+    ) -> Result<Self> {
+        let mut first = FirstChunk::trace(run, scene, camera, right_eye);
         let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
         for replicate in 0..if run.replicated { REPLICATES } else { 1 } {
             first.take_numbers(&context.of_replicate(replicate));
@@ -45,9 +51,14 @@ impl Identity {
     }
 }
 
-/// Unit of colours in the exact sums of a run.
-pub fn luminance_scale(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> f32 {
-    FirstChunk::trace(run, scene, camera).luminance_scale()
+/// Unit of colours in the exact sums of a run, of both eyes if there are two.
+pub fn luminance_scale(
+    run: &RunSpec,
+    scene: &Arc<Scene>,
+    camera: &Camera,
+    right_eye: Option<&Camera>,
+) -> f32 {
+    FirstChunk::trace(run, scene, camera, right_eye).luminance_scale()
 }
 
 /// Hash of the contents of files, in order; their paths do not matter.
@@ -62,16 +73,20 @@ pub fn hash_of_files(files: &[PathBuf]) -> Result<String> {
     Ok(all.finalize().to_hex()[..32].to_string())
 }
 
-/// Traces the first chunk by a method.
-struct FirstPaths {
+/// Traces the first chunk by a method; with two eyes, that of each.
+struct FirstPaths<'a> {
     context: RenderContext,
+    right_eye: Option<&'a Camera>,
 }
 
-impl IntegratorVisitor for FirstPaths {
+impl IntegratorVisitor for FirstPaths<'_> {
     type Output = FirstChunk;
 
     fn visit<I: Integrator + From<RenderContext>>(self) -> FirstChunk {
-        FirstChunk::of(&I::from(self.context))
+        match self.right_eye {
+            None => FirstChunk::of(&I::from(self.context), CHUNK),
+            Some(right) => FirstChunk::of(&Stereo::new(&self.context, right, I::from), 2 * CHUNK),
+        }
     }
 }
 
@@ -83,15 +98,15 @@ struct FirstChunk {
 }
 
 impl FirstChunk {
-    fn trace(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera) -> Self {
+    fn trace(run: &RunSpec, scene: &Arc<Scene>, camera: &Camera, right_eye: Option<&Camera>) -> Self {
         let context = render_context(run, scene.clone(), camera.clone(), run.film.window());
-        visit(run.integrator, FirstPaths { context })
+        visit(run.integrator, FirstPaths { context, right_eye })
     }
 
-    fn of<I: Integrator>(tracer: &I) -> Self {
+    fn of<I: Integrator>(tracer: &I, indices: u64) -> Self {
         let (mut first, mut scratch) =
             (Self { hash: blake3::Hasher::new(), luminance: (0.0, 0) }, I::Scratch::default());
-        (0..CHUNK).for_each(|index| tracer.trace(index, &mut scratch, &mut first));
+        (0..indices).for_each(|index| tracer.trace(index, &mut scratch, &mut first));
         first
     }
 
@@ -136,6 +151,14 @@ impl SampleSink for FirstChunk {
     fn light(&mut self, uv: [f32; 2], xyz: Xyz) {
         self.take(Sample { uv, xyz, w: -1.0 });
     }
+
+    fn camera_of_other_eye(&mut self, uv: [f32; 2], xyz: Xyz, w: f32) {
+        self.camera(uv, xyz, w);
+    }
+
+    fn light_of_other_eye(&mut self, uv: [f32; 2], xyz: Xyz) {
+        self.light(uv, xyz);
+    }
 }
 
 #[cfg(test)]
@@ -158,8 +181,8 @@ mod tests {
         let of = |side: u32| {
             let mut run = input.run(&source, "cpu".to_string());
             (run.film.width, run.film.height) = (side, side);
-            let first = FirstChunk::trace(&run, &scene, &camera).hash.finalize();
-            (first, Identity::of(&run, &[], &scene, &camera).expect("no files").samples)
+            let first = FirstChunk::trace(&run, &scene, &camera, None).hash.finalize();
+            (first, Identity::of(&run, &[], &scene, &camera, None).expect("no files").samples)
         };
         let [usual, alike, other] = [64, 65, 4096].map(of);
         assert_eq!(usual, alike);
@@ -178,8 +201,25 @@ mod tests {
         let camera = Camera::of(desc).expect("the camera is valid");
         let [one, two] = [false, true].map(|replicated| {
             let run = RunSpec { replicated, ..input.run(&source, "cpu".to_string()) };
-            Identity::of(&run, &[], &scene, &camera).expect("no files").samples
+            Identity::of(&run, &[], &scene, &camera, None).expect("no files").samples
         });
         assert_ne!(one, two);
+    }
+
+    /// A state of two eyes is known by the samples of both: another place of the right one is another picture.
+    #[test]
+    fn both_eyes_are_part_of_the_identity() {
+        let source = SceneOptions::of("scenes/cornell.xml".into());
+        let input = load::load(&source).expect("the scene can be read");
+        let desc = &input.loaded.desc;
+        let scene = Arc::new(Scene::prepare(desc).expect("the scene is valid"));
+        let camera = Camera::of(desc).expect("the camera is valid");
+        let mut moved = desc.clone();
+        moved.camera.to_world.translation.x += 0.01;
+        let moved = Camera::of(&moved).expect("the camera is valid");
+        let run = input.run(&source, "cpu".to_string());
+        let [one, same, apart] = [None, Some(&camera), Some(&moved)]
+            .map(|right| Identity::of(&run, &[], &scene, &camera, right).expect("no files").samples);
+        assert!(one != same && same != apart && one != apart);
     }
 }

@@ -8,10 +8,11 @@ use miette::{IntoDiagnostic, Result};
 use crate::accounting::observer::Observer;
 use crate::client::Film;
 use crate::client::reference::ExactFilm;
-use crate::render::state::file;
+use crate::render::state::file::{self, SharedSums};
 use crate::render::state::header::StateHeader;
-use crate::stream::{Block, CHUNK, PathCounts, Rejections, Sample};
-use crate::study::AccumulatedSamples;
+use crate::render::stereo::RightEye;
+use crate::stream::{Block, BlockEyes, CHUNK, PathCounts, Rejections, Sample};
+use crate::study::{AccumulatedSamples, MonitorProgress};
 
 /// Passes on whole chunks of indices, and writes the state periodically.
 ///
@@ -26,6 +27,8 @@ pub struct Recorder {
     /// Seconds of rendering before the state was resumed.
     before: f64,
     about: StateHeader,
+    /// The eyes that blocks have samples of.
+    eyes: BlockEyes,
     chunk: Chunk,
 }
 
@@ -34,7 +37,8 @@ pub struct Recorder {
 pub struct Chunk {
     pub first_index: u64,
     pub paths: PathCounts,
-    pub samples: Vec<Sample>,
+    /// Samples of the picture or of the left eye, and of the right eye.
+    pub samples: [Vec<Sample>; 2],
     indices: u64,
     rejections: Rejections,
 }
@@ -43,7 +47,8 @@ impl Recorder {
     /// Starts recording the render described by `about` to `file`.
     pub fn new(file: PathBuf, every: Duration, about: StateHeader) -> Self {
         let now = Instant::now();
-        Self { file, every, saved: now, began: now, before: about.seconds, about, chunk: Chunk::default() }
+        let (eyes, before) = (about.run.eyes(), about.seconds);
+        Self { file, every, saved: now, began: now, before, about, eyes, chunk: Chunk::default() }
     }
 
     /// Header of the state so far.
@@ -59,19 +64,19 @@ impl Recorder {
     /// Takes the next block; returns its chunk if complete.
     pub fn take(&mut self, block: &Block) -> Option<&Chunk> {
         let (header, chunk) = (&block.header, &mut self.chunk);
-        if header.first_index >= chunk.end() || chunk.indices == 0 && chunk.samples.is_empty() {
-            chunk.samples.clear();
-            *chunk = Chunk {
-                first_index: header.first_index,
-                samples: std::mem::take(&mut chunk.samples),
-                ..Chunk::default()
-            };
+        let is_empty = chunk.indices == 0 && chunk.samples.iter().all(Vec::is_empty);
+        if header.first_index >= chunk.end() || is_empty {
+            let mut samples = std::mem::take(&mut chunk.samples);
+            samples.iter_mut().for_each(Vec::clear);
+            *chunk = Chunk { first_index: header.first_index, samples, ..Chunk::default() };
         }
         chunk.indices += header.index_count;
         chunk.paths.camera += header.paths.camera;
         chunk.paths.light += header.paths.light;
         chunk.rejections.merge(&block.rejections);
-        chunk.samples.extend_from_slice(block.samples());
+        for (samples, more) in chunk.samples.iter_mut().zip(self.eyes.split(block)) {
+            samples.extend_from_slice(more);
+        }
         if chunk.first_index + chunk.indices < chunk.end().min(self.about.goal.indices.end) {
             return None;
         }
@@ -91,17 +96,43 @@ impl Recorder {
     /// # Errors
     ///
     /// When the file cannot be written; the previous file stays unchanged.
-    pub fn save(&mut self, film: &mut dyn Film, observer: Option<&Observer>) -> Result<()> {
-        film.flush().into_diagnostic()?;
-        let Some(film) = ExactFilm::of(film) else { return Ok(()) };
-        self.about.progress = observer.map(Observer::progress).unwrap_or_default();
-        let accumulated = observer.and_then(Observer::accumulated);
-        let replicates = accumulated.as_ref().and_then(AccumulatedSamples::exact_sums);
+    pub fn save(
+        &mut self,
+        film: &mut dyn Film,
+        observer: Option<&Observer>,
+        right_eye: Option<&mut RightEye>,
+    ) -> Result<()> {
+        let Some((film, account, progress)) = recorded(film, observer)? else { return Ok(()) };
+        self.about.progress = progress;
+        let mut right = None;
+        if let Some(RightEye { film, observer, .. }) = right_eye {
+            let Some((film, account, progress)) = recorded(&mut **film, observer.as_ref())? else {
+                return Ok(());
+            };
+            self.about.right_eye.get_or_insert_default().progress = progress;
+            right = Some((film, account));
+        }
         self.about.seconds = self.before + self.began.elapsed().as_secs_f64();
-        file::write(&self.file, &self.about, film, replicates)?;
+        let right = right.as_ref().map(|(film, account)| shared(film, account.as_ref()));
+        file::write(&self.file, &self.about, shared(film, account.as_ref()), right)?;
         self.saved = Instant::now();
         Ok(())
     }
+}
+
+/// A film without a batch and what is known of its samples, for the state; `None` if its sums are not exact.
+fn recorded<'a>(
+    film: &'a mut dyn Film,
+    observer: Option<&Observer>,
+) -> Result<Option<(&'a ExactFilm, Option<AccumulatedSamples>, MonitorProgress)>> {
+    film.flush().into_diagnostic()?;
+    let Some(film) = ExactFilm::of(film) else { return Ok(None) };
+    let progress = observer.map(Observer::progress).unwrap_or_default();
+    Ok(Some((&*film, observer.and_then(Observer::accumulated), progress)))
+}
+
+fn shared<'a>(film: &'a ExactFilm, account: Option<&'a AccumulatedSamples>) -> SharedSums<'a> {
+    SharedSums { film, replicates: account.and_then(AccumulatedSamples::exact_sums) }
 }
 
 impl Chunk {

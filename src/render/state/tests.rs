@@ -12,8 +12,9 @@ use crate::math::random::Random;
 use crate::render::load;
 use crate::render::method::render_context;
 use crate::render::options::SceneOptions;
+use crate::render::run_spec::RunSpec;
 use crate::render::state::*;
-use crate::scene::desc::IntegratorKind;
+use crate::scene::desc::{IntegratorKind, StereoConvergence, StereoRig};
 use crate::stream::{CHUNK, PathCounts, Sample, SampleSink};
 use crate::tracer::accel::SimdKernel;
 use crate::tracer::integrator::{BidirectionalTracer, PathTracer, RenderContext, Replicated};
@@ -56,7 +57,7 @@ fn trace(scene: &str, integrator: IntegratorKind) -> TracedPicture {
     let kernels = SimdKernel::ALL.into_iter().filter(|kernel| kernel.is_available());
     let scenes: Vec<Arc<Scene>> =
         kernels.map(|kernel| load::prepare(Scene::prepare, desc, kernel).unwrap().into()).collect();
-    let identity = Identity::of(&run, &input.files, &scenes[0], &camera).unwrap();
+    let identity = Identity::of(&run, &input.files, &scenes[0], &camera, None).unwrap();
     let indices = 0..INDICES;
     let goal = RenderGoal { indices: indices.clone(), time: None, error: None };
     let about =
@@ -92,11 +93,11 @@ impl TracedPicture {
         let samples = &self.by_kernel[pick(random, self.by_kernel.len())];
         for index in range.clone() {
             let samples = &samples[index as usize];
-            state.film.count_paths(self.paths);
-            state.film.add(samples).unwrap();
-            state.replicates.as_mut().unwrap().add(index, self.paths, samples);
+            state.sums.film.count_paths(self.paths);
+            state.sums.film.add(samples).unwrap();
+            state.sums.replicates.as_mut().unwrap().add(index, self.paths, samples);
         }
-        state.film.flush().unwrap();
+        state.sums.film.flush().unwrap();
         state.about.indices.add(range).unwrap();
         state
     }
@@ -188,4 +189,56 @@ fn shares_cover_the_picture() {
         let beyond = Share { number: of + 1, of }.indices(&picture);
         assert!(beyond.start == next && beyond.end >= next);
     }
+}
+
+/// The sums of both eyes come back from a file as they were, each its own, and are added eye by eye. A file of one eye has the format of
+/// before, and does not pass for two.
+#[test]
+fn both_eyes_come_back() {
+    let folder = folder("eyes");
+    let traced = trace("scenes/cornell.xml", IntegratorKind::Path);
+    let rig = StereoRig { interocular: 0.1, convergence: StereoConvergence::OffAxis { distance: 1.0 / 3.0 } };
+    let about = StateHeader {
+        run: RunSpec { stereo: Some(rig), ..traced.about.run.clone() },
+        right_eye: Some(Default::default()),
+        ..traced.about.clone()
+    };
+    let samples = &traced.by_kernel[0];
+    // The right eye has the samples of other indices, some of them twice.
+    let part = |range: Range<u64>| {
+        let mut state = RenderState::new(about.clone(), 1).unwrap();
+        for index in range.clone() {
+            let right = state.right_eye.as_mut().unwrap();
+            for (sums, from) in [(&mut state.sums, index), (right, index / 2)] {
+                let samples = &samples[from as usize];
+                sums.film.count_paths(traced.paths);
+                sums.film.add(samples).unwrap();
+                sums.replicates.as_mut().unwrap().add(index, traced.paths, samples);
+            }
+        }
+        state.about.indices.add(range).unwrap();
+        state
+    };
+    let file = folder.join("a.state");
+    let bytes = |state: &mut RenderState| {
+        state.write(&file).unwrap();
+        std::fs::read(&file).unwrap()
+    };
+    let whole = bytes(&mut part(0..INDICES));
+    assert_eq!(whole[8], 2);
+    let mut first = part(0..CHUNK);
+    bytes(&mut part(CHUNK..INDICES));
+    first.add(StateFile::open(&file).unwrap()).unwrap();
+    assert!(bytes(&mut first) == whole);
+    let read = StateFile::open(&file).unwrap().about;
+    assert_eq!(read.run.stereo, Some(rig), "numbers have all their digits");
+    let [left, right] = [first.sums.film.sums(0), first.right_eye.as_ref().unwrap().film.sums(0)];
+    assert!(left.unwrap().pixels() != right.unwrap().pixels());
+    let one = traced.part(0..CHUNK, &mut Random(1));
+    assert!(one.about.difference(&about).is_some_and(|how| how.starts_with("stereo is ")));
+    let mut one = one;
+    assert_eq!(bytes(&mut one)[8], 1);
+    let refused = part(CHUNK..INDICES).add(StateFile::open(&file).unwrap());
+    assert!(refused.is_err_and(|error| error.to_string().contains("as many eyes")));
+    std::fs::remove_dir_all(folder).unwrap();
 }

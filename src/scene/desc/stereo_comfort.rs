@@ -41,7 +41,7 @@ pub struct ComfortableDepth {
 }
 
 impl ComfortableDepth {
-    /// The depths at which the vergence of a viewer's eyes is within [`LARGEST_CONFLICT`] of that for the screen, and at which they need not
+    /// The depths at which the vergence of a viewer's eyes is within `LARGEST_CONFLICT` of that for the screen, and at which they need not
     /// diverge. `aspect` is the width over the height of the picture.
     ///
     /// A point with the parallax p on the screen (its place for the right eye less that for the left one, metres) is seen under the vergence

@@ -161,7 +161,7 @@ impl MaterialModel for RoughDielectricMaterial {
 ///
 /// The facet and the lobe are the hero's; reflection has one direction for all lanes and one density, the share of
 /// reflections being the mean reflectance of the lanes. With dispersion a pair of directions belongs to another facet at
-/// each wavelength: every lane's value is that of its own, and [`ScatteringModel::part`] says how readily each would have
+/// each wavelength: every lane's value is that of its own, and [`ScatteringModel::dispersion`] says how readily each would have
 /// chosen it. Values and weights of a refraction hold the factor of [`WavelengthMis::of`].
 ///
 /// Where the two indices are so close that all refracted directions are one in single precision ([`Microfacet::resolves`]), refraction

@@ -76,7 +76,7 @@ macro_rules! bsdfs {
         $(pub use super::$smooth_file::{$smooth, $smooth_material};)*
         $(pub use super::$rough_file::{$rough, $rough_material};)*
 
-        /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`].
+        /// A one-sided material. Two-sidedness is a pair of these per surface, see [`Sides`](super::Sides).
         #[derive(Clone, Debug)]
         pub enum Material {
             $($(#[$smooth_doc])* $smooth($smooth_material),)*

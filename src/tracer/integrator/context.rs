@@ -18,6 +18,7 @@ use crate::tracer::record::PathEvent;
 use crate::tracer::sampler::cells::ScreenCells;
 use crate::tracer::screen::ScreenSampling;
 use crate::tracer::subpath::{SubpathVertex, VertexScattering};
+use crate::tracer::vertex::SurfaceVertex;
 use crate::tracer::walk::Walk;
 use crate::tracer::wavelength_mis::WavelengthMis;
 use crate::tracer::{Camera, Sampler, Scene};
@@ -70,7 +71,7 @@ pub(super) struct CameraConnection {
 }
 
 impl RenderContext {
-    /// The settings of a scene file, for a picture of [`USUAL_PIXELS`].
+    /// The settings of a scene file, for a picture of `USUAL_PIXELS` pixels.
     pub fn new(
         scene: Arc<Scene>,
         camera: Camera,
@@ -125,6 +126,18 @@ impl RenderContext {
     pub(super) fn through(self, camera: Camera) -> Self {
         let CameraMedium { medium, on_boundary } = CameraMedium::of(&self.scene, &camera, &self.window);
         Self { camera, medium, on_boundary, ..self }
+    }
+
+    /// The other of two eyes, if paths of this one have samples of both: not where they tell of groups of lights.
+    #[inline]
+    pub(super) fn partner(&self) -> Option<&RenderContext> {
+        self.other_eye.as_deref().filter(|_| self.scene.lights().groups().is_none())
+    }
+
+    /// The factor on light samples. Light paths are counted for both eyes, so that those of one eye stand for two where none has samples of
+    /// both.
+    pub(super) fn light_share(&self) -> f32 {
+        if self.other_eye.is_some() && self.partner().is_none() { 2.0 } else { 1.0 }
     }
 
     /// The seed of the light paths that leave photons: one for both eyes, which see the same photons.
@@ -249,18 +262,37 @@ impl RenderContext {
         vertex: &SubpathVertex<B>,
         lens: [f32; 2],
     ) -> Option<CameraConnection> {
-        let surface = &vertex.surface;
-        if surface.bsdf.is_delta() || self.hide_emitters && surface.hit.light.is_some() {
+        self.connect_in_view(vertex, self.view_of(&vertex.surface, lens)?)
+    }
+
+    /// Where the camera sees `vertex` through the point `lens`, if light paths that come there are connected to it.
+    #[inline]
+    pub(super) fn view_of<B: Scattering>(
+        &self,
+        vertex: &SurfaceVertex<B>,
+        lens: [f32; 2],
+    ) -> Option<CameraView> {
+        if vertex.bsdf.is_delta() || self.hide_emitters && vertex.hit.light.is_some() {
             return None;
         }
-        let view = self.camera.view(surface.hit.point.p, lens, &self.window)?;
+        self.camera.view(vertex.hit.point.p, lens, &self.window)
+    }
+
+    /// As [`connect_to_camera`](Self::connect_to_camera), where the camera has this view of `vertex`.
+    #[inline]
+    pub(super) fn connect_in_view<B: Scattering>(
+        &self,
+        vertex: &SubpathVertex<B>,
+        view: CameraView,
+    ) -> Option<CameraConnection> {
         let scattering = vertex.scatter_to::<true>(-view.direction)?;
         let weight = vertex.wavelength_mis.and(scattering.wavelength_mis).weight();
         let scale = weight * view.choices * view.uv_per_steradian / view.distance2;
         let value = vertex.throughput * scattering.value * scale;
         B::record(|| PathEvent::ToCamera { uv: view.uv, value });
         if !value.is_within(MAX_VALUE) {
-            faults::raise(FaultyValue::CameraConnection, value.into(), surface.hit.known_surface(), None);
+            let surface = vertex.surface.hit.known_surface();
+            faults::raise(FaultyValue::CameraConnection, value.into(), surface, None);
             return None;
         }
         Some(CameraConnection { view, scattering, value })

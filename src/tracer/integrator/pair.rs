@@ -63,6 +63,9 @@ impl ForEyes<SampledSpectrum> {
     /// All for the eye whose path it is.
     pub(super) const OWN: Self = Self { own: SampledSpectrum::ONE, other: SampledSpectrum::ZERO };
 
+    /// All for both.
+    const BOTH: Self = Self { own: SampledSpectrum::ONE, other: SampledSpectrum::ONE };
+
     /// Nothing for either.
     pub(super) const NOTHING: Self = Self { own: SampledSpectrum::ZERO, other: SampledSpectrum::ZERO };
 }
@@ -222,7 +225,12 @@ impl FirstVertex {
     /// What each eye sees at the wavelengths of the path, which has found `behind` behind its first vertex.
     pub(super) fn seen(&self, behind: SampledSpectrum, lambda: &SampledWavelengths) -> ForEyes<Xyz> {
         match self {
-            Self::Shared(path) => path.radiance(behind).map(|radiance| lambda.to_xyz(radiance)),
+            Self::Shared(path) => {
+                let ForEyes { own, other } = path.radiance(behind);
+                let color = lambda.to_xyz(own);
+                // What is diffuse looks the same to both.
+                ForEyes { own: color, other: if other == own { color } else { lambda.to_xyz(other) } }
+            }
             Self::OfOne | Self::Alone => ForEyes { own: lambda.to_xyz(behind), other: Xyz::BLACK },
         }
     }
@@ -249,6 +257,11 @@ impl SharedVertex {
     /// The material at `vertex` for both eyes; `None` where it is black for both.
     #[inline]
     fn eval<B: Scattering>(&self, vertex: &SurfaceVertex<B>, wi: Vec3) -> Option<SharedScattering> {
+        if vertex.bsdf.as_diffuse().is_some() {
+            // It looks the same to both.
+            let (most, pdf) = vertex.bsdf.eval(vertex.wo, wi)?;
+            return (!most.is_black()).then_some(SharedScattering { most, shares: ForEyes::BOTH, pdf });
+        }
         let of = |wo| vertex.bsdf.eval(wo, wi).unwrap_or((SampledSpectrum::ZERO, PdfW(0.0)));
         let (own, other) = (of(vertex.wo), of(self.wo));
         let ForEyes { own: w_own, other: w_other } = self.weights;
@@ -298,11 +311,6 @@ impl SharedVertex {
         };
         Some((scattering, shares))
     }
-
-    /// `vertex` as the other eye sees it.
-    pub(super) fn seen_by_other<B: Scattering>(&self, vertex: &SurfaceVertex<B>) -> SurfaceVertex<B> {
-        SurfaceVertex { wo: self.wo, ..*vertex }
-    }
 }
 
 impl RenderContext {
@@ -328,15 +336,40 @@ impl RenderContext {
         vertex: &SurfaceVertex<B>,
         lens: [f32; 2],
     ) -> Option<FacedVertex> {
-        let SurfaceVertex { hit, frame, bsdf, .. } = vertex;
-        let is_alone = bsdf.is_delta() || bsdf.is_dispersive() || hit.light.is_some();
-        if is_alone || self.hide_emitters || self.scene.media().is_some() {
+        let point = vertex.hit.point.p;
+        if !self.may_share(vertex) {
             return None;
         }
-        let views = ForEyes {
-            own: self.camera.view(hit.point.p, lens, &self.window)?,
-            other: other.camera.view(hit.point.p, lens, &other.window)?,
-        };
+        FacedVertex::in_views(
+            vertex,
+            ForEyes {
+                own: self.camera.view(point, lens, &self.window)?,
+                other: other.camera.view(point, lens, &other.window)?,
+            },
+        )
+    }
+
+    /// False where each eye has paths of its own, whatever it sees.
+    #[inline]
+    pub(super) fn may_share<B: Scattering>(&self, vertex: &SurfaceVertex<B>) -> bool {
+        let SurfaceVertex { hit, bsdf, .. } = vertex;
+        let is_alone = bsdf.is_delta() || bsdf.is_dispersive() || hit.light.is_some();
+        !(is_alone || self.hide_emitters || self.scene.media().is_some())
+    }
+
+    /// True where nothing at all stands between `hit` and the eye that has this view of it.
+    pub(super) fn is_open(&self, hit: &SurfaceInteraction, view: &CameraView) -> bool {
+        self.scene.open_share(&hit.spawn_to(view.origin, -view.direction), PrimRange::NONE) == 1.0
+    }
+}
+
+impl FacedVertex {
+    /// `vertex`, which eyes [may share](RenderContext::may_share), in these views.
+    pub(super) fn in_views<B: Scattering>(
+        vertex: &SurfaceVertex<B>,
+        views: ForEyes<CameraView>,
+    ) -> Option<Self> {
+        let SurfaceVertex { hit, frame, .. } = vertex;
         // Where several places of a picture show the vertex, its density is not that of one.
         if views.own.choices != 1.0 || views.other.choices != 1.0 {
             return None;
@@ -349,12 +382,7 @@ impl RenderContext {
         let density = |view: &CameraView, cosine: f32| view.uv_per_steradian * cosine.abs() / view.distance2;
         let (own, other) = (density(&views.own, cosines.own), density(&views.other, cosines.other));
         let weights = ForEyes { own: own / (own + other), other: other / (own + other) };
-        (weights.own > 0.0 && weights.other > 0.0).then_some(FacedVertex { views, wo, weights })
-    }
-
-    /// True where nothing at all stands between `hit` and the eye that has this view of it.
-    pub(super) fn is_open(&self, hit: &SurfaceInteraction, view: &CameraView) -> bool {
-        self.scene.open_share(&hit.spawn_to(view.origin, -view.direction), PrimRange::NONE) == 1.0
+        (weights.own > 0.0 && weights.other > 0.0).then_some(Self { views, wo, weights })
     }
 }
 

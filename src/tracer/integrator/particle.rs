@@ -99,9 +99,9 @@ impl ParticleTracer {
         sample: impl Fn(&RenderContext) -> Option<([f32; 2], Xyz)>,
     ) {
         if let Some((uv, value)) = sample(&self.context) {
-            send_light(out, uv, value, group);
+            send_light(out, uv, value * self.context.light_share(), group);
         }
-        if let Some(other) = &self.context.other_eye
+        if let Some(other) = self.context.partner()
             && let Some((uv, value)) = sample(other)
         {
             out.light_of_other_eye(uv, value);

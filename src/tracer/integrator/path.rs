@@ -107,7 +107,7 @@ impl PathTracer {
         let mut path = PathState::<B::Credits>::new(lambda, splitting, self.context.medium);
         B::record(|| PathEvent::Begins((&path.walk).into()));
         if let Some(ray) = camera.ray(uv, numbers.lens) {
-            if let Some(other) = &self.context.other_eye {
+            if let Some(other) = self.context.partner() {
                 let pair =
                     self.follow_pair::<B>(other, path, ray, CameraPlace { uv, lens: numbers.lens }, &sampler);
                 return pair.send(start.weight, out);

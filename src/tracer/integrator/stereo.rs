@@ -55,10 +55,13 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::color::Xyz;
     use crate::scene;
     use crate::stream::UvWindow;
     use crate::tracer::Scene;
-    use crate::tracer::integrator::{PhotonScratch, PhotonTracer};
+    use crate::tracer::integrator::{
+        BidirectionalTracer, PathTracer, PhotonScratch, PhotonTracer, VcmTracer,
+    };
 
     #[test]
     fn both_eyes_see_one_photon_map_that_grows_with_the_samples_of_both() {
@@ -78,5 +81,89 @@ mod tests {
         assert!(Arc::ptr_eq(&of_left, &of_right));
         assert_eq!((of_left.generations, of_left.light_paths), (of_one.generations, of_one.light_paths));
         assert_eq!(of_left.generations, 2);
+    }
+
+    /// The samples of some paths, those of their own eye first.
+    #[derive(Default)]
+    struct Samples {
+        camera: [Vec<([f32; 2], Xyz, f32)>; 2],
+        light: [Vec<([f32; 2], Xyz)>; 2],
+    }
+
+    impl SampleSink for Samples {
+        fn camera(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+            self.camera[0].push((uv, value, weight));
+        }
+
+        fn light(&mut self, uv: [f32; 2], value: Xyz) {
+            self.light[0].push((uv, value));
+        }
+
+        fn camera_of_other_eye(&mut self, uv: [f32; 2], value: Xyz, weight: f32) {
+            self.camera[1].push((uv, value, weight));
+        }
+
+        fn light_of_other_eye(&mut self, uv: [f32; 2], value: Xyz) {
+            self.light[1].push((uv, value));
+        }
+    }
+
+    /// Two eyes in one place see the same by a path that they share, and what one eye alone sees by that path. Rounding may let roulette decide
+    /// otherwise, so that a few values may differ from those of one eye.
+    #[test]
+    fn eyes_in_one_place_share_each_value() {
+        fn samples<I: Integrator>(tracer: I) -> Samples {
+            let (mut samples, mut scratch) = (Samples::default(), I::Scratch::default());
+            (0..256).for_each(|index| tracer.trace(index, &mut scratch, &mut samples));
+            samples
+        }
+        fn check<I: Integrator>(name: &str, context: &RenderContext, make: impl Fn(RenderContext) -> I) {
+            let near = |a: Xyz, b: Xyz| {
+                [(a.x, b.x), (a.y, b.y), (a.z, b.z)]
+                    .iter()
+                    .all(|(a, b)| (a - b).abs() <= 1e-3 * (a.abs() + b.abs()) + 1e-6)
+            };
+            let other_eye = Some(Box::new(context.clone()));
+            let both = samples(make(RenderContext { other_eye, ..context.clone() }));
+            let alone = samples(make(context.clone()));
+            assert_eq!(both.camera[0].len(), alone.camera[0].len(), "{name}");
+            let mut of_other = both.camera[1].iter();
+            let (mut shared, mut same) = (0, 0);
+            for ((uv, value, weight), (uv_alone, value_alone, _)) in
+                both.camera[0].iter().zip(&alone.camera[0])
+            {
+                assert_eq!(uv, uv_alone, "{name}");
+                if *weight > 0.9 {
+                    continue;
+                }
+                let (uv_other, value_other, weight_other) = of_other.next().unwrap();
+                assert!((weight - 0.5).abs() < 1e-3 && (weight_other - 0.5).abs() < 1e-3, "{name}: {weight}");
+                assert!((0..2).all(|i| (uv[i] - uv_other[i]).abs() < 1e-4), "{name}: {uv:?}, {uv_other:?}");
+                assert!(near(*value, *value_other), "{name}: {value:?}, {value_other:?}");
+                shared += 1;
+                same += usize::from(near(*value, *value_alone));
+            }
+            assert!(of_other.next().is_none(), "{name}");
+            let all = alone.camera[0].len();
+            // What is seen by path tracing branches at the first vertex, which the first paths of one eye do not.
+            let is_comparable = !name.ends_with(", path");
+            assert!(4 * shared > all, "{name}: {shared} of {all}");
+            assert!(!is_comparable || 50 * same >= 49 * shared, "{name}: {same} of {shared}");
+            for eye in &both.light {
+                assert_eq!(eye.len(), alone.light[0].len(), "{name}");
+                for (light, of_one) in eye.iter().zip(&alone.light[0]) {
+                    assert!(light.0 == of_one.0 && near(light.1, of_one.1), "{name}: {light:?}, {of_one:?}");
+                }
+            }
+        }
+        for name in ["scenes/cornell.xml", "scenes/cornell_spheres.xml", "scenes/veach_plates.xml"] {
+            let desc = scene::load(name.as_ref(), &[]).unwrap().desc;
+            let (scene, camera) = (Arc::new(Scene::prepare(&desc).unwrap()), Camera::of(&desc).unwrap());
+            let context = RenderContext::new(scene, camera, &desc.integrator, 7, UvWindow::PICTURE);
+            check(&format!("{name}, path"), &context, PathTracer::from);
+            check(&format!("{name}, bidirectional"), &context, BidirectionalTracer::from);
+            check(&format!("{name}, photon"), &context, PhotonTracer::from);
+            check(&format!("{name}, vcm"), &context, VcmTracer::from);
+        }
     }
 }

@@ -16,7 +16,7 @@
 //! boundaries   whether a boundary goes through a lamp, or through the points at which the rays of a camera begin
 //! ```
 //!
-//! A vertex in a medium is a vertex whose bsdf is a [`PhaseFunction`] ([`SurfaceInteraction::in_medium`]), so that every integrator treats it
+//! A vertex in a medium is a vertex whose bsdf is a [`PhaseFunction`] ([`in_medium`](super::SurfaceInteraction::in_medium)), so that every integrator treats it
 //! like any other: it samples lights from it, connects it to other vertices and to the camera, and goes on. A [`Walk`](super::walk::Walk) carries
 //! the medium that it is in. Integrators are generic over the set of materials; only the sets with phase functions
 //! ([`Scattering::Media`](super::bsdf::Scattering::Media)) have code for media, so that a scene without media pays nothing for them.

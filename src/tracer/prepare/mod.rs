@@ -57,7 +57,7 @@ const MANY_PRIMITIVES: usize = 1 << 18;
 
 impl Scene {
     /// Makes `desc` ready for tracing: world space, tree, lights, materials; of these what its plan of effects calls for
-    /// ([`effects::planned`](super::effects::planned)).
+    /// ([`effects::planned`]).
     ///
     /// Primitives that cannot be traced (triangles without area, coordinates that are not finite or beyond
     /// 1e12 in rendering space) are dropped, counted and reported in [`Scene::notices`].

@@ -28,7 +28,7 @@
 //!
 //! Both use the same point of the sequence in a cell. A leading digit of a dimension would then agree in every cell or in none, depending on the seeds,
 //! and the error of their mean would vary with the seed: by a fifth in the Cornell box at 512². So the second assigns dimensions
-//! 2 to 5, of light and bsdf at the first vertex, in another order ([`ORDER`]), and the digits agree in half of the cells.
+//! 2 to 5, of light and bsdf at the first vertex, in another order (`ORDER`), and the digits agree in half of the cells.
 
 use crate::math::bits::mix;
 use crate::stream::UvWindow;

@@ -81,6 +81,14 @@ impl SceneEditor {
         Ok(Some([self.edited.camera(left, size)?, self.edited.camera(right, size)?]))
     }
 
+    /// The cameras through which the picture is seen, for pictures of this size: one, or those of the left and of the right eye.
+    pub fn cameras(&self, size: [u32; 2]) -> Result<Vec<Camera>> {
+        match self.eyes(size)? {
+            Some(eyes) => Ok(eyes.into()),
+            None => Ok(vec![self.camera(size)?]),
+        }
+    }
+
     /// The camera through which the picture is seen: that of the left eye, if there are two.
     pub fn seeing_camera(&self, size: [u32; 2]) -> Result<Camera> {
         match self.eyes(size)? {

@@ -77,7 +77,7 @@ impl LivePicture {
             session.drain(left.max(BLOCK_SAMPLES), |_| ());
             return Ok(());
         }
-        let observer = self.observer.as_ref();
+        let (observer, of_right) = (self.observer.as_ref(), self.right_observer.as_ref());
         let film = self.screen.as_mut().and_then(Screen::film_mut).filter(|_| self.kept.caught_up());
         let Some(film) = film else {
             // Without a film, samples are retained while there is room; then the workers block.
@@ -86,7 +86,7 @@ impl LivePicture {
         };
         let (coarse, eyes) = (film.is_coarse(), session.run_spec().eyes());
         let mut writer = FilmWriter::new(film, observer).with_meter(&mut self.meter);
-        writer = writer.with_groups(self.mix.films()).with_eyes(eyes);
+        writer = writer.with_groups(self.mix.films()).with_eyes(eyes).with_layer_observer(of_right);
         let mut left = left.max(BLOCK_SAMPLES);
         while left > 0 {
             let drained = session.drain(if coarse { left.min(COARSE_PART) } else { left }, |block| {
@@ -132,11 +132,12 @@ impl LivePicture {
         let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else { return Ok(budget) };
         let mut left = budget;
         let mut writer = FilmWriter::new(film, observer).with_meter(&mut self.meter);
+        writer = writer.with_layer_observer(self.right_observer.as_ref());
         while left > 0
             && let Some(([samples, of_right], first_index, paths)) = self.kept.feed()
         {
             writer.samples(first_index, paths, samples);
-            writer.right_samples(of_right);
+            writer.right_samples(first_index, paths, of_right);
             let count = samples.len() + of_right.len();
             left = left.saturating_sub(count);
             self.rasterised += count as u64;

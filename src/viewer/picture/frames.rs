@@ -8,12 +8,12 @@ use crate::client::pacing::{FramePlan, PacingInput};
 use crate::client::window::host::PanelDrawing;
 use crate::client::window::viewport::Viewport;
 use crate::client::{ClientError, Reconstruction, Settings};
-use crate::denoise::noise_filter::NoiseFilter;
+use crate::denoise::noise_filter::FilteredFrame;
 use crate::gpu::FrameNumber;
 use crate::image::stereo::StereoLayout;
 use crate::stream::BLOCK_SAMPLES;
 use crate::viewer::picture::{LastRepaint, LivePicture, Painted, ShownFrame};
-use crate::viewer::screen::{Canvas, PictureParts, PictureSource};
+use crate::viewer::screen::{Canvas, PictureParts, PictureSource, Screen};
 use crate::viewer::session::RenderSession;
 
 /// After an edit, how long to wait for a reprojection of the last picture before one of the first samples is shown instead.
@@ -32,6 +32,11 @@ impl LivePicture {
         self.film().filter(|film| film.has_right_eye()).map(|_| settings.stereo)
     }
 
+    /// Most layers of the window's images; one before there is a window.
+    pub fn most_layers(&mut self) -> u32 {
+        self.screen.as_mut().and_then(Screen::swapchain).map_or(1, |swapchain| swapchain.most_layers())
+    }
+
     /// Plans the frame.
     pub fn plan(&mut self, session: &RenderSession, settings: &Settings, now: Instant) -> FramePlan {
         if let Some(screen) = &mut self.screen {
@@ -41,7 +46,8 @@ impl LivePicture {
         let run = session.run_spec();
         let mut filter = self.look_at_filter(run, settings);
         // Noisy pictures are shown until the first denoised one.
-        let mut filtered = self.filtered_frame(run, settings).map(|frame| frame.samples);
+        let of_first = |frames: Vec<&FilteredFrame>| frames.first().map(|frame| frame.samples);
+        let mut filtered = self.filtered_frames(run, settings).and_then(of_first);
         let mut is_fresh = self.filter.fresh;
         // Released regions are denoised once more, from all of their samples.
         for region in self.regions.released_mut() {
@@ -60,8 +66,7 @@ impl LivePicture {
             self.repaint = true;
         }
         let longest_wait = if self.unseen { FIRST_WAIT } else { NEXT_WAIT };
-        let reprojects = self.filter.thread.as_ref().is_some_and(NoiseFilter::is_reprojecting);
-        let waits = reprojects && session.elapsed() < longest_wait;
+        let waits = self.filter.is_reprojecting() && session.elapsed() < longest_wait;
         let (last, samples) = (&self.last_repaint, self.traced_samples());
         let growth = match last.samples {
             last if last == samples => 1.0,
@@ -159,27 +164,29 @@ impl LivePicture {
             // In the view of single texels, coarse sums would show texels that are not the picture's, however few samples there are.
             self.sharpen()?;
         }
-        let is_filtered = repaint && self.filtered_frame(session.run_spec(), settings).is_some();
+        let is_filtered = repaint && self.filtered_frames(session.run_spec(), settings).is_some();
         if partial && ready && repaint && !is_filtered {
             self.flush()?;
         } else if repaint {
             // Sums of regions and groups are never restricted to whole batches.
             self.rasterise(VulkanFilm::settle)?;
         }
-        let filtered = self.filter.shown(session.run_spec(), settings).filter(|_| is_filtered);
-        let detail = match filtered {
-            Some(_) => Some(1),
-            None => (ready && repaint).then_some(plan.detail),
+        let frames = self.filter.shown_of_eyes(session.run_spec(), settings).filter(|_| is_filtered);
+        let frames = frames.unwrap_or_default();
+        let pictures: Vec<_> = frames.iter().map(|frame| frame.shown.xyz()).collect();
+        let detail = match is_filtered {
+            true => Some(1),
+            false => (ready && repaint).then_some(plan.detail),
         };
-        let samples = match (self.regions.traced(), filtered) {
+        let samples = match (self.regions.traced(), frames.first()) {
             (Some(region), _) => region.samples(),
             (None, Some(frame)) => frame.samples,
             (None, None) => samples,
         };
-        let source = match filtered {
-            Some(frame) => Some(PictureSource::Filtered(frame.shown.xyz())),
-            None if self.mix.is_mixing() && !settings.view.is_error() => detail.map(PictureSource::Mix),
-            None => detail.map(PictureSource::Film),
+        let source = match is_filtered {
+            true => Some(PictureSource::Filtered(&pictures)),
+            false if self.mix.is_mixing() && !settings.view.is_error() => detail.map(PictureSource::Mix),
+            false => detail.map(PictureSource::Film),
         };
         let number = match &mut self.screen {
             Some(screen) => {

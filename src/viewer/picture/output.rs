@@ -9,13 +9,17 @@ use crate::client::film::VulkanFilm;
 use crate::client::reference::ReferenceFilm;
 use crate::client::wavelet::out_of_memory;
 use crate::client::{
-    ClientError, Denoise, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Readback, Settings,
+    ClientError, ColorOutput, Denoise, DisplayImage, Film, FilmCounts, FilmData, FilmSpec, Readback,
+    Settings, stereo,
 };
 use crate::denoise::filtered_picture::FilteredPicture;
 use crate::image::Grid;
-use crate::image::stereo::Eye;
+use crate::image::stereo::StereoFormat;
+use crate::image::write::{FileFormat, check_target};
 use crate::render::outputs::PendingSnapshot;
 use crate::render::run_spec::{RunEnd, RunSpec};
+use crate::render::stereo_error::StereoEnd;
+use crate::render::stereo_outputs::PendingStereo;
 use crate::render::tev::TevLink;
 use crate::stream::{PathCounts, Sample};
 use crate::study::ErrorQuantile;
@@ -105,37 +109,77 @@ impl Film for ComposedFilm<'_> {
     }
 }
 
+/// A picture of the window that a device is still computing; another thread can wait for it and write it.
+pub enum WindowSnapshot {
+    /// The picture of one eye, or what is displayed of two.
+    One(PendingSnapshot),
+    /// The sums of two eyes.
+    Views(Box<PendingStereo>),
+}
+
+impl WindowSnapshot {
+    /// Waits for the picture and writes it.
+    ///
+    /// # Errors
+    ///
+    /// When the device was lost meanwhile, or the file cannot be written.
+    pub fn write(self, path: &Path, run: &RunSpec, end: &StereoEnd, settings: &Settings) -> Result<()> {
+        match self {
+            Self::One(snapshot) => snapshot.write(path, run, &end.both, settings),
+            Self::Views(pending) => {
+                pending.wait()?.write(path, StereoFormat::Plain(FileFormat::Exr), run, end)
+            }
+        }
+    }
+}
+
+/// What a display shows of these denoised pictures, of two eyes composed; `None` without them.
+fn displayed(denoised: &[FilteredPicture], settings: &Settings) -> Result<Option<DisplayImage>> {
+    // Files have 8 bits.
+    let settings = &Settings { output: ColorOutput::Sdr, ..settings.clone() };
+    Ok(match denoised {
+        [left, right] => {
+            let eyes = [left.display(settings)?, right.display(settings)?];
+            Some(stereo::compose(eyes, settings.stereo, settings).into_diagnostic()?)
+        }
+        [one] => Some(one.display(settings)?),
+        _ => None,
+    })
+}
+
 impl LivePicture {
-    /// State of the render so far, for the metadata of a picture file.
-    pub fn outcome(&self, session: &RenderSession, editor: &SceneEditor) -> RunEnd {
+    /// State of the render so far, for the metadata of a picture file; for one eye that of both together.
+    pub fn outcome(&self, session: &RenderSession, editor: &SceneEditor) -> StereoEnd {
         let rejected = session.rejected(editor).summary();
         let is_whole = self.regions.is_empty() && !session.has_gaps();
         let prefix = session.is_complete() && is_whole;
         let mut end = RunEnd { prefix, rejected, notes: Vec::new() };
+        let (at, states) = (ErrorQuantile::P95, self.states_of_eyes());
         // The error of a light mix is not estimated.
-        if let Some(observer) = self.observer.as_ref().filter(|_| !self.mix.is_mixing()) {
-            end.describe(&observer.state(), ErrorQuantile::P95);
-        }
-        if session.run_spec().stereo.is_some() && !end.notes.is_empty() {
-            end.notes.push(("errorOf", Eye::Left.name().to_owned()));
-        }
-        end.notes.extend(self.composition());
-        end
+        let one = self.observer.as_ref().filter(|_| states.is_none() && !self.mix.is_mixing());
+        one.into_iter().for_each(|observer| end.describe(&observer.state(), at));
+        let states = states.as_ref().map(|[left, right]| [&**left, &**right]);
+        let has_target = self.observer.as_ref().is_some_and(|observer| observer.target().is_some());
+        let end = StereoEnd::new(end, states, has_target, at);
+        end.with(|end| end.notes.extend(self.composition()))
     }
 
-    /// Denoises all samples so far, if these settings show the denoised picture; blocks until done.
-    pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Option<FilteredPicture> {
+    /// Denoises all samples of each eye so far, if these settings show the denoised picture; blocks until done. Empty otherwise.
+    pub fn filtered(&mut self, run: &RunSpec, settings: &Settings) -> Vec<FilteredPicture> {
         if self.mix.is_mixing() || !self.filter.will_be_ready(run, settings, self.samples()) {
-            return None;
+            return Vec::new();
         }
-        self.sharpen().ok()?;
+        if self.sharpen().is_err() {
+            return Vec::new();
+        }
         self.filter.choose(settings);
         self.filter.wait();
         self.filter_now();
         self.filter.wait();
-        let picture = self.filter.take()?;
+        let pictures = self.filter.take().unwrap_or_default().into_iter();
         // If the device cannot provide the regions it cannot provide the film either, which is reported there.
-        self.composed(picture, settings).ok()
+        let composed: Result<_, _> = pictures.map(|picture| self.composed(picture, settings)).collect();
+        composed.unwrap_or_default()
     }
 
     /// Combines a denoised picture with its regions.
@@ -153,8 +197,9 @@ impl LivePicture {
 
     /// The noise filter of the displayed picture.
     pub fn filter_shown(&self, run: &RunSpec, settings: &Settings) -> Denoise {
-        let filtered = self.filtered_frame(run, settings).and_then(|frame| frame.filtered.as_ref());
-        filtered.map_or(Denoise::Off, |_| settings.denoise)
+        let frames = self.filtered_frames(run, settings).unwrap_or_default();
+        let is_filtered = !frames.is_empty() && frames.iter().all(|frame| frame.filtered.is_some());
+        if is_filtered { settings.denoise } else { Denoise::Off }
     }
 
     /// Regions or light mix of the picture, for the metadata of its files.
@@ -165,20 +210,29 @@ impl LivePicture {
         notes.into_iter().filter_map(|(name, note)| Some((name, note?))).collect()
     }
 
-    /// Takes a snapshot of the picture, to be written by another thread.
+    /// Takes a snapshot of the picture, to be written by another thread: as it is shown, or the sums of each eye.
     pub fn snapshot(
         &mut self,
         path: &Path,
         session: &RenderSession,
         settings: &Settings,
-    ) -> Result<PendingSnapshot> {
+    ) -> Result<WindowSnapshot> {
+        let frames = self.filtered_frames(session.run_spec(), settings).unwrap_or_default();
+        let denoised: Option<Vec<_>> = frames.iter().map(|frame| frame.filtered.clone()).collect();
+        let denoised = denoised.unwrap_or_default().into_iter();
+        let denoised: Result<Vec<_>, _> = denoised.map(|picture| self.composed(picture, settings)).collect();
+        self.snapshot_of(path, session, settings, &denoised.into_diagnostic()?)
+    }
+
+    /// The same with these denoised pictures, one for each eye, if there are any.
+    pub fn snapshot_of(
+        &mut self,
+        path: &Path,
+        session: &RenderSession,
+        settings: &Settings,
+        denoised: &[FilteredPicture],
+    ) -> Result<WindowSnapshot> {
         self.sharpen().into_diagnostic()?;
-        let filtered = self.filtered_frame(session.run_spec(), settings);
-        let filtered = filtered.and_then(|frame| frame.filtered.as_ref());
-        let filtered = match filtered.cloned() {
-            Some(picture) => Some(self.composed(picture, settings).into_diagnostic()?.display(settings)?),
-            None => None,
-        };
         let Some(film) = self.screen.as_mut().and_then(Screen::film_mut) else {
             return Err(miette::miette!("there is no picture to save"));
         };
@@ -187,10 +241,19 @@ impl LivePicture {
                 "samples were lost to an error of the device: change something, then save"
             ));
         }
+        if film.has_right_eye() && check_target(path).into_diagnostic()? == FileFormat::Exr {
+            let sums: Result<[_; 2], _> = film.begin_develop_eyes().into_diagnostic()?.try_into();
+            let sums = sums.map_err(|_| miette::miette!("the picture of the right eye is missing"))?;
+            let layers = [0, 1].map(|eye: usize| {
+                denoised.get(eye).map(FilteredPicture::channels).into_iter().flatten().collect()
+            });
+            return Ok(WindowSnapshot::Views(Box::new(PendingStereo::of_sums(sums, layers, settings))));
+        }
+        let shown = displayed(denoised, settings)?;
         // In index order the sums must stay those of whole batches until the render is complete.
         film.keep_batch(session.run_spec().deterministic && !session.is_complete());
         let mut film = ComposedFilm { film, regions: &mut self.regions, mix: &mut self.mix };
-        let snapshot = PendingSnapshot::take(path, &mut film, settings, filtered);
+        let snapshot = PendingSnapshot::take(path, &mut film, settings, shown);
         film.keep_batch(false);
         let snapshot = match (snapshot, self.mix.films()) {
             (Ok(PendingSnapshot::Exr(data, mut layers)), Some(films)) => {
@@ -201,7 +264,7 @@ impl LivePicture {
         };
         // The display may have left another encoding in the film's picture than the window's.
         self.repaint = true;
-        snapshot
+        snapshot.map(WindowSnapshot::One)
     }
 
     /// Sends the film to tev, unless it is empty.

@@ -128,7 +128,7 @@ impl RegionRender {
         }
         let samples = self.samples();
         let data = Some(&mut self.film).filter(|film| film.is_summed_on_host()).map(Film::develop);
-        self.filter.filter(samples, data.and_then(Result::ok));
+        self.filter.filter(samples, data.and_then(Result::ok).into_iter().collect());
     }
 
     /// Consumers of the region's samples: film and observer.
@@ -372,21 +372,14 @@ impl LivePicture {
         self.regions.traced().map(|region| region.rectangle)
     }
 
-    /// Error observer of what is being traced: a region, or the whole picture.
-    pub fn present_observer(&self) -> Option<&Observer> {
-        match self.regions.traced() {
-            Some(region) => region.observer(),
-            None => self.observer.as_ref(),
-        }
-    }
-
     /// Excludes a pause of this length from the times of the observers.
     pub fn stood_still(&mut self, time: Duration) {
         if let Some(region) = self.regions.traced_mut() {
             region.began += time;
             region.observer.iter_mut().for_each(|observer| observer.stood_still(time));
         }
-        self.observer.iter_mut().for_each(|observer| observer.stood_still(time));
+        let of_eyes = self.observer.iter_mut().chain(&mut self.right_observer);
+        of_eyes.for_each(|observer| observer.stood_still(time));
     }
 
     /// Restricts tracing to this rectangle of the picture.
@@ -454,7 +447,7 @@ impl LivePicture {
         }
         let view = EpochView { camera: camera.clone(), ..view };
         let account = region.observer.as_ref().map(Observer::account);
-        region.filter.start_anew(&region.run, account, view, settings, device);
+        region.filter.start_anew(&region.run, account, view, settings, device.as_ref());
         session.trace_region(editor, &region.run, camera)?;
         if let Some((whole, own)) = self.observer.as_ref().zip(region.observer.as_ref()) {
             let [origin, extent] = [rectangle.origin, rectangle.extent].map(|pair| pair.map(|n| n as usize));

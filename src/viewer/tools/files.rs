@@ -159,30 +159,33 @@ impl FileTool {
 
     /// Saves the present picture to this file; a message follows when it is complete.
     fn write_picture(&mut self, path: PathBuf, context: &mut ToolContext<'_>) -> Result<()> {
-        let mut outcome = context.picture.outcome(context.session, context.editor);
-        outcome.prefix &= context.session.run_spec().deterministic;
+        let in_order = context.session.run_spec().deterministic;
+        let outcome = context.picture.outcome(context.session, context.editor);
+        let outcome = outcome.with(|end| end.prefix &= in_order);
         let run = context.editor.present_run_spec(&context.options.name, context.session.run_spec())?;
         if run.scene != context.session.run_spec().scene {
             let (picture, scene) = (path.display(), run.scene.display());
             context
                 .say(format!("saving {picture}; it comes from the changed scene, which is saved as {scene}"));
         }
-        if run.stereo.is_some() && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr")) {
-            context.say(left_eye_of(&path));
-        }
         // Another view into a panorama would need another file; the command that C copies shows this one.
         let settings = settings_shown(context).flat();
         if context.panel.looks_around() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             context.say(format!("saving {}: the whole panorama, flat", path.display()));
+        }
+        if run.stereo.is_some() {
+            layers_in(&path, &settings).into_iter().for_each(|told| context.say(told));
         }
         let snapshot = context.picture.snapshot(&path, context.session, &settings)?;
         self.saves.begin(path, move |path| snapshot.write(path, &run, &outcome, &settings))
     }
 }
 
-/// What the user is told of the EXR file of a picture of two eyes.
-pub fn left_eye_of(path: &Path) -> String {
-    format!("{} has the picture of the left eye: `render --stereo` writes both", path.display())
+/// What the user is told of a PNG file of what the window shows in layers; `None` for other files and layouts.
+pub fn layers_in(path: &Path, settings: &Settings) -> Option<String> {
+    let file = settings.stereo.in_one_picture();
+    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    (is_png && file != settings.stereo).then(|| format!("{} has both eyes {}", path.display(), file.name()))
 }
 
 /// Settings of the displayed picture. They contain the noise filter only if that has been applied to it.
@@ -199,7 +202,7 @@ fn copy_command(context: &mut ToolContext<'_>) -> Result<String> {
     let options = display_options(&settings_shown(context));
     let mut command = format!("{} {options}", run.command(0, context.picture.counts().paths()));
     if run.stereo.is_some() {
-        let layout = context.panel.controls.settings.stereo.name();
+        let layout = context.panel.controls.settings.stereo.in_one_picture().name();
         command = command.replacen("--stereo", &format!("--stereo {layout}"), 1);
     }
     if run.light_groups.is_some() {
@@ -226,7 +229,7 @@ fn save_buttons(ui: &mut Ui, queue: &mut ActionQueue<FileAction>) {
             "Saves the picture as it is shown, without the panel; a panorama flat  P",
             FileAction::SavePng,
         ),
-        ("EXR", "Saves the sums of both streams  E", FileAction::SaveExr),
+        ("EXR", "Saves the sums of both streams, of two eyes as two views  E", FileAction::SaveExr),
         (
             "Save scene",
             "Saves camera and changes as XML that includes the original  Ctrl+S",

@@ -119,6 +119,7 @@ impl Tool for LookAroundTool {
             return false;
         }
         context.panel.change_settings(|settings| settings.post.look_around.view = next);
+        context.asks_room = next.filter(|_| view.is_none()).and_then(|_| room(context.session.size()));
         if next.map(|next| next.projection) != view.map(|view| view.projection) {
             context.say(found.map_or_else(str::to_owned, |_| HOW_TO.to_owned()));
         }
@@ -135,6 +136,14 @@ impl Tool for LookAroundTool {
             show(ui, shown, queue);
         }
     }
+}
+
+/// The size of window that the frame of a view into a strip fills with as many pixels as the strip has; `None` where the picture is no strip.
+fn room(size: [u32; 2]) -> Option<[u32; 2]> {
+    let picture = DVec2::from(size.map(f64::from));
+    let frame = PanoramaView::frame(picture);
+    let scale = (picture.element_product() / frame.element_product()).sqrt();
+    (frame != picture).then(|| (frame * scale).round().as_uvec2().to_array())
 }
 
 /// What is told when looking around begins.
@@ -231,6 +240,11 @@ mod tests {
         let cross = "type=\"cubemap\"><string name=\"layout\" value=\"cross\"/>";
         assert_eq!(of(cross), ahead(PanoramaProjection::CubeCross));
         assert_eq!(of("type=\"ods\">"), ahead(PanoramaProjection::OverUnder));
+        // A row of faces of 96 pixels is shown in a frame of twice its height, with as many pixels.
+        assert_eq!(
+            [room([576, 96]), room([96, 576]), room([400, 200])],
+            [Some([333, 166]), Some([166, 333]), None]
+        );
         // 90 degrees along the longer side of 96 × 64 pixels.
         let fisheye =
             "type=\"fisheye\"><float name=\"fov\" value=\"90\"/><string name=\"fov_axis\" value=\"x\"/>";

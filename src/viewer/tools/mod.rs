@@ -38,7 +38,7 @@ use crate::viewer::tools::tool::Tool;
 
 pub use camera::CameraAction;
 pub use exposure::ExposureAction;
-pub use files::{FileAction, left_eye_of};
+pub use files::{FileAction, layers_in};
 pub use look_around::LookAroundAction;
 pub use region::RegionAction;
 pub use tool::{ToolContext, ViewChange};

@@ -7,16 +7,16 @@ use std::path::Path;
 use egui::{Checkbox, Slider, SliderClamping, Ui};
 use miette::{Result, miette};
 
+use crate::client::ColorOutput;
 use crate::client::window::action::ActionQueue;
 use crate::client::window::keys::{ToolKey, Trigger, tool_at_cursor, tool_key};
 use crate::client::window::panel::{PanelData, PanelTab, SectionPlace, choice, section, style, trimmed};
-use crate::client::{ColorOutput, Denoise};
 use crate::image::stereo::StereoLayout;
 use crate::render::options::StereoOptions;
 use crate::scene::desc::{StereoConvergence, StereoRig};
 use crate::stream::Epoch;
 use crate::viewer::editor::SeenDepth;
-use crate::viewer::stereo::{refusal, refused_settings};
+use crate::viewer::stereo::{layouts, refusal, refused_layout, refused_settings};
 use crate::viewer::tools::tool::{Tool, ToolContext};
 
 /// Ranges of the sliders, as multiples of the distance that the camera orbits about.
@@ -45,6 +45,8 @@ pub enum StereoAction {
 struct ShownEyes {
     rig: StereoRig,
     layout: StereoLayout,
+    /// The layouts that the window has.
+    layouts: Vec<StereoLayout>,
     /// The distance that the camera orbits about, world units.
     reach: f64,
     /// What they see.
@@ -58,8 +60,8 @@ pub struct StereoTool {
     shown: Option<ShownEyes>,
     /// The eyes that were switched off last.
     last: Option<StereoRig>,
-    /// Display settings that two eyes are not shown with.
-    one_eyed: Option<(Denoise, f32, ColorOutput)>,
+    /// The encoding of the window with one eye.
+    one_eyed: Option<ColorOutput>,
     /// What is seen in an epoch by these eyes in pictures of this size.
     seen: Option<(SeenKey, Option<SeenDepth>)>,
 }
@@ -95,7 +97,8 @@ impl Tool for StereoTool {
                 context.panel.change_settings(|settings| settings.stereo = layout);
             }
             (StereoAction::NextLayout, Some(_)) => {
-                let (all, present) = (StereoLayout::ALL, context.panel.controls.settings.stereo);
+                let all = layouts(context.picture.most_layers());
+                let present = context.panel.controls.settings.stereo;
                 let place = all.iter().position(|layout| *layout == present).unwrap_or_default();
                 let next = all[(place + 1) % all.len()];
                 context.panel.change_settings(|settings| settings.stereo = next);
@@ -130,6 +133,7 @@ impl Tool for StereoTool {
         self.shown = context.editor.rig().map(|rig| ShownEyes {
             rig,
             layout: context.panel.controls.settings.stereo,
+            layouts: layouts(context.picture.most_layers()),
             reach: context.editor.pose().distance(),
             seen: self.seen_depth(rig, context),
         });
@@ -154,6 +158,11 @@ impl StereoTool {
         if let Some(why) = refusal(run.deterministic, is_remote, context.options.tev.is_some()) {
             return Err(miette!("stereo: {why}"));
         }
+        if let Some(why) =
+            wanted.layout.and_then(|layout| refused_layout(layout, context.picture.most_layers()))
+        {
+            return Err(miette!("stereo: {why}"));
+        }
         if context.picture.mix.is_on() {
             return Err(miette!("a light mix goes with one eye only: end it first (Ctrl+L)"));
         }
@@ -164,8 +173,7 @@ impl StereoTool {
                 context.editor.open_eyes(wanted.interocular, wanted.convergence, size)?;
             }
         }
-        let settings = &context.panel.controls.settings;
-        self.one_eyed = Some((settings.denoise, settings.vm, settings.output));
+        self.one_eyed = Some(context.panel.controls.settings.output);
         let mut told: Vec<String> = context.editor.rig().iter().map(ToString::to_string).collect();
         context.panel.change_settings(|settings| {
             settings.stereo = wanted.layout.unwrap_or(settings.stereo);
@@ -180,9 +188,7 @@ impl StereoTool {
         self.last = context.editor.rig().or(self.last);
         context.editor.set_rig(None)?;
         if let Some(one_eyed) = self.one_eyed.take() {
-            context.panel.change_settings(|settings| {
-                (settings.denoise, settings.vm, settings.output) = one_eyed;
-            });
+            context.panel.change_settings(|settings| settings.output = one_eyed);
         }
         context.has_edited = true;
         Ok("the picture is that of one eye".to_owned())
@@ -228,10 +234,10 @@ fn show(ui: &mut Ui, shown: Option<&ShownEyes>, queue: &mut ActionQueue<StereoAc
     if ui.checkbox(&mut is_on, "Two eyes").on_hover_text(hint).changed() {
         queue.ask(StereoAction::Toggle);
     }
-    let Some(ShownEyes { rig, layout, reach, seen }) = shown else { return };
+    let Some(ShownEyes { rig, layout, layouts, reach, seen }) = shown else { return };
     let mut next = *layout;
     let hint = "How the pictures of both eyes become one; nothing is traced anew  Y";
-    let kinds = StereoLayout::ALL.map(|layout| (layout.label(), layout));
+    let kinds: Vec<_> = layouts.iter().map(|layout| (layout.label(), *layout)).collect();
     choice(ui, ("Layout", hint), &mut next, &StereoLayout::default(), &kinds);
     if next != *layout {
         queue.ask(StereoAction::SetLayout(next));
@@ -350,7 +356,7 @@ mod tests {
         let comfortable =
             ComfortableDepth { near: 0.75, far: f64::INFINITY, screen: StereoScreen::default() };
         let seen = SeenDepth { range: Some([near, 12.34]), comfortable };
-        ShownEyes { rig, layout: StereoLayout::SideBySide, reach: 1.5, seen: Some(seen) }
+        ShownEyes { rig, layout: StereoLayout::SideBySide, layouts: layouts(1), reach: 1.5, seen: Some(seen) }
     }
 
     #[test]

@@ -127,6 +127,8 @@ pub struct ToolContext<'a> {
     pub redraws: bool,
     /// Scene or model that a tool asks the window to open.
     pub opens: Option<PathBuf>,
+    /// Size of a picture that a tool asks the window to make room for.
+    pub asks_room: Option<[u32; 2]>,
 }
 
 impl ToolContext<'_> {

@@ -60,6 +60,16 @@ fn pixels_stand_where_the_layout_says() {
     }
 }
 
+/// What a window shows in layers is side by side in one picture: no eye is lost.
+#[test]
+fn layers_are_composed_side_by_side() {
+    let (left, right) = (greys(2, &[1, 2, 3, 4]), greys(2, &[11, 12, 13, 14]));
+    let beside = composed([&left, &right], StereoLayout::SideBySide);
+    assert_eq!(composed([&left, &right], StereoLayout::Swapchain), beside);
+    assert!(StereoLayout::ALL.into_iter().all(|layout| layout.in_one_picture() == layout));
+    assert_eq!(StereoLayout::Swapchain.size([2, 2]), Some([2, 2]));
+}
+
 /// Black and white make the value of half the light, 0.5^(1/2.2) of 255, and not the 128 of half the signal; nothing is dropped.
 #[test]
 fn half_layouts_average_light() {
@@ -165,6 +175,7 @@ fn layouts_are_known_by_their_names() {
         assert!(others.iter().all(|other| other.name() != layout.name() && other.label() != layout.label()));
     }
     assert_eq!(StereoLayout::named("toed-in"), None);
+    assert_eq!(StereoLayout::named(StereoLayout::Swapchain.name()), None, "it is no picture");
 }
 
 #[test]

@@ -154,27 +154,39 @@ impl BidirectionalTracer {
         vertex: &SubpathVertex<B>,
     ) -> [Option<([f32; 2], Xyz)>; 2] {
         let eyes = ForEyes { own: &self.context, other };
-        let connected = eyes.map(|eye| CameraEdge::new(eye, lambda, lens, vertex));
+        let surface = &vertex.surface;
+        let views = eyes.map(|eye| eye.view_of(surface, lens));
+        let connect = |eye, view: Option<CameraView>| CameraEdge::new(eye, lambda, vertex, view?);
+        let connected =
+            ForEyes { own: connect(eyes.own, views.own), other: connect(eyes.other, views.other) };
         if [&connected.own, &connected.other].into_iter().flatten().all(|edge| edge.factor.is_black()) {
             return [None, None];
         }
-        let hit = &vertex.surface.hit;
-        let faced =
-            self.context.faces(other, &vertex.surface, lens).filter(|FacedVertex { views, .. }| {
-                let is_open = |eye: &RenderContext, edge: &Option<CameraEdge>, view: &CameraView| match edge {
-                    Some(edge) => edge.factor.0 == Vec4::ONE,
-                    None => eye.is_open(hit, view),
-                };
-                is_open(eyes.own, &connected.own, &views.own)
-                    && is_open(eyes.other, &connected.other, &views.other)
-            });
+        let is_open = |eye: &RenderContext, edge: &Option<CameraEdge>, view: &CameraView| match edge {
+            Some(edge) => edge.factor.0 == Vec4::ONE,
+            None => eye.is_open(&surface.hit, view),
+        };
+        let faced = match views {
+            ForEyes { own: Some(own), other: Some(other) } if self.context.may_share(surface) => {
+                FacedVertex::in_views(surface, ForEyes { own, other })
+            }
+            _ => None,
+        };
+        let faced = faced.filter(|FacedVertex { views, .. }| {
+            is_open(eyes.own, &connected.own, &views.own)
+                && is_open(eyes.other, &connected.other, &views.other)
+        });
         let Some(FacedVertex { wo, weights, .. }) = faced else {
             let splat = |eye, edge: Option<CameraEdge>| edge?.splat(eye, lambda, vertex, None);
             return [splat(eyes.own, connected.own), splat(eyes.other, connected.other)];
         };
-        let pdfs =
-            wo.map(|eye| vertex.surface.bsdf.eval(eye, vertex.surface.wo).map_or(0.0, |(_, pdf)| pdf.0));
-        let mean = weights.own * pdfs.own + weights.other * pdfs.other;
+        // The density of going back along the light subpath, which a connection knows.
+        let pdf = |edge: &Option<CameraEdge>, eye| match edge {
+            Some(edge) => edge.connection.scattering.rev_w,
+            None => surface.bsdf.eval(eye, surface.wo).map_or(0.0, |(_, pdf)| pdf.0),
+        };
+        let mean =
+            weights.own * pdf(&connected.own, wo.own) + weights.other * pdf(&connected.other, wo.other);
         let splat =
             |eye, edge: Option<CameraEdge>, weight| edge?.splat(eye, lambda, vertex, Some((weight, mean)));
         [splat(eyes.own, connected.own, weights.own), splat(eyes.other, connected.other, weights.other)]
@@ -190,13 +202,14 @@ struct CameraEdge {
 }
 
 impl CameraEdge {
+    #[inline]
     fn new<B: Scattering>(
         eye: &RenderContext,
         lambda: &SampledWavelengths,
-        lens: [f32; 2],
         vertex: &SubpathVertex<B>,
+        view: CameraView,
     ) -> Option<Self> {
-        let connection = eye.connect_to_camera(vertex, lens)?;
+        let connection = eye.connect_in_view(vertex, view)?;
         Some(Self { factor: eye.camera_factor(vertex, lambda, &connection), connection })
     }
 

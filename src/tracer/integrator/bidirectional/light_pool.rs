@@ -182,12 +182,18 @@ impl BidirectionalTracer {
                     vertex.mis.link = self.link_to_light(&vertex, &emission);
                 }
                 let lambda = &subpath.walk.lambda;
-                let [own, other] = match &self.context.other_eye {
+                let [own, other] = match self.context.partner() {
                     None => [self.to_camera(lambda, u.light, &vertex), None],
                     Some(other) => self.to_both_cameras(other, lambda, u.light, &vertex),
                 };
                 for (splat, other_eye) in [(own, false), (other, true)] {
-                    splats.extend(splat.map(|(uv, value)| Splat { uv, value, group, other_eye }));
+                    let scaled = |value: Xyz| value * self.context.light_share();
+                    splats.extend(splat.map(|(uv, value)| Splat {
+                        uv,
+                        value: scaled(value),
+                        group,
+                        other_eye,
+                    }));
                 }
             }
             let next = subpath.scatter(&vertex, &u, rr_depth);

@@ -92,8 +92,7 @@ impl BidirectionalTracer {
             let numbers = sampler.camera();
             let uv = self.context.place(numbers.screen);
             // Where the other of two eyes does not see the first vertex there are two subpaths, whose mean is sent.
-            let (mut other, mut u, mut first_of_two) =
-                (self.context.other_eye.as_deref(), numbers.connection, None);
+            let (mut other, mut u, mut first_of_two) = (self.context.partner(), numbers.connection, None);
             loop {
                 let mut path = PathContribution::new(lambda);
                 camera.clear();

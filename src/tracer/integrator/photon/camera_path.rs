@@ -335,7 +335,6 @@ impl<C: LightCredits> CameraPath<'_, C> {
         B::record(|| PathEvent::Throughput(self.state.walk.throughput));
         let factor = factor * self.factor_alone(&s);
         let step = RecordedStep::new(&self.tracer.context.scene, vertex, &s, u.lobe, factor);
-        self.record_for_other(&step);
         self.scratch.steps.push(step);
         Some(vertex.hit.spawn(wi))
     }
@@ -360,7 +359,7 @@ impl<C: LightCredits> CameraPath<'_, C> {
                 && window.is_none_or(|w| lanes_near(photon, hero, w) > 0.0)
         };
         let throughput = self.state.walk.throughput * self.state.wavelength_weight;
-        let seen_by_other = self.seen_by_other(vertex);
+        let other_eye = self.other_eye_at_first();
         let Self { scratch, tracer, state, snapshot, flights, .. } = self;
         let found = forest.nearest(vertex.hit.point.p, radius, wanted, &mut scratch.query, accept);
         let Some(disc) = Disc::new(found, wanted, radius, radius * SMALLEST) else { return };
@@ -372,13 +371,21 @@ impl<C: LightCredits> CameraPath<'_, C> {
             surface: scene.surface_material(&vertex.hit),
             white: tracer.context.white(),
         };
-        let (mut xyz, mut value) = (Xyz::BLACK, SampledSpectrum::ZERO);
+        let (mut xyz, mut xyz_of_other, mut value) = (Xyz::BLACK, Xyz::BLACK, SampledSpectrum::ZERO);
         let mut kish = KishSums::default();
         for near in disc.counted {
             let photon = forest.photon(near);
             match window {
                 None => {
-                    let found = path.at_wavelengths_of(photon, vertex, scale * flights.weight());
+                    let scale = scale * flights.weight();
+                    let found = match other_eye {
+                        None => path.at_wavelengths_of(photon, vertex, scale),
+                        Some(wo) => {
+                            let ForEyes { own, other } = path.seen_by_both(photon, vertex, wo, scale);
+                            xyz_of_other += other;
+                            own
+                        }
+                    };
                     xyz += found;
                     kish.add(found.y);
                     state.credits.add_color(photon.group(), found);
@@ -392,16 +399,8 @@ impl<C: LightCredits> CameraPath<'_, C> {
                 }
             }
         }
-        if let Some(vertex) = &seen_by_other
-            && window.is_none()
-        {
-            let path = RecordedPath { steps: &scratch.steps_of_other, ..path };
-            for near in disc.counted {
-                let scale = scale * flights.weight();
-                self.xyz_of_other += path.at_wavelengths_of(forest.photon(near), vertex, scale);
-            }
-        }
         self.xyz += xyz;
+        self.xyz_of_other += xyz_of_other;
         self.state.radiance += value;
         scratch.gathered += kish.effective_number();
         B::record(|| PathEvent::Gathered { photons: disc.counted.len(), area: disc.area, xyz: self.xyz });
@@ -466,11 +465,42 @@ impl RecordedPath<'_> {
     ) -> Xyz {
         let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
         let bsdf = self.surface.bsdf::<B>(&lambda);
-        let Some(f) = scattered(vertex, &bsdf, photon.direction()) else { return Xyz::BLACK };
+        let Some(f) = scattered(vertex, vertex.wo, &bsdf, photon.direction()) else { return Xyz::BLACK };
         let weight = |t: SampledSpectrum, s: &RecordedStep| t * s.weight::<B>(self.scene, &lambda);
         let throughput = self.steps.iter().fold(SampledSpectrum::ONE, weight);
         let value = photon.flux() * f * throughput * scale;
         lambda.to_xyz(sound(value, vertex.hit.known_surface()))
+    }
+
+    /// As [`at_wavelengths_of`](Self::at_wavelengths_of), for both eyes, of which the other is seen from the first vertex in the direction `wo`
+    /// of the shading frame. They differ in that direction alone, so that all materials are made once for both.
+    #[inline(never)]
+    fn seen_by_both<B: Scattering>(
+        &self,
+        photon: &Photon,
+        vertex: &SurfaceVertex<B>,
+        wo: Vec3,
+        scale: f32,
+    ) -> ForEyes<Xyz> {
+        let lambda = self.white.unwrap_or_else(|| photon.wavelengths());
+        let bsdf = self.surface.bsdf::<B>(&lambda);
+        let scattered_to = |wo| {
+            let f = scattered(vertex, wo, &bsdf, photon.direction());
+            f.map_or(SampledSpectrum::ZERO, |f| photon.flux() * f * scale)
+        };
+        let values = match self.steps.split_first() {
+            None => ForEyes { own: vertex.wo, other: wo }.map(scattered_to),
+            Some((first, behind)) => {
+                let weight = |t: SampledSpectrum, s: &RecordedStep| t * s.weight::<B>(self.scene, &lambda);
+                let value = behind.iter().fold(scattered_to(vertex.wo), weight);
+                first.weights_for_eyes::<B>(self.scene, &lambda, wo).map(|weight| value * weight)
+            }
+        };
+        let to_xyz = |value| lambda.to_xyz(sound(value, vertex.hit.known_surface()));
+        let own = to_xyz(values.own);
+        // What is diffuse looks the same to both.
+        let other = if values.other == values.own { own } else { to_xyz(values.other) };
+        ForEyes { own, other }
     }
 }
 
@@ -481,7 +511,7 @@ fn at_the_hero<B: Scattering>(
     vertex: &SurfaceVertex<B>,
     throughput: SampledSpectrum,
 ) -> SampledSpectrum {
-    let f = scattered(vertex, &vertex.bsdf, photon.direction());
+    let f = scattered(vertex, vertex.wo, &vertex.bsdf, photon.direction());
     sound(f.map_or(SampledSpectrum::ZERO, |f| throughput * f), vertex.hit.known_surface())
 }
 
@@ -495,14 +525,20 @@ pub(super) fn sound(value: SampledSpectrum, surface: Option<u32>) -> SampledSpec
     SampledSpectrum::ZERO
 }
 
-/// f·|cos θₛ| / |cos θ| from the world-space direction `wi` into the path: flux is measured with the geometric cosine.
+/// f·|cos θₛ| / |cos θ| from the world-space direction `wi` into the path, in the direction `wo` of the shading frame: flux is measured with the
+/// geometric cosine.
 #[inline]
-fn scattered<B: Scattering>(vertex: &SurfaceVertex<B>, bsdf: &B, wi: Vec3) -> Option<SampledSpectrum> {
+fn scattered<B: Scattering>(
+    vertex: &SurfaceVertex<B>,
+    wo: Vec3,
+    bsdf: &B,
+    wi: Vec3,
+) -> Option<SampledSpectrum> {
     let local = vertex.frame.to_local(wi);
-    if !vertex.hit.sides_agree(wi, vertex.wo.z * local.z < 0.0) {
+    if !vertex.hit.sides_agree(wi, wo.z * local.z < 0.0) {
         return None;
     }
-    let (f, _) = bsdf.eval(vertex.wo, local)?;
+    let (f, _) = bsdf.eval(wo, local)?;
     let cos = if vertex.hit.smooth { wi.dot(vertex.hit.point.ng).abs() } else { local.z.abs() };
     Some(f * (1.0 / cos))
 }

@@ -1,8 +1,10 @@
 //! Camera paths of photon mapping for two eyes that share their first vertex ([`pair`](crate::tracer::integrator::pair)).
 //!
-//! What photons contribute is evaluated at the wavelengths of each photon, so that the other eye needs the steps of the path once more, the first of them seen
-//! from its own direction. All steps have the densities of both eyes, and photons at the first vertex itself only another direction to the eye. The
-//! photons and their disc are those of the path's own eye: they depend on the place alone.
+//! Both eyes gather the same photons, around the same vertices: these depend on the place alone. What a photon contributes is evaluated at its own
+//! wavelengths, step by step, for both eyes at once: they differ in the direction from the first vertex alone, where the photon itself may lie. All
+//! steps have the densities of both.
+
+use glam::Vec3;
 
 use crate::color::Xyz;
 use crate::tracer::Sampler;
@@ -54,7 +56,6 @@ impl<C: LightCredits> CameraPath<'_, C> {
         vertex: &SurfaceVertex<B>,
         lens: [f32; 2],
     ) {
-        self.scratch.steps_of_other.clear();
         self.first = FirstVertex::of(&self.tracer.context, other, vertex, lens, &mut self.state.radiance);
     }
 
@@ -93,28 +94,13 @@ impl<C: LightCredits> CameraPath<'_, C> {
         }
     }
 
-    /// Records `step` as the other eye sees it, if it sees what lies behind.
+    /// The direction to the other eye at the first vertex, in its shading frame, if that eye sees what photons show at the last.
     #[inline]
-    pub(super) fn record_for_other(&mut self, step: &RecordedStep) {
-        let FirstVertex::Shared(path) = &self.first else { return };
-        let steps = &mut self.scratch.steps_of_other;
-        match self.state.walk.depth {
-            1 if step.is_delta() => (),
-            1 => steps.push(step.seen_from(path.vertex.wo)),
-            // After a delta there are none.
-            _ if steps.is_empty() => (),
-            _ => steps.push(*step),
-        }
-    }
-
-    /// `vertex`, the last, where photons count for the other eye, too.
-    #[inline]
-    pub(super) fn seen_by_other<B: Scattering>(&self, vertex: &SurfaceVertex<B>) -> Option<SurfaceVertex<B>> {
+    pub(super) fn other_eye_at_first(&self) -> Option<Vec3> {
         let FirstVertex::Shared(path) = &self.first else { return None };
-        match self.state.walk.depth {
-            1 => Some(path.vertex.seen_by_other(vertex)),
-            _ => (!self.scratch.steps_of_other.is_empty()).then_some(*vertex),
-        }
+        // Where paths are shared there are no media: the first step is that from the first vertex. What a delta shows there its own eye sees alone.
+        let by_delta = self.scratch.steps.first().is_some_and(RecordedStep::is_delta);
+        (!by_delta).then_some(path.vertex.wo)
     }
 
     /// Which eyes see the first vertex, and the colour of the path for each.

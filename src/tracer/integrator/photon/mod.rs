@@ -180,7 +180,7 @@ impl PhotonTracer {
         let uv = self.context.place(numbers.screen);
         let path = PathStart { tracer: self, snapshot, lookup, wavelength: numbers.wavelength };
         let ray = self.context.camera.ray(uv, numbers.lens);
-        if let Some(other) = &self.context.other_eye
+        if let Some(other) = self.context.partner()
             && let Some(ray) = ray
         {
             return path.trace_pair::<B>(other, uv, ray, &sampler, scratch).send(start.weight, out);

@@ -5,6 +5,7 @@ use glam::{Vec3, Vec4};
 use crate::spectrum::{SampledSpectrum, SampledWavelengths};
 use crate::tracer::Scene;
 use crate::tracer::bsdf::{BsdfSample, Material, MaterialEvalContext, Scattering};
+use crate::tracer::integrator::pair::ForEyes;
 use crate::tracer::medium::FlightPiece;
 use crate::tracer::vertex::SurfaceVertex;
 
@@ -34,14 +35,6 @@ impl RecordedStep {
         }
     }
 
-    /// This step, which is no delta, seen from another direction `wo` in the shading frame.
-    pub(super) fn seen_from(self, wo: Vec3) -> Self {
-        match self {
-            Self::Surface(scattering) => Self::Surface(RecordedScattering { wo, ..scattering }),
-            Self::InMedium(_) | Self::Flight(_) => self,
-        }
-    }
-
     /// True for a scattering from a delta.
     pub(super) fn is_delta(&self) -> bool {
         matches!(self, Self::Surface(RecordedScattering { delta: true, .. }))
@@ -59,6 +52,23 @@ impl RecordedStep {
             Self::InMedium(roulette) => SampledSpectrum::splat(*roulette),
             Self::Flight(piece) => {
                 scene.media().map_or(SampledSpectrum::ONE, |media| piece.weight(media, lambda))
+            }
+        }
+    }
+
+    /// The weights of this step at other wavelengths as two eyes see it, the other from the direction `wo` in the shading frame.
+    #[inline]
+    pub(super) fn weights_for_eyes<B: Scattering>(
+        &self,
+        scene: &Scene,
+        lambda: &SampledWavelengths,
+        wo: Vec3,
+    ) -> ForEyes<SampledSpectrum> {
+        match self {
+            Self::Surface(scattering) => scattering.weights_for_eyes::<B>(scene, lambda, wo),
+            Self::InMedium(_) | Self::Flight(_) => {
+                let weight = self.weight::<B>(scene, lambda);
+                ForEyes { own: weight, other: weight }
             }
         }
     }
@@ -102,27 +112,50 @@ impl RecordedScattering {
     fn weight<B: Scattering>(&self, scene: &Scene, lambda: &SampledWavelengths) -> SampledSpectrum {
         let material = scene.material(self.material);
         let bsdf = B::of(material, &self.context, lambda);
-        let value = if self.delta {
-            // The same lobe; where these wavelengths never choose it, its value is zero.
-            match bsdf.sample(self.wo, [0.5; 2], self.lobe) {
-                Some(s) if s.delta && s.transmitted == self.transmitted => s.weight * s.pdf.0,
-                _ => SampledSpectrum::ZERO,
-            }
-        } else {
-            self.value(material, &bsdf, lambda)
+        let value = match self.delta {
+            true => self.value_of_delta(&bsdf),
+            false => self.value(material, &bsdf, lambda, self.wo),
         };
         value * self.scale
     }
 
-    /// f·|cos| per lane. Where colours part, values hold a factor of the hero's, so each wavelength is evaluated alone.
+    /// The weights of this scattering at other wavelengths as two eyes see it, the other from the direction `wo` in the shading frame, which sees
+    /// nothing by a delta.
+    #[inline]
+    fn weights_for_eyes<B: Scattering>(
+        &self,
+        scene: &Scene,
+        lambda: &SampledWavelengths,
+        wo: Vec3,
+    ) -> ForEyes<SampledSpectrum> {
+        let material = scene.material(self.material);
+        let bsdf = B::of(material, &self.context, lambda);
+        let values = match self.delta {
+            true => ForEyes { own: self.value_of_delta(&bsdf), other: SampledSpectrum::ZERO },
+            false => ForEyes { own: self.wo, other: wo }.map(|wo| self.value(material, &bsdf, lambda, wo)),
+        };
+        values.map(|value| value * self.scale)
+    }
+
+    /// f·|cos| of the same delta per lane; zero where these wavelengths never choose it.
+    #[inline]
+    fn value_of_delta<B: Scattering>(&self, bsdf: &B) -> SampledSpectrum {
+        match bsdf.sample(self.wo, [0.5; 2], self.lobe) {
+            Some(s) if s.delta && s.transmitted == self.transmitted => s.weight * s.pdf.0,
+            _ => SampledSpectrum::ZERO,
+        }
+    }
+
+    /// f·|cos| per lane in the direction `wo`. Where colours part, values hold a factor of the hero's, so each wavelength is evaluated alone.
     #[inline]
     fn value<B: Scattering>(
         &self,
         material: &Material,
         bsdf: &B,
         lambda: &SampledWavelengths,
+        wo: Vec3,
     ) -> SampledSpectrum {
-        let at = |bsdf: &B| bsdf.eval(self.wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
+        let at = |bsdf: &B| bsdf.eval(wo, self.wi).map_or(SampledSpectrum::ZERO, |(f, _)| f);
         if !bsdf.is_dispersive() {
             return at(bsdf);
         }

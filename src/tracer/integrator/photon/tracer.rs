@@ -68,8 +68,6 @@ pub struct PhotonScratch {
     pub(super) snapshot: Option<Arc<Snapshot>>,
     pub(super) query: QueryScratch,
     pub(super) steps: Vec<RecordedStep>,
-    /// The same as the other of two eyes sees them.
-    pub(super) steps_of_other: Vec<RecordedStep>,
     /// Samples so far.
     pub(super) samples: u32,
     /// Effective number of the photons that the last path gathered, (Σ x)² / Σ x² of their contributions x (Kish 1965).

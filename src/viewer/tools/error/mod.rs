@@ -10,7 +10,7 @@ use crate::client::window::action::ActionQueue;
 use crate::client::window::panel::{PanelData, SectionPlace, section, style};
 use crate::viewer::tools::tool::{Tool, ToolContext};
 
-use summary::{ErrorSummary, UnfoundSummary, error_summary};
+use summary::{ErrorSummary, UnfoundSummary, error_summary, eye_words};
 
 /// Selectable error targets, with their labels.
 const TARGETS: [(f64, &str); 7] = [
@@ -40,8 +40,8 @@ pub struct ErrorFigures {
     /// `[seconds, error]` of the checkpoints of the picture that is compared with.
     compared: Vec<[f64; 2]>,
     target: f64,
-    /// Whether it is that of the left of two eyes.
-    is_of_left_eye: bool,
+    /// Of two eyes, whose error it is, and those of both.
+    of_eyes: Option<String>,
     /// Name of the integrator in use.
     method: &'static str,
 }
@@ -60,7 +60,8 @@ impl Tool for ErrorFigures {
     fn update(&mut self, context: &mut ToolContext<'_>, data: &mut PanelData) {
         let (picture, run) = (&context.picture, context.session.run_spec());
         self.method = run.integrator.name();
-        self.is_of_left_eye = run.stereo.is_some();
+        let states = picture.states_of_eyes();
+        self.of_eyes = states.and_then(|[left, right]| eye_words(picture.worse_eye(), [&left, &right]));
         self.target = picture.target().error;
         self.compared = std::mem::take(&mut data.compared);
         self.summary = picture.present_observer().map(|observer| {
@@ -87,8 +88,10 @@ fn show(ui: &mut Ui, tool: &ErrorFigures, queue: &mut ActionQueue<ErrorAction>) 
         return;
     };
     figures(ui, error);
-    if tool.is_of_left_eye {
-        ui.colored_label(style::DIM, "This is the error of the left eye's picture.");
+    if let Some(of_eyes) = &tool.of_eyes {
+        ui.colored_label(style::DIM, of_eyes).on_hover_text(
+            "The worse one decides when the target is reached. The interval of both together is that of fully correlated errors",
+        );
     }
     ui.horizontal(|ui| {
         ui.colored_label(style::DIM, "Target")

@@ -1,12 +1,13 @@
 //! The error of the picture as the panel states it: from the observer to texts and curves.
 
 use crate::accounting::observer::Observer;
+use crate::image::stereo::Eye;
 use crate::render::method;
 use crate::render::run_spec::RunSpec;
 use crate::scene::desc::IntegratorKind;
 use crate::study::format::{duration, percent, remaining, round_percent};
 use crate::study::prediction::{predicted_curve, time_reached};
-use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Interval};
+use crate::study::{ErrorEstimate, ErrorQuantile, ErrorStatus, Interval, TileSubset, joint_estimate};
 
 /// The relative error of the picture: now, so far, and predicted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,6 +54,21 @@ pub fn error_summary(
     let filtered = filtered.map(|error| filtered_words(error.filter(|_| run.states_filtered_error(&state))));
     let seconds = observer.elapsed().as_secs_f64();
     ErrorSummary { filtered, ..summary(&state, target, seconds, ended, run.is_blurred()) }
+}
+
+/// The errors of the pictures of the left and of the right eye, and of both together, in words that follow the error of the `worse` one; `None`
+/// before the first checkpoint of each.
+pub fn eye_words(worse: Eye, states: [&ErrorStatus; 2]) -> Option<String> {
+    if states.iter().any(|state| state.checkpoints.is_empty()) {
+        return None;
+    }
+    let at = ErrorQuantile::P95.index();
+    let [left, right] = states.map(|state| percent(state.estimate.relative[at].value));
+    let [both, interval] = in_words(joint_estimate(states, TileSubset::All).relative[at]);
+    let worse = worse.name();
+    Some(format!(
+        "That is the {worse} eye's picture, the worse one. Left {left}, right {right}, both {both} ({interval})"
+    ))
 }
 
 fn filtered_words(error: Option<&ErrorEstimate>) -> String {
@@ -131,6 +147,17 @@ mod tests {
             checkpoints,
             ..ErrorStatus::default()
         }
+    }
+
+    #[test]
+    fn both_eyes_are_told() {
+        let left = ErrorStatus { map: (2, vec![0.02; 4]), ..state() };
+        let right = ErrorStatus { map: (2, vec![0.03; 4]), ..state() };
+        let said = eye_words(Eye::Right, [&left, &right]).expect("checkpoints");
+        let value = percent(left.estimate.relative[1].value);
+        assert!(said.starts_with("That is the right eye's picture, the worse one."), "{said}");
+        assert!(said.contains(&format!("Left {value}, right {value}, both 3.0")), "{said}");
+        assert_eq!(eye_words(Eye::Left, [&left, &ErrorStatus::default()]), None);
     }
 
     #[test]
